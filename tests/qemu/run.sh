@@ -43,45 +43,7 @@ mkdir -p "$cache"
 exec 9>"$cache/lock"
 flock 9
 
-# Modules of the guest, with what they need in turn.
-modules='dummy_hcd libcomposite usb_f_acm usb_f_hid cdc_acm ftdi_sio usbhid hid_generic xhci_pci virtio_pci virtio_console configfs'
-
-# The kernel with its modules, and busybox, from Debian: kept until Debian has a newer kernel.
-base() {
-    local package version made
-    package=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -n 's/.*Depends: \(linux-image-[0-9].*\)/\1/p' | head -1)
-    if [ -z "$package" ]; then
-        echo 'SKIPPED: apt knows no linux-image-amd64 (apt-get update on an amd64 Debian)'
-        exit 77
-    fi
-    if [ "$(cat "$cache/base.version" 2>/dev/null)" = "$package $modules" ]; then return; fi
-    rm -rf "$cache/deb" "$cache/base" "$cache/base.version"
-    mkdir -p "$cache/deb" "$cache/base"
-    if ! (cd "$cache/deb" && timeout 120 apt-get download -qq "$package" busybox-static 2>"$cache/deb/log"); then
-        echo "SKIPPED: $package could not be fetched: $(tail -1 "$cache/deb/log")"
-        exit 77
-    fi
-    for made in "$cache"/deb/*.deb; do dpkg-deb -x "$made" "$cache/deb/root"; done
-    version=$(ls "$cache/deb/root/lib/modules")
-    depmod -b "$cache/deb/root" "$version"
-    cp "$cache/deb/root/boot/vmlinuz-$version" "$cache/vmlinuz"
-    cp "$cache/deb/root/bin/busybox" "$cache/base/busybox"
-    mkdir "$cache/base/modules"
-    # In the order in which they can be inserted; what is built in is left out.
-    for made in $modules; do
-        # Builtin lines and options are of no use here.
-        modprobe -d "$cache/deb/root" -S "$version" --show-depends "$made" | sed -n 's/^insmod \([^ ]*\).*/\1/p'
-    done | awk '!seen[$0]++' | while read -r made; do
-        cp "$made" "$cache/base/modules/"
-        basename "$made" >>"$cache/base/modules/order"
-    done
-    # Newer kernels' modules are packed.
-    find "$cache/base/modules" -name '*.xz' -exec xz -d {} +
-    sed -i 's/\.xz$//' "$cache/base/modules/order"
-    echo "$version" >"$cache/kernel"
-    rm -rf "$cache/deb"
-    echo "$package $modules" >"$cache/base.version"
-}
+. "$here/kernel.sh"
 
 # The guest's files: those, our programs, and the libraries that they were linked with.
 image() {
@@ -91,6 +53,7 @@ image() {
     cp -r "$cache/base/modules" "$stage/modules"
     cp "$cache/base/busybox" "$stage/bin/busybox"
     cp "$here/guest.sh" "$stage/init"
+    cp "$here/rig.sh" "$stage/"
     chmod 755 "$stage/init"
     for made in hapticd haptic-ctl fake-rig; do
         cp "$binaries/$made" "$stage/bin/"
@@ -105,7 +68,7 @@ image() {
     (cd "$stage" && find . | cpio --quiet -o -H newc -R 0:0) >"$cache/initrd"
 }
 
-base
+fetch_kernel
 image
 
 # The converter's bytes go to the fake rig inside the guest through a port of the guest's own: qemu connects the two.
@@ -120,7 +83,7 @@ timeout --kill-after=5 330 qemu-system-x86_64 \
     -device qemu-xhci,id=xhci \
     -chardev "socket,id=converter,path=$sockets/line,server=on,wait=off" -device usb-serial,chardev=converter,bus=xhci.0 \
     -device virtio-serial-pci -chardev "socket,id=rig,path=$sockets/line,reconnect=1" -device virtserialport,chardev=rig,name=rig \
-    </dev/null 2>&1 | tr -d '\r' | tee "$cache/log" | grep --line-buffered -E '^(PASS|FAIL|NOTE) ' || true
+    </dev/null 2>&1 | sed --unbuffered 's/\r//' | tee "$cache/log" | grep --line-buffered -E '^(PASS|FAIL|NOTE) ' || true
 took=$((SECONDS - began))
 
 passed=$(grep -c '^PASS ' "$cache/log" || true)

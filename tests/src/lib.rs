@@ -7,11 +7,14 @@
 pub mod attack;
 pub mod blocked;
 pub mod commissioning;
+pub mod console;
+pub mod drawn;
 pub mod fake_rig;
 pub mod hazards;
 mod held;
 #[cfg(target_arch = "x86_64")]
 pub mod hung;
+pub mod links;
 pub mod measure;
 pub mod package;
 pub mod pid1;
@@ -19,6 +22,7 @@ pub mod reference;
 pub mod schema;
 pub mod screen;
 pub mod simulated_rig;
+pub mod soak;
 pub mod stalled;
 pub mod terminal;
 pub mod transcript;

@@ -15,6 +15,24 @@ use std::sync::OnceLock;
 /// The package cannot be built.
 pub fn hapticd() -> Result<&'static Path, (&'static str, String)> {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    can_be_built()?;
+    Ok(BUILT.get_or_init(|| build("hapticd", &["hapticd", "haptic-ctl"])))
+}
+
+/// The package `haptic-gui`.
+///
+/// # Errors
+/// As of `hapticd`.
+///
+/// # Panics
+/// As of `hapticd`.
+pub fn haptic_gui() -> Result<&'static Path, (&'static str, String)> {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    can_be_built()?;
+    Ok(BUILT.get_or_init(|| build("haptic-gui", &["haptic-gui"])))
+}
+
+fn can_be_built() -> Result<(), (&'static str, String)> {
     let works = |program: &str, argument: &str| {
         let output = Command::new(program).arg(argument).output();
         output.is_ok_and(|output| output.status.success())
@@ -25,7 +43,7 @@ pub fn hapticd() -> Result<&'static Path, (&'static str, String)> {
     if !works("dpkg", "--version") {
         return Err(("dpkg", "a Debian system".to_owned()));
     }
-    Ok(BUILT.get_or_init(|| build("hapticd", &["hapticd", "haptic-ctl"])))
+    Ok(())
 }
 
 /// Packs binaries that exist: what a release compiles for minutes is not what these tests are about.

@@ -1,5 +1,5 @@
-//! A machine of its own for the service: this machine's systemd as PID 1 of new namespaces, on which the
-//! Debian package is installed.
+//! A machine of its own for the service: a minimal Debian with its systemd as PID 1 of new namespaces, on which the
+//! package is installed.
 
 use crate::{PATIENCE, package};
 use haptic_ipc::Client;
@@ -9,6 +9,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
 use std::time::Instant;
 
 /// The repository.
@@ -16,6 +17,9 @@ const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// What the packaged configuration holds.
 pub const CONFIGURATION: &str = include_str!("../../packaging/hapticd.toml");
+
+/// The package, on the machine.
+pub const PACKAGE: &str = "/root/hapticd.deb";
 
 /// What a unit needs instead of its limits where PID 1 itself may not raise any.
 const WITHOUT_LIMITS: &str = "[Service]
@@ -44,7 +48,21 @@ impl Machine {
     /// It ought to boot, and does not.
     #[must_use]
     pub fn boot(configuration: &str) -> Option<Self> {
-        let (hierarchy, package) = match missing().and_then(|hierarchy| Ok((hierarchy, package::hapticd()?))) {
+        let machine = Self::boot_bare()?;
+        machine.run_ok(&["dpkg", "--install", PACKAGE]);
+        machine.configure(configuration);
+        Some(machine)
+    }
+
+    /// Boots a machine that has the package as a file alone, [`PACKAGE`].
+    /// Returns nothing, and says why, where that cannot be.
+    ///
+    /// # Panics
+    /// It ought to boot, and does not.
+    #[must_use]
+    pub fn boot_bare() -> Option<Self> {
+        let ready = missing().and_then(|hierarchy| Ok((hierarchy, debian()?, package::hapticd()?)));
+        let (hierarchy, debian, package) = match ready {
             Ok(ready) => ready,
             Err((need, remedy)) => {
                 test_run::skip(need, &remedy);
@@ -76,7 +94,7 @@ impl Machine {
         let said = fs::File::create(stage.join("said")).expect("a file");
         let mut unshare = Command::new("sh")
             .arg(Path::new(REPOSITORY).join("tests/systemd/pid1.sh"))
-            .args([stage, &cgroup])
+            .args([&debian, stage, &cgroup])
             .stdin(Stdio::null())
             .stdout(said.try_clone().expect("a second handle"))
             .stderr(said)
@@ -109,13 +127,19 @@ impl Machine {
                 .contains(&text(&state.stdout).trim())
                 .then_some(())
         });
-        fs::copy(package, machine.path("/root/hapticd.deb")).expect("it is built");
-        // What other packages do afterwards (man-db reads all pages) is of no interest.
-        machine.run_ok(&["dpkg", "--no-triggers", "--install", "/root/hapticd.deb"]);
-        let path = machine.path("/etc/hapticd/hapticd.toml");
-        let shipped = fs::read_to_string(&path).expect("it was installed");
-        fs::write(path, configured(&shipped, configuration)).expect("written");
+        fs::copy(package, machine.path(PACKAGE)).expect("it is built");
         Some(machine)
+    }
+
+    /// Replaces or adds lines of the packaged configuration. A busy machine misses periods, which no test is about: unless one
+    /// says otherwise, they are no fault.
+    ///
+    /// # Panics
+    /// The package is not installed.
+    pub fn configure(&self, lines: &str) {
+        let path = self.path("/etc/hapticd/hapticd.toml");
+        let shipped = fs::read_to_string(&path).expect("it was installed");
+        fs::write(path, configured(&shipped, lines)).expect("written");
     }
 
     /// Whether the unit's limits are in force; where they cannot be, capabilities stand in for them.
@@ -251,8 +275,6 @@ impl Drop for Machine {
     }
 }
 
-/// The packaged configuration with some lines of it replaced or added. A busy machine misses
-/// periods, which no test is about: unless one says otherwise, they are no fault.
 fn configured(shipped: &str, lines: &str) -> String {
     let option = |line: &str| line.split_once('=').map(|(name, _)| name.trim().to_owned());
     let mut lines = lines.to_owned();
@@ -276,15 +298,9 @@ fn missing() -> Result<PathBuf, (&'static str, String)> {
     if !geteuid().is_root() {
         return Err(("root", "systemd boots in namespaces of its own".to_owned()));
     }
-    for (program, package) in [
-        ("/usr/lib/systemd/systemd", "systemd"),
-        ("/usr/bin/systemctl", "systemd"),
-        ("/usr/bin/unshare", "util-linux"),
-        ("/usr/bin/nsenter", "util-linux"),
-        ("/usr/bin/setpriv", "util-linux"),
-    ] {
+    for program in ["/usr/bin/unshare", "/usr/bin/nsenter", "/usr/bin/setpriv"] {
         if !Path::new(program).exists() {
-            return Err((package, format!("{program}; Debian: apt install {package}")));
+            return Err(("util-linux", format!("{program}; Debian: apt install util-linux")));
         }
     }
     let works = Command::new("unshare")
@@ -306,6 +322,23 @@ fn missing() -> Result<PathBuf, (&'static str, String)> {
         return Err(("cgroup v2", "a mounted hierarchy".to_owned()));
     };
     Ok(Path::new(mounted).join(own))
+}
+
+/// The root of a minimal Debian, which is made if there is none yet; or what this machine lacks for that.
+fn debian() -> Result<PathBuf, (&'static str, String)> {
+    static MADE: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let made = MADE.get_or_init(|| {
+        let output = Command::new(Path::new(REPOSITORY).join("tests/debian/root.sh"))
+            .stdin(Stdio::null())
+            .output()
+            .expect("bash runs");
+        if output.status.success() {
+            Ok(PathBuf::from(text(&output.stdout).trim()))
+        } else {
+            Err(text(&output.stderr).trim().to_owned())
+        }
+    });
+    made.clone().map_err(|why| ("mmdebstrap", why))
 }
 
 /// The capabilities that a child of this process can have.

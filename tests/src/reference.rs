@@ -123,7 +123,13 @@ fn row(cells: &[&str]) -> String {
 fn type_of(schema: &Value) -> String {
     if let Some(path) = schema["$ref"].as_str() {
         let name = path.rsplit('/').next().unwrap_or_default();
-        return format!("[{name}](#{})", name.to_lowercase());
+        // Two types have a table of their own in the page.
+        let heading = match name {
+            "Sample" => "columns-of-a-row-of-samples".to_owned(),
+            "ErrorCode" => "why-a-request-was-refused".to_owned(),
+            _ => name.to_lowercase(),
+        };
+        return format!("[{name}](#{heading})");
     }
     if let Some(word) = schema.get("const") {
         return format!("`{word}`");

@@ -150,7 +150,10 @@ impl Terminal {
         // Little at a time: whoever waits for a picture sees it also where a busy machine lets all
         // of them be written before it looks.
         let mut bytes = [0; 64];
-        let read = self.master.read(&mut bytes).expect("the terminal is there");
+        let Ok(read) = self.master.read(&mut bytes) else {
+            // The program was the leader of the terminal's session, and has ended.
+            return false;
+        };
         self.screen.process(&bytes[..read]);
         self.written.extend_from_slice(&bytes[..read]);
         read > 0

@@ -1,35 +1,26 @@
 #!/bin/sh
-# Boots this machine's systemd as PID 1 of namespaces of its own: pid1.sh STAGE CGROUP
-#   STAGE/etc  all of /etc
+# Boots a Debian's systemd as PID 1 of namespaces of its own: pid1.sh ROOT STAGE CGROUP
+#   ROOT       the Debian, which is only read; all changes are in memory
+#   STAGE/etc  what its /etc has besides
 #   CGROUP     an empty cgroup (v2), which becomes the root of the new one
-# Run as root. Nothing that happens inside reaches the machine: its own processes, network and host name, this machine's programs and
-# list of packages with all changes in memory, /sys and /proc/sys read-only, and no right to load modules or set the clock.
+# Run as root. Nothing that happens inside reaches this machine: its own processes, network and host name, /sys and /proc/sys read-only, and
+# no right to load modules or set the clock.
 set -eu
 
-if [ "${3-}" != inside ]; then
-    echo $$ >"$2/cgroup.procs"
+if [ "${4-}" != inside ]; then
+    echo $$ >"$3/cgroup.procs"
     # However the caller ends, all of it ends.
-    exec setpriv --pdeathsig KILL unshare --mount --pid --net --ipc --uts --cgroup --fork --kill-child sh "$0" "$1" "$2" inside
+    exec setpriv --pdeathsig KILL unshare --mount --pid --net --ipc --uts --cgroup --fork --kill-child sh "$0" "$1" "$2" "$3" inside
 fi
 
-stage=$1
+stage=$2
 root=$stage/root
 mount --make-rprivate /
-mkdir -p "$root"
-mount -t tmpfs -o mode=755 root "$root"
-mkdir "$root/usr" "$root/proc" "$root/sys" "$root/dev" "$root/var" "$root/run" "$root/tmp" "$root/root" "$root/old"
-for link in bin sbin lib lib32 lib64 libx32; do
-    if [ -L "/$link" ]; then cp -P "/$link" "$root/$link"; fi
-done
-cp -R "$stage/etc" "$root/etc"
-mkdir -p "$root/old/changes/usr" "$root/old/changes/dpkg" "$root/old/work/usr" "$root/old/work/dpkg" "$root/var/lib/dpkg" "$root/var/log"
-over() { mount -t overlay -o "lowerdir=$1,upperdir=$root/old/changes/$2,workdir=$root/old/work/$2" "$2" "$root$1"; }
-over /usr usr
-over /var/lib/dpkg dpkg
-# Other packages' groups do not exist there.
-: >"$root/var/lib/dpkg/statoverride"
-# This machine may be a container that starts no services.
-rm -f "$root/usr/sbin/policy-rc.d"
+mkdir "$root" "$stage/memory"
+mount -t tmpfs -o mode=755 memory "$stage/memory"
+mkdir "$stage/memory/changes" "$stage/memory/work"
+mount -t overlay -o "lowerdir=$1,upperdir=$stage/memory/changes,workdir=$stage/memory/work" debian "$root"
+cp -R "$stage/etc" "$root/"
 
 mount -t proc proc "$root/proc"
 mount --bind "$root/proc/sys" "$root/proc/sys"
@@ -55,10 +46,11 @@ mount -t tmpfs -o mode=1777 shm "$root/dev/shm"
 mount -t devpts -o newinstance,ptmxmode=0666 devpts "$root/dev/pts"
 ln -s pts/ptmx "$root/dev/ptmx"
 
-mkdir "$root/old/system"
+mkdir "$root/old"
 cd "$root"
-pivot_root . old/system
-umount -l /old/system
+pivot_root . old
+umount -l /old
+cd /
 exec env -i container=hapticd-test PATH=/usr/sbin:/usr/bin:/sbin:/bin \
     setpriv --bounding-set -sys_module,-sys_boot,-sys_time,-sys_rawio,-syslog \
     /usr/lib/systemd/systemd --system --unit=basic.target --show-status=no

@@ -20,6 +20,7 @@ fn lines(text: &str) -> Vec<Value> {
 #[test]
 fn every_subcommand_shows_what_it_would_send() {
     let all = json!(["state", "timing", "samples"]);
+    let recorded = json!(["state", "log", "timing", "samples"]);
     for (arguments, requests) in [
         ("status", json!([{"id":1,"op":"status"}])),
         ("describe", json!([{"id":1,"op":"describe"}])),
@@ -74,7 +75,7 @@ fn every_subcommand_shows_what_it_would_send() {
         ),
         (
             "record x.csv",
-            json!([{"id":1,"op":"status"},{"id":2,"op":"subscribe","topics":all,"batch_ms":20},{"id":3,"op":"get"}]),
+            json!([{"id":1,"op":"status"},{"id":2,"op":"subscribe","topics":recorded,"batch_ms":20},{"id":3,"op":"get"}]),
         ),
         (
             "top",

@@ -61,6 +61,23 @@ fn a_client_that_dies_lets_the_force_out_at_once() {
     assert_eq!(lapsed(&mut watcher), ["its client has closed the connection"]);
 }
 
+#[test]
+fn a_client_that_dies_while_it_is_sent_samples_lets_the_force_out_at_once_and_another_one_engages() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut watcher = daemon.client();
+    for _ in 0..5 {
+        let mut holder = daemon.raw();
+        holder.send("{\"id\":1,\"op\":\"lease\",\"timeout_ms\":60000}\n");
+        holder.send("{\"id\":2,\"op\":\"subscribe\",\"topics\":[\"samples\"],\"batch_ms\":1}\n");
+        wait_for(&mut watcher, "its lease", |status| status.leases == 1);
+        let _: StateReply = watcher.request(Request::Engage {}).expect("it is idle");
+        wait_for_state(&mut watcher, RigState::Engaged);
+        drop(holder);
+        wait_for_state(&mut watcher, RigState::Idle);
+        assert_eq!(status(&mut watcher).leases, 0);
+    }
+}
+
 // hazard: F4, F20
 #[test]
 fn a_client_that_dies_while_its_requests_wait_for_a_disk_lets_the_force_out_at_once() {

@@ -127,6 +127,42 @@ fn unplugged_it_is_disconnected_and_plugged_in_again_it_is_idle_within_two_secon
     assert!(least < Duration::from_secs(2), "{least:?}");
 }
 
+// hazard: H18
+#[test]
+fn a_loss_is_in_the_journal_also_after_a_reset_while_the_device_was_silent() {
+    let _one = crate::one_of_two();
+    let (mut rig, daemon, mut client) = connected(&[]);
+    pull(&mut rig, &mut client);
+    // Without samples there is nothing to be idle on; the line stays open meanwhile.
+    rig.fail("stall 0.4");
+    wait_for_state(&mut client, RigState::Faulted);
+    let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+    wait_for_state(&mut client, RigState::Disconnected);
+    let back = wait_for(&mut daemon.client(), "samples", |status| {
+        // It did not say in time that its motor is off.
+        if status.state == RigState::Faulted {
+            let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+        }
+        status.state == RigState::Idle
+    });
+    let before = connections(&back);
+    rig.fail("hang-up 0");
+    wait_for(&mut client, "the next connection", |status| {
+        connections(status) > before && status.state == RigState::Idle
+    });
+    let request = Request::Log {
+        after: None,
+        limit: Some(2000),
+    };
+    let journal: LogReply = client.request(request).expect("the journal");
+    let ops = journal.entries.iter().map(|entry| entry.op.as_str());
+    let told: Vec<&str> = ops.filter(|op| op.ends_with("connected")).collect();
+    assert_eq!(
+        told,
+        ["connected", "disconnected", "connected", "disconnected", "connected"]
+    );
+}
+
 /// Stops a rig that has no device; the answer says both, and what comes after is not held up.
 fn stop_unheard(client: &mut Client) {
     let refused = client

@@ -289,14 +289,27 @@ struct Prometheus {
 }
 
 impl Prometheus {
-    fn start(mut program: Command, target: SocketAddr) -> Self {
+    /// With the packaged configuration and list of rigs, at these addresses.
+    fn start(mut program: Command, [left, right]: [SocketAddr; 2]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
+        let packaged = |name: &str| fs::read_to_string(Path::new(PACKAGED).join(name)).expect("it is packaged");
+        let rigs = packaged("rigs.yml")
+            .replace("127.0.0.1:9664", &left.to_string())
+            .replace("127.0.0.1:9665", &right.to_string());
+        fs::create_dir(directory.path().join("rigs")).expect("a directory");
+        fs::write(directory.path().join("rigs/bench.yml"), rigs).expect("written");
         let configuration = directory.path().join("prometheus.yml");
-        let text = format!(
-            "global: {{ scrape_interval: 1s }}\nrule_files: [{PACKAGED}/alerts.yml]\nscrape_configs:\n\
-             - job_name: hapticd\n  static_configs: [{{ targets: ['{target}'] }}]\n"
-        );
+        let text = packaged("prometheus.yml")
+            .replace("/usr/share/doc/hapticd/examples/monitoring", PACKAGED)
+            .replace("/etc/prometheus", directory.path().to_str().expect("a plain path"))
+            .replace("15s", "1s");
         fs::write(&configuration, text).expect("written");
+        let said = check(
+            Command::new("promtool"),
+            &["check", "config", configuration.to_str().expect("a plain path")],
+            "",
+        );
+        assert!(said.contains("SUCCESS") && !said.contains("WARNING"), "{said}");
         // A port that was free a moment ago.
         let free = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = free.local_addr().expect("it is bound");
@@ -339,11 +352,12 @@ impl Drop for Prometheus {
 }
 
 #[test]
-fn a_real_prometheus_sees_the_rig_and_alerts_when_it_faults() {
+fn a_real_prometheus_sees_both_rigs_by_their_names_and_that_one_faults() {
     let _one = one_of_two();
     let Some(program) = program("prometheus") else { return };
     let (daemon, address) = daemon(&["--hand", "sine", "--speed-limit-mps", "0.01"]);
-    let prometheus = Prometheus::start(program, address);
+    let (_right, right) = self::daemon(&[]);
+    let prometheus = Prometheus::start(program, [address, right]);
     let seen = |query: &str| {
         let began = Instant::now();
         loop {
@@ -359,5 +373,6 @@ fn a_real_prometheus_sees_the_rig_and_alerts_when_it_faults() {
     let mut client = daemon.client();
     drop(client.request::<StateReply>(Request::Engage {}));
     wait_for_state(&mut client, RigState::Faulted);
-    seen("hapticd_faults_total{code=\"too_fast\"} == 1");
+    seen("hapticd_faults_total{code=\"too_fast\",instance=\"left\"} == 1");
+    seen("hapticd_state{state=\"idle\",instance=\"right\"} == 1");
 }

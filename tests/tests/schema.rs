@@ -2,7 +2,7 @@
 //! one that is none.
 
 use haptic_core::Scene;
-use haptic_ipc::{RigState, SceneArrival};
+use haptic_ipc::{JournalEntry, RigState, SceneArrival};
 use haptic_lab::recording::Mark;
 use haptic_lab::recording::mcap::MARK_SCHEMA;
 use serde_json::{Value, json};
@@ -167,7 +167,12 @@ fn the_schema_of_a_recordings_marks_is_that_of_the_marks() {
             state: RigState::Faulted,
             fault: Some("fault".to_owned()),
         },
+        Mark::Journal {
+            tick,
+            entry: Box::new(JournalEntry::of("engage")),
+        },
         Mark::Lost { rows: 1 },
+        Mark::LostChanges { changes: 1 },
         Mark::Missed { tick, periods: 2 },
         Mark::Marker {
             tick,

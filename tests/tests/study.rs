@@ -226,3 +226,75 @@ fn a_wrong_study_is_refused_with_the_reason() {
     }
     assert!(!folder.exists(), "nothing was made");
 }
+
+#[test]
+fn a_study_of_people_is_made_by_one_command_and_never_called_a_models() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let plan = small_plan(parent.path(), 1);
+    let (people, model) = (parent.path().join("people"), parent.path().join("model"));
+    let offline = |arguments: &[&str]| ctl(Path::new("/nonexistent"), arguments);
+    let new = |more: &[&str]| offline(&[&["study", "new", plain(&plan), "--out", plain(&people)], more].concat());
+    for (more, message) in [
+        (vec![], "--subjects"),
+        (vec!["--codes", "P1,p1"], "subject `p1` stands there twice"),
+        (vec!["--codes", "../x"], "a code has 1 to 32 letters and digits"),
+    ] {
+        let refused = new(&more);
+        assert_eq!(refused.status.code(), Some(2), "{more:?}");
+        assert!(text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
+    }
+    let made = new(&["--codes", "P1,P2"]);
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    assert!(
+        text(&made.stdout).contains("haptic-gui --page task"),
+        "{}",
+        text(&made.stdout)
+    );
+    assert!(!new(&["--subjects", "2"]).status.success(), "nothing is overwritten");
+    let asked = offline(&["study", "run", "fitts", "--subjects", "2", "--out", "x"]);
+    let asked = text(&asked.stderr);
+    assert!(
+        asked.contains("haptic-ctl study new fitts --subjects 2 --out x"),
+        "{asked}"
+    );
+
+    // Two rows of a model, as if people had done them.
+    let done = run(&study(plain(&plan), &model, &["--no-recordings"]));
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let table = |folder: &Path, code: &str| {
+        folder.join(format!(
+            "data/subject-{code}/session-01/subject-{code}_session-01_task-fitts_data.csv"
+        ))
+    };
+    let rows = fs::read_to_string(table(&model, "01")).expect("rows");
+    let of_people = rows.replace("simulated,01,", "human,P1,");
+    fs::create_dir_all(table(&people, "P1").parent().expect("a folder")).expect("made");
+    fs::write(table(&people, "P1"), &of_people).expect("written");
+    let analyse = || offline(&["study", "analyse", plain(&people), "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&analyse().stdout).expect("JSON");
+    assert_eq!(found["operator"], "human");
+    assert!(!found["notes"].to_string().contains("model"), "{}", found["notes"]);
+    fs::write(table(&people, "P1"), of_people.replacen("human", "simulated", 1)).expect("written");
+    let mixed = analyse();
+    assert_eq!(mixed.status.code(), Some(2));
+    assert!(
+        text(&mixed.stderr).contains("more than one kind of operator"),
+        "{}",
+        text(&mixed.stderr)
+    );
+
+    // Practice is missing, so the rows are not those of the plan from its beginning.
+    let resumed = offline(&["study", "resume", plain(&people)]);
+    assert!(
+        text(&resumed.stderr).contains("subject P1"),
+        "{}",
+        text(&resumed.stderr)
+    );
+    fs::remove_dir_all(people.join("data")).expect("removed");
+    let resumed = offline(&["study", "resume", plain(&people)]);
+    let said = text(&resumed.stdout);
+    assert!(
+        said.contains("subject P1: 0 of ") && said.contains("people do this study"),
+        "{said}"
+    );
+}

@@ -35,7 +35,8 @@ fn every_conversation_of_version_1_can_still_be_held() {
 }
 
 /// Codes that no conversation alone can bring about, and the tests that do.
-const ELSEWHERE: [(&str, &str); 9] = [
+const ELSEWHERE: [(&str, &str); 10] = [
+    ("config_file", "reload.rs, with a wrong file"),
     ("not_permitted", "attacks.rs, as another user"),
     (
         "not_confirmed",

@@ -11,6 +11,8 @@ use haptic_ipc::{
     Client, Description, Envelope, Event, ParameterDescription, Request, RigState, Sample, SamplesEvent, SceneReply,
     StateEvent, StateReply, params_of,
 };
+use haptic_lab::studies::plan::{BUILT_IN_PLANS, Plan};
+use haptic_lab::studies::store::{About, Study};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -156,6 +158,16 @@ fn kept(theme: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("pictures/panel-{theme}.png"))
 }
 
+/// The same picture in docs/panel.md.
+fn of_documents(theme: &str) -> PathBuf {
+    let name = if theme == "dark" {
+        "panel.png"
+    } else {
+        "panel-light.png"
+    };
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images").join(name)
+}
+
 fn read(path: &Path) -> Picture {
     let file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let mut reader = png::Decoder::new(BufReader::new(file)).read_info().expect("a PNG");
@@ -191,6 +203,7 @@ fn the_window_looks_as_it_did_in_both_themes() {
         let mut seen = screen.settled(is_drawn);
         if std::env::var_os("HAPTIC_UPDATE_PICTURES").is_some() {
             write(&kept(theme), &seen);
+            write(&of_documents(theme), &seen);
             continue;
         }
         let expected = read(&kept(theme));
@@ -212,6 +225,20 @@ fn the_window_looks_as_it_did_in_both_themes() {
     }
 }
 
+const PAGES: [&str; 5] = ["tune", "record", "identify", "task", "perception"];
+
+/// A folder with a study for each page that has one, under the page's name.
+fn studies() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (_, perception) = BUILT_IN_PLANS[1];
+    for (page, text) in [("task", crate::study_window::PLAN), ("perception", perception)] {
+        let plan = Plan::read(text).expect("a plan");
+        let about = About::people(&plan, text, 1, vec!["P7".to_owned()]);
+        drop(Study::create(&folder.path().join(page), text, &about).expect("a study"));
+    }
+    folder
+}
+
 /// Every page in both themes in the smallest, the usual and a large window. The pictures are to be looked at: with
 /// `HAPTIC_UPDATE_PICTURES` they are in `target/tmp/panel`.
 #[test]
@@ -224,15 +251,20 @@ fn every_page_has_stop_in_both_themes_at_three_sizes() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
     client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    let studies = studies();
     for size in [(1024, 640), (1280, 800), (1920, 1080)] {
         let Some(screen) = Screen::of_size(size) else {
             return;
         };
         for theme in ["dark", "light"] {
-            for page in ["tune", "record", "identify"] {
+            for page in PAGES {
                 let mut arguments = vec!["--theme", theme, "--page", page];
                 if page == "record" {
                     arguments.extend(["--open", recording.to_str().expect("a name")]);
+                }
+                let study = studies.path().join(page);
+                if study.exists() {
+                    arguments.extend(["--study", study.to_str().expect("a name")]);
                 }
                 let panel = screen.panel(daemon.socket(), &arguments);
                 wait_for(&mut client, "the panel", |status| status.clients == 3);
@@ -264,10 +296,15 @@ fn a_key_stops_soon_on_every_page() {
     let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recording-of-0.1.0.mcap");
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
-    for page in ["tune", "record", "identify"] {
+    let studies = studies();
+    for page in PAGES {
         let mut arguments = vec!["--page", page];
         if page == "record" {
             arguments.extend(["--open", recording.to_str().expect("a name")]);
+        }
+        let study = studies.path().join(page);
+        if study.exists() {
+            arguments.extend(["--study", study.to_str().expect("a name")]);
         }
         let panel = screen.panel(daemon.socket(), &arguments);
         wait_for(&mut client, "the panel", |status| status.clients == 3);
@@ -291,8 +328,8 @@ fn a_key_stops_soon_on_every_page() {
     }
 }
 
-/// Brings the rig to `state`, idle or engaged. A stop of the panel comes on two connections, and the second may be late: it is reset again.
-fn bring_to(client: &mut Client, state: RigState) {
+/// Brings the rig to `state`, idle or engaged. A key stops on three ways, and the last may be late: it is reset again.
+pub(crate) fn bring_to(client: &mut Client, state: RigState) {
     let began = Instant::now();
     loop {
         let next = match status(client).state {
@@ -407,7 +444,12 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     screen.act(&["key", "Escape"]);
     wait_for_state(&mut client, RigState::Stopped);
     // The other pages stop as well.
-    for (page, key) in [("ctrl+2", "space"), ("ctrl+3", "Escape")] {
+    for (page, key) in [
+        ("ctrl+2", "space"),
+        ("ctrl+3", "Escape"),
+        ("ctrl+4", "space"),
+        ("ctrl+5", "Escape"),
+    ] {
         bring_to(&mut client, RigState::Idle);
         screen.act(&["key", page]);
         screen.act(&["key", key]);

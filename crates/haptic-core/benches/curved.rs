@@ -222,7 +222,8 @@ fn main() {
         return probe(law.parse().expect("a number"), hand.parse().expect("a number"));
     }
     println!(
-        "law                | hand                 | error, N: median, worst | ns: median, mean, dearest | instructions: median, mean, dearest | at bound"
+        "law                | hand                 | error, N: median, worst | ns: median, mean, dearest | \
+         instructions: median, mean, dearest | at bound"
     );
     for (law, (name, friction)) in laws().into_iter().enumerate() {
         for (index, hand) in HANDS.iter().enumerate() {
@@ -244,7 +245,8 @@ fn main() {
             mean_count = mean(&counts);
             let (median_count, dearest_count) = spread(counts);
             println!(
-                "{name:18} | {:20} | {error:7.0e} {worst:7.0e} | {median_ns:7.0} {mean_ns:7.0} {dearest_ns:7.0} | {median_count:7.0} {mean_count:7.0} {dearest_count:7.0} | {exhausted}",
+                "{name:18} | {:20} | {error:7.0e} {worst:7.0e} | {median_ns:7.0} {mean_ns:7.0} {dearest_ns:7.0} | \
+                 {median_count:7.0} {mean_count:7.0} {dearest_count:7.0} | {exhausted}",
                 hand.name
             );
         }

@@ -38,10 +38,17 @@ impl Default for Limits {
 /// Counts by which two positions may differ without the device having moved otherwise than was foreseen.
 const COUNTS_OF_DOUBT: f64 = 4.0;
 
+/// Longest time in which a force is taken down to a lower limit, s.
+pub const LONGEST_LOWERING_S: f64 = 0.2;
+
 /// Clamps forces and lets nothing through that is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimiter {
     limits: Limits,
+    /// The configured limit of force as far as it has come in, N.
+    configured_n: f64,
+    /// How fast that moves to the limit, N/s; 0 once it is there.
+    move_n_per_s: f64,
     /// Largest force that passes, N: the smaller of the configured limit and the device's own.
     force_n: f64,
     last_n: f64,
@@ -58,16 +65,67 @@ impl SafetyLimiter {
     pub fn new(limits: Limits) -> Self {
         Self {
             limits,
+            configured_n: limits.force_n,
+            move_n_per_s: 0.0,
             force_n: limits.force_n,
             last_n: 0.0,
         }
     }
 
+    /// Goes on with other limits. Each holds at once but for the limit of force: a higher one comes in over
+    /// `ramp_s`. A lower one lets no force grow beyond it from now on, and takes a force that is beyond it already
+    /// down to it in that time, at most [`LONGEST_LOWERING_S`].
+    pub fn set_limits(&mut self, limits: Limits, ramp_s: f64) {
+        if limits == self.limits {
+            return;
+        }
+        self.limits = limits;
+        let to_n = limits.force_n;
+        self.configured_n = self.configured_n.min(to_n.max(self.last_n.abs()));
+        let way_n = to_n - self.configured_n;
+        let time_s = if way_n < 0.0 {
+            ramp_s.min(LONGEST_LOWERING_S)
+        } else {
+            ramp_s
+        };
+        self.move_n_per_s = way_n / time_s;
+        if !self.move_n_per_s.is_finite() {
+            // There is no time to move in.
+            self.arrive();
+        }
+    }
+
+    /// Whether the limit of force is yet to come to its new value.
+    pub(crate) fn is_moving(&self) -> bool {
+        self.move_n_per_s != 0.0
+    }
+
+    /// Moves the limit of force to its new value, by so much time, s.
+    pub(crate) fn advance(&mut self, elapsed_s: f64) {
+        let moved_n = self.configured_n + self.move_n_per_s * elapsed_s;
+        let to_n = self.limits.force_n;
+        let is_there = if self.move_n_per_s > 0.0 {
+            moved_n >= to_n
+        } else {
+            moved_n <= to_n
+        };
+        if is_there {
+            self.arrive();
+        } else {
+            self.configured_n = moved_n;
+        }
+    }
+
+    fn arrive(&mut self) {
+        self.configured_n = self.limits.force_n;
+        self.move_n_per_s = 0.0;
+    }
+
     /// Another device is there, which gives so much force at most, N (>= 0; infinite where it names
     /// no limit). NaN counts as 0 N.
     pub fn set_device_force(&mut self, force_n: f64) {
-        self.force_n = if force_n >= self.limits.force_n {
-            self.limits.force_n
+        self.force_n = if force_n >= self.configured_n {
+            self.configured_n
         } else {
             force_n.max(0.0)
         };
@@ -133,9 +191,10 @@ impl SafetyLimiter {
         self.last_n = force;
     }
 
-    /// The force is zero now, whatever it was.
+    /// The force is zero now, whatever it was: no hand feels a limit that moves.
     pub fn zero(&mut self) {
         self.last_n = 0.0;
+        self.arrive();
     }
 
     /// Whether a device with a velocity (m/s) can have moved so far (m) in a time (s), counting
@@ -225,6 +284,72 @@ mod tests {
             "the configured one"
         );
         assert_eq!([limit(0.0, 5.0), limit(f64::NAN, 5.0), limit(-1.0, 5.0)], [0.0; 3]);
+    }
+
+    // hazard: H21
+    #[test]
+    fn a_limit_of_force_that_changes_makes_no_step_and_a_lower_one_holds_in_time() {
+        let with = |force_n| Limits {
+            force_n,
+            slew_n_per_s: 1e9,
+            ..Limits::default()
+        };
+        let step = |limiter: &mut SafetyLimiter, wanted: f64| {
+            limiter.advance(1e-3);
+            limiter.set_device_force(f64::INFINITY);
+            limiter.limit(wanted, 1.0, 1e-3).expect("a number")
+        };
+        for (sign, ramp_s, steps) in [(1.0, 0.1, 100), (-1.0, 10.0, 200)] {
+            let mut limiter = SafetyLimiter::new(with(20.0));
+            assert_eq!(step(&mut limiter, sign * 12.0), sign * 12.0);
+            limiter.set_limits(with(4.0), ramp_s);
+            let mut last = 12.0;
+            for index in 0..steps {
+                // The same limits once more begin no new ramp.
+                limiter.set_limits(with(4.0), ramp_s);
+                let now = sign * step(&mut limiter, sign * 12.0);
+                let fallen = last - now;
+                assert!(
+                    fallen > 0.0 && fallen < 8.0 / f64::from(steps) * 1.001,
+                    "{fallen} N in step {index}"
+                );
+                last = now;
+            }
+            assert!((last - 4.0).abs() < 1e-9, "{last} N after {steps} ms");
+            step(&mut limiter, 0.0);
+            assert_eq!(step(&mut limiter, 12.0), 4.0);
+
+            limiter.set_limits(with(20.0), 0.1);
+            for index in 1..=101 {
+                let now = step(&mut limiter, 30.0);
+                let expected = (4.0 + 0.16 * f64::from(index)).min(20.0);
+                assert!((now - expected).abs() < 1e-9, "{now} N in step {index}");
+            }
+            assert!(!limiter.is_moving());
+        }
+
+        // A force below the lower limit does not grow beyond it any more.
+        let mut limiter = SafetyLimiter::new(with(20.0));
+        step(&mut limiter, 3.0);
+        limiter.set_limits(with(4.0), 0.1);
+        assert_eq!(step(&mut limiter, 12.0), 4.0);
+        // A ramp of no time is none.
+        for force_n in [4.0, 2.0, 9.0, 9.0] {
+            limiter.set_limits(
+                Limits {
+                    speed_mps: force_n,
+                    ..with(force_n)
+                },
+                0.0,
+            );
+            assert_eq!(step(&mut limiter, 12.0), force_n);
+        }
+        limiter.set_limits(with(4.0), 0.0);
+        // Without force a higher one holds at once.
+        limiter.set_limits(with(20.0), 0.1);
+        limiter.zero();
+        assert!(!limiter.is_moving());
+        assert_eq!(step(&mut limiter, 12.0), 12.0);
     }
 
     #[test]

@@ -5,16 +5,17 @@ use crate::output;
 use clap::{Args, ValueEnum};
 use haptic_lab::compare::{self, AlignedBy, Options};
 use haptic_lab::drawing::PlotFormat;
-use haptic_lab::identify::record_file::{self, Loaded, Source};
+use haptic_lab::identify::record_file::{self, Loaded, RecordFileError, Source};
 use haptic_lab::identify::{self, ModelKind, Record};
 use haptic_lab::recording;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-Both files are recordings of hapticd in any of its formats, or CSV with the columns t_s, position_m and force_N, where \
-the force drives the moving mass, positive along the position. Of a recording the block's motion and the coupling's \
-force are taken while the rig was engaged. Exit code 1 where the two have no motion in common.";
+Both files are recordings of hapticd in any of its formats, or tables of other programs (CSV, Parquet) with the \
+columns t_s, position_m and force_N, where the force drives the moving mass, positive along the position. Of a \
+recording the block's motion and the coupling's force are taken while the rig was engaged. Exit code 1 where the two \
+have no motion in common.";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -98,12 +99,33 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
 }
 
 fn read(path: &Path) -> Result<Loaded, Failure> {
-    let loaded = record_file::read(&Source::new(path)).map_err(|error| Failure::Usage(error.to_string()))?;
+    let loaded = record_file::read(&Source::new(path)).map_err(|error| Failure::Usage(reason(&error)))?;
     loaded
         .record
         .check()
         .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
     Ok(loaded)
+}
+
+/// Why a record is not read. Of a table it takes the columns by their names, as there are two of them.
+fn reason(error: &RecordFileError) -> String {
+    match error {
+        RecordFileError::MissingColumn {
+            path,
+            what,
+            header,
+            usual,
+            ..
+        } => format!(
+            "{}: no {what} column among `{header}`: give it one of the usual names in the heading ({usual})",
+            path.display()
+        ),
+        RecordFileError::UnknownUnit { path, column, .. } => format!(
+            "{}: the unit of `{column}` is not known: write the column in s, m and N, and say so in its heading",
+            path.display()
+        ),
+        error => error.to_string(),
+    }
 }
 
 /// The mass of the block that was rendered, kg, where the record is a recording.

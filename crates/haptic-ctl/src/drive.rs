@@ -28,6 +28,19 @@ const STOP_TIMEOUT: Duration = Duration::from_secs(2);
 /// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to
 /// start one.
 pub(crate) async fn stop(socket: Option<&Path>, request: Request, json: bool) -> Result<(), Failure> {
+    let reply = ask_to_stop(socket, request, if json { None } else { Some("") }).await?;
+    show(&reply, json)
+}
+
+/// Asks a rig to stop. A person is told what to do meanwhile, where there is one: what of the rig's name stands before.
+///
+/// # Errors
+/// The daemon refuses, or cannot be asked in time.
+pub(crate) async fn ask_to_stop(
+    socket: Option<&Path>,
+    request: Request,
+    told: Option<&str>,
+) -> Result<StateReply, Failure> {
     let asked = async {
         let mut daemon = Daemon::connect(socket).await?;
         daemon.ask::<StateReply>(request).await
@@ -36,19 +49,18 @@ pub(crate) async fn stop(socket: Option<&Path>, request: Request, json: bool) ->
     let answered = match tokio::time::timeout(STOP_ALARM, &mut asked).await {
         Ok(answered) => answered,
         Err(_) => {
-            if !json {
-                eprintln!("haptic-ctl: no answer yet: if the motor pulls, cut its power");
+            if let Some(rig) = told {
+                eprintln!("haptic-ctl: {rig}no answer yet: if the motor pulls, cut its power");
             }
             tokio::time::timeout(STOP_TIMEOUT - STOP_ALARM, asked)
                 .await
                 .unwrap_or(Err(Failure::NoAnswer(STOP_TIMEOUT)))
         }
     };
-    match answered {
-        Ok(reply) => show(&reply, json),
-        Err(Failure::Client(ClientError::Refused(error))) => Err(Failure::Client(ClientError::Refused(error))),
-        Err(failure) => Err(Failure::CannotStop(Box::new(failure))),
-    }
+    answered.map_err(|failure| match failure {
+        Failure::Client(ClientError::Refused(_)) => failure,
+        _ => Failure::CannotStop(Box::new(failure)),
+    })
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {

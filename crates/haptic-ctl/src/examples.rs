@@ -6,7 +6,11 @@ use clap::Command;
 const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "status",
-        &["haptic-ctl status", "haptic-ctl status --json=state,device.description"],
+        &[
+            "haptic-ctl status",
+            "haptic-ctl status --json=state,device.description",
+            "haptic-ctl --all status",
+        ],
     ),
     ("top", &["haptic-ctl top"]),
     ("describe", &["haptic-ctl describe"]),
@@ -45,8 +49,9 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("log", &["haptic-ctl log -n 5", "haptic-ctl events log --past 5"]),
     ("engage", &["haptic-ctl engage --wait"]),
     ("release", &["haptic-ctl release --wait --timeout 2s"]),
-    ("stop", &["haptic-ctl stop"]),
+    ("stop", &["haptic-ctl stop", "haptic-ctl --all stop"]),
     ("reset", &["haptic-ctl reset"]),
+    ("reload", &["haptic-ctl reload"]),
     ("commission", &["haptic-ctl commission"]),
     (
         "identify",
@@ -64,6 +69,10 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "recording cut",
         &["haptic-ctl recording cut rig.mcap slide.csv --from-marker 1 --to 5s"],
+    ),
+    (
+        "recording collect",
+        &["haptic-ctl recording collect set --as left monday.mcap tuesday.mcap"],
     ),
     (
         "recording export",
@@ -112,6 +121,13 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "haptic-ctl study analyse study",
             "haptic-ctl study analyse --trials trials.csv --json",
+        ],
+    ),
+    (
+        "study new",
+        &[
+            "haptic-ctl study new fitts --subjects 20 --out study",
+            "haptic-ctl study new perception --codes P1,P2,P3 --seed 7 --out study",
         ],
     ),
     ("study resume", &["haptic-ctl study resume study"]),

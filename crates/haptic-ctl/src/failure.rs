@@ -103,20 +103,27 @@ impl Failure {
         }
     }
 
+    /// The exit code.
+    pub(crate) fn exit_code(&self) -> u8 {
+        self.code().0
+    }
+
+    /// What went wrong, for programs: the daemon's own error where that has refused.
+    pub(crate) fn as_json(&self) -> serde_json::Value {
+        match self {
+            Self::Client(ClientError::Refused(error)) => serde_json::json!(error),
+            _ => serde_json::json!({ "code": self.code().1, "message": self.to_string() }),
+        }
+    }
+
     /// Says what went wrong on standard error, and gives the exit code.
     pub(crate) fn report(&self, json: bool) -> ExitCode {
-        let (exit, name) = self.code();
+        let exit = self.exit_code();
         match self {
             // The reader of the output has closed it, as `head` does.
             Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
             Self::Interrupted | Self::Silent(_) => {}
-            Self::Client(ClientError::Refused(error)) if json => {
-                eprintln!("{}", serde_json::json!({ "error": error }));
-            }
-            _ if json => eprintln!(
-                "{}",
-                serde_json::json!({ "error": { "code": name, "message": self.to_string() } })
-            ),
+            _ if json => eprintln!("{}", serde_json::json!({ "error": self.as_json() })),
             _ => eprintln!("haptic-ctl: {self}"),
         }
         ExitCode::from(exit)

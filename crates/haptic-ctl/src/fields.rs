@@ -170,6 +170,14 @@ impl Schema {
         Self::of(json!({ "$ref": format!("#/$defs/Answers/{op}") }))
     }
 
+    /// Of each of many rigs its name, its socket, and the answer to a request under its operation, or an error.
+    pub(crate) fn of_each_rig(request: &Request) -> Self {
+        let op = json!(request)["op"].as_str().unwrap_or_default().to_owned();
+        let mut fields = json!({ "rig": {}, "socket": {}, "error": { "$ref": "#/$defs/FromServer/WireError" } });
+        fields[&op] = json!({ "$ref": format!("#/$defs/Answers/{op}") });
+        Self::of(json!({ "items": { "properties": fields } }))
+    }
+
     /// What the types of this name hold, and fields beside them.
     pub(crate) fn of_types(names: &[&str], beside: &[&str]) -> Self {
         let mut all: Vec<Value> = names

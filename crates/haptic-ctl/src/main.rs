@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod advise;
+mod all;
 mod beginning;
 mod change;
 mod colour;
@@ -33,6 +34,7 @@ mod progress;
 mod raw;
 mod record;
 mod recording;
+mod reload;
 mod replay;
 mod sample_table;
 mod scene;
@@ -72,6 +74,11 @@ struct Arguments {
     /// Rig of this name: the daemon of the service hapticd@NAME. Stands before the subcommand
     #[arg(long = "rig", value_name = "NAME", value_parser = rig_name, conflicts_with = "socket")]
     rig_name: Option<String>,
+
+    /// Every rig of this machine: those of the services hapticd and hapticd@NAME, of sockets that were forwarded to the
+    /// place of one, and of --socket. Only for `status` and `stop`. Stands before the subcommand
+    #[arg(long, conflicts_with = "rig_name")]
+    all: bool,
 
     /// Print JSON, with the field names of the control protocol; or only some fields of it, as in
     /// --json=state,device.description
@@ -143,6 +150,9 @@ enum Command {
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,
+    /// Read the limits in the daemon's configuration again, and look through the library, while force flows on
+    #[command(after_help = reload::HELP)]
+    Reload,
     /// Commission the rig: find the direction of its motor, its range and its friction by small
     /// pulses, and store them. A rig engages only after that
     #[command(after_help = commission::HELP)]
@@ -224,6 +234,7 @@ impl Command {
             Self::Release(_) => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
+            Self::Reload => Request::Reload {},
             Self::Commission(_) => return Ok(commission::Arguments::requests()),
             Self::Identify(identify) => return Ok(identify.requests()),
             Self::Wait(wait) => return Ok(wait.requests()),
@@ -267,6 +278,7 @@ impl Command {
             | Self::Release(_)
             | Self::Stop
             | Self::Reset
+            | Self::Reload
             | Self::Timing
             | Self::Advise
             | Self::Devices(_) => Schema::of_answer_to(self.requests().ok()?.first()?),
@@ -326,7 +338,11 @@ fn main() -> ExitCode {
 /// A field is wanted that is never printed.
 fn choose_output(arguments: &Arguments) -> Result<(), Failure> {
     let fields = arguments.json.clone().flatten();
-    let schema = fields.as_ref().and_then(|_| arguments.command.schema());
+    let schema = match &fields {
+        Some(_) if arguments.all => all::schema(&arguments.command),
+        Some(_) => arguments.command.schema(),
+        None => None,
+    };
     if let (Some(fields), Some(schema)) = (&fields, &schema) {
         fields.check(schema)?;
     }
@@ -361,6 +377,9 @@ fn print_requests(command: &Command) -> Result<(), Failure> {
 
 async fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (json, command) = (arguments.json.is_some(), &arguments.command);
+    if arguments.all {
+        return all::run(command, arguments.socket.as_deref(), json).await;
+    }
     let of_rig = arguments
         .rig_name
         .as_deref()
@@ -402,6 +421,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Log(log) => log::run(daemon, log, json).await,
         Command::Engage(waiting) => drive::run_to(daemon, request, RigState::Engaged, waiting, json).await,
         Command::Release(waiting) => drive::run_to(daemon, request, RigState::Idle, waiting, json).await,
+        Command::Reload => reload::run(daemon, request, json).await,
         Command::Commission(arguments) => commission::run(daemon, arguments, json).await,
         Command::Identify(arguments) => identify::run(daemon, arguments, json).await,
         Command::Wait(wait) => wait::run(daemon, wait, json).await,

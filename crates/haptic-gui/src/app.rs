@@ -1,15 +1,18 @@
 //! Ties connection and files to the panel, for the window to call. Nothing here waits.
 
 use crate::connection::Connection;
+use crate::export::Destination;
 use crate::files::Files;
-use crate::intent::{Format, Intent};
+use crate::intent::{Format, Intent, Wanted};
 use crate::model::Model;
 use crate::page::Page;
 use crate::remembering::Remembering;
 use crate::settings::Settings;
 use crate::shell;
 use crate::stop_button::is_stop_key;
+use crate::study::StudyCommand;
 use crate::update::Update;
+use crate::x11_keys;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -33,8 +36,10 @@ impl App {
     /// The panel with a connection and files that repaint the same window.
     #[must_use]
     pub fn new(connection: Connection, files: Files) -> Self {
+        let mut model = Model::new();
+        model.view.studying.screen = connection.subject_screen();
         Self {
-            model: Model::new(),
+            model,
             connection,
             files,
             shortest: Duration::ZERO,
@@ -46,6 +51,21 @@ impl App {
     /// Limits the frames that show new samples to those that a processor draws without strain.
     pub fn draw_in_software(&mut self) {
         self.shortest = SHORTEST_IN_SOFTWARE;
+    }
+
+    /// Stops by key ahead of the frames, in a window of X11.
+    ///
+    /// # Errors
+    /// Why the keys cannot be seen there; the window's own still stop.
+    pub fn watch_keys(&self, window: u32) -> std::io::Result<()> {
+        x11_keys::watch(None, window, self.connection.stopper())
+    }
+
+    /// Opens a study, and turns to its page once it is open.
+    pub fn open_study(&mut self, folder: PathBuf) {
+        let command = StudyCommand::Open { folder };
+        self.model.view.studying.note_sent(&command);
+        self.connection.send(Intent::Study(command));
     }
 
     /// Turns to a page.
@@ -89,11 +109,13 @@ impl App {
         &self.files
     }
 
-    /// Takes the keys of Stop, before anything is laid out or drawn.
+    /// Takes the keys of Stop of any window, before anything is laid out or drawn.
     pub fn take_keys(&mut self, input: &egui::RawInput) {
-        self.stopped_by_key = input.events.iter().any(is_stop_key);
-        if self.stopped_by_key {
+        if input.events.iter().any(is_stop_key) {
+            self.stopped_by_key = true;
             self.connection.stop();
+            // Now: an answer may come before the panel's own window is drawn, and the key may be the subject's.
+            self.model.press_stop(Instant::now());
         }
     }
 
@@ -120,7 +142,8 @@ impl App {
 
     /// Draws the panel, and carries out the intents of the user.
     pub fn show(&mut self, ui: &mut egui::Ui) {
-        for intent in shell::ui(ui, &mut self.model, Instant::now()) {
+        let intents = shell::ui(ui, &mut self.model, Instant::now());
+        for intent in intents {
             self.carry_out(ui.ctx(), intent);
         }
         self.stopped_by_key = false;
@@ -132,7 +155,12 @@ impl App {
         match intent {
             // It was sent when the key was seen.
             Intent::Stop if std::mem::take(&mut self.stopped_by_key) => {}
-            Intent::Export { format, folder } => self.export(ctx, format, folder),
+            Intent::Export { format, folder } => self.export(ctx, format, Destination::NewIn(folder)),
+            Intent::Choose {
+                wanted: Wanted::Export(format),
+                near,
+            } => self.export(ctx, format, Destination::Asked { near }),
+            Intent::Choose { wanted, near } => self.files.choose(wanted, near),
             Intent::Open { path } => self.files.open(path),
             Intent::List { folder, known } => self.files.list(folder, known),
             Intent::WhatIf { number, path, scene } => self.files.what_if(number, path, *scene),
@@ -144,13 +172,13 @@ impl App {
         }
     }
 
-    fn export(&self, ctx: &egui::Context, format: Format, folder: PathBuf) {
+    fn export(&self, ctx: &egui::Context, format: Format, to: Destination) {
         if format != Format::Png {
-            self.files.export(&self.model, format, folder);
+            self.files.export(&self.model, format, to);
             return;
         }
         let writer = self.files.writer();
         let (part, scale) = (self.model.plots_area(), ctx.pixels_per_point());
-        ctx.request_screenshot(move |image| writer.export_picture(image, part, scale, folder));
+        ctx.request_screenshot(move |image| writer.export_picture(image, part, scale, to));
     }
 }

@@ -1,9 +1,10 @@
 //! Reads and writes files, each on a thread of its own: neither a stalled disk nor an hour of samples keeps
 //! the window waiting.
 
-use crate::export::{self, Picture, Rows};
+use crate::dialogs;
+use crate::export::{self, Destination, Picture, Rows};
 use crate::identification::Question;
-use crate::intent::Format;
+use crate::intent::{Format, Wanted};
 use crate::model::Model;
 use crate::recording::{self, Listed, Loaded, WhatIfTape};
 use crate::update::Update;
@@ -11,7 +12,8 @@ use crate::update_sender::UpdateSender;
 use egui::{ColorImage, Rect};
 use haptic_core::Scene;
 use haptic_lab::identify::record_file;
-use std::io::{BufWriter, Write as _};
+use std::fs::File;
+use std::io::{self, BufWriter, Write as _};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -77,13 +79,18 @@ impl Files {
 
     /// Reads a recording.
     pub fn open(&self, path: PathBuf) {
-        let what = format!("Reading {}", path.display());
         let told = self.writer.clone();
-        self.writer.work(&what.clone(), move || {
-            let progress = |length_s: f64| told.tell(Update::Busy(format!("{what}: {length_s:.0} s so far")));
-            let result = Loaded::read(&path, progress).map(Box::new);
-            Update::Opened { path, result }
-        });
+        self.writer.work_unnoticed(move || told.read(path));
+    }
+
+    /// Asks for a file or a folder in a dialog of the desktop. A recording that is chosen is read.
+    pub fn choose(&self, wanted: Wanted, near: PathBuf) {
+        let told = self.writer.clone();
+        self.writer
+            .work_unnoticed(move || match (dialogs::ask(wanted, &near), wanted) {
+                (Ok(Some(path)), Wanted::Recording) => told.read(path),
+                (chosen, _) => Update::DialogClosed(chosen.map(|path| path.map(|path| (wanted, path)))),
+            });
     }
 
     /// Lists the recordings of a folder, in place of the listing before. What is known is not read again.
@@ -154,30 +161,18 @@ impl Files {
         self.identify_is_over.store(true, Ordering::Release);
     }
 
-    /// Writes the plots in sight as CSV or SVG into a new file in `folder`.
-    pub fn export(&self, model: &Model, format: Format, folder: PathBuf) {
-        let what = format!(
-            "Writing {} into {}",
-            format.extension().to_uppercase(),
-            folder.display()
-        );
+    /// Writes the plots in sight as CSV or SVG.
+    pub fn export(&self, model: &Model, format: Format, to: Destination) {
         if format == Format::Svg {
             let picture = Picture::seen(model);
-            self.writer.work(&what, move || {
-                Update::Exported(export::write(&folder, format, |file| {
-                    file.write_all(picture.svg().as_bytes())
-                }))
-            });
-            return;
+            let write = move |file: &mut File| file.write_all(picture.svg().as_bytes());
+            return self.writer.export(format, to, write);
         }
         let rows = Rows::seen(model);
-        self.writer.work(&what, move || {
-            let written = export::write(&folder, format, |file| {
-                let mut out = BufWriter::with_capacity(1 << 18, file);
-                rows.write(&mut out)?;
-                out.flush()
-            });
-            Update::Exported(written)
+        self.writer.export(format, to, move |file| {
+            let mut out = BufWriter::with_capacity(1 << 18, file);
+            rows.write(&mut out)?;
+            out.flush()
         });
     }
 
@@ -188,15 +183,51 @@ impl Files {
 }
 
 impl Writer {
-    /// Writes a part of the window as PNG into a new file in `folder`.
-    pub(crate) fn export_picture(&self, image: Arc<ColorImage>, part: Rect, scale: f32, folder: PathBuf) {
-        let what = format!("Writing PNG into {}", folder.display());
-        self.work(&what, move || {
-            let content = export::png(&image, part, scale);
-            Update::Exported(
-                content.and_then(|content| export::write(&folder, Format::Png, |file| file.write_all(&content))),
-            )
+    /// Writes a part of the window as PNG.
+    pub(crate) fn export_picture(&self, image: Arc<ColorImage>, part: Rect, scale: f32, to: Destination) {
+        self.export(Format::Png, to, move |file| {
+            let content = export::png(&image, part, scale).map_err(io::Error::other)?;
+            file.write_all(&content)
         });
+    }
+
+    /// Writes an export into the file that its destination names.
+    fn export(
+        &self,
+        format: Format,
+        to: Destination,
+        write: impl FnOnce(&mut File) -> io::Result<()> + Send + 'static,
+    ) {
+        let told = self.clone();
+        let kind = format.extension().to_uppercase();
+        self.work_unnoticed(move || {
+            let created = match &to {
+                Destination::NewIn(folder) => {
+                    told.tell(Update::Busy(format!("Writing {kind} into {}", folder.display())));
+                    export::create(folder, format)
+                }
+                Destination::Asked { near } => match dialogs::ask(Wanted::Export(format), near) {
+                    Ok(Some(path)) => {
+                        told.tell(Update::Busy(format!("Writing {}", path.display())));
+                        export::replace(path)
+                    }
+                    Ok(None) => return Update::DialogClosed(Ok(None)),
+                    Err(why) => return Update::DialogClosed(Err(why)),
+                },
+            };
+            Update::Exported(created.and_then(|(path, file)| export::write(path, file, write)))
+        });
+    }
+
+    /// Reads a recording, and tells how far it is.
+    fn read(&self, path: PathBuf) -> Update {
+        let progress = |share: Option<f64>| {
+            let path = path.clone();
+            self.tell(Update::Reading { path, share });
+        };
+        progress(None);
+        let result = Loaded::read(&path, progress).map(Box::new);
+        Update::Opened { path, result }
     }
 
     /// Works on a thread of its own, and tells so.

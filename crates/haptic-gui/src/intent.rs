@@ -2,8 +2,9 @@
 
 use crate::identification::Question;
 use crate::recording::Listed;
+use crate::study::StudyCommand;
 use haptic_core::{Direction, Scene};
-use haptic_ipc::{ChangeOptions, Request, SceneRef};
+use haptic_ipc::{ChangeOptions, Request, SceneRef, Topic};
 use haptic_lab::recording::{self, Metadata};
 use std::fmt;
 use std::path::PathBuf;
@@ -98,6 +99,13 @@ pub enum Intent {
         /// The folder.
         folder: PathBuf,
     },
+    /// Choose a file or a folder in a dialog of the desktop, and use it.
+    Choose {
+        /// What for.
+        wanted: Wanted,
+        /// Where the dialog begins: a file or a folder.
+        near: PathBuf,
+    },
     /// Write every sample from now on into a new file.
     Record {
         /// The folder.
@@ -168,6 +176,48 @@ pub enum Intent {
         /// The scene.
         scene: Box<Scene>,
     },
+    /// A command to the study with a person.
+    Study(StudyCommand),
+    /// Activate the scene of a study's trial, unless somebody else has changed the scene.
+    TrialScene {
+        /// The scene.
+        scene: Box<Scene>,
+        /// The revision before.
+        if_revision: u64,
+        /// Duration of the change, ms.
+        ramp_ms: f64,
+    },
+    /// Hear of every tick in batches of so many milliseconds.
+    Stream {
+        /// Time between two batches, ms.
+        batch_ms: u32,
+    },
+}
+
+/// What a dialog of the desktop is opened for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// A recording to open.
+    Recording,
+    /// A file to identify.
+    FileToIdentify,
+    /// The folder of recordings and exports.
+    Folder,
+    /// The file that the plots are exported to.
+    Export(Format),
+}
+
+impl Wanted {
+    /// The title of its dialog.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Recording => "Open a recording",
+            Self::FileToIdentify => "Choose a file to identify",
+            Self::Folder => "Choose the folder for recordings and exports",
+            Self::Export(_) => "Export the plots",
+        }
+    }
 }
 
 /// A format of an export.
@@ -251,7 +301,27 @@ impl Intent {
                     ..ChangeOptions::default()
                 },
             },
+            Self::TrialScene {
+                scene,
+                if_revision,
+                ramp_ms,
+            } => Request::SceneLoad {
+                scene: SceneRef::Scene(scene.clone()),
+                options: ChangeOptions {
+                    if_revision: Some(*if_revision),
+                    ramp_ms: Some(*ramp_ms),
+                    ..ChangeOptions::default()
+                },
+            },
+            Self::Stream { batch_ms } => Request::Subscribe {
+                topics: vec![Topic::State, Topic::Timing, Topic::Samples, Topic::Log],
+                // Every tick: a spike of a single one must be visible.
+                rate_hz: None,
+                batch_ms: Some(*batch_ms),
+            },
             Self::Export { .. }
+            | Self::Choose { .. }
+            | Self::Study(_)
             | Self::Record { .. }
             | Self::Marker { .. }
             | Self::EndRecording
@@ -287,6 +357,7 @@ impl fmt::Display for Intent {
             Self::Save { name, .. } => write!(f, "save {name}"),
             Self::Compare { what, revision, .. } => write!(f, "compare revision {revision} with {what}"),
             Self::Export { format, .. } => write!(f, "export {}", format.extension()),
+            Self::Choose { wanted, .. } => write!(f, "choose: {}", wanted.title()),
             Self::Record { folder, .. } => write!(f, "record in {}", folder.display()),
             Self::Marker { text, .. } => write!(f, "mark {text}"),
             Self::EndRecording => f.write_str("end the recording"),
@@ -300,6 +371,9 @@ impl fmt::Display for Intent {
             Self::Foresee { scene } => write!(f, "foresee {}", scene.name),
             Self::Lease { timeout_ms } => write!(f, "lease for {timeout_ms} ms"),
             Self::Try { scene } => write!(f, "try {}", scene.name),
+            Self::Study(command) => write!(f, "study: {command:?}"),
+            Self::TrialScene { scene, .. } => write!(f, "load the trial's scene {}", scene.name),
+            Self::Stream { batch_ms } => write!(f, "hear of samples every {batch_ms} ms"),
         }
     }
 }

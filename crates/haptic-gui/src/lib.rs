@@ -13,8 +13,10 @@
 //! [`App`] ties them together.
 
 mod app;
+mod browse;
 mod closing;
 pub mod connection;
+mod dialogs;
 mod drop_down;
 pub mod export;
 mod files;
@@ -40,6 +42,8 @@ mod settings;
 mod shell;
 mod stop_button;
 mod stop_path;
+mod study;
+mod subject;
 mod tape;
 pub mod theme;
 mod timing_panel;
@@ -47,15 +51,17 @@ mod top_bar;
 mod update;
 mod update_sender;
 mod wording;
+mod x11_keys;
 
 pub use app::App;
 pub use files::Files;
 pub use identification::{Found, Headings, Question};
-pub use intent::{Format, Intent, Target};
+pub use intent::{Format, Intent, Target, Wanted};
 pub use model::Model;
 pub use page::Page;
 pub use recording::{About, Length, Listed, Loaded, RecordingNews, WhatIfTape};
 pub use settings::{Settings, Theme};
 pub use shell::ui;
 pub use stop_button::is_stop_key;
+pub use study::{Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectAct, SubjectState};
 pub use update::{Answer, StopNews, Update};

@@ -8,7 +8,7 @@ use haptic_gui::{App, Files, Page, Settings, Theme, theme};
 use haptic_ipc::socket_path;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use window::{Window, is_drawn_in_software};
+use window::{Window, is_drawn_in_software, x11_window};
 
 /// Tune hapticd while a hand is on the rig, and plot what the hand feels.
 ///
@@ -26,6 +26,10 @@ struct Arguments {
     /// Recording to open; this needs no daemon.
     #[arg(long, value_name = "FILE")]
     open: Option<PathBuf>,
+
+    /// Study to go on with, made by this panel or by `haptic-ctl study new`.
+    #[arg(long, value_name = "DIR")]
+    study: Option<PathBuf>,
 
     /// Page to begin with.
     #[arg(long, value_name = "PAGE", value_enum, default_value_t = Page::default())]
@@ -79,6 +83,11 @@ fn main() -> ExitCode {
             let files = Files::new(repaint.clone());
             let locate = move || socket_path::for_client(socket.as_deref());
             let mut app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
+            if let Some(window) = x11_window(creation)
+                && let Err(error) = app.watch_keys(window)
+            {
+                eprintln!("haptic-gui: a stop by key waits for the frame that is being drawn: {error}");
+            }
             if in_software {
                 theme::draw_in_software(&ctx);
                 app.draw_in_software();
@@ -86,6 +95,9 @@ fn main() -> ExitCode {
             app.turn_to(arguments.page);
             if let Some(file) = file {
                 app.remember(file, settings);
+            }
+            if let Some(folder) = arguments.study {
+                app.open_study(folder);
             }
             if let Some(path) = arguments.open {
                 app.files().open(path);

@@ -1,6 +1,7 @@
 //! The pages of the panel.
 
 use clap::ValueEnum;
+use haptic_lab::studies::plan::Task;
 
 /// A page: one task, drawn between the top bar and the timing of the loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -12,11 +13,15 @@ pub enum Page {
     Record,
     /// From a record of force and motion to a scene.
     Identify,
+    /// A study of targets, with a person.
+    Task,
+    /// A study of perception, with a person.
+    Perception,
 }
 
 impl Page {
     /// All of them, in the order of the row.
-    pub const ALL: &[Self] = &[Self::Tune, Self::Record, Self::Identify];
+    pub const ALL: &[Self] = &[Self::Tune, Self::Record, Self::Identify, Self::Task, Self::Perception];
 
     /// Name in the row.
     #[must_use]
@@ -25,6 +30,16 @@ impl Page {
             Self::Tune => "Tune",
             Self::Record => "Record",
             Self::Identify => "Identify",
+            Self::Task => "Task",
+            Self::Perception => "Perception",
+        }
+    }
+
+    /// The page of a study.
+    pub(crate) const fn of(task: Task) -> Self {
+        match task {
+            Task::Fitts => Self::Task,
+            Task::Perception => Self::Perception,
         }
     }
 
@@ -34,6 +49,8 @@ impl Page {
             Self::Tune => "Change the scene and feel it",
             Self::Record => "Make recordings and look at them",
             Self::Identify => "Find the mass and friction of a real surface, and feel it",
+            Self::Task => "Have a subject click on targets under several resistances",
+            Self::Perception => "Have a subject tell surfaces apart",
         }
     }
 }

@@ -3,12 +3,12 @@
 use crate::closing;
 use crate::intent::Intent;
 use crate::model::Model;
-use crate::model::view::Closing;
+use crate::model::view::{Closing, Reading};
 use crate::notice;
 use crate::page::Page;
 use crate::recording::amount;
 use crate::theme::Palette;
-use egui::{Key, Label, Modifiers, RichText, Ui};
+use egui::{Key, Label, Modifiers, ProgressBar, RichText, Ui};
 
 /// The keys of the pages, in the order of the row, each with Ctrl.
 const KEYS: [Key; 9] = [
@@ -22,6 +22,9 @@ const KEYS: [Key; 9] = [
     Key::Num8,
     Key::Num9,
 ];
+
+/// Width of the bar of a recording that is read, points.
+const BAR_WIDTH: f32 = 140.0;
 
 /// Turns to the page whose key is pressed.
 pub(crate) fn take_keys(ui: &Ui, page: &mut Page) {
@@ -59,6 +62,23 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             let line = Label::new(RichText::new(&text).small().color(color)).truncate();
             ui.add(line).on_hover_text(text);
         }
+        if let Some(reading) = &view.reading {
+            show_reading(ui, reading);
+        }
         notice::show(ui, &mut view.file_notice);
     });
+}
+
+/// How much of a recording is read.
+fn show_reading(ui: &mut Ui, reading: &Reading) {
+    let share = reading.share.unwrap_or(0.0);
+    #[expect(clippy::cast_possible_truncation, reason = "a share")]
+    let bar = ProgressBar::new(share as f32)
+        .desired_width(BAR_WIDTH)
+        .desired_height(14.0)
+        .text(RichText::new(format!("{:.0} %", 100.0 * share)).small());
+    let name = reading.path.file_name().unwrap_or_default().to_string_lossy();
+    ui.add(bar).accessible_name(format!("share of {name} that is read"));
+    let line = Label::new(RichText::new(format!("Reading {name}")).small()).truncate();
+    ui.add(line).on_hover_text(reading.path.display().to_string());
 }

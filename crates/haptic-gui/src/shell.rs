@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::View;
 use crate::page::Page;
-use crate::{closing, note, page_row, pages, scene, stop_button, timing_panel, top_bar};
+use crate::{closing, note, page_row, pages, scene, stop_button, subject, timing_panel, top_bar};
 use egui::{Panel, Ui};
 use std::time::Instant;
 
@@ -29,11 +29,10 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     });
     if stop {
         // A half-typed number must not be set because the stop takes the focus from its field.
-        model.view.tuning.discard_typing();
+        model.press_stop(now);
         ui.memory_mut(egui::Memory::stop_text_input);
         // Elsewhere Escape closes a list.
         egui::Popup::close_all(ui.ctx());
-        model.daemon.stop.press(now, model.daemon.is_connected());
         // The next frame shows its outcome, with or without news.
         ui.ctx().request_repaint();
         intents.clear();
@@ -58,6 +57,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         });
     }
     pages::show(model.view.page, ui, model, &mut intents);
+    subject::show(ui.ctx(), &model.view.studying.screen);
     keep_keyboard(ui, had_keyboard);
     model.view.tuning.note_sent(&intents);
     let (changes, wait) = model.due(now);

@@ -14,8 +14,8 @@ const COMMAND_SIZE: Vec2 = vec2(84.0, 36.0);
 /// Height of the bar, points: four lines in small type.
 const HEIGHT: f32 = 60.0;
 
-/// Width of Stop and of the switch of the theme, points. Of what is left, the lines beside the commands have a half, and
-/// the reports the other.
+/// Width of Stop and of the switch of the theme, points. Of what is left, the lines beside the commands have a half,
+/// and the reports the other.
 const RIGHT_WIDTH: f32 = 230.0;
 
 /// Letters of the reports that fit in a narrow window in usual type.
@@ -163,8 +163,8 @@ fn show_badge(ui: &mut Ui, text: &str, fill: Color32) {
     });
 }
 
-/// The commands in a state, except Stop; without a daemon none can be given. No other button ever stands in the place of Engage: a second
-/// click on Reset must not engage the rig.
+/// The commands in a state, except Stop; without a daemon none can be given. No other button ever stands in the place
+/// of Engage: a second click on Reset must not engage the rig.
 fn show_commands(ui: &mut Ui, state: Option<RigState>, intents: &mut Vec<Intent>) {
     let engages = matches!(state, Some(RigState::Idle | RigState::Releasing));
     show_command(ui, "Engage", "Ramp the force up", engages, Intent::Engage, intents);

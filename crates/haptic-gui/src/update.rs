@@ -1,8 +1,9 @@
 //! Updates: what the daemon sends, and news of connection, files and stops.
 
 use crate::identification::{Found, Headings};
-use crate::intent::Intent;
+use crate::intent::{Intent, Wanted};
 use crate::recording::{Listed, Loaded, RecordingNews, WhatIfTape};
+use crate::study::StudyNews;
 use haptic_ipc::{
     AdviceReply, ChangeReply, Description, Event, Hello, LeaseReply, LogReply, SceneDiffReply, SceneListReply,
     SceneReply, SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
@@ -59,8 +60,17 @@ pub enum Update {
     Stop(StopNews),
     /// The settings were kept, or why not.
     Remembered(Result<(), String>),
-    /// A file is being written or read.
+    /// A file is being written, or a scene rendered.
     Busy(String),
+    /// A recording is being read.
+    Reading {
+        /// Its file.
+        path: PathBuf,
+        /// The share that is read, from 0 to 1, if it is known.
+        share: Option<f64>,
+    },
+    /// A dialog of the desktop was closed: what was chosen, if anything was, or why there is no such dialog.
+    DialogClosed(Result<Option<(Wanted, PathBuf)>, String>),
     /// The outcome of an export: the file, or why there is none.
     Exported(Result<PathBuf, String>),
     /// The progress of the recording that is being written.
@@ -114,6 +124,8 @@ pub enum Update {
         /// Its answer, or why there is none.
         result: Result<Box<Found>, String>,
     },
+    /// News of the study with a person.
+    Study(StudyNews),
     /// A line that this program cannot read; a later daemon may send some.
     Unreadable {
         /// Why not.
@@ -134,8 +146,8 @@ impl Update {
 /// The answer to a request that the daemon has carried out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
-    /// To [`Intent::Set`], [`Intent::Load`], [`Intent::Try`], [`Intent::Foresee`], [`Intent::Undo`], [`Intent::Redo`] and
-    /// [`Intent::TakeBack`].
+    /// To [`Intent::Set`], [`Intent::Load`], [`Intent::Try`], [`Intent::TrialScene`], [`Intent::Foresee`],
+    /// [`Intent::Undo`], [`Intent::Redo`] and [`Intent::TakeBack`].
     Changed(ChangeReply),
     /// To [`Intent::Engage`], [`Intent::Release`], [`Intent::Stop`] and [`Intent::Reset`].
     State(StateReply),

@@ -2,6 +2,7 @@
 
 use eframe::glow::{self, HasContext as _};
 use haptic_gui::{App, theme};
+use raw_window_handle::{HasWindowHandle as _, RawWindowHandle};
 
 /// What renderers call themselves that draw without a graphics card: those of Mesa and of Chromium.
 const IN_SOFTWARE: [&str; 4] = ["llvmpipe", "softpipe", "Software Rasterizer", "SwiftShader"];
@@ -14,6 +15,15 @@ pub(crate) fn is_drawn_in_software(creation: &eframe::CreationContext<'_>) -> bo
         unsafe { gl.get_parameter_string(glow::RENDERER) }
     });
     name.is_some_and(|name| IN_SOFTWARE.iter().any(|renderer| name.contains(renderer)))
+}
+
+/// The number of a window under X11; `None` elsewhere.
+pub(crate) fn x11_window(creation: &eframe::CreationContext<'_>) -> Option<u32> {
+    match creation.window_handle().ok()?.as_raw() {
+        RawWindowHandle::Xlib(window) => u32::try_from(window.window).ok(),
+        RawWindowHandle::Xcb(window) => Some(window.window.get()),
+        _ => None,
+    }
 }
 
 /// The panel as the windowing system calls it.

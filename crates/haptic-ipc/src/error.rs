@@ -68,6 +68,8 @@ pub enum ErrorCode {
     SceneFile,
     /// A file of the daemon's own cannot be written; the message says why.
     StateFile,
+    /// The configuration file cannot be read, or a value in it is refused; nothing of it takes effect.
+    ConfigFile,
     /// The daemon belongs to another user.
     NotPermitted,
     /// This socket only serves watching and `stop`.

@@ -20,7 +20,7 @@ pub struct JournalEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
     /// The operation; `fault`, `lease_lapsed`, `disconnected`, `connected` and `schedule_cancelled` are the
-    /// daemon's own.
+    /// daemon's own, and so is a `reload` that a signal asked for. A reload that is refused is `reload_refused`.
     pub op: String,
     /// The newest revision after it.
     pub revision: u64,
@@ -42,8 +42,8 @@ pub struct JournalEntry {
     /// Name of the schedule that it belongs to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<String>,
-    /// Further text: the reason of a fault or of an expired lease, the device that was lost or found, or
-    /// the file of a saved scene.
+    /// Further text: the reason of a fault, of an expired lease or of a refusal, the device that was lost or found,
+    /// the file of a saved scene, or what a reload changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
 }

@@ -242,6 +242,8 @@ operations! {
         /// Number of entries, the newest; 100 when absent.
         limit: Option<usize>,
     } -> crate::LogReply;
+    /// Read the configuration's limits again, and look through the library. Force flows on.
+    Reload "reload" {} -> crate::ReloadReply;
     /// Release the rig should this client close its connection or fall silent.
     Lease "lease" {
         /// Longest silence, ms; 0 ends the lease.

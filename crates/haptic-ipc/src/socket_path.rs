@@ -7,6 +7,7 @@
 //!
 //! A rig with a name has a service of its own, `hapticd@NAME`, and its socket in directories of that name instead of `hapticd`.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// The variable that names the socket.
@@ -67,18 +68,51 @@ impl Surroundings {
 
     /// The sockets of a service, in order.
     fn of_service(&self, service: &str) -> Vec<PathBuf> {
-        let in_directory = |directory: &Path| directory.join(service).join(SOCKET);
-        let mut paths: Vec<PathBuf> = [&self.runtime_dir, &self.session_dir]
+        let directories = self.directories().into_iter();
+        directories
+            .map(|directory| directory.join(service).join(SOCKET))
+            .collect()
+    }
+
+    /// The directories in which those of the services lie, in order.
+    fn directories(&self) -> Vec<PathBuf> {
+        let mut directories: Vec<PathBuf> = [&self.runtime_dir, &self.session_dir]
             .into_iter()
             .flatten()
-            .map(|directory| in_directory(directory))
+            .cloned()
             .collect();
-        paths.dedup();
+        directories.dedup();
         if !self.is_root {
-            paths.extend(self.home.as_ref().map(|home| in_directory(&home.join(".local/state"))));
+            directories.extend(self.home.as_ref().map(|home| home.join(".local/state")));
         }
-        paths.push(in_directory(Path::new("/run")));
-        paths
+        directories.push("/run".into());
+        directories
+    }
+
+    /// The sockets of all rigs that there are: that of `named` first and that of the variable, then by name those of
+    /// the services, also of other machines, whose sockets were forwarded to the place of a service.
+    #[must_use]
+    pub fn all(&self, named: Option<&Path>) -> Vec<NamedSocket> {
+        let named = named
+            .into_iter()
+            .chain(self.variable.as_deref())
+            .map(|path| NamedSocket {
+                name: path.display().to_string(),
+                path: path.to_path_buf(),
+            });
+        let mut all: Vec<NamedSocket> = named.collect();
+        for directory in self.directories() {
+            let mut here: Vec<NamedSocket> = std::fs::read_dir(&directory)
+                .into_iter()
+                .flatten()
+                .filter_map(|entry| NamedSocket::of_service(&entry.ok()?.path()))
+                .collect();
+            here.sort_by(|one, other| one.name.cmp(&other.name));
+            all.extend(here);
+        }
+        let mut known = HashSet::new();
+        all.retain(|socket| known.insert(socket.path.clone()));
+        all
     }
 
     /// The socket that a client connects to: the first that exists, else the first of all.
@@ -91,6 +125,33 @@ impl Surroundings {
     #[must_use]
     pub fn for_rig(&self, name: &str) -> PathBuf {
         first_that_exists(self.of_service(&format!("{SERVICE}@{name}")))
+    }
+}
+
+/// The socket of a rig, and what the rig is called.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedSocket {
+    /// The name of the rig; `hapticd` for the one without, and the path of a socket that was named.
+    pub name: String,
+    /// The socket.
+    pub path: PathBuf,
+}
+
+impl NamedSocket {
+    /// That of a service, by its directory.
+    fn of_service(directory: &Path) -> Option<Self> {
+        let service = directory.file_name()?.to_str()?;
+        let rig = service.strip_prefix(SERVICE)?;
+        let name = match rig.strip_prefix('@') {
+            Some(name) if is_rig_name(name) => name,
+            None if rig.is_empty() => SERVICE,
+            _ => return None,
+        };
+        let path = directory.join(SOCKET);
+        path.exists().then(|| Self {
+            name: name.to_owned(),
+            path,
+        })
     }
 }
 
@@ -162,6 +223,39 @@ mod tests {
         for name in ["", "../x", "a/b", "a b", "é", &"x".repeat(65)] {
             assert!(!is_rig_name(name), "{name}");
         }
+    }
+
+    #[test]
+    fn all_rigs_are_found_by_their_directories_and_each_once() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let make = |service: &str, file: &str| {
+            let place = directory.path().join(service);
+            std::fs::create_dir(&place).expect("made");
+            std::fs::write(place.join(file), "").expect("written");
+            place.join(file)
+        };
+        let (own, left) = (make("hapticd", SOCKET), make("hapticd@left", SOCKET));
+        make("hapticd@right", "control.sock.lock");
+        make("hapticd@a b", SOCKET);
+        make("hapticd-watch", SOCKET);
+        let s = Surroundings {
+            variable: Some(left.clone()),
+            runtime_dir: Some(directory.path().into()),
+            is_root: true,
+            ..Surroundings::default()
+        };
+        let all = s.all(Some("/srv/rig.sock".as_ref()));
+        let ours: Vec<&NamedSocket> = all.iter().filter(|socket| !socket.path.starts_with("/run")).collect();
+        let found: Vec<(&str, &Path)> = ours.iter().map(|socket| (&*socket.name, &*socket.path)).collect();
+        let shown = left.display().to_string();
+        assert_eq!(
+            found,
+            [
+                ("/srv/rig.sock", "/srv/rig.sock".as_ref()),
+                (&*shown, &*left),
+                ("hapticd", &*own)
+            ]
+        );
     }
 
     #[test]

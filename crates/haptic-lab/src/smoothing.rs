@@ -81,8 +81,8 @@ pub(crate) fn whole(samples: f64) -> usize {
     samples as usize
 }
 
-/// The weighted sum of `values` around `at`, from `base`, so that large values keep their digits. Four sums side by side
-/// are what a processor adds at once.
+/// The weighted sum of `values` around `at`, from `base`, so that large values keep their digits. Four sums side by
+/// side are what a processor adds at once.
 pub(crate) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) -> f64 {
     let reach = weights.len() / 2;
     let about = &values[at - reach..=at + reach];

@@ -45,7 +45,7 @@ pub enum MotionError {
         reason: String,
     },
     /// A column is missing.
-    #[error("{}: the column `{column}` is missing; a motion has t_s, position_m or device_position_m and, where it was measured, velocity_mps or device_velocity_mps; this file has `{header}`", .path.display())]
+    #[error("{}: the column `{column}` is missing; a motion has t_s, position_m or device_position_m and, where it was measured, velocity_mps or device_velocity_mps; this file has `{header}`{}", .path.display(), separators(.header))]
     MissingColumn {
         /// The file.
         path: PathBuf,
@@ -74,8 +74,8 @@ pub enum MotionError {
         /// How often it occurs.
         count: usize,
     },
-    /// A column holds something else than floating-point numbers.
-    #[error("{}: the column `{column}` is of type {found}: float64 or float32 expected", .path.display())]
+    /// A column holds something else than numbers.
+    #[error("{}: the column `{column}` is of type {found}: numbers expected", .path.display())]
     ColumnType {
         /// The file.
         path: PathBuf,
@@ -140,6 +140,15 @@ pub enum MotionError {
         /// The file.
         path: PathBuf,
     },
+}
+
+/// What to do where a heading is that of a table whose cells are not separated by commas.
+fn separators(header: &str) -> &'static str {
+    if header.contains([';', '\t']) {
+        ": separate the cells by commas, and write decimal points"
+    } else {
+        ""
+    }
 }
 
 impl MotionError {

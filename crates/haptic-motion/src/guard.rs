@@ -10,12 +10,26 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// The library's own, as text, or its panic's.
 pub fn guarded<T>(run: impl FnOnce() -> Result<T>) -> std::result::Result<T, String> {
     match catch_unwind(AssertUnwindSafe(run)) {
-        Ok(result) => result.map_err(|error| error.to_string()),
+        Ok(result) => result.map_err(|error| with_advice(error.to_string())),
         Err(panic) => {
             let said = panic.downcast_ref::<String>().map(String::as_str);
             let said = said.or(panic.downcast_ref::<&str>().copied()).unwrap_or_default();
             Err(format!("the file is damaged: {said}"))
         }
+    }
+}
+
+/// What the library says, and what to do about a compression that it was built without.
+fn with_advice(said: String) -> String {
+    match said.split_once("Disabled feature at compile time: ") {
+        Some((_, codec)) => {
+            // The library names its own parts.
+            let codec = if codec == "flate2" { "gzip" } else { codec };
+            format!(
+                "it is compressed by {codec}, which is not read here: write it with snappy, lz4 or without compression"
+            )
+        }
+        None => said,
     }
 }
 

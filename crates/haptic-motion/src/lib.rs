@@ -25,6 +25,7 @@ mod csv_table;
 mod error;
 pub mod guard;
 mod mcap_table;
+pub mod numbers;
 mod parquet_table;
 mod whole_lines;
 
@@ -127,7 +128,7 @@ impl Rows {
             if is_mcap {
                 Table::Mcap(McapTable::new(path, input)?)
             } else if !is_text {
-                let reason = "not a table: it is neither MCAP nor Parquet, nor text, as CSV is";
+                let reason = "not a table: it is neither MCAP nor Parquet, nor text in UTF-8, as CSV is";
                 return Err(MotionError::format(path, reason));
             } else {
                 Table::Csv(CsvTable::new(path, input, is_recording)?)

@@ -121,6 +121,12 @@ fn next_record(
                 return Ok(Some(record.into_owned()));
             }
             Err(McapError::UnexpectedEof) => return Ok(None),
+            Err(McapError::UnsupportedCompression(codec)) => {
+                let reason = format!(
+                    "its chunks are compressed by {codec}, which is not read here: write it without compression"
+                );
+                return Err(MotionError::format(path, reason));
+            }
             Err(error) => return Err(MotionError::format(path, error)),
         }
     }

@@ -1,10 +1,9 @@
 //! Motions in Parquet.
 
 use crate::columns::{Column, Columns};
-use crate::guard::{Pages, guarded};
+use crate::guard::guarded;
+use crate::numbers::{Numbers, NumbersError};
 use crate::{MotionError, Place, Row};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
-use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
@@ -12,9 +11,6 @@ use std::path::{Path, PathBuf};
 
 /// The first bytes of a file.
 pub(crate) const MAGIC: &[u8] = b"PAR1";
-
-/// Rows read at a time.
-const BATCH: usize = 4096;
 
 pub(crate) struct ParquetTable {
     path: PathBuf,
@@ -27,7 +23,7 @@ pub(crate) struct ParquetTable {
 
 /// The columns of a group of rows, and those of their cells that have been read.
 struct Group {
-    readers: Vec<(Column, ColumnReader)>,
+    readers: Vec<(Column, Numbers)>,
     cells: Vec<Vec<f64>>,
     taken: usize,
 }
@@ -84,14 +80,7 @@ impl Group {
         let readers = columns
             .into_iter()
             .flatten()
-            .map(|column| {
-                let chunk = group.metadata().column(column.index);
-                let pages = Pages {
-                    inner: group.get_column_page_reader(column.index)?,
-                    values: chunk.num_values().unsigned_abs(),
-                };
-                Ok((column, get_column_reader(chunk.column_descr_ptr(), Box::new(pages))))
-            })
+            .map(|column| Ok((column, Numbers::open(&*group, column.index)?)))
             .collect::<Result<Vec<_>, ParquetError>>()?;
         Ok(Self {
             cells: vec![Vec::new(); readers.len()],
@@ -108,18 +97,15 @@ impl Group {
         self.taken = 0;
         for ((column, reader), cells) in self.readers.iter_mut().zip(&mut self.cells) {
             cells.clear();
-            let read = match reader {
-                ColumnReader::DoubleColumnReader(reader) => guarded(|| read(reader, cells, |value| value)),
-                ColumnReader::FloatColumnReader(reader) => guarded(|| read(reader, cells, f64::from)),
-                other => {
-                    return Err(MotionError::ColumnType {
-                        path: path.to_path_buf(),
-                        column: column.name,
-                        found: kind(other).to_owned(),
-                    });
-                }
-            };
-            if let Some(empty) = read.map_err(|error| MotionError::format(path, error))? {
+            let read = reader.read(cells).map_err(|error| match error {
+                NumbersError::Type(found) => MotionError::ColumnType {
+                    path: path.to_path_buf(),
+                    column: column.name,
+                    found: found.to_owned(),
+                },
+                NumbersError::Damaged(reason) => MotionError::format(path, reason),
+            });
+            if let Some(empty) = read? {
                 let place = Place::Row(rows_before + 1 + empty as u64);
                 return Err(MotionError::not_a_number(path, place, column.name, ""));
             }
@@ -132,31 +118,5 @@ impl Group {
             ));
         }
         Ok(count > 0)
-    }
-}
-
-/// Reads a batch of cells. Gives the place in the batch of the first that is empty.
-fn read<T: DataType>(
-    reader: &mut ColumnReaderImpl<T>,
-    cells: &mut Vec<f64>,
-    number: impl Fn(T::T) -> f64,
-) -> Result<Option<usize>, ParquetError> {
-    let (mut levels, mut values) = (Vec::new(), Vec::new());
-    let (rows, read, _) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
-    cells.extend(values.into_iter().map(number));
-    // Levels are given where a cell may be empty; the highest is that of a cell that is not.
-    let full = levels.iter().max().copied().unwrap_or(0);
-    Ok((read < rows).then(|| levels.iter().position(|level| *level < full.max(1)).unwrap_or(0)))
-}
-
-fn kind(reader: &ColumnReader) -> &'static str {
-    match reader {
-        ColumnReader::BoolColumnReader(_) => "boolean",
-        ColumnReader::Int32ColumnReader(_) => "int32",
-        ColumnReader::Int64ColumnReader(_) => "int64",
-        ColumnReader::Int96ColumnReader(_) => "int96",
-        ColumnReader::FloatColumnReader(_) => "float32",
-        ColumnReader::DoubleColumnReader(_) => "float64",
-        ColumnReader::ByteArrayColumnReader(_) | ColumnReader::FixedLenByteArrayColumnReader(_) => "text",
     }
 }

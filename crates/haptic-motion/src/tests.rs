@@ -225,7 +225,7 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
     let integers = SCHEMA.replace("float64 t_s", "int64 t_s");
     let no_motion = "uint64 tick\nfloat64 x\n";
     for (bytes, parts) in [
-        (mcap(3, &integers, cdr), vec!["`t_s`", "int64", "float64"]),
+        (mcap(3, &integers, cdr), vec!["`t_s`", "int64", "numbers"]),
         (mcap(3, no_motion, cdr), vec!["`t_s` is missing", "`tick,x`"]),
         (
             mcap(3, SCHEMA, |row| {

@@ -1,7 +1,8 @@
 //! The signals that end the daemon, and an overseer that makes sure that it ends.
 //!
 //! A thread waits for SIGINT, SIGTERM and SIGHUP, and passes them on to the control thread, which
-//! releases the rig along its ramp and ends the loop. Meanwhile the overseer, a third thread,
+//! releases the rig along its ramp and ends the loop. SIGHUP ends only a daemon with a terminal, which is gone then; to
+//! a service it says that its configuration is to be read again. Meanwhile the overseer, a third thread,
 //! waits: if the control thread does not react to the signal, or does not end in time, the overseer
 //! ends the loop with zero force, and then the process. So a signal is obeyed even if the control
 //! thread is blocked by a file, a descriptor or a lock.
@@ -12,7 +13,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// The signals that ask the daemon to end.
+/// The signals that are heard.
 const SIGNALS: [Signal; 3] = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP];
 
 /// Time within which the control thread must react to a signal; otherwise it counts as hanging.
@@ -39,7 +40,11 @@ enum News {
 
 /// The signals, blocked in this thread and in the threads that it starts.
 #[derive(Debug)]
-pub(crate) struct BlockedSignals(SigSet);
+pub(crate) struct BlockedSignals {
+    set: SigSet,
+    /// Whether the process has a terminal, whose end SIGHUP tells.
+    has_terminal: bool,
+}
 
 /// The signals that ask the daemon to end.
 #[derive(Debug)]
@@ -56,31 +61,45 @@ impl BlockedSignals {
     pub(crate) fn new() -> std::io::Result<Self> {
         let set = SigSet::from_iter(SIGNALS);
         set.thread_block()?;
-        Ok(Self(set))
+        Ok(Self {
+            set,
+            has_terminal: std::fs::File::open("/dev/tty").is_ok(),
+        })
     }
 
     /// Begins to wait for the signals. `end_loop` ends the loop with zero force, from any thread;
-    /// the ramp of the release takes `ramp`.
+    /// the ramp of the release takes `ramp`. Returns those that ask for the end, and the count of those that ask for a
+    /// reload.
     ///
     /// # Errors
     /// The system has no thread left.
-    pub(crate) fn watch(self, ramp: Duration, end_loop: impl Fn() + Send + 'static) -> std::io::Result<StopSignals> {
+    pub(crate) fn watch(
+        self,
+        ramp: Duration,
+        end_loop: impl Fn() + Send + 'static,
+    ) -> std::io::Result<(StopSignals, watch::Receiver<u64>)> {
         let (passed_on, heard) = watch::channel(0);
+        let (reload, reloads) = watch::channel(0);
         let (news, to_oversee) = channel();
         thread("overseer", move || oversee(&to_oversee, ramp + LONGEST_END, end_loop))?;
         let first = news.clone();
         thread("signals", move || {
             loop {
-                if self.0.wait().is_err() {
+                match self.set.wait() {
+                    Ok(Signal::SIGHUP) if !self.has_terminal => {
+                        reload.send_modify(|count| *count += 1);
+                        continue;
+                    }
+                    Ok(_) => {}
                     // The wait can only be interrupted.
-                    continue;
+                    Err(_) => continue,
                 }
                 passed_on.send_modify(|count| *count += 1);
                 // The overseer outlives this thread.
                 first.send(News::Asked).unwrap_or_default();
             }
         })?;
-        Ok(StopSignals { heard, news })
+        Ok((StopSignals { heard, news }, reloads))
     }
 }
 

@@ -125,6 +125,20 @@ pub(crate) fn say_at(level: Level, line: &str) {
     put(level, line, &[]);
 }
 
+/// Logs why the process ends, and waits until that is written, at most for `limit`. The journal asks the sender of an
+/// entry for its unit, and a process that has ended has none: so the line goes to standard error, which is the unit's.
+pub(crate) fn say_last(line: &str, limit: Duration) {
+    let outlet = LOG.get().filter(|log| log.form == Form::Journal).and_then(|_| {
+        let started = Outlet::start("last-line", standard_error().ok()?, Backlog::Newest, |_| String::new());
+        started.ok()
+    });
+    let Some(outlet) = outlet else {
+        return say_at(Level::Error, line);
+    };
+    outlet.put(entry(Level::Error, line, &[], Form::WithPriority));
+    wait_while(limit, || outlet.is_busy(BLOCKED_AFTER));
+}
+
 /// Logs a message with fields for the journal.
 fn put(level: Level, message: &str, fields: &[(&str, &str)]) {
     match LOG.get() {
@@ -147,7 +161,7 @@ pub(crate) fn journal(entry: &JournalEntry) {
     let level = match entry.op.as_str() {
         "set" | "undo" | "redo" | "scene.load" | "scene.save" => return,
         "engage" | "release" | "reset" | "connected" | "commission.begin" | "commission.store" | "identify.begin"
-        | "identify.store" => Level::Info,
+        | "identify.store" | "reload" => Level::Info,
         "stop" | "lease_lapsed" | "disconnected" => Level::Warning,
         // A fault, and everything unknown.
         _ => Level::Error,
@@ -176,8 +190,14 @@ pub(crate) fn journal(entry: &JournalEntry) {
 /// Waits until the log is written, at most for `limit`, and not for a write that is blocked.
 pub(crate) fn flush(limit: Duration) {
     let Some(log) = LOG.get() else { return };
+    wait_while(limit, || {
+        log.messages.is_busy(BLOCKED_AFTER) || log.status_line.is_busy(BLOCKED_AFTER)
+    });
+}
+
+fn wait_while(limit: Duration, is_busy: impl Fn() -> bool) {
     let began = Instant::now();
-    while began.elapsed() < limit && (log.messages.is_busy(BLOCKED_AFTER) || log.status_line.is_busy(BLOCKED_AFTER)) {
+    while began.elapsed() < limit && is_busy() {
         std::thread::sleep(Duration::from_millis(1));
     }
 }

@@ -32,7 +32,7 @@ use ending::BlockedSignals;
 use haptic_core::SceneError;
 use haptic_core::servo::Command;
 use haptic_ipc::Problem;
-use log::{Level, say, say_at};
+use log::say;
 use metrics::MetricsError;
 use preparation::{FIRST_REVISION, prepare};
 use rt::privileges;
@@ -91,7 +91,7 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            say_at(Level::Error, &failure.to_string());
+            log::say_last(&failure.to_string(), LastLines::TIME);
             // 2: the configuration is invalid; 1: a failure at run time.
             ExitCode::from(if matches!(failure, Failure::Config(_)) { 2 } else { 1 })
         }
@@ -118,7 +118,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         let ramp = Duration::from_secs_f64(config.ramp_s);
         let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
-        let mut stop_signals = stop_signals.watch(ramp, rig.end_of_loop())?;
+        let (mut stop_signals, reloads) = stop_signals.watch(ramp, rig.end_of_loop())?;
         let manager = ServiceManager::of_process()?;
         if let Some(address) = metrics.as_ref().and_then(metrics::Server::address) {
             say(&format!("metrics at http://{address}/metrics"));
@@ -134,6 +134,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
             () = control::lease::watch(&rig) => {}
             () = control::rig_friction::watch(&rig) => {}
             () = manager.watch(&rig) => {}
+            () = control::reload::on_signal(&rig, &manager, reloads) => {}
             () = scraped(metrics.as_ref(), &rig) => {}
             () = metrics::keep(monitoring.file, &rig) => {}
             () = running.ended() => {}

@@ -18,6 +18,7 @@ use haptic_core::passivity::RigLosses;
 use haptic_core::servo::{CompiledScene, Servo, Settings};
 use haptic_core::{Renderer, Scene, SceneError};
 use haptic_ipc::{Problem, RealTimeStatus};
+use std::cell::Cell;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -103,7 +104,8 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
         address: config.device,
-        servo: settings,
+        servo: Cell::new(settings),
+        configuration: config.source,
         _awake: awake,
         share,
         keeper: None,

@@ -88,6 +88,12 @@ impl ServiceManager {
             if let Some(fault) = newest.fault {
                 status.push_str(&format!(": {fault}"));
             }
+            if let Some(why) = rig.refused_reload().as_deref() {
+                status.push_str(&format!(
+                    "; the last reload was refused: {}",
+                    why.lines().next().unwrap_or_default()
+                ));
+            }
             if last_tick.replace(newest.tick) == Some(newest.tick) {
                 status = format!(
                     "the real-time thread has been hanging for {} ms",
@@ -107,6 +113,19 @@ impl ServiceManager {
                 said = status;
             }
         }
+    }
+
+    /// Reports that the configuration is being read again.
+    pub(crate) fn reloading(&self) {
+        // The clock can be read.
+        if let Ok(now) = NotifyState::monotonic_usec_now() {
+            self.tell(&[NotifyState::Reloading, now]);
+        }
+    }
+
+    /// Reports that this is over, whatever came of it: the status and the journal say what.
+    pub(crate) fn reloaded(&self) {
+        self.tell(&[NotifyState::Ready]);
     }
 
     /// Reports that the daemon ends. The end has timeouts of its own, so the watchdog is fed no

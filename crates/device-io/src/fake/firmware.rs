@@ -203,7 +203,7 @@ impl Firmware {
     }
 
     /// Lives until a time, ns, and its watchdog with it.
-    fn advance(&mut self, now_ns: u64) {
+    pub fn advance(&mut self, now_ns: u64) {
         let watchdog_ns = match self.properties.watchdog_ms {
             0 => u64::MAX,
             ms => u64::from(ms) * 1_000_000,

@@ -132,7 +132,8 @@ mod tests {
             assert!(error.contains(place) && error.contains(line), "{error}");
         }
         // Whole numbers, pairs and words are what they were.
-        let text = "[friction]\nlaw = \"reset-integrator\"\nFs = 4\nFd = { positive = 3, negative = 2 }\nsigma = 1e5\nreseat = \"slides\"\n";
+        let text = "[friction]\nlaw = \"reset-integrator\"\nFs = 4\nFd = { positive = 3, negative = 2 }\nsigma = \
+                    1e5\nreseat = \"slides\"\n";
         let scene: Scene = toml::from_str(text).expect("a scene");
         assert_eq!(
             toml::from_str::<Scene>(&toml::to_string(&scene).expect("writes")).expect("reads"),

@@ -80,6 +80,7 @@ impl From<Event> for Events {
 /// | 20 | the force of this step could not be written |
 /// | 21 | a scene arrived |
 /// | 22 | a pulse or an excitation is rendered instead of the scene |
+/// | 23 | other limits hold from this step on |
 /// | 24 to 31 | code of the error report |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InputWord {
@@ -96,6 +97,7 @@ const COMMAND: u32 = 18;
 const WRITE_FAILED: u32 = 20;
 const NEW_SCENE: u32 = 21;
 const MOTION: u32 = 22;
+const NEW_LIMITS: u32 = 23;
 const ERROR_CODE: u32 = 24;
 
 /// The bits of [`Events`].
@@ -169,6 +171,19 @@ impl InputWord {
     #[must_use]
     pub fn is_motion(self) -> bool {
         self.bit(MOTION)
+    }
+
+    /// The same, of the first step with other limits.
+    #[must_use]
+    pub fn with_new_limits(mut self) -> Self {
+        self.flags |= 1 << NEW_LIMITS;
+        self
+    }
+
+    /// Whether other limits hold from this step on.
+    #[must_use]
+    pub fn has_new_limits(self) -> bool {
+        self.bit(NEW_LIMITS)
     }
 
     /// What happened.
@@ -261,9 +276,9 @@ mod tests {
         /// A record holds exactly the inputs of its step.
         #[test]
         fn a_word_and_the_numbers_beside_it_are_the_inputs(
-            sample in sample(), flags in prop::array::uniform8(any::<bool>()), command in 0..4_usize,
+            sample in sample(), flags in prop::array::uniform9(any::<bool>()), command in 0..4_usize,
         ) {
-            let [stop, slept, too_late, lease_lapsed, control_lost, new_scene, write_failed, is_motion] = flags;
+            let [stop, slept, too_late, lease_lapsed, control_lost, new_scene, write_failed, is_motion, new_limits] = flags;
             let events = Events::default()
                 .and(Event::Stop, stop)
                 .and(Event::Slept, slept)
@@ -282,6 +297,9 @@ mod tests {
             if is_motion {
                 word = word.with_motion();
             }
+            if new_limits {
+                word = word.with_new_limits();
+            }
             if write_failed {
                 // However often it is said.
                 word = word.with_write_failed().with_write_failed();
@@ -297,6 +315,7 @@ mod tests {
             prop_assert_eq!(events.is_empty(), !(stop || slept || too_late || lease_lapsed || control_lost));
             prop_assert_eq!((word.new_scene(), word.write_failed()), (new_scene, write_failed));
             prop_assert_eq!((word.is_motion(), word.flags >> 22 & 1), (is_motion, u32::from(is_motion)));
+            prop_assert_eq!((word.has_new_limits(), word.flags >> 23 & 1), (new_limits, u32::from(new_limits)));
         }
     }
 }

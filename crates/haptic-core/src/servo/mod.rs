@@ -164,11 +164,14 @@ impl Servo {
             self.change_scene(scene);
         }
         let refused = inputs.command.is_some_and(|command| self.command(command).is_err());
+        // Ramps and the slew limit go by our own clock: they end even if the device's stands still.
+        let our_elapsed_s = self.rig.step_s(seconds(inputs.elapsed_ns));
+        if self.limiter.is_moving() {
+            self.limiter.advance(our_elapsed_s);
+        }
         self.limiter.set_device_force(inputs.device_force_limit_n);
         let elapsed_s = self.sense(inputs);
         self.check_device();
-        // Ramps and the slew limit go by our own clock: they end even if the device's stands still.
-        let our_elapsed_s = self.rig.step_s(seconds(inputs.elapsed_ns));
         let Forces {
             coupling,
             on_hand,
@@ -209,6 +212,12 @@ impl Servo {
         self.settings.compensation = compensation;
         self.passivity = PassivityObserver::new(losses, self.settings.passivity_control_n);
         self.compensator = compensation.map(Compensator::new);
+    }
+
+    /// Goes on with other limits, also while force flows: [`SafetyLimiter::set_limits`], over the ramp of engaging.
+    pub fn set_limits(&mut self, limits: Limits) {
+        self.settings.limits = limits;
+        self.limiter.set_limits(limits, self.settings.ramp_s);
     }
 
     /// However long the loop stands still, that is not a fault from now on.

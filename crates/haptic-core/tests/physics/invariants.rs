@@ -157,7 +157,8 @@ proptest! {
             let rendered = surface.tick(T, 0.0, 0.0);
             let now = surface.state();
             let energy = 0.5 * (block.mass * now.velocity * now.velocity + coupling.stiffness * now.position * now.position);
-            prop_assert!(energy <= begun * (1.0 + 1e-5), "{energy} J of {begun} J at tick {tick}, {rendered:?}: {scene:?}");
+            prop_assert!(energy <= begun * (1.0 + 1e-5), "{energy} J of {begun} J at tick {tick}, {rendered:?}: \
+                                                          {scene:?}");
         }
     }
 }

@@ -244,7 +244,8 @@ proptest! {
             block.tick(T, position, 0.0);
             let s = block.state();
             let energy = 0.5 * m * s.velocity * s.velocity + 0.5 * k * (position - s.position) * (position - s.position);
-            prop_assert!(energy <= last_energy * (1.0 + 1e-9) + 1e-9, "energy grew from {last_energy} to {energy}: {scene:?}");
+            prop_assert!(energy <= last_energy * (1.0 + 1e-9) + 1e-9, "energy grew from {last_energy} to {energy}: \
+                                                                       {scene:?}");
             last_energy = energy;
         }
     }

@@ -1,6 +1,6 @@
 //! A tick cut into ten changes nothing: where a tick is solved and not stepped through, neither its
-//! force nor the energy that friction took depends on where samples lie between its ends. No reference is asked, so that every law
-//! is tried with any parameters, any hand and any state.
+//! force nor the energy that friction took depends on where samples lie between its ends. No reference is asked, so
+//! that every law is tried with any parameters, any hand and any state.
 //!
 //! The device goes on straight lines of position and velocity within the tick, as the tick itself
 //! takes `K p + B v`.
@@ -295,8 +295,8 @@ fn a_tick_cut_into_ten_gives_the_same_force_and_takes_the_same_energy() {
             where_worst,
         } = found;
         println!(
-            "{name:30} {worst_n:.1e} N, {worst_j:.0e} J at worst, {ticks_wrong} wrong of {ticks} ticks, {sensitive} that a push of 1e-11 N \
-             decides; {exhausted} at their bound, {worst_exhausted_n:.0e} N"
+            "{name:30} {worst_n:.1e} N, {worst_j:.0e} J at worst, {ticks_wrong} wrong of {ticks} ticks, {sensitive} \
+             that a push of 1e-11 N decides; {exhausted} at their bound, {worst_exhausted_n:.0e} N"
         );
         println!("    {where_worst}");
         // A slide that all but stops is as rare as a tick at its bound of work.

@@ -50,6 +50,17 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "N", default_value_t = 2, conflicts_with = "file")]
     ramps: u32,
 
+    /// Times that a motion is repeated by itself after the machine or the link did not keep time, where the handle
+    /// lies still in its place; beyond them, and with 0 at once, the person is asked
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 3,
+        value_parser = clap::value_parser!(u32).range(..=100),
+        conflicts_with = "file"
+    )]
+    resets: u32,
+
     /// Keep every tick in this recording
     #[arg(long, value_name = "FILE", conflicts_with = "file")]
     record: Option<PathBuf>,
@@ -71,6 +82,11 @@ pub(super) struct Excited {
 impl MotionArguments {
     pub(super) fn asks(&self) -> bool {
         !self.yes
+    }
+
+    /// How often a motion that was interrupted is repeated by itself.
+    pub(super) fn resets(&self) -> u32 {
+        self.resets
     }
 
     /// Range of the handle, m.
@@ -117,12 +133,19 @@ impl MotionArguments {
         let seconds: f64 = all.iter().map(Excitation::duration_s).sum();
         session.say(&format!(
             "Identifying {} ({}) by its own motor: a chirp of 0.5 to 3 Hz, slow ramps, and {third}.\nMove the handle \
-             to the middle of its range of {:.0} mm and take your hand off it. `haptic-ctl stop`, Ctrl-C and the end of \
-             this program end it at once.",
+             to the middle of its range of {:.0} mm and take your hand off it. `haptic-ctl stop`, Ctrl-C and the end \
+             of this program end it at once.",
             begun.rig,
             begun.firmware,
             1e3 * begun.range_m
         ));
+        if self.resets > 0 {
+            session.say(&format!(
+                "A busy computer may interrupt a motion: the motor lets go. Up to {} times such a motion is announced \
+                 and repeated by itself, if the handle lies still and has room; else you are asked.",
+                self.resets
+            ));
+        }
         session
             .agree(&format!(
                 "The motor will move the handle for about {seconds:.0} s, with at most {:.2} N, at most {:.1} mm to \

@@ -70,11 +70,12 @@ pub(super) struct Wanted {
 #[command(next_help_heading = "Options of FILE")]
 #[group(id = "of_file")]
 pub(super) struct Arguments {
-    /// Record of motion and force: CSV of any laboratory, or a recording
+    /// Record of motion and force: CSV or Parquet of any laboratory, or a recording
     #[arg(value_name = "FILE", required_unless_present_any = ["run", "rig"], conflicts_with_all = ["run", "rig"])]
     file: Option<PathBuf>,
 
-    /// Column of times, in s or in the unit at the end of its name (ms, us, ns) [default: t_s, time, ...]
+    /// Column of times, in s or in the unit at the end of its name (ms, us, ns); without a heading the columns are
+    /// named by their numbers, from 1 [default: t_s, time, ...]
     #[arg(long, value_name = "NAME", requires = "file")]
     time_column: Option<String>,
 

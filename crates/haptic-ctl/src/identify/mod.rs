@@ -2,6 +2,7 @@
 
 mod excite;
 mod file;
+mod interruption;
 mod report;
 mod rig;
 mod run;

@@ -21,7 +21,7 @@ pub(super) async fn run(
     whole: bool,
 ) -> Result<(Record, Identified), Failure> {
     let console = Console::new("identify --run", !arguments.asks())?;
-    let mut session = Session::begin(daemon, console, arguments.range_m()).await?;
+    let mut session = Session::begin(daemon, console, arguments.range_m(), arguments.resets()).await?;
     let excited = arguments.excite(&mut session, false).await?;
     let stored = session.begun.friction.filter(|_| !whole);
     let mut record = session

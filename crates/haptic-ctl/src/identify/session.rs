@@ -1,5 +1,6 @@
 //! An identification under way: the rig to oneself, one excitation after another, and every tick.
 
+use super::interruption::{PAUSE, Place};
 use super::ticks::Ticks;
 use crate::console::Console;
 use crate::daemon::Daemon;
@@ -10,8 +11,9 @@ use haptic_core::Excitation;
 use haptic_core::rig_friction::RigFriction;
 use haptic_ipc::{
     Event, ExcitationEnd, ExcitationReport, IdentificationReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, Request,
-    Topic,
+    RigState, Status, Topic,
 };
+use indicatif::ProgressBar;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -24,8 +26,13 @@ const EXCITATION_TIMEOUT: Duration = Duration::from_secs(15);
 /// Time that the ticks of an excitation may take to arrive after its end.
 const TICKS_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Attempts at an excitation whose ticks are not all recorded, or that a fault of the time interrupted: a machine may be
-/// held up for seconds.
+/// Time that a device gets after a fault before the rig is reset.
+const SETTLING: Duration = Duration::from_secs(1);
+
+/// Time that a device which was silent may take to come back.
+const RETURN_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Attempts at an excitation whose ticks are not all recorded: a machine may be held up for seconds.
 const ATTEMPTS: usize = 3;
 
 /// An identification under way.
@@ -36,6 +43,10 @@ pub(super) struct Session<'a> {
     range_m: Option<f64>,
     /// Why the identification has ended, where that was a fault of the time: of the machine or of the link.
     time_fault: Option<String>,
+    /// How often a motion that such a fault interrupted may still be repeated without asking.
+    resets_left: u32,
+    /// Where the person has agreed that the handle is moved.
+    place: Place,
     pub(super) begun: IdentificationReply,
     pub(super) ticks: Ticks,
     /// Nominal time between two ticks, s.
@@ -54,7 +65,12 @@ impl<'a> Session<'a> {
     }
 
     /// Takes the rig alone; from here on the end of the connection ends it.
-    pub(super) async fn begin(daemon: &'a mut Daemon, console: Console, range_m: Option<f64>) -> Result<Self, Failure> {
+    pub(super) async fn begin(
+        daemon: &'a mut Daemon,
+        console: Console,
+        range_m: Option<f64>,
+        resets: u32,
+    ) -> Result<Self, Failure> {
         let _: LeaseReply = daemon
             .ask(Request::Lease {
                 timeout_ms: LONGEST_COMMISSION_LEASE_MS,
@@ -67,6 +83,8 @@ impl<'a> Session<'a> {
             recorder: None,
             range_m,
             time_fault: None,
+            resets_left: resets,
+            place: place(&begun),
             begun,
             ticks: Ticks::default(),
             period_s: 1e-3,
@@ -138,14 +156,15 @@ impl<'a> Session<'a> {
     }
 
     /// Moves the rig along a course, to its end or to the bound that it meets, and shows how far it
-    /// is. A motion that a fault of the time interrupts is repeated after a reset, where the person agrees.
+    /// is. A motion that a fault of the time interrupts is repeated after a reset.
     pub(super) async fn excite(&mut self, name: &str, excitation: Excitation) -> Result<ExcitationReport, Failure> {
-        for _ in 0..ATTEMPTS {
+        let mut attempts = 0;
+        while attempts < ATTEMPTS {
             let (lost, before) = (self.ticks.lost(), self.ticks.newest());
             let report = match self.excite_once(name, excitation).await {
                 Ok(report) => report,
                 Err(failure) => {
-                    self.resume(name, failure).await?;
+                    self.resume(name, &excitation, failure).await?;
                     self.ticks.discard_after(before);
                     continue;
                 }
@@ -155,6 +174,7 @@ impl<'a> Session<'a> {
                 return Ok(report);
             }
             self.console.say(&format!("   {name}: ticks are missing, once more"));
+            attempts += 1;
         }
         Err(Failure::BadRig(
             "the machine or the link does not keep time, or the daemon loses records of its ticks: `haptic-ctl timing` \
@@ -163,49 +183,93 @@ impl<'a> Session<'a> {
         ))
     }
 
-    /// Resets the rig after a fault of the time and begins the identification again; any other failure ends it.
-    async fn resume(&mut self, name: &str, failure: Failure) -> Result<(), Failure> {
+    /// After a fault of the time the motor has let go. Resets the rig and begins the identification again: by itself,
+    /// as often as was agreed to and where the handle lies still in its place, else where the person agrees. Any other
+    /// failure ends the identification.
+    async fn resume(&mut self, name: &str, excitation: &Excitation, failure: Failure) -> Result<(), Failure> {
         let Some(why) = self.time_fault.clone() else {
             return Err(failure);
         };
-        self.console.say(&format!("   {name}: interrupted: {why}"));
-        let question = format!(
-            "Move the handle to the middle of its range and take your hand off it. Reset the rig and repeat the {name}?"
-        );
-        if !self.asked(&question).await? {
-            return Err(failure);
+        self.console
+            .say(&format!("   {name}: interrupted, the motor has let go: {why}"));
+        let by_itself = self.repeats_by_itself(name, excitation).await?;
+        if !by_itself {
+            if !self.console.asks() {
+                return Err(failure);
+            }
+            let question = format!(
+                "Move the handle to the middle of its range and take your hand off it. Reset the rig and repeat the \
+                 {name}?"
+            );
+            if !self.asked(&question).await? {
+                return Err(failure);
+            }
+            // The person may have answered at once, and the device may still be silent.
+            self.hear_for(SETTLING).await?;
         }
         let timeout_ms = LONGEST_COMMISSION_LEASE_MS;
         let _: LeaseReply = self.daemon.ask(Request::Lease { timeout_ms }).await?;
         let _: serde_json::Value = self.daemon.ask(Request::Reset {}).await?;
+        let reset = Instant::now();
+        while reset.elapsed() < RETURN_TIMEOUT && self.is_without_device().await? {
+            self.hear_for(POLL_PERIOD).await?;
+        }
         let range_m = self.range_m;
         self.begun = self.daemon.ask(Request::IdentifyBegin { range_m }).await?;
+        if !by_itself {
+            self.place = place(&self.begun);
+        }
         self.time_fault = None;
         self.hear_for(POLL_PERIOD).await
     }
 
+    /// Whether no device is connected now.
+    async fn is_without_device(&mut self) -> Result<bool, Failure> {
+        let status: Status = self.daemon.ask(Request::Status {}).await?;
+        Ok(status.state == RigState::Disconnected)
+    }
+
+    /// Announces that a motion will be repeated, and waits so long that the person can end it; whether it may be.
+    async fn repeats_by_itself(&mut self, name: &str, excitation: &Excitation) -> Result<bool, Failure> {
+        if self.resets_left > 0 {
+            self.console.say(&format!(
+                "   In {} s the rig is reset and the {name} repeated, if the handle lies still; Ctrl-C ends it",
+                PAUSE.as_secs()
+            ));
+            let before = self.ticks.newest();
+            self.hear_for(PAUSE).await?;
+            let needed_m = excitation.course.farthest_m();
+            match self.place.allows(needed_m, self.ticks.after(before), self.period_s) {
+                Ok(()) => {
+                    self.resets_left -= 1;
+                    return Ok(true);
+                }
+                Err(why) => self.console.say(&format!("   Not repeated by itself: {why}")),
+            }
+        }
+        Ok(false)
+    }
+
     async fn excite_once(&mut self, name: &str, mut excitation: Excitation) -> Result<ExcitationReport, Failure> {
         // The motion before may have left the handle beside the middle of its range.
-        let allowed_m = self.status().await?.travel_limit_m;
+        let status = self.status().await?;
+        let allowed_m = status.travel_limit_m.min(self.place.left_from(status.position_m));
         excitation.travel_limit_m = excitation.travel_limit_m.min(allowed_m);
         let length = Duration::from_secs_f64(excitation.duration_s());
         let bar = progress::bar(Some(length), None);
         bar.set_message(name.to_owned());
-        let _: IdentificationReply = self.daemon.ask(Request::IdentifyExcite { excitation }).await?;
-        let began = Instant::now();
-        let ramps = Duration::from_secs_f64(2e-3 * self.begun.ramp_ms.max(0.0));
-        let report = loop {
-            self.hear_for(POLL_PERIOD).await?;
-            let status = self.status().await?;
-            bar.set_position(progress::position(status.gone_s.unwrap_or_default()));
-            if !status.moving {
-                break status.last;
-            }
-            if began.elapsed() > length.mul_f64(1.2) + ramps + EXCITATION_TIMEOUT {
-                return Err(Failure::NoAnswer(began.elapsed()));
-            }
-        };
+        if let Err(failure) = self
+            .daemon
+            .ask::<IdentificationReply>(Request::IdentifyExcite { excitation })
+            .await
+        {
+            // The rig may have faulted since it was asked.
+            self.status().await?;
+            return Err(failure);
+        }
+        let report = self.follow(length, &bar).await;
         bar.finish_and_clear();
+        let report = report?;
         let Some(report) = report else {
             return Err(Failure::BadRig("the excitation never began".to_owned()));
         };
@@ -214,6 +278,23 @@ impl<'a> Session<'a> {
             self.hear_for(POLL_PERIOD).await?;
         }
         Ok(report)
+    }
+
+    /// Shows how far an excitation of a duration is, until it has ended.
+    async fn follow(&mut self, length: Duration, bar: &ProgressBar) -> Result<Option<ExcitationReport>, Failure> {
+        let began = Instant::now();
+        let ramps = Duration::from_secs_f64(2e-3 * self.begun.ramp_ms.max(0.0));
+        loop {
+            self.hear_for(POLL_PERIOD).await?;
+            let status = self.status().await?;
+            bar.set_position(progress::position(status.gone_s.unwrap_or_default()));
+            if !status.moving {
+                return Ok(status.last);
+            }
+            if began.elapsed() > length.mul_f64(1.2) + ramps + EXCITATION_TIMEOUT {
+                return Err(Failure::NoAnswer(began.elapsed()));
+            }
+        }
     }
 
     /// Takes what the daemon tells, for so long.
@@ -268,15 +349,30 @@ impl<'a> Session<'a> {
     }
 }
 
-/// Where to look for the reason of a fault by time.
+/// What to do about a fault of the time.
 fn hint(why: &str) -> &'static str {
-    if ["device_clock", "stalled", "periods were missed", "no new sample"]
-        .iter()
-        .any(|fault| why.contains(fault))
+    if [
+        "device_clock",
+        "stalled",
+        "periods were missed",
+        "no new sample",
+        "watchdog",
+    ]
+    .iter()
+    .any(|fault| why.contains(fault))
     {
-        "; the machine or the link did not keep time: `haptic-ctl timing` and `haptic-ctl doctor` may say why"
+        "; the machine or the link did not keep time: stop other work on this computer, or give the loop a processor \
+         of its own (`haptic-ctl doctor` says how, `haptic-ctl timing` by how much it is late)"
     } else {
         ""
+    }
+}
+
+/// Where the handle may be moved in an identification that has just begun.
+fn place(begun: &IdentificationReply) -> Place {
+    Place {
+        middle_m: begun.middle_m,
+        farthest_m: begun.travel_limit_m,
     }
 }
 

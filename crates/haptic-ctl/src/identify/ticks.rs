@@ -23,6 +23,11 @@ impl Ticks {
             .truncate(self.rows.partition_point(|row| Some(row.tick) <= tick));
     }
 
+    /// Those after a tick.
+    pub(super) fn after(&self, tick: Option<u64>) -> &[Sample] {
+        &self.rows[self.rows.partition_point(|row| Some(row.tick) <= tick)..]
+    }
+
     /// The newest tick.
     pub(super) fn newest(&self) -> Option<u64> {
         self.rows.last().map(|row| row.tick)
@@ -93,7 +98,7 @@ mod tests {
             sample_position_m: f64::from(sequence) * 1e-3,
             command_force_n: force,
             input_flags: 0,
-            ..serde_json::from_str(BLANK).expect("a row")
+            ..Sample::default()
         };
         let mut ticks = Ticks::default();
         ticks.take(&SamplesEvent {
@@ -113,7 +118,4 @@ mod tests {
         assert_eq!(record.force_n, [0.0, 0.5, 2.0]);
         assert_eq!((record.resolution_m, ticks.lost()), (Some(1e-5), 3));
     }
-
-    /// A row as the daemon sends it.
-    const BLANK: &str = r#"[1,0.0,"engaged",1,0.0,0.0,0.0,0.0,0.0,0.0,1,0,0,0,0,0,0,0.0,0,0]"#;
 }

@@ -130,7 +130,7 @@ impl Arguments {
     fn subscription(&self) -> Request {
         Request::Subscribe {
             // What is told each second shows that the daemon is there, however slow the samples.
-            topics: vec![Topic::State, Topic::Timing, Topic::Samples],
+            topics: vec![Topic::State, Topic::Log, Topic::Timing, Topic::Samples],
             rate_hz: self.rate,
             batch_ms: Some(20),
         }
@@ -302,6 +302,7 @@ impl Session<'_> {
             }
             // Changes overtake the rows on their way. A marker that is set after a change comes after it.
             Event::State(state) => self.next_tick = self.next_tick.max(state.tick),
+            Event::Log(entry) => self.next_tick = self.next_tick.max(entry.tick.unwrap_or(0)),
             _ => {}
         }
         for mark in self.link.marks(&event, self.next_tick) {

@@ -195,11 +195,12 @@ fn settings(servo: &ServoSetup) -> String {
         || "no force limit".to_owned(),
         |limit_n| format!("at most {} N", output::figure(limit_n)),
     );
+    let force_n = output::figure(servo.settings.limits.force_n);
     let share = servo.settings.compensation.map_or_else(String::new, |compensation| {
         format!(", {} of it compensated", output::figure(compensation.share))
     });
     format!(
-        "a device with steps of {} m and {limit}; the rig takes up {} N and {} N s/m{share}",
+        "a force limit of {force_n} N; a device with steps of {} m and {limit}; the rig takes up {} N and {} N s/m{share}",
         output::figure(servo.device_resolution_m),
         output::figure(friction),
         output::figure(damping)

@@ -1,5 +1,6 @@
 //! `recording`: what to do with recordings. Works without a daemon.
 
+mod collect;
 mod cut;
 mod export;
 mod info;
@@ -20,6 +21,9 @@ pub(crate) enum Command {
     Repair(repair::Arguments),
     /// Write a recording in another format
     Export(export::Arguments),
+    /// Collect recordings of many rigs into one Parquet set, partitioned by rig and date
+    #[command(after_help = collect::HELP)]
+    Collect(collect::Arguments),
     /// Write a part of a recording
     #[command(after_help = cut::HELP)]
     Cut(cut::Arguments),
@@ -42,6 +46,7 @@ pub(crate) fn run(command: &Command, json: bool) -> Result<(), Failure> {
         Command::Info(arguments) => info::run(arguments, json),
         Command::Repair(arguments) => repair::run(arguments, json),
         Command::Export(arguments) => export::run(arguments, json),
+        Command::Collect(arguments) => collect::run(arguments, json),
         Command::Cut(arguments) => cut::run(arguments, json),
     }
 }
@@ -81,6 +86,9 @@ fn not_repaired(error: &CopyError) -> Failure {
 fn is_damage(error: &RecordingError) -> bool {
     !matches!(
         error,
-        RecordingError::Open { .. } | RecordingError::NotARecording { .. } | RecordingError::Version { .. }
+        RecordingError::Open { .. }
+            | RecordingError::NotARecording { .. }
+            | RecordingError::OtherProgram { .. }
+            | RecordingError::Version { .. }
     )
 }

@@ -145,7 +145,8 @@ impl Summary {
                 self.missed = self.missed.saturating_add(periods);
                 return;
             }
-            Mark::End { .. } => return,
+            // What follows from it is an event of its own.
+            Mark::Journal { .. } | Mark::End { .. } => return,
         };
         self.events.push(Event { t_s: 0.0, tick, what });
     }

@@ -1,6 +1,7 @@
 //! `study`: the targeting task and the perception tests, one file a subcommand.
 
 mod analyse;
+mod new;
 mod plan;
 mod run;
 mod sensitivity;
@@ -11,10 +12,13 @@ use std::path::PathBuf;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Make a study for people, which they do in the panel
+    #[command(after_help = new::HELP)]
+    New(new::Arguments),
     /// Run a whole study unattended, by simulated operators, faster than real time
     #[command(after_help = run::HELP)]
     Run(run::Arguments),
-    /// Go on with a study that was interrupted, at the trial where it ended
+    /// Go on with a study that was interrupted, at the trial where it ended; of people's, show how far it is
     Resume(Resume),
     /// Print a plan, to be changed and run
     Plan(plan::Arguments),
@@ -36,6 +40,7 @@ pub(crate) struct Resume {
 
 pub(crate) async fn run(command: &Command, as_json: bool) -> Result<(), Failure> {
     match command {
+        Command::New(arguments) => new::run(arguments, as_json),
         Command::Run(arguments) => run::run(arguments, as_json).await,
         Command::Resume(resume) => run::resume(&resume.folder, as_json).await,
         Command::Plan(arguments) => plan::run(arguments),

@@ -5,7 +5,7 @@ use crate::output;
 use clap::Args;
 use haptic_ipc::regular_file;
 use haptic_lab::studies::operator::Constants;
-use haptic_lab::studies::plan::{BUILT_IN_PLANS, Plan};
+use haptic_lab::studies::plan::{BUILT_IN_PLANS, Plan, Task};
 use serde_json::json;
 use std::path::Path;
 
@@ -34,6 +34,14 @@ pub(super) fn read(name: &str) -> Result<(Plan, String), Failure> {
     };
     let plan = Plan::read(&text).map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
     Ok((plan, text))
+}
+
+/// The panel's page for a task.
+pub(super) const fn page(task: Task) -> &'static str {
+    match task {
+        Task::Fitts => "task",
+        Task::Perception => "perception",
+    }
 }
 
 /// Lists the constants of the simulated operator.

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use haptic_lab::studies::operator::Constants;
 use haptic_lab::studies::run::{self, Progress, RunError};
 use haptic_lab::studies::store::{About, StoreError, Study};
+use haptic_lab::studies::trial;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -59,13 +60,17 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
-    if arguments.operator.is_none() {
-        return Err(Failure::Usage(
-            "--operator simulated is needed: this program has no screen for people, and runs simulated operators alone"
-                .to_owned(),
-        ));
-    }
     let (plan, text) = plan::read(&arguments.plan)?;
+    if arguments.operator.is_none() {
+        return Err(Failure::Usage(format!(
+            "--operator simulated is needed: people do a study in the panel; `haptic-ctl study new {} --subjects {} --out {}` makes \
+             it, and `haptic-gui --page {}` goes on with it",
+            arguments.plan,
+            arguments.subjects,
+            arguments.out.display(),
+            plan::page(plan.task())
+        )));
+    }
     let mut constants = Constants::default();
     for set in &arguments.set {
         let wrong = |why: &dyn std::fmt::Display| Failure::Usage(format!("--set {set}: {why}"));
@@ -83,20 +88,56 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
 
 pub(crate) async fn resume(folder: &Path, as_json: bool) -> Result<(), Failure> {
     let study = Study::open(folder).map_err(not_stored)?;
+    if study.about().operator == trial::Operator::Human {
+        return people(&study, as_json);
+    }
     go_on(study, folder, as_json).await
 }
 
 /// The folder that was named is wrong usage, but for a disk that fails.
-fn not_stored(error: StoreError) -> Failure {
+pub(super) fn not_stored(error: StoreError) -> Failure {
     match error {
         StoreError::File { path, source } => Failure::not_created(&path, &source),
         error => Failure::Usage(error.to_string()),
     }
 }
 
+/// Shows how far people are, and puts all trials that are done into one file.
+fn people(study: &Study, as_json: bool) -> Result<(), Failure> {
+    let mut subjects = Vec::new();
+    for subject in study.subjects() {
+        let view = study.progress(&subject).map_err(not_stored)?;
+        subjects.push((subject.code, view.done, view.of));
+    }
+    let all = study.collect().map_err(not_stored)?;
+    if as_json {
+        let subjects = subjects
+            .iter()
+            .map(|(code, done, of)| json!({ "subject": code, "trials": done, "of": of }));
+        return output::json(&json!({
+            "folder": study.folder(),
+            "operator": "human",
+            "subjects": subjects.collect::<Vec<_>>(),
+            "trials_file": all,
+        }));
+    }
+    for (code, done, of) in &subjects {
+        let of = of.map_or_else(String::new, |of| format!(" of {of}"));
+        output::text(&format!("subject {code}: {done}{of} trials, practice included"))?;
+    }
+    output::text(&format!(
+        "{}: people do this study: `haptic-gui --page {}` goes on with it.",
+        study.folder().display(),
+        plan::page(study.about().task)
+    ))?;
+    all.map_or(Ok(()), |all| {
+        output::text(&format!("All trials so far: {}", all.display()))
+    })
+}
+
 /// Runs what is left of a study.
 async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure> {
-    let subjects = study.about().subjects as usize;
+    let subjects = study.about().subjects.len();
     let progress = Arc::new(Progress::default());
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut interrupt = signal(SignalKind::interrupt())?;

@@ -99,7 +99,11 @@ impl Asker {
                     return;
                 }
                 if let Some(request) = intent.request() {
-                    self.send(request, Asked::Intent(intent));
+                    let asked = match intent {
+                        Intent::Stream { .. } => Asked::Subscribe,
+                        intent => Asked::Intent(intent),
+                    };
+                    self.send(request, asked);
                 }
             }
             Job::Stop => {}

@@ -6,9 +6,10 @@ use super::shared::{Asked, Patience, Shared};
 use crate::intent::Intent;
 use crate::recorder::Recorder;
 use crate::stop_path::{Guide, Stops};
+use crate::study::StudyLink;
 use crate::update::{Answer, Update};
 use crate::update_sender::{PanelGone, UpdateSender};
-use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, ServerLine, StateEvent, Topic, WireError};
+use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, ServerLine, StateEvent, WireError};
 use serde::de::DeserializeOwned;
 use std::convert::Infallible;
 use std::fmt;
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 
 /// Time between batches of samples, ms: that of the quickest frames.
-const BATCH_MS: u32 = 34;
+pub(crate) const BATCH_MS: u32 = 34;
 
 /// Entries of the journal that the panel asks for at first.
 const PAST_CHANGES: usize = 20;
@@ -53,6 +54,7 @@ pub(super) struct Listener {
     shared: Arc<Shared>,
     stops: Arc<Stops>,
     recorder: Arc<Recorder>,
+    study: Arc<StudyLink>,
     jobs: mpsc::Sender<Job>,
     guide: Guide,
     updates: UpdateSender,
@@ -67,7 +69,7 @@ impl Listener {
     pub(super) fn new(
         shared: Arc<Shared>,
         stops: Arc<Stops>,
-        recorder: Arc<Recorder>,
+        (recorder, study): (Arc<Recorder>, Arc<StudyLink>),
         jobs: mpsc::Sender<Job>,
         guide: Guide,
         updates: UpdateSender,
@@ -77,6 +79,7 @@ impl Listener {
             shared,
             stops,
             recorder,
+            study,
             jobs,
             guide,
             updates,
@@ -99,6 +102,9 @@ impl Listener {
             };
             let was_connected = self.hang_up();
             let lost = Update::Disconnected { path, reason };
+            if was_connected {
+                self.study.hear(&lost);
+            }
             if was_connected || told.as_ref() != Some(&lost) {
                 self.updates.send(lost.clone())?;
                 told = Some(lost);
@@ -130,13 +136,16 @@ impl Listener {
                 sender,
                 requests: introduction(),
             });
-            self.updates.send(Update::Connected {
+            let connected = Update::Connected {
                 path: path.to_path_buf(),
                 hello,
-            })?;
+            };
+            self.study.hear(&connected);
+            self.updates.send(connected)?;
             self.guide.lead_to(path.to_path_buf(), true);
             loop {
                 if let Some(update) = self.next(&mut receiver)? {
+                    self.study.hear(&update);
                     self.updates.send(update)?;
                 }
             }
@@ -241,22 +250,16 @@ impl Listener {
 
 /// The first requests: everything that the panel shows.
 fn introduction() -> Vec<(Request, Asked)> {
-    let subscribe = Request::Subscribe {
-        topics: vec![Topic::State, Topic::Timing, Topic::Samples, Topic::Log],
-        // Every tick: a spike of a single one must be visible.
-        rate_hz: None,
-        batch_ms: Some(BATCH_MS),
-    };
+    let batch_ms = BATCH_MS;
+    let subscribe = Intent::Stream { batch_ms }.request();
     let log = Request::Log {
         after: None,
         limit: Some(PAST_CHANGES),
     };
-    vec![
-        (Request::Describe {}, Asked::Describe),
-        (subscribe, Asked::Subscribe),
-        (Request::SceneList {}, Asked::Library),
-        (log, Asked::Journal),
-    ]
+    let mut requests = vec![(Request::Describe {}, Asked::Describe)];
+    requests.extend(subscribe.map(|subscribe| (subscribe, Asked::Subscribe)));
+    requests.extend([(Request::SceneList {}, Asked::Library), (log, Asked::Journal)]);
+    requests
 }
 
 /// The update that an answer causes.
@@ -291,6 +294,7 @@ fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Resul
                 Intent::Set { .. }
                 | Intent::Load { .. }
                 | Intent::Try { .. }
+                | Intent::TrialScene { .. }
                 | Intent::Foresee { .. }
                 | Intent::Undo
                 | Intent::Redo

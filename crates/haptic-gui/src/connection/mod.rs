@@ -18,9 +18,11 @@ pub use shared::Patience;
 use crate::intent::Intent;
 use crate::recorder::Recorder;
 use crate::stop_path::StopPath;
+use crate::study::{StudyLink, SubjectScreen};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use asker::{Asker, Job};
+pub(crate) use listener::BATCH_MS;
 use listener::Listener;
 use shared::Shared;
 use std::io;
@@ -32,11 +34,31 @@ use std::time::Duration;
 /// A connection that reconnects by itself.
 #[derive(Debug)]
 pub struct Connection {
-    stop: StopPath,
-    jobs: mpsc::Sender<Job>,
+    outgoing: Arc<Outgoing>,
     recorder: Arc<Recorder>,
+    study: Arc<StudyLink>,
     updates: mpsc::Receiver<Update>,
     sender: UpdateSender,
+}
+
+/// The ways to the daemon.
+#[derive(Debug)]
+struct Outgoing {
+    stop: StopPath,
+    jobs: mpsc::Sender<Job>,
+}
+
+impl Outgoing {
+    /// Sends a stop on its own path, and on the connection of all requests.
+    fn stop(&self) {
+        self.stop.press();
+        self.do_next(Job::Stop);
+    }
+
+    fn do_next(&self, job: Job) {
+        // The asking thread lives as long as `self`.
+        self.jobs.send(job).unwrap_or(());
+    }
 }
 
 impl Connection {
@@ -56,10 +78,19 @@ impl Connection {
         let (stop, guide) = StopPath::start(patience.retry, sender.clone())?;
         let shared = Arc::new(Shared::default());
         let recorder = Arc::new(Recorder::new(sender.clone()));
+        let study = {
+            let (jobs, stops) = (jobs.clone(), Arc::clone(stop.stops()));
+            let send = move |intent| {
+                let stops = stops.pressed();
+                // The asking thread lives as long as the panel.
+                jobs.send(Job::Intent { intent, stops }).unwrap_or(());
+            };
+            Arc::new(StudyLink::new(Arc::new(send), sender.clone()))
+        };
         let listener = Listener::new(
             Arc::clone(&shared),
             Arc::clone(stop.stops()),
-            Arc::clone(&recorder),
+            (Arc::clone(&recorder), Arc::clone(&study)),
             jobs.clone(),
             guide,
             sender.clone(),
@@ -74,9 +105,9 @@ impl Connection {
             .name("ask".to_owned())
             .spawn(move || asker.run(&to_do))?;
         Ok(Self {
-            stop,
-            jobs,
+            outgoing: Arc::new(Outgoing { stop, jobs }),
             recorder,
+            study,
             updates,
             sender,
         })
@@ -94,9 +125,10 @@ impl Connection {
             } => self.recorder.begin(folder, format, *metadata),
             Intent::Marker { tick, text } => self.recorder.mark(tick, text),
             Intent::EndRecording => self.recorder.end(),
+            Intent::Study(command) => self.study.command(command),
             intent => {
-                let stops = self.stop.stops().pressed();
-                self.do_next(Job::Intent { intent, stops });
+                let stops = self.outgoing.stop.stops().pressed();
+                self.outgoing.do_next(Job::Intent { intent, stops });
             }
         }
     }
@@ -107,15 +139,20 @@ impl Connection {
         self.sender.set_pace(pace);
     }
 
-    /// Sends a stop. Waits for nothing.
-    pub fn stop(&self) {
-        self.stop.press();
-        self.do_next(Job::Stop);
+    /// What the subject's window shows.
+    pub(crate) fn subject_screen(&self) -> Arc<SubjectScreen> {
+        Arc::clone(self.study.screen())
     }
 
-    fn do_next(&self, job: Job) {
-        // The asking thread lives as long as `self`.
-        self.jobs.send(job).unwrap_or(());
+    /// Sends a stop. Waits for nothing.
+    pub fn stop(&self) {
+        self.outgoing.stop();
+    }
+
+    /// A stop for any thread: each call sends one, and returns false once the panel is closed. Waits for nothing.
+    pub fn stopper(&self) -> impl Fn() -> bool + Send + use<> {
+        let outgoing = Arc::downgrade(&self.outgoing);
+        move || outgoing.upgrade().inspect(|outgoing| outgoing.stop()).is_some()
     }
 
     /// The news since last time, without waiting.

@@ -3,11 +3,12 @@
 use super::picture::{Group, Picture};
 use crate::model::Model;
 use crate::model::scope::value_axis::Reach;
-use crate::plots::axis::{USUAL_COUNT, number, steps};
+use crate::plots::axis::{USUAL_COUNT, marks, number};
 use crate::plots::chart::{Chart, Curve, Ink, Overlay};
 use crate::plots::contact_ribbon::Run;
+use crate::plots::labels::Labels;
 use crate::theme::Palette;
-use egui::Color32;
+use egui::{Color32, Rect, Vec2, pos2, vec2};
 use std::fmt::Write as _;
 
 /// Size of a plot over time, px.
@@ -18,6 +19,9 @@ const FORCE_VELOCITY: (f64, f64) = (480.0, 440.0);
 
 /// Room for the numbers and names at a plot's left, right, top and bottom, px.
 const MARGINS: (f64, f64, f64, f64) = (70.0, 20.0, 34.0, 40.0);
+
+/// Room for a letter of a label, px.
+const LETTER: Vec2 = vec2(7.0, 14.0);
 
 /// Height of the contact ribbon, px.
 const RIBBON: f64 = 8.0;
@@ -79,6 +83,12 @@ impl Frame {
         self.corner.1 + self.size.1 * (high - value) / (high - low)
     }
 
+    /// Its inner part, px.
+    fn area(&self) -> Rect {
+        let corner = pos2(points(self.corner.0), points(self.corner.1));
+        Rect::from_min_size(corner, vec2(points(self.size.0), points(self.size.1)))
+    }
+
     /// The parts of a line within the frame, cut at its edges: not every program can clip.
     fn within(&self, points: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
         let mut parts: Vec<Vec<[f64; 2]>> = Vec::new();
@@ -122,6 +132,19 @@ fn cut(from: [f64; 2], to: [f64; 2], within: [Reach; 2]) -> Option<[[f64; 2]; 2]
     (enters < leaves).then(|| [at(enters), at(leaves)])
 }
 
+/// A length of the picture, to place labels by.
+#[expect(clippy::cast_possible_truncation, reason = "pixels of a picture")]
+const fn points(px: f64) -> f32 {
+    px as f32
+}
+
+/// Room for a label, px: the font is that of the reader, and a usual letter of it is less wide than high.
+fn size(label: &str) -> Vec2 {
+    #[expect(clippy::cast_precision_loss, reason = "a label has few letters")]
+    let letters = label.chars().count() as f32;
+    vec2(LETTER.x * (letters + 1.0), LETTER.y)
+}
+
 /// A colour as SVG writes it.
 fn hex(color: fn(&Palette) -> Color32) -> String {
     let color = color(Palette::for_paper());
@@ -147,8 +170,9 @@ impl Drawing {
     fn end(self, right: f64, bottom: f64) -> String {
         let (width, height) = (self.reaches.0 + right, self.reaches.1 + bottom);
         format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-             font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{}</svg>\n",
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{}</svg>\n",
             self.text
         )
     }
@@ -175,15 +199,16 @@ impl Drawing {
     fn chart(&mut self, chart: &Chart, frame: &Frame, has_across_numbers: bool) {
         let [across, up] = &chart.labels;
         self.frame(frame, has_across_numbers.then_some(across), up);
+        let mut labels = Labels::new(frame.area());
         for overlay in &chart.overlays {
             match overlay {
-                Overlay::Level { value, label, ink } => self.level(frame, *value, label, ink),
+                Overlay::Level { value, label, ink } => self.level(frame, &mut labels, *value, label, ink),
                 Overlay::Mark {
                     at,
                     label,
                     is_dashed,
                     ink,
-                } => self.mark(frame, *at, label, *is_dashed, ink),
+                } => self.mark(frame, &mut labels, (*at, label, *is_dashed), ink),
                 Overlay::Curve(_) | Overlay::Dots { .. } => {}
             }
         }
@@ -203,7 +228,7 @@ impl Drawing {
         }
     }
 
-    fn level(&mut self, frame: &Frame, value: f64, label: &str, ink: &Ink) {
+    fn level(&mut self, frame: &Frame, labels: &mut Labels, value: f64, label: &str, ink: &Ink) {
         if !within(value, frame.up) {
             return;
         }
@@ -212,27 +237,37 @@ impl Drawing {
             "<path d=\"M{x:.2} {y:.2}h{width}\" {style} stroke-dasharray=\"6 4\"/>"
         ));
         if !label.is_empty() {
-            let (end, above, color, label) = (x + width - 4.0, y - 4.0, hex(ink.color), escaped(label));
-            self.add(format_args!(
-                "<text x=\"{end:.2}\" y=\"{above:.2}\" text-anchor=\"end\" fill=\"{color}\">{label}</text>"
-            ));
+            self.label(
+                labels.at_level(points(y), points(frame.y(0.0)), size(label)),
+                label,
+                ink,
+            );
         }
     }
 
-    fn mark(&mut self, frame: &Frame, at: f64, label: &str, is_dashed: bool, ink: &Ink) {
+    fn mark(&mut self, frame: &Frame, labels: &mut Labels, (at, label, is_dashed): (f64, &str, bool), ink: &Ink) {
         if !within(at, frame.across) {
             return;
         }
         let (x, y, height, style) = (frame.x(at), frame.corner.1, frame.size.1, style(ink));
         let dashes = if is_dashed { " stroke-dasharray=\"6 4\"" } else { "" };
-        let label = escaped(label);
+        let title = escaped(label);
         self.add(format_args!(
-            "<path d=\"M{x:.2} {y}v{height}\" {style}{dashes}><title>{label}</title></path>"
+            "<path d=\"M{x:.2} {y}v{height}\" {style}{dashes}><title>{title}</title></path>"
         ));
-        let (x, foot, color) = (x + 4.0 * at.signum(), y + height - 8.0, hex(ink.color));
-        let anchor = if at < 0.0 { "end" } else { "start" };
+        if !label.is_empty() {
+            self.label(labels.at_mark(points(x), points(frame.x(0.0)), size(label)), label, ink);
+        }
+    }
+
+    /// A label at its place, if it has found one.
+    fn label(&mut self, place: Option<Rect>, label: &str, ink: &Ink) {
+        let Some(place) = place else { return };
+        let (x, y) = (place.center().x, place.center().y);
+        let (color, label) = (hex(ink.color), escaped(label));
         self.add(format_args!(
-            "<text x=\"{x:.2}\" y=\"{foot}\" text-anchor=\"{anchor}\" fill=\"{color}\">{label}</text>"
+            "<text x=\"{x:.2}\" y=\"{y:.2}\" text-anchor=\"middle\" dominant-baseline=\"central\" \
+             fill=\"{color}\">{label}</text>"
         ));
     }
 
@@ -258,7 +293,8 @@ impl Drawing {
             };
             let width = to - from;
             self.add(format_args!(
-                "<rect x=\"{from:.2}\" y=\"{y}\" width=\"{width:.2}\" height=\"{RIBBON}\" fill=\"{color}\"><title>{what}</title></rect>"
+                "<rect x=\"{from:.2}\" y=\"{y}\" width=\"{width:.2}\" height=\"{RIBBON}\" \
+                 fill=\"{color}\"><title>{what}</title></rect>"
             ));
         }
     }
@@ -269,13 +305,14 @@ impl Drawing {
         let ((left, top), (width, height)) = (frame.corner, frame.size);
         let foot = top + height;
         self.reaches = (self.reaches.0.max(left + width), self.reaches.1.max(foot));
-        for (value, text) in marks(frame.up) {
+        for (value, text) in numbers(frame.up) {
             let (y, x) = (frame.y(value), left - 6.0);
             self.add(format_args!(
-                "<path d=\"M{left} {y:.2}h{width}\" stroke=\"#ddd\"/><text x=\"{x}\" y=\"{y:.2}\" text-anchor=\"end\" dominant-baseline=\"middle\">{text}</text>"
+                "<path d=\"M{left} {y:.2}h{width}\" stroke=\"#ddd\"/>\
+                 <text x=\"{x}\" y=\"{y:.2}\" text-anchor=\"end\" dominant-baseline=\"middle\">{text}</text>"
             ));
         }
-        for (value, text) in marks(frame.across) {
+        for (value, text) in numbers(frame.across) {
             let (x, below) = (frame.x(value), foot + 16.0);
             self.add(format_args!("<path d=\"M{x:.2} {top}v{height}\" stroke=\"#ddd\"/>"));
             if across_label.is_some() {
@@ -334,15 +371,8 @@ fn within(value: f64, (low, high): Reach) -> bool {
 }
 
 /// The numbers of an axis.
-fn marks(reach: Reach) -> Vec<(f64, String)> {
-    let [_, step, _] = steps(reach, USUAL_COUNT);
-    let mut marks = Vec::new();
-    let mut mark = (reach.0 / step).ceil() * step;
-    while mark <= reach.1 {
-        marks.push((mark, number(mark, reach)));
-        mark += step;
-    }
-    marks
+fn numbers(reach: Reach) -> impl Iterator<Item = (f64, String)> {
+    marks(reach, USUAL_COUNT).map(move |mark| (mark, number(mark, reach)))
 }
 
 #[cfg(test)]

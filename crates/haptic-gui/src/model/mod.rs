@@ -13,6 +13,7 @@ mod saving;
 pub(crate) mod scene;
 pub(crate) mod scope;
 pub(crate) mod stop;
+pub(crate) mod studying;
 pub(crate) mod tapes;
 pub(crate) mod tuning;
 pub(crate) mod view;
@@ -31,7 +32,7 @@ use scope::Scope;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use tapes::{Tapes, WhatIf};
-use view::View;
+use view::{Reading, View};
 
 /// Shortest time between two frames that show new samples.
 const FASTEST: Duration = crate::frame_limiter::SHORTEST;
@@ -111,6 +112,8 @@ impl Model {
             }
             Update::Stop(news) => daemon.take_stop(news),
             Update::Busy(what) => view.file_notice = Some(Notice::new(Ok(what))),
+            Update::Reading { path, share } => view.reading = Some(Reading { path, share }),
+            Update::DialogClosed(outcome) => view.close_dialog(outcome),
             Update::Exported(result) => {
                 let told = result.map(|path| format!("Written: {}", path.display()));
                 view.file_notice = Some(Notice::new(told));
@@ -120,6 +123,11 @@ impl Model {
             Update::Advised(result) => daemon.scene.advised.take(result, daemon.scene.revision),
             Update::Event(event) => self.take_event(event),
             Update::Answered { intent, result } => self.take_answer(&intent, result),
+            Update::Study(news) => {
+                if let Some(task) = view.studying.take(news) {
+                    view.page = Page::of(task);
+                }
+            }
             Update::Unreadable { reason } => {
                 daemon.losses.unreadable += 1;
                 daemon.losses.unreadable_reason = reason;
@@ -139,6 +147,12 @@ impl Model {
         scope.zoom(scope.span_s() / span_s, 0.0);
     }
 
+    /// A stop was pressed at `now`, and sent elsewhere: what is typed by half is dropped, and the outcome shown.
+    pub(crate) fn press_stop(&mut self, now: Instant) {
+        self.view.tuning.discard_typing();
+        self.daemon.stop.press(now, self.daemon.is_connected());
+    }
+
     /// The page that is shown.
     #[must_use]
     pub const fn page(&self) -> Page {
@@ -155,8 +169,12 @@ impl Model {
     #[must_use]
     pub fn pace(&self) -> Duration {
         let scope = self.view.scope(&self.tapes);
-        if self.view.page == Page::Identify || !scope.follows() {
-            return STANDING;
+        match self.view.page {
+            // The subject's window has the processor.
+            Page::Task | Page::Perception => return SLOWEST,
+            Page::Identify => return STANDING,
+            Page::Tune | Page::Record if !scope.follows() => return STANDING,
+            Page::Tune | Page::Record => {}
         }
         // About a half of the area is a plot over time.
         let columns = f64::from(self.view.layout.area.width().max(2.0) / 2.0);
@@ -186,8 +204,10 @@ impl Model {
         let file = notice::expire(&mut self.view.file_notice, now);
         let report = notice::expire(&mut self.view.tuning.report, now);
         let fitting = notice::expire(&mut self.view.fitting.report, now);
+        let studying = notice::expire(&mut self.view.studying.report, now);
         let stop = self.daemon.stop.age(now);
-        file.into_iter().chain(report).chain(fitting).chain(stop).min()
+        let messages = file.into_iter().chain(report).chain(fitting).chain(studying);
+        messages.chain(stop).min()
     }
 
     fn take_event(&mut self, event: Event) {
@@ -217,6 +237,7 @@ impl Model {
     }
 
     fn take_opened(&mut self, path: PathBuf, result: Result<Box<Loaded>, String>) {
+        self.view.reading.take_if(|reading| reading.path == path);
         match result {
             Ok(mut loaded) => {
                 loaded.opened.path = path;
@@ -249,6 +270,10 @@ impl Model {
             _ => SceneChange::default(),
         };
         self.view.tuning.take_scene_change(&change);
+        if matches!(intent, Intent::TrialScene { .. }) {
+            // The study says why it was refused.
+            return;
+        }
         let View { tuning, fitting, .. } = &mut self.view;
         let others = fitting.take_answer(intent, result);
         let others = others.and_then(|result| tuning.take_answer(intent, result));

@@ -4,7 +4,7 @@
 use crate::recording::{Loaded, Opened, RecordingNews, WhatIfTape, amount};
 use crate::tape::Tape;
 use crate::tape::mark::{MarkKind, TapeMark};
-use haptic_ipc::{JournalEntry, RigState, Sample};
+use haptic_ipc::{JournalEntry, Sample};
 use haptic_lab::recording::Totals;
 use std::path::PathBuf;
 
@@ -75,7 +75,9 @@ impl Tapes {
 
     /// Adds what the journal tells of the live rig, if a tick carried it out.
     pub(crate) fn mark_journal(&mut self, entry: &JournalEntry) {
-        let Some(mark) = journal_mark(entry) else { return };
+        let Some(mark) = TapeMark::of_journal(entry) else {
+            return;
+        };
         if self.is_over {
             self.next_marks.push(mark);
         } else {
@@ -251,31 +253,6 @@ impl Tapes {
         }
         (with_force > 0.0).then(|| clipped / with_force)
     }
-}
-
-/// An entry of the journal as a mark; `None` if it changed neither scene nor state, or no tick carried it
-/// out.
-fn journal_mark(entry: &JournalEntry) -> Option<TapeMark> {
-    let kind = match &entry.state {
-        Some(state) if state.after == RigState::Faulted => MarkKind::Trouble,
-        Some(_) => MarkKind::State,
-        None if !entry.changes.is_empty() => MarkKind::Scene,
-        None if matches!(entry.op.as_str(), "disconnected" | "connected" | "lease_lapsed") => MarkKind::Trouble,
-        None => return None,
-    };
-    let by = entry
-        .by
-        .as_ref()
-        .map_or_else(|| "hapticd".to_owned(), ToString::to_string);
-    let mut parts = vec![format!("{by}: {}", entry.op)];
-    parts.extend(entry.state.map(|state| format!("{} -> {}", state.before, state.after)));
-    parts.extend(entry.changes.iter().map(ToString::to_string));
-    parts.extend(entry.message.clone());
-    Some(TapeMark {
-        tick: entry.tick?,
-        kind,
-        text: parts.join(", "),
-    })
 }
 
 /// Frees a recording on a thread of its own: hundreds of megabytes take longer than a frame may.

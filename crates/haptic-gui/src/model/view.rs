@@ -5,12 +5,15 @@ use super::measuring::Measuring;
 use super::recordings::Recordings;
 use super::reference::Reference;
 use super::scope::Scope;
+use super::studying::Studying;
 use super::tapes::Tapes;
 use super::tuning::Tuning;
+use crate::intent::Wanted;
 use crate::notice::Notice;
 use crate::page::Page;
 use egui::Rect;
 use haptic_lab::recording::Format;
+use std::path::PathBuf;
 
 /// The user's side of the panel.
 #[derive(Debug)]
@@ -22,10 +25,13 @@ pub(crate) struct View {
     pub(crate) recorded: Scope,
     pub(crate) tuning: Tuning,
     pub(crate) fitting: Fitting,
+    pub(crate) studying: Studying,
     pub(crate) layout: PlotLayout,
     /// The run under the one that is seen.
     pub(crate) reference: Option<Reference>,
     pub(crate) measuring: Measuring,
+    /// The recording that is being read.
+    pub(crate) reading: Option<Reading>,
     /// Outcome of the last export, recording, or file to be opened.
     pub(crate) file_notice: Option<Notice>,
     pub(crate) closing: Closing,
@@ -45,6 +51,14 @@ pub(crate) struct View {
     pub(crate) open_path: String,
     /// A note, while it is typed.
     pub(crate) note: Option<NoteField>,
+}
+
+/// A recording that is being read.
+#[derive(Debug)]
+pub(crate) struct Reading {
+    pub(crate) path: PathBuf,
+    /// The share that is read, from 0 to 1, if it is known.
+    pub(crate) share: Option<f64>,
 }
 
 /// A note on a moment of the rig.
@@ -121,6 +135,7 @@ impl Default for View {
             recorded: Scope::of_recording(),
             tuning: Tuning::default(),
             fitting: Fitting::default(),
+            studying: Studying::default(),
             layout: PlotLayout {
                 chosen: PlotGroup::default(),
                 beside: PlotGroup::ForceVelocity,
@@ -130,6 +145,7 @@ impl Default for View {
             },
             reference: None,
             measuring: Measuring::default(),
+            reading: None,
             file_notice: None,
             closing: Closing::default(),
             histograms_shown: false,
@@ -179,6 +195,20 @@ impl View {
         let is_recording = self.shows_recording(tapes);
         let scope = if is_recording { &self.recorded } else { &self.scope };
         (scope, self.reference.as_ref(), &mut self.measuring)
+    }
+
+    /// A dialog of the desktop was closed.
+    pub(crate) fn close_dialog(&mut self, outcome: Result<Option<(Wanted, PathBuf)>, String>) {
+        match outcome {
+            Ok(Some((Wanted::Folder, path))) => self.folder = path.display().to_string(),
+            Ok(Some((Wanted::FileToIdentify, path))) => self.fitting.choose_file(&path),
+            // It is read, or written, already.
+            Ok(Some((Wanted::Recording | Wanted::Export(_), _)) | None) => {}
+            Err(why) => {
+                let told = format!("Type the path: {why}");
+                self.file_notice = Some(Notice::new(Err(told)));
+            }
+        }
     }
 
     fn shows_recording(&self, tapes: &Tapes) -> bool {

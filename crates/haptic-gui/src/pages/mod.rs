@@ -2,6 +2,7 @@
 
 mod identify;
 mod record;
+mod study;
 mod tune;
 
 use crate::intent::Intent;
@@ -17,6 +18,8 @@ pub(crate) fn show(page: Page, ui: &mut Ui, model: &mut Model, intents: &mut Vec
         Page::Tune => tune::show,
         Page::Record => record::show,
         Page::Identify => identify::show,
+        Page::Task => study::show_task,
+        Page::Perception => study::show_perception,
     };
     show(ui, model, intents);
 }

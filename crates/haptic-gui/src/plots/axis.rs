@@ -58,6 +58,15 @@ pub(crate) fn steps((low, high): (f64, f64), count: f64) -> [f64; 3] {
     [major / parts, major, major * 10.0]
 }
 
+/// The places of an axis that have a number: at most twenty, also where a step is lost in rounding.
+pub(crate) fn marks(bounds: (f64, f64), count: f64) -> impl Iterator<Item = f64> {
+    let [_, step, _] = steps(bounds, count);
+    let first = (bounds.0 / step).ceil();
+    (0..20)
+        .map(move |mark| (first + f64::from(mark)) * step)
+        .take_while(move |mark| *mark <= bounds.1)
+}
+
 /// A number of an axis with this range, with as many digits as it needs.
 pub(crate) fn number(value: f64, bounds: (f64, f64)) -> String {
     let [finest, ..] = steps(bounds, USUAL_COUNT);
@@ -115,10 +124,7 @@ mod tests {
             let half = 10_f64.powf(decades);
             let middle = if is_centred { 0.0 } else { middle };
             let bounds = (middle - half, middle + half);
-            let [_, step, _] = steps(bounds, count);
-            let first = (bounds.0 / step).ceil();
-            let marks = (0..20).map(|mark| (first + f64::from(mark)) * step).take_while(|mark| *mark <= bounds.1);
-            let texts: Vec<_> = marks.map(|mark| number(mark, bounds)).collect();
+            let texts: Vec<_> = marks(bounds, count).map(|mark| number(mark, bounds)).collect();
             let different: std::collections::BTreeSet<_> = texts.iter().collect();
             prop_assert!((2..=16).contains(&texts.len()) && different.len() == texts.len(), "{bounds:?}: {texts:?}");
         }

@@ -226,7 +226,7 @@ pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, scene: Option<
         let Against { across, up, .. } = &scope.against;
         format!("{} against {} plot", up.name(), across.name().to_lowercase())
     };
-    let plot = frame::plot(&name, height, height, FEW)
+    let plot = frame::plot(&name, height, height, FEW, AXIS_WIDTH)
         .width(ui.available_width() - RIGHT_MARGIN)
         .x_axis_label(chart.labels[0].as_str())
         .y_axis_label(chart.labels[1].as_str())

@@ -1,17 +1,16 @@
 //! The frame of every plot, and how a chart is drawn in it. The panel moves the plots together, so each
 //! of them ignores the pointer, and their axes are aligned.
 
-use super::axis::{AXIS_WIDTH, count_for, number, steps};
+use super::axis::{count_for, marks, number, steps};
 use super::chart::{Chart, Curve, Overlay};
+use super::labels::Labels;
+use crate::model::scope::value_axis::Reach;
 use crate::theme::Palette;
-use egui::{Align2, Color32, RichText};
+use egui::{Align2, Color32, Rect, RichText, TextStyle, Ui, Vec2};
 use egui_plot::{
     AxisHints, HLine, Line, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, PlotUi, Points, Text, VLine,
     uniform_grid_spacer,
 };
-
-/// Share of the height at which the label of a mark stands above the lower edge.
-const LABEL_SHARE: f64 = 0.04;
 
 /// Room at the right of a plot, points: half of the last number of its axis.
 pub(crate) const RIGHT_MARGIN: f32 = 16.0;
@@ -32,9 +31,29 @@ fn numbers(axis: AxisHints<'_>, count: f64) -> AxisHints<'_> {
     })
 }
 
-/// A plot with `inner` points of its height for the lines, and about `count` numbers at its horizontal
-/// axis.
-pub(crate) fn plot<'a>(name: &str, height: f32, inner: f32, count: f64) -> Plot<'a> {
+/// Distance of the numbers of a vertical axis from the plot, and from its name, points.
+const NUMBER_MARGIN: f32 = 4.0;
+
+/// Height of the name of an axis, in heights of its text.
+const NAME_HEIGHT: f32 = 1.25;
+
+/// Width of the numbers of a vertical axis and of its name, points.
+pub(crate) fn aside(ui: &Ui, up: Reach, inner: f32) -> f32 {
+    let font = TextStyle::Body.resolve(ui.style());
+    let (mut widest, mut height): (f32, f32) = (0.0, 0.0);
+    for value in marks(up, count_for(inner)) {
+        let text = ui
+            .painter()
+            .layout_no_wrap(number(value, up), font.clone(), Color32::WHITE);
+        widest = widest.max(text.size().x);
+        height = height.max(text.size().y);
+    }
+    (widest + 2.0 * NUMBER_MARGIN + NAME_HEIGHT * height).ceil()
+}
+
+/// A plot with `inner` points of its height for the lines, about `count` numbers at its horizontal axis, and at least
+/// `aside` points of its width for those at its vertical axis.
+pub(crate) fn plot<'a>(name: &str, height: f32, inner: f32, count: f64, aside: f32) -> Plot<'a> {
     Plot::new(name)
         .height(height)
         // Filling it costs as much as a third of the lines where there is no graphics card.
@@ -48,9 +67,7 @@ pub(crate) fn plot<'a>(name: &str, height: f32, inner: f32, count: f64) -> Plot<
         .x_grid_spacer(uniform_grid_spacer(move |grid| steps(grid.bounds, count)))
         .y_grid_spacer(uniform_grid_spacer(move |grid| steps(grid.bounds, count_for(inner))))
         .custom_x_axes(vec![numbers(AxisHints::new_x(), count)])
-        .custom_y_axes(vec![
-            numbers(AxisHints::new_y(), count_for(inner)).min_thickness(AXIS_WIDTH),
-        ])
+        .custom_y_axes(vec![numbers(AxisHints::new_y(), count_for(inner)).min_thickness(aside)])
 }
 
 /// Draws a chart: curves of overlays, traces, and the other overlays above them.
@@ -66,6 +83,12 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
         // A band would have gaps where one column of pixels lies wholly above the next.
         plot.line(line(curve, palette).allow_band(false));
     }
+    let scale = Scale {
+        area: plot.response().rect,
+        corner: (left, high),
+        span: (right - left, high - low),
+    };
+    let mut labels = Labels::new(scale.area);
     for overlay in &chart.overlays {
         match overlay {
             Overlay::Curve(_) => {}
@@ -73,8 +96,8 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
                 let line = HLine::new("", *value).color(ink.color(palette)).width(ink.width);
                 plot.hline(line.style(LineStyle::dashed_loose()).allow_hover(false));
                 if (low..=high).contains(value) {
-                    let end = PlotPoint::new(right, *value);
-                    draw_label(plot, end, label, Align2::RIGHT_BOTTOM, ink.color(palette));
+                    let place = |size| labels.at_level(scale.y(*value), scale.y(0.0), size);
+                    draw_label(plot, &scale, label, ink.color(palette), place);
                 }
             }
             Overlay::Mark {
@@ -90,14 +113,10 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
                 };
                 let line = VLine::new("", *at).color(ink.color(palette)).width(ink.width);
                 plot.vline(line.style(style).allow_hover(false));
-                let foot = PlotPoint::new(*at, low + LABEL_SHARE * (high - low));
-                // On the side away from zero: the band between two marks may be narrower.
-                let side = if *at < 0.0 {
-                    Align2::RIGHT_CENTER
-                } else {
-                    Align2::LEFT_CENTER
-                };
-                draw_label(plot, foot, label, side, ink.color(palette));
+                if (left..=right).contains(at) {
+                    let place = |size| labels.at_mark(scale.x(*at), scale.x(0.0), size);
+                    draw_label(plot, &scale, label, ink.color(palette), place);
+                }
             }
             Overlay::Dots {
                 name,
@@ -117,10 +136,54 @@ fn line<'a>(curve: &Curve, palette: &Palette) -> Line<'a> {
     line.color(curve.ink.color(palette)).width(curve.ink.width)
 }
 
-fn draw_label(plot: &mut PlotUi<'_>, at: PlotPoint, label: &str, side: Align2, color: Color32) {
+/// From values to points of the window. That of the plot itself is that of the frame before.
+struct Scale {
+    /// The inner part of the plot, points.
+    area: Rect,
+    /// The values at its upper left corner.
+    corner: (f64, f64),
+    span: (f64, f64),
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "points of a window, which are drawn as f32"
+)]
+impl Scale {
+    fn x(&self, value: f64) -> f32 {
+        self.area.left() + self.area.width() * ((value - self.corner.0) / self.span.0) as f32
+    }
+
+    fn y(&self, value: f64) -> f32 {
+        self.area.top() + self.area.height() * ((self.corner.1 - value) / self.span.1) as f32
+    }
+
+    /// The values in the middle of a rectangle.
+    fn middle(&self, rect: Rect) -> PlotPoint {
+        let share = (rect.center() - self.area.min) / self.area.size();
+        PlotPoint::new(
+            self.corner.0 + self.span.0 * f64::from(share.x),
+            self.corner.1 - self.span.1 * f64::from(share.y),
+        )
+    }
+}
+
+/// Draws a label where `place` finds room for its size.
+fn draw_label(
+    plot: &mut PlotUi<'_>,
+    scale: &Scale,
+    label: &str,
+    color: Color32,
+    place: impl FnOnce(Vec2) -> Option<Rect>,
+) {
     if label.is_empty() {
         return;
     }
-    let text = Text::new("", at, RichText::new(format!(" {label} ")).small());
-    plot.text(text.color(color).anchor(side).allow_hover(false));
+    let text = format!(" {label} ");
+    let ctx = plot.ctx();
+    let font = TextStyle::Small.resolve(&ctx.global_style());
+    let size = ctx.fonts_mut(|fonts| fonts.layout_no_wrap(text.clone(), font, color).size());
+    let Some(rect) = place(size) else { return };
+    let text = Text::new("", scale.middle(rect), RichText::new(text).small());
+    plot.text(text.color(color).anchor(Align2::CENTER_CENTER).allow_hover(false));
 }

@@ -6,6 +6,7 @@ mod compare_menu;
 pub(crate) mod contact_ribbon;
 pub(crate) mod force_velocity;
 pub(crate) mod frame;
+pub(crate) mod labels;
 pub(crate) mod legend;
 pub(crate) mod limits;
 mod mark_strip;

@@ -232,16 +232,31 @@ pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, background: Ba
     let (mut change, mut time_axis) = (None, None);
     let mut show_all = |ui: &mut Ui| {
         ui.spacing_mut().item_spacing.y = spacing;
-        for place in 0..=lowest {
-            let has_time = place == lowest;
-            let height = if has_time { height + TIME_LABEL_HEIGHT } else { height };
-            let (shown, asked) = show_one(ui, tapes, scope, place, background, (height, has_time));
+        // Something too wide in one of the rows must not make those below it wider.
+        let width = ui.available_width();
+        let columns = f64::from((width - RIGHT_MARGIN - AXIS_WIDTH).max(1.0) * ui.pixels_per_point());
+        let chart = |place: usize| {
+            let overlays = overlays(scope, &scope.plots.plots()[place]);
+            chart(tapes, scope, place, background, &overlays, columns)
+        };
+        let charts: Vec<Chart> = (0..=lowest).map(chart).collect();
+        // One width for the numbers of all, so that they are aligned.
+        let asides = charts.iter().map(|chart| frame::aside(ui, chart.up, height));
+        let aside = asides.fold(AXIS_WIDTH, f32::max);
+        for (place, chart) in charts.iter().enumerate() {
+            let extent = Extent {
+                width,
+                height,
+                aside,
+                has_time: place == lowest,
+            };
+            let (shown, asked) = show_one(ui, scope, place, chart, extent);
             change = change.or(asked.map(|asked| (place, asked)));
             if place == 0 {
                 time_axis = Some(shown.transform);
             }
             take_pointer(ui, tapes, scope, &shown);
-            take_axis_pointer(ui, scope, place, &shown);
+            take_axis_pointer(ui, scope, place, &shown, aside);
         }
     };
     if count * (height + header) <= left + 1.0 {
@@ -278,33 +293,46 @@ fn show_key(ui: &mut Ui) {
     });
 }
 
+/// How large a plot is, points.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    /// With the numbers at the left, and the margin at the right.
+    width: f32,
+    /// Without the numbers and the name of the time axis.
+    height: f32,
+    /// Width of the numbers at the left.
+    aside: f32,
+    has_time: bool,
+}
+
 fn show_one(
     ui: &mut Ui,
-    tapes: &Tapes,
     scope: &mut Scope,
     place: usize,
-    background: Background<'_>,
-    (height, has_time): (f32, bool),
+    chart: &Chart,
+    extent: Extent,
 ) -> (PlotResponse<()>, Option<plot_header::Change>) {
     let palette = Palette::of(ui);
-    let inner = if has_time { height - TIME_LABEL_HEIGHT } else { height };
-    let width = ui.available_width() - RIGHT_MARGIN;
-    let columns = f64::from((width - AXIS_WIDTH).max(1.0) * ui.pixels_per_point());
-    let overlays = overlays(scope, &scope.plots.plots()[place]);
-    let chart = chart(tapes, scope, place, background, &overlays, columns);
-    let change = plot_header::show(ui, &scope.plots, place, &legend::entries(&chart, palette));
+    let Extent {
+        width,
+        height: inner,
+        aside,
+        has_time,
+    } = extent;
+    let height = if has_time { inner + TIME_LABEL_HEIGHT } else { inner };
+    let change = plot_header::show(ui, width, &scope.plots, place, &legend::entries(chart, palette));
     let name = format!("{} plot", scope.plots.name(place));
     let plot = &mut scope.plots.plots_mut()[place];
     plot.axis.saw(chart.up);
     let cursor_group = egui::Id::unique("time of the plots");
-    let shown = frame::plot(&format!("plot {}", plot.id), height, inner, USUAL_COUNT)
-        .width(width)
+    let shown = frame::plot(&format!("plot {}", plot.id), height, inner, USUAL_COUNT, aside)
+        .width(width - RIGHT_MARGIN)
         .show_axes([has_time, true])
         .link_cursor(cursor_group, [true, false])
         .x_axis_label(if has_time { chart.labels[0].as_str() } else { "" })
         .y_axis_label(chart.labels[1].as_str())
         .sense(Sense::drag());
-    let mut response = shown.show(ui, |plot| frame::draw(plot, &chart, palette));
+    let mut response = shown.show(ui, |plot| frame::draw(plot, chart, palette));
     response.response = response.response.accessible_name(name);
     (response, change)
 }
@@ -344,10 +372,10 @@ fn take_pointer(ui: &Ui, tapes: &Tapes, scope: &mut Scope, shown: &PlotResponse<
 
 /// The numbers at the left are a handle: the wheel zooms the values, a drag moves them, a double click
 /// fits them again.
-fn take_axis_pointer(ui: &Ui, scope: &mut Scope, place: usize, shown: &PlotResponse<()>) {
+fn take_axis_pointer(ui: &Ui, scope: &mut Scope, place: usize, shown: &PlotResponse<()>, aside: f32) {
     let name = format!("{} axis", scope.plots.name(place));
     let (plot, transform) = (shown.response.rect, &shown.transform);
-    let numbers = Rect::from_min_max(Pos2::new(plot.left() - AXIS_WIDTH, plot.top()), plot.left_bottom());
+    let numbers = Rect::from_min_max(Pos2::new(plot.left() - aside, plot.top()), plot.left_bottom());
     let id = shown.response.id.with("numbers");
     let response = ui
         .interact(numbers, id, Sense::click_and_drag())

@@ -19,14 +19,15 @@ pub(super) enum Change {
     Remove,
 }
 
-/// Shows the row. Returns the change that was asked for.
-pub(super) fn show(ui: &mut Ui, plots: &PlotList, place: usize, entries: &[Entry]) -> Option<Change> {
-    let size = vec2(ui.available_width(), legend::HEIGHT);
+/// Shows the row, `width` points wide. Returns the change that was asked for.
+pub(super) fn show(ui: &mut Ui, width: f32, plots: &PlotList, place: usize, entries: &[Entry]) -> Option<Change> {
+    let size = vec2(width, legend::HEIGHT);
     let layout = Layout::left_to_right(Align::Center);
     let row = ui.allocate_ui_with_layout(size, layout, |ui| {
         ui.set_min_size(size);
         ui.add_space(AXIS_WIDTH);
-        let names = vec2((ui.available_width() - BUTTON_WIDTH).max(0.0), legend::HEIGHT);
+        let button = BUTTON_WIDTH + ui.spacing().item_spacing.x;
+        let names = vec2((ui.available_width() - button).max(0.0), legend::HEIGHT);
         ui.allocate_ui_with_layout(names, layout, |ui| {
             ui.set_min_size(names);
             ui.shrink_clip_rect(ui.max_rect());

@@ -66,7 +66,7 @@ pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, measuring: &mut Me
     });
     let name = "Spectrum plot";
     let height = (height - ROWS).max(80.0);
-    let plot = frame::plot(name, height, height, FEW)
+    let plot = frame::plot(name, height, height, FEW, AXIS_WIDTH)
         .width(ui.available_width() - RIGHT_MARGIN)
         .x_axis_label(chart.labels[0].as_str())
         .y_axis_label(chart.labels[1].as_str());

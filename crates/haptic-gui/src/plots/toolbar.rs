@@ -1,7 +1,8 @@
 //! The tools of the plots: run and freeze, zoom and move, choose, trigger, measure, export.
 
 use super::{compare_menu, rig_menu, trigger_bar};
-use crate::intent::{Format, Intent};
+use crate::browse;
+use crate::intent::{Format, Intent, Wanted};
 use crate::model::Model;
 use crate::model::scope::Scope;
 use crate::model::scope::plot_list::PlotList;
@@ -243,8 +244,12 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
     let menu = MenuButton::new("Export").config(config);
     let (button, _) = menu.ui(ui, |ui| {
         ui.label("What is seen, into this folder:");
-        let field = TextEdit::singleline(folder).desired_width(240.0);
-        ui.add(field).accessible_name("folder to export to");
+        ui.horizontal(|ui| {
+            let field = TextEdit::singleline(folder).desired_width(240.0);
+            ui.add(field).accessible_name("folder to export to");
+            let asked = (Wanted::Folder, folder.as_str());
+            browse::show(ui, "Browse...", "choose folder to export to", asked, intents);
+        });
         ui.horizontal(|ui| {
             for format in Format::ALL {
                 let name = format.extension().to_uppercase();
@@ -253,6 +258,15 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
                     let folder = PathBuf::from(&*folder);
                     intents.push(Intent::Export { format, folder });
                     // The menu must not be in the picture.
+                    ui.close();
+                }
+            }
+            ui.separator();
+            for format in Format::ALL {
+                let name = format.extension().to_uppercase();
+                let (text, name) = (format!("{name} as..."), format!("export {name} as"));
+                let asked = (Wanted::Export(format), folder.as_str());
+                if browse::show(ui, &text, &name, asked, intents) {
                     ui.close();
                 }
             }

@@ -5,7 +5,7 @@ use crate::tape::mark::{MarkKind, TapeMark};
 use haptic_core::{Directional, Scene};
 use haptic_ipc::{Changes, Difference, Sample, Value, params_of};
 use haptic_lab::recording::{self, Ending, Entry, Mark, Metadata, RecordingError};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Rows after which the progress is told: a minute at 1 kHz, or tens of milliseconds of reading.
@@ -36,12 +36,12 @@ impl Loaded {
         }
     }
 
-    /// Reads a recording. An hour at 1 kHz takes seconds and 470 MB of memory. Meanwhile `progress` is told how many
-    /// seconds of it are read.
+    /// Reads a recording. An hour at 1 kHz takes seconds and 470 MB of memory. Meanwhile `progress` is told the share
+    /// that is read, from 0 to 1, where that is known.
     ///
     /// # Errors
     /// Why it cannot be read, with the name of the file.
-    pub fn read(path: &Path, mut progress: impl FnMut(f64)) -> Result<Self, String> {
+    pub fn read(path: &Path, mut progress: impl FnMut(Option<f64>)) -> Result<Self, String> {
         let mut read = || {
             let mut reader = recording::open(path)?;
             let (mut tape, mut marks) = (Tape::default(), Vec::new());
@@ -50,7 +50,7 @@ impl Loaded {
                     Entry::Row(row) => {
                         tape.push(row);
                         if tape.len().is_multiple_of(ROWS_A_LOOK) {
-                            progress(row.t_s - tape.oldest_s().unwrap_or(row.t_s));
+                            progress(reader.share());
                         }
                     }
                     Entry::Mark(mark) => marks.push(mark),
@@ -109,10 +109,20 @@ impl Opened {
     }
 }
 
-/// Adds to a recording's tape what its marks tell. A recording does not say who changed its scene, nor
-/// where lost rows are missing.
+/// Adds to a recording's tape what its marks tell. Where the journal says who changed scene or state, its word stands
+/// for the change. A recording does not say where lost rows are missing.
 fn add_marks(tape: &mut Tape, first: &Scene, marks: &[Mark]) {
     let mut known = params_of(first);
+    let (mut revisions, mut states) = (HashSet::new(), HashMap::new());
+    for mark in marks {
+        if let Mark::Journal { tick, entry } = mark {
+            revisions.extend((!entry.changes.is_empty()).then_some(entry.revision));
+            states.extend(entry.state.map(|state| (*tick, state.after)));
+            if let Some(mark) = TapeMark::of_journal(entry) {
+                tape.mark(mark);
+            }
+        }
+    }
     for mark in marks {
         let (tick, kind, text) = match mark {
             Mark::Marker { tick, text } => (*tick, MarkKind::Marker, text.clone()),
@@ -121,12 +131,17 @@ fn add_marks(tape: &mut Tape, first: &Scene, marks: &[Mark]) {
                 name,
                 law,
                 params,
+                revision,
                 ..
             } => {
                 let changes = changes(&known, params);
                 known.clone_from(params);
+                if revisions.contains(revision) {
+                    continue;
+                }
                 (*tick, MarkKind::Scene, format!("scene {name}, {law}{changes}"))
             }
+            Mark::State { tick, state, .. } if states.get(tick) == Some(state) => continue,
             Mark::State { tick, state, fault } => match fault {
                 Some(why) => (*tick, MarkKind::Trouble, format!("{state}: {why}")),
                 None => (*tick, MarkKind::State, state.to_string()),
@@ -134,7 +149,7 @@ fn add_marks(tape: &mut Tape, first: &Scene, marks: &[Mark]) {
             Mark::Servo { tick, .. } => (*tick, MarkKind::Scene, "other settings of the servo".to_owned()),
             Mark::Missed { tick, periods } => (*tick, MarkKind::Trouble, format!("{periods} periods missed")),
             Mark::Link { tick, text } => (*tick, MarkKind::Trouble, text.clone()),
-            Mark::Lost { .. } | Mark::LostChanges { .. } | Mark::End { .. } => continue,
+            Mark::Journal { .. } | Mark::Lost { .. } | Mark::LostChanges { .. } | Mark::End { .. } => continue,
         };
         tape.mark(TapeMark { tick, kind, text });
     }
@@ -215,16 +230,22 @@ mod tests {
         marks.map(|(t_s, mark)| (t_s, mark.text.as_str())).collect()
     }
 
-    #[test]
-    fn a_mark_of_a_scene_says_what_changed_and_one_of_a_state_what_it_is() {
-        let rows = (0..10).map(|tick| Sample {
+    fn ten_rows() -> impl Iterator<Item = Sample> {
+        (0..10).map(|tick| Sample {
             tick,
             t_s: tick as f64,
             ..Sample::default()
-        });
-        let slippery = Scene::paper()
-            .with(&[(Parameter::DynamicForce.into(), 2.5)])
-            .expect("a scene");
+        })
+    }
+
+    fn slippery() -> Scene {
+        let scene = Scene::paper().with(&[(Parameter::DynamicForce.into(), 2.5)]);
+        scene.expect("a scene")
+    }
+
+    #[test]
+    fn a_mark_of_a_scene_says_what_changed_and_one_of_a_state_what_it_is() {
+        let (rows, slippery) = (ten_rows(), slippery());
         let state = |tick, state, fault: Option<&str>| Mark::State {
             tick,
             state,
@@ -242,6 +263,51 @@ mod tests {
             (4.0, "engaged"),
             (5.0, "3 periods missed"),
             (6.0, "faulted: the device fell silent"),
+        ];
+        assert_eq!(marks_of(&tape), told);
+    }
+
+    #[test]
+    fn a_mark_says_who_made_the_change_where_the_journal_knows() {
+        let (rows, slippery) = (ten_rows(), slippery());
+        let journal = |tick, text: &str| {
+            let entry: serde_json::Value = serde_json::from_str(text).expect("JSON");
+            let entry = serde_json::from_value(entry).expect("an entry");
+            Mark::Journal { tick, entry }
+        };
+        let by =
+            r#""seq":1,"time_unix_s":0,"by":{"session":"1-1","uid":1000,"user":"ada","pid":7,"program":"hapticd"}"#;
+        let marks = [
+            journal(
+                2,
+                &format!(
+                    r#"{{{by},"tick":2,"op":"set","revision":2,
+                       "changes":[{{"param":"dynamic_force","before":3.5,"after":2.5}}]}}"#
+                ),
+            ),
+            mark(2, &slippery),
+            journal(
+                4,
+                &format!(
+                    r#"{{{by},"tick":4,"op":"engage","revision":2,"state":{{"before":"idle","after":"engaging"}}}}"#
+                ),
+            ),
+            Mark::State {
+                tick: 4,
+                state: RigState::Engaging,
+                fault: None,
+            },
+            Mark::State {
+                tick: 5,
+                state: RigState::Engaged,
+                fault: None,
+            },
+        ];
+        let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
+        let told = [
+            (2.0, "ada (hapticd, process 7): set, dynamic_force: 3.5 -> 2.5"),
+            (4.0, "ada (hapticd, process 7): engage, idle -> engaging"),
+            (5.0, "engaged"),
         ];
         assert_eq!(marks_of(&tape), told);
     }

@@ -76,8 +76,8 @@ fn show_law(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut 
     let items = || LAWS.map(item).into();
     let (chosen, list) = drop_down::show(ui, "friction law", 140.0, &scene.law, items);
     list.on_hover_text(format!(
-        "{}.\nAnother law takes over every parameter that both have, and the force on the hand. Its own parameters have \
-         the values that they had last.",
+        "{}.\nAnother law takes over every parameter that both have, and the force on the hand. Its own parameters \
+         have the values that they had last.",
         Friction::summary(&scene.law).unwrap_or_default()
     ));
     let Some(law) = chosen.filter(|law| *law != scene.law) else {

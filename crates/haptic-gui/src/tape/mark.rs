@@ -2,6 +2,7 @@
 
 use crate::theme::Palette;
 use egui::Color32;
+use haptic_ipc::{JournalEntry, RigState};
 
 /// Something that happened at a tick.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,32 @@ pub(crate) enum MarkKind {
     State,
     /// A fault, a lost link, or a loop that was late.
     Trouble,
+}
+
+impl TapeMark {
+    /// An entry of the journal; `None` if it changed neither scene nor state, or no tick carried it out.
+    pub(crate) fn of_journal(entry: &JournalEntry) -> Option<Self> {
+        let kind = match &entry.state {
+            Some(state) if state.after == RigState::Faulted => MarkKind::Trouble,
+            Some(_) => MarkKind::State,
+            None if !entry.changes.is_empty() => MarkKind::Scene,
+            None if matches!(entry.op.as_str(), "disconnected" | "connected" | "lease_lapsed") => MarkKind::Trouble,
+            None => return None,
+        };
+        let by = entry
+            .by
+            .as_ref()
+            .map_or_else(|| "hapticd".to_owned(), ToString::to_string);
+        let mut parts = vec![format!("{by}: {}", entry.op)];
+        parts.extend(entry.state.map(|state| format!("{} -> {}", state.before, state.after)));
+        parts.extend(entry.changes.iter().map(ToString::to_string));
+        parts.extend(entry.message.clone());
+        Some(Self {
+            tick: entry.tick?,
+            kind,
+            text: parts.join(", "),
+        })
+    }
 }
 
 impl MarkKind {

@@ -107,7 +107,8 @@ mod tests {
             start in 0.0..1e6f64,
             column_s in 1e-5..10.0f64,
         ) {
-            let mut samples: Vec<_> = (0u32..).zip(&noise).map(|(i, value)| (start + f64::from(i) * 1e-3, *value)).collect();
+            let timed = |(i, value): (u32, &f64)| (start + f64::from(i) * 1e-3, *value);
+            let mut samples: Vec<_> = (0u32..).zip(&noise).map(timed).collect();
             let spike = place.index(samples.len());
             samples[spike].1 = height;
             let drawn = outline(&samples, column_s);

@@ -270,6 +270,7 @@ impl Signal {
 
     pub(crate) const COUPLING_FORCE: Self = Self(0);
     pub(crate) const COMMAND_FORCE: Self = Self(1);
+    pub(crate) const DEVICE_POSITION: Self = Self(3);
     pub(crate) const BLOCK_VELOCITY: Self = Self(4);
 
     const fn descriptor(self) -> &'static Descriptor {

@@ -210,7 +210,8 @@ proptest! {
         let column_s = (to_s - from_s) / columns;
         let line = tape.outlines(&[Signal::COUPLING_FORCE], (from_s, to_s), column_s).remove(0);
         prop_assert!(line.is_sorted_by(|a, b| a[0] < b[0]));
-        let seen: Vec<_> = tape.range(tape.places_around(from_s, to_s)).map(|row| [row.t_s, row.coupling_force_n]).collect();
+        let rows = tape.range(tape.places_around(from_s, to_s));
+        let seen: Vec<_> = rows.map(|row| [row.t_s, row.coupling_force_n]).collect();
         prop_assert!(line.iter().all(|point| seen.contains(point)));
         for pick in [f64::min, f64::max] {
             let of = |points: &[[f64; 2]]| points.iter().map(|[_, value]| *value).reduce(pick);

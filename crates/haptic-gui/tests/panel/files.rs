@@ -8,7 +8,7 @@ use crate::scene::active_scene;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
-use haptic_gui::{About, Files, Format, Intent, Length, Listed, Loaded, RecordingNews, Update, WhatIfTape};
+use haptic_gui::{About, Files, Format, Intent, Length, Listed, Loaded, RecordingNews, Update, Wanted, WhatIfTape};
 use haptic_ipc::{Event, RigState, Sample, SamplesEvent};
 use haptic_lab::recording::{self, Ending, Mark, Place, Totals};
 use std::path::PathBuf;
@@ -66,6 +66,65 @@ fn what_is_seen_is_exported() {
     wait(&mut panel, 10.0);
     press(&mut panel, "close the message");
     assert!(panel.query_by_label("cannot write /x: no such folder").is_none());
+}
+
+#[test]
+fn every_field_of_a_path_has_a_button_for_the_dialog_of_the_desktop() {
+    let mut panel = connected(RigState::Engaged);
+    for format in Format::ALL {
+        press(&mut panel, "Export");
+        type_into(&mut panel, "folder to export to", "/tmp/plots");
+        press(&mut panel, &format!("export {} as", format.extension().to_uppercase()));
+        let (wanted, near) = (Wanted::Export(format), "/tmp/plots".into());
+        assert_eq!(asked(&mut panel), [Intent::Choose { wanted, near }]);
+    }
+    press(&mut panel, "Export");
+    press(&mut panel, "choose folder to export to");
+    let asked_for_folder = |near: &str| {
+        let (wanted, near) = (Wanted::Folder, near.into());
+        Intent::Choose { wanted, near }
+    };
+    assert_eq!(asked(&mut panel), [asked_for_folder("/tmp/plots")]);
+    let mut panel = recording_page(panel);
+    press(&mut panel, "choose folder");
+    assert_eq!(asked(&mut panel), [asked_for_folder("/tmp/plots")]);
+    press(&mut panel, "choose recording");
+    let (wanted, near) = (Wanted::Recording, "/tmp/plots".into());
+    assert_eq!(asked(&mut panel), [Intent::Choose { wanted, near }]);
+    hear(
+        &mut panel,
+        Update::DialogClosed(Ok(Some((Wanted::Folder, "/home/ada".into())))),
+    );
+    asked(&mut panel);
+    assert_eq!(value_of(&panel, "folder of recordings"), "/home/ada");
+    hear(&mut panel, Update::DialogClosed(Ok(None)));
+    hear(&mut panel, Update::DialogClosed(Err("there is no portal".into())));
+    panel.get_by_label("Type the path: there is no portal");
+    press(&mut panel, "Identify page");
+    press(&mut panel, "choose file to identify");
+    let (wanted, near) = (Wanted::FileToIdentify, "/home/ada".into());
+    assert_eq!(asked(&mut panel), [Intent::Choose { wanted, near }]);
+    let chosen = (Wanted::FileToIdentify, "/home/ada/sled.csv".into());
+    hear(&mut panel, Update::DialogClosed(Ok(Some(chosen))));
+    assert_eq!(value_of(&panel, "file to identify"), "/home/ada/sled.csv");
+}
+
+#[test]
+fn the_share_of_a_recording_that_is_read_is_shown_until_it_is_open() {
+    let mut panel = recording_page(connected(RigState::Engaged));
+    let path = PathBuf::from("/home/ada/r.mcap");
+    let share = Some(0.42);
+    hear(
+        &mut panel,
+        Update::Reading {
+            path: path.clone(),
+            share,
+        },
+    );
+    panel.get_by_label("share of r.mcap that is read");
+    let result = Err("cannot open it".into());
+    hear(&mut panel, Update::Opened { path, result });
+    assert!(panel.query_by_label("share of r.mcap that is read").is_none());
 }
 
 #[test]

@@ -75,7 +75,8 @@ fn nothing_moves_when_counters_grow_a_notice_comes_or_the_daemon_goes() {
         Update::Exported(Err("no such folder: ".to_owned() + &"/home".repeat(99))),
     );
     assert_eq!(places(&panel), before, "a notice");
-    hear(&mut panel, Update::Busy("Reading /home/ada/r.mcap: 61 s so far".into()));
+    let (path, share) = ("/home/ada/r.mcap".into(), Some(0.42));
+    hear(&mut panel, Update::Reading { path, share });
     assert_eq!(places(&panel), before, "progress");
     let root = panel.input_mut().viewports.entry(ViewportId::ROOT).or_default();
     root.events.push(ViewportEvent::Close);

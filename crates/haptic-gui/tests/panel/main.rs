@@ -14,4 +14,5 @@ mod remembered;
 mod rig;
 mod scene;
 mod stop;
+mod study;
 mod values;

@@ -53,6 +53,27 @@ fn plots_run_until_they_are_frozen() {
 }
 
 #[test]
+fn plots_below_one_another_begin_and_end_at_the_same_points_at_any_size() {
+    for size in [(1024.0, 640.0), (1280.0, 800.0), (1920.0, 1080.0)] {
+        let mut panel = connected(RigState::Engaged);
+        panel.set_size(size.into());
+        // The numbers of one axis are longer than those of the others.
+        let far = rows(0..6000, |ms| f64::from(ms % 7)).into_iter().map(|row| Sample {
+            device_position_m: 12_345.678 + 1e-3 * row.t_s,
+            block_position_m: 12_345.678,
+            ..row
+        });
+        feel(&mut panel, &far.collect::<Vec<_>>());
+        let plots = ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect());
+        for plot in plots {
+            let apart = (plot.left() - plots[0].left(), plot.right() - plots[0].right());
+            assert!(apart.0.abs() < 0.01 && apart.1.abs() < 0.01, "{size:?}: {plots:?}");
+        }
+        assert!(plots[0].left() > 0.0 && plots[0].width() > 100.0, "{size:?}: {plots:?}");
+    }
+}
+
+#[test]
 fn what_is_frozen_outlives_the_daemon() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..6000, |_| 1.0));

@@ -70,7 +70,11 @@ fn every_page_stops_while_text_is_typed_in_any_of_its_fields() {
 #[test]
 fn a_page_is_turned_to_by_its_key_and_by_its_name() {
     let mut panel = connected(RigState::Engaged);
-    for (page, key) in Page::ALL.iter().zip([Key::Num1, Key::Num2, Key::Num3]).rev() {
+    for (page, key) in Page::ALL
+        .iter()
+        .zip([Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5])
+        .rev()
+    {
         panel.key_press_modifiers(Modifiers::COMMAND, key);
         panel.run();
         assert_eq!(panel.state().model.page(), *page);

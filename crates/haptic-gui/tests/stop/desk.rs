@@ -32,6 +32,8 @@ pub(crate) struct Desk {
     control: Client,
     stopped: mpsc::Receiver<Instant>,
     frames: Vec<Duration>,
+    /// What the newest frame shows.
+    texts: Vec<String>,
     seed: u64,
     _directory: tempfile::TempDir,
 }
@@ -76,6 +78,7 @@ impl Desk {
             control,
             stopped,
             frames: Vec::new(),
+            texts: Vec::new(),
             seed: 1,
             _directory: directory,
         };
@@ -130,6 +133,7 @@ impl Desk {
         });
         // There is no graphics card for the fonts.
         output.textures_delta.clear();
+        self.texts = output.shapes.iter().filter_map(|shown| text(&shown.shape)).collect();
         drop(self.ctx.tessellate(output.shapes, output.pixels_per_point));
         self.frames.push(began.elapsed());
     }
@@ -178,6 +182,26 @@ impl Desk {
         }
     }
 
+    /// Presses Space in another window of the panel, whose keys it sees before its own next frame, and takes the news of
+    /// the stop before it draws.
+    pub(crate) fn press_elsewhere(&mut self) {
+        self.engage();
+        self.app.take_keys(&RawInput {
+            events: vec![space(true)],
+            ..RawInput::default()
+        });
+        self.stopped.recv_timeout(LIMIT).expect("the daemon stops in time");
+        let began = Instant::now();
+        while began.elapsed() < Duration::from_millis(100) {
+            self.app.take_news(&self.ctx);
+        }
+    }
+
+    /// Whether the newest frame shows a text.
+    pub(crate) fn shows(&self, part: &str) -> bool {
+        self.texts.iter().any(|text| text.contains(part))
+    }
+
     /// The same for a stop without a panel: the share of the daemon and the machine.
     pub(crate) fn stop_without_panel(&mut self) -> Duration {
         loop {
@@ -210,15 +234,25 @@ impl Desk {
             assert!(drawn.elapsed() < LIMIT, "a frame in time");
         };
         finger.join().expect("it pressed");
-        let key = |pressed| Event::Key {
-            key: Key::Space,
-            physical_key: None,
-            pressed,
-            repeat: false,
-            modifiers: Modifiers::NONE,
-        };
-        self.draw(vec![key(true), key(false)]);
+        self.draw(vec![space(true), space(false)]);
         at
+    }
+}
+
+fn space(pressed: bool) -> Event {
+    Event::Key {
+        key: Key::Space,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    }
+}
+
+fn text(shape: &egui::Shape) -> Option<String> {
+    match shape {
+        egui::Shape::Text(text) => Some(text.galley.text().to_owned()),
+        _ => None,
     }
 }
 

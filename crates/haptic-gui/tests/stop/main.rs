@@ -17,7 +17,7 @@ use haptic_lab::identify::record_file::Source;
 use haptic_lab::identify::{ModelKind, Options};
 use haptic_lab::recording;
 use metadata::metadata;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Stops of each row of the table.
 const STOPS: usize = 1000;
@@ -39,6 +39,19 @@ fn record_to_a_stalled_disk(desk: &mut Desk, pipe: &Pipe) {
         metadata: Box::new(metadata()),
     });
     desk.draw_until("the pipe is full", |_| pipe.is_full());
+}
+
+#[test]
+fn a_stop_from_another_window_is_told_as_it_ended_however_late_this_one_is_drawn() {
+    let mut desk = Desk::new();
+    desk.press_elsewhere();
+    desk.draw_until("the confirmation", |desk| desk.shows("(confirmed,"));
+    // Longer than a stop may be without news.
+    let began = Instant::now();
+    desk.draw_until("nothing else", |desk| {
+        assert!(!desk.shows("NOT sent"), "it was sent, and confirmed");
+        began.elapsed() > Duration::from_millis(500)
+    });
 }
 
 // hazard: H4

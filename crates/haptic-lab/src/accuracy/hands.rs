@@ -190,6 +190,38 @@ pub fn single_ticks(law: Friction) -> impl Iterator<Item = SingleTick> {
 }
 
 fn single_tick(law: &Friction, random: &mut Random) -> SingleTick {
+    let (friction, mass) = drawn_friction(law, random);
+    let coupling = Coupling {
+        stiffness: random.decades(5e3, 5e4),
+        damping: random.decades(1.0, 50.0),
+    };
+    let velocity_mps = random.between(-0.5, 0.5);
+    let next_mps = velocity_mps + random.between(-0.2, 0.2);
+    let at = |t_s: f64, position_m: f64, velocity_mps: f64| DeviceSample {
+        t_s,
+        position_m,
+        velocity_mps,
+    };
+    SingleTick {
+        scene: Scene {
+            block: Some(Block { mass }),
+            coupling: Some(coupling),
+            friction,
+            ..Scene::paper()
+        },
+        motion: [
+            at(0.0, 0.0, velocity_mps),
+            at(PERIOD_S, 0.5 * (velocity_mps + next_mps) * PERIOD_S, next_mps),
+        ],
+        start: Start {
+            position_m: Some(random.between(-5e-4, 5e-4)),
+            velocity_mps: random.between(-0.5, 0.5),
+        },
+    }
+}
+
+/// The law with parameters drawn at random, and the mass of a block for which the adviser takes them, kg.
+fn drawn_friction(law: &Friction, random: &mut Random) -> (Friction, f64) {
     let mut between = |low, high| random.between(low, high);
     let dynamic_force = Directional::both(between(1.0, 5.0));
     let held = Directional::both(dynamic_force.positive * between(1.0, 2.0));
@@ -252,31 +284,5 @@ fn single_tick(law: &Friction, random: &mut Random) -> SingleTick {
         }),
         law => law,
     };
-    let coupling = Coupling {
-        stiffness: random.decades(5e3, 5e4),
-        damping: random.decades(1.0, 50.0),
-    };
-    let velocity_mps = random.between(-0.5, 0.5);
-    let next_mps = velocity_mps + random.between(-0.2, 0.2);
-    let at = |t_s: f64, position_m: f64, velocity_mps: f64| DeviceSample {
-        t_s,
-        position_m,
-        velocity_mps,
-    };
-    SingleTick {
-        scene: Scene {
-            block: Some(Block { mass }),
-            coupling: Some(coupling),
-            friction,
-            ..Scene::paper()
-        },
-        motion: [
-            at(0.0, 0.0, velocity_mps),
-            at(PERIOD_S, 0.5 * (velocity_mps + next_mps) * PERIOD_S, next_mps),
-        ],
-        start: Start {
-            position_m: Some(random.between(-5e-4, 5e-4)),
-            velocity_mps: random.between(-0.5, 0.5),
-        },
-    }
+    (friction, mass)
 }

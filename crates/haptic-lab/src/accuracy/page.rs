@@ -9,19 +9,22 @@ use std::fmt::Write;
 const STYLE: &str = "\
 :root { color-scheme: light dark; --ground: #fff; --ink: #1b1b1b; --faint: #d5d5d5; } \
 @media (prefers-color-scheme: dark) { :root { --ground: #16181b; --ink: #e6e6e6; --faint: #3a3d42; } } \
-body { background: var(--ground); color: var(--ink); font: 15px system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; } \
-svg { width: 100%; height: auto; } \
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; } td, th { padding: .15rem .7rem; border-bottom: 1px solid var(--faint); text-align: right; } \
-td:first-child, td:nth-child(2), th:first-child, th:nth-child(2) { text-align: left; }";
+body { background: var(--ground); color: var(--ink); font: 15px system-ui, sans-serif; max-width: 60rem; margin: 2rem \
+auto; padding: 0 1rem; } svg { width: 100%; height: auto; } \
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; } td, th { padding: .15rem .7rem; \
+border-bottom: 1px solid var(--faint); text-align: right; } td:first-child, td:nth-child(2), th:first-child, \
+th:nth-child(2) { text-align: left; }";
 
 /// The page, of the laws under hands and of the cases.
 #[must_use]
 pub fn page(laws: &[LawMeasurement], cases: &[Measurement]) -> String {
     let mut page = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Speed against error</title><style>{STYLE}</style></head><body>\n\
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Speed against \
+         error</title><style>{STYLE}</style></head><body>\n\
          <h1>Speed against error</h1>\n\
-         <p>Each point is one friction law with one scheme: what its median tick costs on this machine, and its worst force error against the true motion, \
-         under all hands and masses. Down and to the left is better. Made by <code>haptic-ctl accuracy --out DIR</code>.</p>\n"
+         <p>Each point is one friction law with one scheme: what its median tick costs on this machine, and its worst \
+         force error against the true motion, under all hands and masses. Down and to the left is better. Made by \
+         <code>haptic-ctl accuracy --out DIR</code>.</p>\n"
     );
     page.push_str(&plot(laws));
     page.push_str("<h2>Laws under hands</h2>\n");
@@ -34,8 +37,10 @@ pub fn page(laws: &[LawMeasurement], cases: &[Measurement]) -> String {
 
 fn law_table(page: &mut String, laws: &[LawMeasurement]) {
     page.push_str(
-        "<table><tr><th>law</th><th>scheme</th><th>hand</th><th>block, kg</th><th>median, N</th><th>breakaway tick, N</th><th>reversal tick, N</th><th>worst tick, N</th>\
-         <th>ticks at their bound</th><th>their worst, N</th><th>stops and breakaways</th><th>median, ns</th><th>dearest, ns</th><th>instructions</th></tr>\n",
+        "<table><tr><th>law</th><th>scheme</th><th>hand</th><th>block, kg</th><th>median, N</th><th>breakaway tick, \
+         N</th><th>reversal tick, N</th><th>worst tick, N</th>\
+         <th>ticks at their bound</th><th>their worst, N</th><th>stops and breakaways</th><th>median, \
+         ns</th><th>dearest, ns</th><th>instructions</th></tr>\n",
     );
     for m in laws {
         let e = &m.errors;
@@ -74,7 +79,8 @@ fn law_table(page: &mut String, laws: &[LawMeasurement]) {
 
 fn table(page: &mut String, measurements: &[Measurement]) {
     page.push_str(
-        "<table><tr><th>case</th><th>scheme</th><th>ns a tick</th><th>instructions</th><th>position, m</th><th>force, N</th><th>events, s</th><th>energy from friction, J</th></tr>\n",
+        "<table><tr><th>case</th><th>scheme</th><th>ns a tick</th><th>instructions</th><th>position, m</th><th>force, \
+         N</th><th>events, s</th><th>energy from friction, J</th></tr>\n",
     );
     for m in measurements {
         let events = m.events_text();

@@ -20,6 +20,9 @@ const LINE: f64 = 17.0;
 const COST: (f64, f64) = (1.0, 5.0);
 const ERROR: (f64, f64) = (-15.0, 3.0);
 
+/// What changes on dark ground: text, ground and grid. A style goes before what an element says of itself.
+const DARK: &str = "<style>@media (prefers-color-scheme:dark){text{fill:#e6e6e6}rect{fill:#16181b}path[stroke=\"#d5d5d5\"]{stroke:#3a3d42}}</style>";
+
 /// Colours of the schemes (Okabe and Ito 2008), which also those tell apart who see few.
 const COLOURS: [(&str, &str); 3] = [
     ("#0072b2", "exact (named)"),
@@ -40,13 +43,14 @@ pub fn plot(measurements: &[LawMeasurement]) -> String {
     line(
         &mut svg,
         format_args!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
-             role=\"img\" aria-label=\"Worst force error of each law against the cost of its tick\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#1b1b1b\">"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
+             height=\"{HEIGHT}\" role=\"img\" aria-label=\"Worst force error of each law against the cost of its \
+             tick\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#1b1b1b\">"
         ),
     );
     line(
         &mut svg,
-        format_args!("<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>"),
+        format_args!("{DARK}\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>"),
     );
     axes(&mut svg);
     for (index, scheme) in schemes_by_law().into_iter().enumerate().rev() {
@@ -137,7 +141,8 @@ fn names(svg: &mut String, points: &[Point], colour: &str) {
         line(
             svg,
             format_args!(
-                "<path d=\"M{:.1} {:.1} L{edge} {place:.1} L{} {place:.1}\" stroke=\"{colour}\" stroke-opacity=\"0.35\" fill=\"none\"/>\
+                "<path d=\"M{:.1} {:.1} L{edge} {place:.1} L{} {place:.1}\" stroke=\"{colour}\" \
+                 stroke-opacity=\"0.35\" fill=\"none\"/>\
                  <text x=\"{}\" y=\"{:.1}\">{}</text>",
                 point.x,
                 point.y,
@@ -163,7 +168,8 @@ fn axes(svg: &mut String) {
         line(
             svg,
             format_args!(
-                "<path d=\"M{x:.1} {TOP} V{bottom}\" stroke=\"#d5d5d5\"/><text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{name}</text>",
+                "<path d=\"M{x:.1} {TOP} V{bottom}\" stroke=\"#d5d5d5\"/><text x=\"{x:.1}\" y=\"{}\" \
+                 text-anchor=\"middle\">{name}</text>",
                 bottom + 18.0
             ),
         );
@@ -181,7 +187,8 @@ fn axes(svg: &mut String) {
         line(
             svg,
             format_args!(
-                "<path d=\"M{LEFT} {y:.1} H{right}\" stroke=\"#d5d5d5\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{name}</text>",
+                "<path d=\"M{LEFT} {y:.1} H{right}\" stroke=\"#d5d5d5\"/><text x=\"{}\" y=\"{:.1}\" \
+                 text-anchor=\"end\">{name}</text>",
                 LEFT - 8.0,
                 y + 4.0
             ),
@@ -190,7 +197,8 @@ fn axes(svg: &mut String) {
     line(
         svg,
         format_args!(
-            "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">median tick under a hand at 60 Hz, block of 0.5 kg; up: worst force error under all hands and masses</text>",
+            "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">median tick under a hand at 60 Hz, block of 0.5 kg; up: \
+             worst force error under all hands and masses</text>",
             (LEFT + right) / 2.0,
             HEIGHT - 14.0
         ),

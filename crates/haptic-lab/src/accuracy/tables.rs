@@ -349,12 +349,14 @@ mod tests {
 
     #[test]
     fn a_document_keeps_all_but_its_tables() {
-        let document = "# Head\n<!-- table: a -->\nold\n<!-- end of table -->\nmiddle\n<!-- table: b -->\n<!-- end of table -->\nend\n";
+        let document = "# Head\n<!-- table: a -->\nold\n<!-- end of table -->\nmiddle\n<!-- table: b -->\n<!-- end of \
+                        table -->\nend\n";
         let tables = [("a", "| 1 |\n".to_owned()), ("b", "| 2 |\n".to_owned())];
         let fresh = refresh(document, &tables).expect("both have a place");
         assert_eq!(
             fresh,
-            "# Head\n<!-- table: a -->\n\n| 1 |\n\n<!-- end of table -->\nmiddle\n<!-- table: b -->\n\n| 2 |\n\n<!-- end of table -->\nend\n"
+            "# Head\n<!-- table: a -->\n\n| 1 |\n\n<!-- end of table -->\nmiddle\n<!-- table: b -->\n\n| 2 |\n\n<!-- \
+             end of table -->\nend\n"
         );
         assert_eq!(refresh(&fresh, &tables).expect("again"), fresh);
         assert!(refresh(document, &[("c", String::new())]).is_err());

@@ -42,20 +42,35 @@ pub(super) fn find(first: &Signal, second: &Signal) -> Alignment {
     let lag = if is_first_shorter { lag } else { -lag };
     #[expect(clippy::cast_precision_loss, reason = "samples of a record")]
     let coarse_shift_s = second.start_s - first.start_s + lag as f64 * step_s;
-    let shift_s = refined(first, second, coarse_shift_s, step_s);
-    let (agreement, position_offset_m, overlap_s) = fit(first, second, shift_s);
-    Alignment {
-        shift_s,
-        position_offset_m,
-        agreement,
-        overlap_s,
-    }
+    Alignment::at(first, second, refined(first, second, coarse_shift_s, step_s))
 }
 
 impl Alignment {
+    /// How two motions fit at a shift, s.
+    pub(super) fn at(first: &Signal, second: &Signal, shift_s: f64) -> Self {
+        let (agreement, position_offset_m, overlap_s) = fit(first, second, shift_s);
+        Self {
+            shift_s,
+            position_offset_m,
+            agreement,
+            overlap_s,
+        }
+    }
+
+    /// Begin of the common time on the first clock, s, and its samples.
+    pub(super) fn overlap(&self, first: &Signal, second: &Signal) -> (f64, usize) {
+        overlap(first, second, self.shift_s)
+    }
+
+    /// The middle of the common time on the second clock, s.
+    pub(super) fn middle_s(&self, first: &Signal, second: &Signal) -> f64 {
+        let (from_s, _) = self.overlap(first, second);
+        from_s + 0.5 * self.overlap_s + self.shift_s
+    }
+
     /// Both signals over the time that both hold, at the same instants.
     pub(super) fn common(&self, first: &Signal, second: &Signal) -> (Signal, Signal) {
-        let (from_s, count) = overlap(first, second, self.shift_s);
+        let (from_s, count) = self.overlap(first, second);
         (first.part(from_s, count), second.part(from_s + self.shift_s, count))
     }
 }

@@ -6,6 +6,7 @@
 //! compared sample by sample. Where they differ, force is compared at the same velocity.
 
 mod align;
+mod clocks;
 mod levels;
 mod plot;
 mod signal;
@@ -13,11 +14,13 @@ mod signal;
 pub use levels::{Level, Levels};
 pub use plot::{page, summary, table};
 
-use crate::identify::Record;
+use crate::identify::{Interval, Record};
 use crate::median::usual_period_s;
 use align::Alignment;
+use clocks::Aligned;
 use serde::Serialize;
 use signal::Signal;
+use std::collections::BTreeMap;
 use thiserror::Error;
 
 /// How two records are laid over one another.
@@ -86,8 +89,9 @@ pub enum CompareError {
     },
     /// They were to be aligned by time, and their motions differ.
     #[error(
-        "the motions are not the same: at the best shift, {shift_s:.3} s, they overlap for {overlap_s:.1} s and their positions \
-         agree by {agreement:.3}, less than {LEAST_AGREEMENT}; --align velocity compares force at the same velocity"
+        "the motions are not the same: at the best shift, {shift_s:.3} s, they overlap for {overlap_s:.1} s and their \
+         positions agree by {agreement:.3}, less than {LEAST_AGREEMENT}; --align velocity compares force at the same \
+         velocity"
     )]
     OtherMotion {
         /// The best shift, s.
@@ -97,10 +101,16 @@ pub enum CompareError {
         /// Agreement of the positions.
         agreement: f64,
     },
+    /// They were to be aligned by time, and their motions do not tell how.
+    #[error(
+        "the motions do not tell the shift between the clocks: whatever it is, the positions agree as well, as those \
+         of one steady speed do. Record strokes of 0.5 to 3 Hz; --align velocity compares force at the same velocity"
+    )]
+    AnyShift,
     /// There is no velocity at which both slide.
     #[error(
-        "the records have no motion in common: the real one slides at {real} mm/s, the rendered one at {rendered} mm/s; \
-         record the rendered surface under a motion like the real one's"
+        "the records have no motion in common: the real one slides at {real} mm/s, the rendered one at {rendered} \
+         mm/s; record the rendered surface under a motion like the real one's"
     )]
     NoCommonMotion {
         /// Velocities of the real record, mm/s.
@@ -121,8 +131,12 @@ const LEAST_AGREEMENT: f64 = 0.98;
 pub struct Comparison {
     /// How the records are laid over one another.
     pub aligned_by: AlignedBy,
-    /// How much the clock of the rendered record is ahead, s: its time less that of the real one.
+    /// How much the clock of the rendered record is ahead in the middle, s: its time less that of the real one.
     pub shift_s: Option<f64>,
+    /// How much faster that clock runs, parts in a million, where it is certain that it does; it is taken out.
+    pub clock_drift_ppm: Option<f64>,
+    /// 95 % intervals of the shift and the drift, by their names.
+    pub intervals: BTreeMap<String, Interval>,
     /// Position of the rendered record less that of the real one, m.
     pub position_offset_m: Option<f64>,
     /// Agreement of the positions at the best shift: 1 for the same motion.
@@ -170,15 +184,20 @@ pub struct Curves {
 /// A record is too short or holds no motion, or they have none in common.
 pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Comparison, CompareError> {
     let period_s = usual_period_s(real.t_s.iter().copied()).max(usual_period_s(rendered.t_s.iter().copied()));
-    let (own, other) = (
-        Signal::new(real, period_s, options.mass_kg, Side::Real)?,
-        Signal::new(rendered, period_s, options.mass_kg, Side::Rendered)?,
-    );
-    let alignment = align::find(&own, &other);
+    let own = Signal::new(real, period_s, options.mass_kg, Side::Real)?;
+    let aligned = Aligned::new(&own, rendered, period_s, options.mass_kg)?;
+    let Aligned {
+        second: other,
+        alignment,
+        ..
+    } = &aligned;
     let is_same = alignment.agreement >= LEAST_AGREEMENT;
-    let aligned_by = options
-        .align
-        .unwrap_or(if is_same { AlignedBy::Time } else { AlignedBy::Velocity });
+    let is_by_time = is_same && !aligned.is_any_shift_alike;
+    let aligned_by = options.align.unwrap_or(if is_by_time {
+        AlignedBy::Time
+    } else {
+        AlignedBy::Velocity
+    });
     let mut comparison = match aligned_by {
         AlignedBy::Time if !is_same => {
             return Err(CompareError::OtherMotion {
@@ -187,28 +206,28 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
                 agreement: alignment.agreement,
             });
         }
-        AlignedBy::Time => by_time(&own, &other, &alignment),
-        AlignedBy::Velocity => by_velocity(&own, &other, &alignment)?,
+        AlignedBy::Time if !is_by_time => return Err(CompareError::AnyShift),
+        AlignedBy::Time => {
+            let mut comparison = by_time(&own, other, alignment);
+            tell_clocks(&mut comparison, &aligned);
+            comparison
+        }
+        AlignedBy::Velocity => by_velocity(&own, other, alignment)?,
     };
     comparison.mass_kg = options.mass_kg;
     for (side, record) in [(Side::Real, real), (Side::Rendered, rendered)] {
-        let longest_s = 1.5 * usual_period_s(record.t_s.iter().copied());
-        let gaps = record
-            .t_s
-            .windows(2)
-            .filter(|pair| pair[1] - pair[0] > longest_s)
-            .count();
-        if gaps > 0 {
-            comparison
-                .notes
-                .push(format!("gaps in the {side} record, bridged by straight lines: {gaps}"));
-        }
+        comparison.notes.extend(gaps(side, record));
     }
     if options.align.is_none() && !is_same {
         comparison.notes.push(format!(
             "the motions differ (their positions agree by {:.3} at best), so force is compared at the same velocity",
             alignment.agreement
         ));
+    } else if options.align.is_none() && !is_by_time {
+        comparison.notes.push(
+            "the motions are steady, so that any shift between the clocks fits: force is compared at the same velocity"
+                .to_owned(),
+        );
     }
     for (name, levels) in [
         ("sliding", &comparison.sliding_force_n),
@@ -226,6 +245,32 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
     Ok(comparison)
 }
 
+/// Puts the shift's interval and the clocks' drift into the result.
+fn tell_clocks(comparison: &mut Comparison, aligned: &Aligned) {
+    if let Some(shift) = aligned.shift {
+        comparison.intervals.insert("shift_s".to_owned(), shift.interval());
+    }
+    let Some(drift) = aligned.drift else { return };
+    let [low, high] = drift.interval;
+    comparison.clock_drift_ppm = Some(drift.ppm);
+    comparison
+        .intervals
+        .insert("clock_drift_ppm".to_owned(), drift.interval);
+    comparison.notes.push(format!(
+        "the clock of the rendered record runs {:.1} ppm faster than the real one's, within [{low:.1}, {high:.1}] ppm: \
+         taken out about the middle, of which the shift is told",
+        drift.ppm
+    ));
+}
+
+/// Says where samples are missing.
+fn gaps(side: Side, record: &Record) -> Option<String> {
+    let longest_s = 1.5 * usual_period_s(record.t_s.iter().copied());
+    let steps = record.t_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let gaps = steps.filter(|step_s| *step_s > longest_s).count();
+    (gaps > 0).then(|| format!("gaps in the {side} record, bridged by straight lines: {gaps}"))
+}
+
 fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Comparison {
     let (real, rendered) = alignment.common(real, rendered);
     let differences: Vec<f64> = rendered.force_n.iter().zip(&real.force_n).map(|(b, a)| b - a).collect();
@@ -237,6 +282,8 @@ fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Compariso
     Comparison {
         aligned_by: AlignedBy::Time,
         shift_s: Some(alignment.shift_s),
+        clock_drift_ppm: None,
+        intervals: BTreeMap::new(),
         position_offset_m: Some(alignment.position_offset_m),
         position_agreement: alignment.agreement,
         overlap_s: real.length_s(),
@@ -276,6 +323,8 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
     Ok(Comparison {
         aligned_by: AlignedBy::Velocity,
         shift_s: None,
+        clock_drift_ppm: None,
+        intervals: BTreeMap::new(),
         position_offset_m: None,
         position_agreement: alignment.agreement,
         overlap_s: real.length_s().min(rendered.length_s()),

@@ -69,7 +69,15 @@ pub fn summary(comparison: &Comparison) -> String {
         ..
     } = comparison;
     let aligned = match comparison.shift_s {
-        Some(shift) => format!("Aligned by time, shifted by {shift:.4} s, over {overlap_s:.1} s"),
+        Some(shift) => {
+            let interval = comparison
+                .intervals
+                .get("shift_s")
+                .map_or_else(String::new, |[low, high]| {
+                    format!(" (95 % interval {low:.5} to {high:.5} s)")
+                });
+            format!("Aligned by time, shifted by {shift:.4} s{interval}, over {overlap_s:.1} s")
+        }
         None => "Aligned by velocity".to_owned(),
     };
     format!(

@@ -121,6 +121,72 @@ fn two_clocks_rates_and_origins_are_aligned_and_levels_differ_as_the_laws_do() {
 }
 
 #[test]
+fn a_clock_that_drifts_is_told_and_taken_out_and_a_stickier_surface_is_no_drift() {
+    let drifting = |record: &Record, ppm: f64| Record {
+        t_s: record.t_s.iter().map(|t| 3.0 + (1.0 + 1e-6 * ppm) * t).collect(),
+        ..record.clone()
+    };
+    let real = record(Karnopp::new(2.2, 2.0), usual, (0.0, 14.0), 1000.0, 0.0);
+    let stickier = record(Karnopp::new(3.3, 3.0), usual, (0.0, 14.0), 437.0, 0.0);
+    let alike = record(Karnopp::new(2.2, 2.0), usual, (0.0, 14.0), 100.0, 0.0);
+    for (other, ppm, within_ppm) in [
+        (&stickier, 0.0, 25.0),
+        (&stickier, 200.0, 25.0),
+        (&alike, -350.0, 25.0),
+        (&alike, 0.0, 25.0),
+    ] {
+        let found = compare(&real, &drifting(other, ppm), &Options::default()).expect("one motion");
+        println!(
+            "{ppm}: {:?} {:?} {:?}",
+            found.shift_s, found.clock_drift_ppm, found.intervals
+        );
+        let drift = found.clock_drift_ppm.unwrap_or_default();
+        assert!((drift - ppm).abs() < within_ppm, "{ppm}: {drift}");
+        // In the middle of 14 s.
+        let shift = found.shift_s.expect("a shift");
+        assert!((shift - 3.0 - 7.0 * ppm * 1e-6).abs() < 5e-4, "{ppm}: {shift}");
+        let [low, high] = found.intervals["shift_s"];
+        assert!(low < shift && shift < high && high - low < 2e-3, "{low} {high}");
+        assert_eq!(
+            found.intervals.contains_key("clock_drift_ppm"),
+            found.clock_drift_ppm.is_some()
+        );
+        if ppm.abs() > 100.0 {
+            assert!(
+                found.clock_drift_ppm.is_some() && found.notes[0].contains("ppm faster"),
+                "{:?}",
+                found.notes
+            );
+        }
+    }
+}
+
+#[test]
+fn a_steady_motion_tells_no_shift() {
+    let steady: Course = |t| (0.02 * t, 0.02);
+    let law = Karnopp::new(2.0, 2.0);
+    let real = record(law, steady, (0.0, 5.0), 1000.0, 0.0);
+    let rendered = record(Karnopp::new(3.0, 3.0), steady, (1.0, 5.0), 1000.0, 2.0);
+    // Once it slides.
+    let from = |record: &Record, first: usize| Record {
+        t_s: record.t_s[first..].to_vec(),
+        position_m: record.position_m[first..].to_vec(),
+        force_n: record.force_n[first..].to_vec(),
+        ..Record::default()
+    };
+    let (real, rendered) = (from(&real, 500), from(&rendered, 500));
+    let found = compare(&real, &rendered, &Options::default()).expect("a velocity in common");
+    assert_eq!((found.aligned_by, found.shift_s), (AlignedBy::Velocity, None));
+    assert!(found.notes[0].contains("any shift"), "{:?}", found.notes);
+    let by_time = Options {
+        align: Some(AlignedBy::Time),
+        ..Options::default()
+    };
+    let refused = compare(&real, &rendered, &by_time).expect_err("refused").to_string();
+    assert!(refused.contains("do not tell the shift"), "{refused}");
+}
+
+#[test]
 fn the_same_record_differs_by_nothing() {
     let real = record(Karnopp::new(2.2, 2.0), usual, (0.0, 10.0), 1000.0, 0.0);
     let found = compare(&real, &real, &Options::default()).expect("one motion");

@@ -19,8 +19,8 @@ pub enum CountError {
     Failed(String),
 }
 
-/// Counts the instructions of each call of [`measured_ticks`](super::measured_ticks) that `program` makes when it is run
-/// with `arguments`. `directory` takes callgrind's files.
+/// Counts the instructions of each call of [`measured_ticks`](super::measured_ticks) that `program` makes when it is
+/// run with `arguments`. `directory` takes callgrind's files.
 ///
 /// # Errors
 /// There is no valgrind, or the program fails under it.

@@ -10,9 +10,11 @@ use thiserror::Error;
 const PAGE_STYLE: &str = "\
 :root{color-scheme:light dark;--ground:#fff;--ink:#1b1b1b;--faint:#d5d5d5}\
 @media (prefers-color-scheme:dark){:root{--ground:#16181b;--ink:#e6e6e6;--faint:#3a3d42}}\
-body{background:var(--ground);color:var(--ink);font:15px system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}\
+body{background:var(--ground);color:var(--ink);font:15px system-ui,sans-serif;max-width:60rem;margin:2rem \
+auto;padding:0 1rem}\
 svg{width:100%;height:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin-bottom:1.5rem}\
-caption{text-align:left;font-weight:bold;padding:.3rem 0}td,th{padding:.15rem .7rem;border-bottom:1px solid var(--faint);text-align:right}\
+caption{text-align:left;font-weight:bold;padding:.3rem 0}td,th{padding:.15rem .7rem;border-bottom:1px solid \
+var(--faint);text-align:right}\
 td:first-child,th:first-child{text-align:left}";
 
 /// A table.
@@ -56,7 +58,8 @@ impl Page {
     pub fn html(&self) -> String {
         let title = escaped(&self.title);
         let mut page = format!(
-            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
+             content=\"width=device-width\">\
              <title>{title}</title><style>{PAGE_STYLE}{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
         );
         for paragraph in &self.paragraphs {

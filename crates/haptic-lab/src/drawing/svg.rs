@@ -19,10 +19,12 @@ const LETTER: f64 = 7.0;
 /// Styles of a chart. The colours are those of Okabe and Ito (2008), which people with any colour
 /// vision tell apart; on dark ground the lighter ones.
 pub(super) const STYLE: &str = "\
-.chart{font:12px sans-serif}.chart text{fill:#1b1b1b}.chart .ground{fill:#fff}.chart .grid{stroke:#ddd;fill:none}.chart .frame{stroke:#888;fill:none}\
+.chart{font:12px sans-serif}.chart text{fill:#1b1b1b}.chart .ground{fill:#fff}.chart \
+.grid{stroke:#ddd;fill:none}.chart .frame{stroke:#888;fill:none}\
 .chart .line,.chart .dashed{fill:none;stroke-width:1.6;stroke-linejoin:round}.chart .dashed{stroke-dasharray:7 4}\
 .chart .dots{fill:none;stroke-width:3;stroke-linecap:round;stroke-opacity:.4}\
-.chart .t0{stroke:#0072b2}.chart .t1{stroke:#d55e00}.chart .t2{stroke:#009e73}.chart .t3{stroke:#cc79a7}.chart .t4{stroke:#1b1b1b}\
+.chart .t0{stroke:#0072b2}.chart .t1{stroke:#d55e00}.chart .t2{stroke:#009e73}.chart .t3{stroke:#cc79a7}.chart \
+.t4{stroke:#1b1b1b}\
 @media (prefers-color-scheme:dark){.chart text{fill:#e6e6e6}.chart .ground{fill:#16181b}.chart .grid{stroke:#3a3d42}\
 .chart .t0{stroke:#56b4e9}.chart .t1{stroke:#e69f00}.chart .t4{stroke:#e6e6e6}}";
 /// Colours above.
@@ -37,7 +39,8 @@ pub fn svg(charts: &[Chart]) -> String {
     add(
         &mut image,
         format_args!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\">\n<style>{STYLE}</style>",
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} \
+             {height}\" role=\"img\" aria-label=\"{}\">\n<style>{STYLE}</style>",
             escaped(&titles.join("; "))
         ),
     );
@@ -185,7 +188,8 @@ fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left
         add(
             image,
             format_args!(
-                "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{text}</text>",
+                "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/><text x=\"{}\" y=\"{:.1}\" \
+                 text-anchor=\"end\">{text}</text>",
                 left - 6.0,
                 y + 4.0
             ),
@@ -196,7 +200,8 @@ fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left
         add(
             image,
             format_args!(
-                "<path class=\"grid\" d=\"M{x:.1} {top}V{foot}\"/><text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{text}</text>",
+                "<path class=\"grid\" d=\"M{x:.1} {top}V{foot}\"/><text x=\"{x:.1}\" y=\"{}\" \
+                 text-anchor=\"middle\">{text}</text>",
                 foot + 16.0
             ),
         );

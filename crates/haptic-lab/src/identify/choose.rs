@@ -96,7 +96,8 @@ fn pick(scores: &[Score]) -> Option<Choice> {
         String::from("is the best, and no simpler one is within one standard error of it")
     } else {
         format!(
-            "is the simplest within one standard error of {}, the best: its mean square is worse by {worse:.2e} N^2, with a standard error of {error:.2e} N^2",
+            "is the simplest within one standard error of {}, the best: its mean square is worse by {worse:.2e} N^2, \
+             with a standard error of {error:.2e} N^2",
             name(best.model)
         )
     };

@@ -32,6 +32,7 @@ pub use result::{Identified, Interval, ModelKind, Refusal};
 pub use scene::IdentifiedScene;
 
 use crate::median::usual_period_s;
+use crate::two_clocks::Drift;
 use clocks::{LARGEST_SHIFT_S, without_drift};
 use progress::Progress;
 use std::ops::ControlFlow;
@@ -278,27 +279,18 @@ pub fn identify_with_progress(
         Clocks::Two => karnopp::clock_drift(record, options),
         _ => None,
     };
-    let Some(ClockDrift { ppm, interval }) = drift else {
+    let Some(Drift { ppm, interval }) = drift else {
         return identify_on_steady_clocks(record, options, progress);
     };
     let mut found = identify_on_steady_clocks(&without_drift(record, ppm), options, progress)?;
     found.clock_drift_ppm = Some(ppm);
     found.intervals.insert("clock_drift_ppm".to_owned(), interval);
     found.notes.push(format!(
-        "the force's clock runs {ppm:.1} ppm faster than the position's, within [{:.1}, {:.1}] ppm: taken out about the \
-         middle of the record, of which the shift is told",
+        "the force's clock runs {ppm:.1} ppm faster than the position's, within [{:.1}, {:.1}] ppm: taken out about \
+         the middle of the record, of which the shift is told",
         interval[0], interval[1]
     ));
     Ok(found)
-}
-
-/// How much faster the force's clock runs than the position's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct ClockDrift {
-    /// Parts in a million.
-    ppm: f64,
-    /// 95 % interval of that.
-    interval: Interval,
 }
 
 /// Share of the time of `auto` in which the model is chosen.

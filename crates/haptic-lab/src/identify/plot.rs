@@ -60,8 +60,8 @@ pub fn plots(record: &Record, identified: &Identified, fitted_force: &[f64]) -> 
     ]
 }
 
-/// What the fit leaves, N, smoothed by the window of the fit. NaN within half a window of a sample of which the fit says
-/// nothing, and of the ends.
+/// What the fit leaves, N, smoothed by the window of the fit. NaN within half a window of a sample of which the fit
+/// says nothing, and of the ends.
 fn residual(record: &Record, identified: &Identified, fitted_force: &[f64], period_s: f64) -> Vec<f64> {
     let forces = record.force_n.iter().zip(fitted_force);
     let left: Vec<f64> = forces.map(|(force, fitted)| force - fitted).collect();

@@ -27,8 +27,22 @@ pub struct Repaired {
 /// The recording is damaged elsewhere than at its end, or the copy cannot be written. Then there is
 /// no copy.
 pub fn export(from: &Path, to: &Path, replace: bool) -> Result<Totals, CopyError> {
-    let mut reader = Source::open(from)?;
-    let mut copy = Copy::new(to, reader.metadata(), replace)?;
+    let reader = Source::open(from)?;
+    let copy = Copy::new(to, reader.metadata(), replace)?;
+    copy_all(reader, copy)
+}
+
+/// Writes a recording as a Parquet file of a set of many, which is never replaced: in encodings that every reader knows.
+///
+/// # Errors
+/// As [`export`].
+pub fn collect(from: &Path, to: &Path) -> Result<Totals, CopyError> {
+    let reader = Source::open(from)?;
+    let copy = Copy::with(to, reader.metadata(), false, parquet::Numbers::Plain)?;
+    copy_all(reader, copy)
+}
+
+fn copy_all(mut reader: Source, mut copy: Copy) -> Result<Totals, CopyError> {
     while let Some(entry) = reader.next()? {
         copy.entry(&entry)?;
     }
@@ -135,6 +149,10 @@ pub(super) struct Copy {
 
 impl Copy {
     pub(super) fn new(path: &Path, metadata: &Metadata, replace: bool) -> Result<Self, CopyError> {
+        Self::with(path, metadata, replace, parquet::Numbers::Small)
+    }
+
+    fn with(path: &Path, metadata: &Metadata, replace: bool, numbers: parquet::Numbers) -> Result<Self, CopyError> {
         let format = Format::of(path).map_err(CreateError::from)?;
         let failed = |path: &Path, source: io::Error| CreateError::File {
             path: path.to_path_buf(),
@@ -158,7 +176,7 @@ impl Copy {
             making,
             format,
         };
-        let writer = Writer::of_copy(format, file, path, metadata).map_err(|source| failed(path, source))?;
+        let writer = Writer::of_copy(format, file, path, metadata, numbers).map_err(|source| failed(path, source))?;
         copy.writer = Some(writer);
         Ok(copy)
     }

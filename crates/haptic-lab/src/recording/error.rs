@@ -27,6 +27,10 @@ impl fmt::Display for Place {
     }
 }
 
+/// Where a table without the inputs of the servo is of use.
+const OTHER_TABLES: &str = "tables of other programs are read by `haptic-ctl identify`, `compare` and `simulate \
+                            --motion`";
+
 /// Why a recording cannot be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -50,12 +54,20 @@ pub enum RecordingError {
     /// It is something else.
     #[error(
         "not a recording: it begins with `{found}`; a recording is MCAP, Parquet, or CSV that begins with \
-         `{}{VERSION}`",
+         `{}{VERSION}`; {OTHER_TABLES}",
         csv::TITLE
     )]
     NotARecording {
         /// How it begins.
         found: String,
+    },
+    /// It is of a format that recordings have, and of another program.
+    #[error("not a recording: hapticd did not write this {format} file, which lacks {lacking}; {OTHER_TABLES}")]
+    OtherProgram {
+        /// Its format.
+        format: &'static str,
+        /// What every recording has.
+        lacking: String,
     },
     /// It was written by a later release.
     #[error("a recording of version {found}; this program reads version {VERSION}")]

@@ -23,21 +23,23 @@ pub mod mcap;
 pub mod parquet;
 mod reader;
 mod recorder;
+mod state_marks;
 mod sync;
 mod thread;
 mod writer;
 
-pub use copy::{Repaired, export, repair};
+pub use copy::{Repaired, collect, export, repair};
 pub use cut::{Span, cut};
 pub use error::{CopyError, CreateError, Ending, Place, RecordingError};
 pub use format::{Format, UnknownFormat};
 pub use reader::{Entry, Reader, Recording, open, read};
 pub use recorder::{Recorder, create};
+pub(crate) use state_marks::StateMarks;
 pub use thread::{Kept, RecordingThread, WaitingParts};
 pub use writer::{Totals, Writer};
 
 use haptic_core::{Directional, Scene};
-use haptic_ipc::{RigState, SceneArrival, ServoSetup};
+use haptic_ipc::{JournalEntry, RigState, SceneArrival, ServoSetup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -117,6 +119,14 @@ pub enum Mark {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         fault: Option<String>,
     },
+    /// What a client or the daemon did, and who: an entry of the daemon's journal. The scene and the state that follow
+    /// from it have marks of their own; an earlier recorder did not tell.
+    Journal {
+        /// The tick that carried it out.
+        tick: u64,
+        /// The entry.
+        entry: Box<JournalEntry>,
+    },
     /// The servo's settings changed: another device was plugged in, or more is known of the rig.
     Servo {
         /// The first tick that is computed with them.
@@ -175,6 +185,7 @@ impl Mark {
         match self {
             Self::Scene { tick, .. }
             | Self::State { tick, .. }
+            | Self::Journal { tick, .. }
             | Self::Servo { tick, .. }
             | Self::Missed { tick, .. }
             | Self::Marker { tick, .. }
@@ -191,9 +202,10 @@ impl Mark {
         }
         let kind: Kind = serde_json::from_slice(text)?;
         match kind.mark.as_deref() {
-            Some("scene" | "state" | "servo" | "lost" | "lost_changes" | "missed" | "marker" | "link" | "end") => {
-                serde_json::from_slice(text).map(Some)
-            }
+            Some(
+                "scene" | "state" | "journal" | "servo" | "lost" | "lost_changes" | "missed" | "marker" | "link"
+                | "end",
+            ) => serde_json::from_slice(text).map(Some),
             _ => Ok(None),
         }
     }

@@ -4,8 +4,10 @@ use super::{Ending, Format, Mark, Metadata, Place, RecordingError, csv, mcap, pa
 use bytes::Bytes;
 use haptic_ipc::Sample;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, Read};
+use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Bytes by which the formats are told apart.
 const FIRST_BYTES: u64 = 8;
@@ -29,6 +31,23 @@ pub struct Reader {
     failed: bool,
     /// Whether what follows such an entry is read.
     is_tolerant: bool,
+    /// Bytes of a file that are read, and those that it had when it was opened. Parquet counts rows.
+    bytes: Option<(Arc<AtomicU64>, u64)>,
+}
+
+/// A file that counts what is read of it.
+struct Counted {
+    file: File,
+    read: Arc<AtomicU64>,
+}
+
+impl Read for Counted {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.read
+            .fetch_add(u64::try_from(count).unwrap_or(0), Ordering::Relaxed);
+        Ok(count)
+    }
 }
 
 enum Source {
@@ -66,7 +85,16 @@ fn open_file(path: &Path) -> Result<Reader, RecordingError> {
     if first.starts_with(parquet::MAGIC) {
         return Ok(Reader::of(Source::Parquet(Box::new(parquet::Reader::new(file)?))));
     }
-    Reader::new(first, Box::new(BufReader::with_capacity(BUFFER, file)))
+    let length = file.metadata().map_err(failed)?.len();
+    let read = Arc::new(AtomicU64::new(0));
+    let counted = Counted {
+        file,
+        read: Arc::clone(&read),
+    };
+    let mut reader = Reader::new(first, Box::new(BufReader::with_capacity(BUFFER, counted)))?;
+    // A pipe has no length.
+    reader.bytes = (length > 0).then_some((read, length));
+    Ok(reader)
 }
 
 /// Reads a recording into memory; an hour at 1 kHz takes 500 MB.
@@ -111,6 +139,7 @@ impl Reader {
             source,
             failed: false,
             is_tolerant: false,
+            bytes: None,
         }
     }
 
@@ -132,6 +161,21 @@ impl Reader {
             Source::Mcap(_) => Format::Mcap,
             Source::Parquet(_) => Format::Parquet,
         }
+    }
+
+    /// The share of it that is read, from 0 to 1: of the bytes of a file, or of the rows of Parquet. `None` where it is
+    /// not known how much there is.
+    #[must_use]
+    pub fn share(&self) -> Option<f64> {
+        let (read, all) = match (&self.source, &self.bytes) {
+            (Source::Parquet(parquet), _) => parquet.rows_read(),
+            (_, Some((read, all))) => (read.load(Ordering::Relaxed), *all),
+            (_, None) => return None,
+        };
+        #[expect(clippy::cast_precision_loss, reason = "a share of what fits on a disk")]
+        let share = read as f64 / all.max(1) as f64;
+        // A file that is being written grows meanwhile.
+        Some(share.min(1.0))
     }
 
     /// How it ends, once everything has been read.

@@ -1,23 +1,21 @@
 //! From a subscription's events to a recording.
 
 use super::gaps::Gaps;
-use super::{CreateError, Format, Mark, Metadata, Totals, Writer};
-use haptic_ipc::{Event, RigState, Sample, SamplesEvent, StateEvent};
+use super::{CreateError, Format, Mark, Metadata, StateMarks, Totals, Writer};
+use haptic_ipc::{Event, Sample, SamplesEvent};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// Writes what a subscription to the topics `state` and `samples` brings, with each change put
-/// before the first row that it concerns: events of the two topics overtake one another on their
-/// way.
+/// Writes what a subscription to the topics `state`, `log` and `samples` brings, with each change put
+/// before the first row that it concerns: events of the topics overtake one another on their way.
 pub struct Recorder {
     writer: Writer,
     gaps: Gaps,
     /// Changes that no row has come up to, by their ticks.
     pending: VecDeque<Mark>,
-    revision: u64,
-    state: Option<RigState>,
+    state_marks: StateMarks,
     last_tick: Option<u64>,
 }
 
@@ -43,8 +41,7 @@ impl Recorder {
             writer,
             gaps: Gaps::new(metadata),
             pending: VecDeque::new(),
-            revision: metadata.revision,
-            state: None,
+            state_marks: StateMarks::after(metadata.revision),
             last_tick: None,
         }
     }
@@ -56,18 +53,25 @@ impl Recorder {
     pub fn event(&mut self, event: &Event) -> io::Result<()> {
         match event {
             Event::State(state) => {
-                self.state_event(state);
+                for mark in self.state_marks.of(state) {
+                    self.mark(mark);
+                }
                 Ok(())
             }
             Event::Servo(event) => {
-                self.mark(Mark::Servo {
-                    tick: event.tick,
-                    servo: Box::new(event.servo.clone()),
-                });
+                self.mark((**event).clone().into());
+                Ok(())
+            }
+            Event::Log(entry) => {
+                // What no tick carried out changed nothing of the rows.
+                if let Some(tick) = entry.tick {
+                    let entry = entry.clone();
+                    self.mark(Mark::Journal { tick, entry });
+                }
                 Ok(())
             }
             Event::Samples(samples) => self.samples(samples),
-            _ => Ok(()),
+            Event::Timing(_) | Event::Unknown => Ok(()),
         }
     }
 
@@ -128,28 +132,6 @@ impl Recorder {
     #[must_use]
     pub fn totals(&self) -> Totals {
         self.writer.totals()
-    }
-
-    fn state_event(&mut self, event: &StateEvent) {
-        if event.revision != self.revision {
-            self.revision = event.revision;
-            self.mark(Mark::Scene {
-                tick: event.tick,
-                revision: event.revision,
-                name: event.scene.clone(),
-                law: event.law.clone(),
-                params: event.params.clone(),
-                arrival: event.arrival.clone(),
-            });
-        }
-        if Some(event.state) != self.state {
-            self.state = Some(event.state);
-            self.mark(Mark::State {
-                tick: event.tick,
-                state: event.state,
-                fault: event.fault.clone(),
-            });
-        }
     }
 
     fn samples(&mut self, event: &SamplesEvent) -> io::Result<()> {

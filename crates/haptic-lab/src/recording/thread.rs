@@ -148,8 +148,10 @@ impl RecordingThread {
     pub fn event(&self, event: &Event) -> Kept {
         match event {
             Event::Samples(samples) => self.put(|waiting| waiting.put_samples(samples)),
-            Event::State(_) | Event::Servo(_) => self.put(|waiting| waiting.put_change(Part::Change(event.clone()))),
-            _ => Kept::Yes,
+            Event::State(_) | Event::Servo(_) | Event::Log(_) => {
+                self.put(|waiting| waiting.put_change(Part::Change(event.clone())))
+            }
+            Event::Timing(_) | Event::Unknown => Kept::Yes,
         }
     }
 

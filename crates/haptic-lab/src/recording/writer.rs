@@ -63,9 +63,15 @@ impl Writer {
     }
 
     /// Begins a recording of which nothing need be readable before its end.
-    pub(super) fn of_copy(format: Format, file: File, path: &Path, metadata: &Metadata) -> io::Result<Self> {
+    pub(super) fn of_copy(
+        format: Format,
+        file: File,
+        path: &Path,
+        metadata: &Metadata,
+        numbers: parquet::Numbers,
+    ) -> io::Result<Self> {
         if format == Format::Parquet {
-            let parquet = parquet::Writer::new(file.try_clone()?, metadata)?;
+            let parquet = parquet::Writer::new(file.try_clone()?, metadata, numbers)?;
             return Self::with(Sink::Parquet(Box::new(parquet)), file);
         }
         Self::new(format, file, path, metadata)

@@ -120,6 +120,7 @@ impl Stepper {
         let settings = &self.setup.settings;
         if let Some(servo) = &mut self.servo {
             servo.set_rig(settings.losses, settings.compensation);
+            servo.set_limits(settings.limits);
         }
     }
 

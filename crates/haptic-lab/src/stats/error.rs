@@ -95,7 +95,8 @@ pub enum StatsError {
     },
     /// Answers jump from chance to the ceiling between two levels.
     #[error(
-        "answers jump from chance to the ceiling without a level in between, near {threshold:.4}: test levels about there"
+        "answers jump from chance to the ceiling without a level in between, near {threshold:.4}: test levels about \
+         there"
     )]
     Jump {
         /// Where they jump, about.

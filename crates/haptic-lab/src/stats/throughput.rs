@@ -105,8 +105,8 @@ mod tests {
 
     #[test]
     fn a_sequence_comes_out_as_by_hand() {
-        // The errors sum up to 26 mm, those of the movements before (0, then all but the last) to 22 mm: Ae = 300 + 48 / 8.
-        // Their squares sum up to 892 mm^2: SDx^2 = (892 - 26^2 / 8) / 7 = 115.357. The times sum up to 4998 ms.
+        // The errors sum up to 26 mm, those of the movements before (0, then all but the last) to 22 mm: Ae = 300 + 48
+        // / 8. Their squares sum up to 892 mm^2: SDx^2 = (892 - 26^2 / 8) / 7 = 115.357. The times sum up to 4998 ms.
         let found = throughput(&worked()).expect("eight movements");
         for (value, by_hand, within) in [
             (found.effective_amplitude_m, 0.306, 1e-12),

@@ -10,7 +10,7 @@
 //! click ends a trial and activates the other target in the same tick, so a movement time is the time between two
 //! valid clicks. A click is valid where the whole cursor is inside the target.
 
-use super::plan::{Condition, FittsPlan, Resistance};
+use super::plan::{Condition, FittsPlan, Resistance, RigMapping};
 use super::random::{Purpose, Random};
 use super::resume::{NotThisStudy, compare};
 use super::subject::Subject;
@@ -228,6 +228,22 @@ impl FittsSession {
         )
     }
 
+    /// Rows of practice that are done, and rows of trials.
+    #[must_use]
+    pub fn rows(&self) -> (u32, u32) {
+        let per_segment = self.plan.trials_per_segment;
+        let segments = u32::try_from(self.at.0).unwrap_or(u32::MAX);
+        let done = segments.saturating_mul(per_segment).saturating_add(self.at.1);
+        let practice = done.min(self.plan.practice_segments * per_segment);
+        (practice, done - practice)
+    }
+
+    /// How the handle moves the cursor.
+    #[must_use]
+    pub fn mapping(&self) -> RigMapping {
+        self.plan.rig
+    }
+
     /// Shows the target that the segment starts from. Without effect where it was shown already.
     pub fn begin(&mut self) {
         if self.phase == Phase::Ready && self.segment().is_some() {
@@ -285,6 +301,10 @@ impl FittsSession {
             return None;
         }
         let (target_m, segment) = (self.target_m()?, self.segment()?);
+        // A click in the tick of the last one, or before it, is the same click.
+        if self.phase == Phase::Trial && sample.tick <= self.trial.start_tick {
+            return None;
+        }
         let error_m = self.plan.rig.task_m(sample.position_m) - target_m;
         let size_m = error_m.abs() + 0.5 * (self.plan.cursor.diameter_m - segment.condition.width_m);
         // A position that is not a number is inside nothing.
@@ -303,11 +323,7 @@ impl FittsSession {
             self.begin_trial(sample.tick);
             return Some(Event::Started);
         }
-        // A click in the tick of the last one, or before it, is the same click.
-        let ticks = sample
-            .tick
-            .checked_sub(self.trial.start_tick)
-            .filter(|ticks| *ticks > 0)?;
+        let ticks = sample.tick - self.trial.start_tick;
         let row = self.row(segment, error_m, ticks, sample);
         self.advance();
         self.begin_trial(sample.tick);
@@ -336,6 +352,9 @@ impl FittsSession {
             start_tick: Some(self.trial.start_tick),
             end_tick: Some(sample.tick),
             scene_revision: Some(sample.revision),
+            voided: 0,
+            cursor_latency_s: None,
+            cursor_latency_p95_s: None,
             recording: None,
         }
     }

@@ -215,6 +215,18 @@ impl PerceptionSession {
         )
     }
 
+    /// Rows of practice that are done, and rows of trials.
+    #[must_use]
+    pub fn rows(&self) -> (u32, u32) {
+        (self.practice_done, self.done)
+    }
+
+    /// The base surface.
+    #[must_use]
+    pub fn base(&self) -> &Scene {
+        &self.plan.base
+    }
+
     /// What the subject sees.
     #[must_use]
     pub fn prompt(&self) -> Prompt {
@@ -319,6 +331,7 @@ impl PerceptionSession {
             reversal: false,
             start_tick: Some(self.start_tick),
             end_tick: Some(tick),
+            voided: 0,
             recording: None,
         };
         row.reversal = self.advance(correct);

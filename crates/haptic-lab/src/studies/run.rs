@@ -3,15 +3,11 @@
 //! No subject depends on another, and no trial on where the study was broken off before it: the data are the same
 //! however many threads run it, and however often it was killed.
 
-use super::fitts::FittsSession;
-use super::operator::{self, Constants, Done, OperatorError};
-use super::perception::PerceptionSession;
-use super::plan::{FittsPlan, PerceptionPlan, Plan};
-use super::resume::NotThisStudy;
-use super::store::{StoreError, Study, SubjectFiles};
+use super::operator::{self, Constants, OperatorError};
+use super::session::{FinishedTrial, News, Row, Session, Task};
+use super::store::{Keeper, RigDescription, StoreError, Study};
 use super::subject::Subject;
-use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
-use crate::recording::Metadata;
+use super::trial::{FittsTrial, Operator};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -25,9 +21,6 @@ pub enum RunError {
     /// The operator cannot go on.
     #[error(transparent)]
     Operator(#[from] OperatorError),
-    /// The rows are not those of the plan.
-    #[error(transparent)]
-    NotThisStudy(#[from] NotThisStudy),
     /// The operator does not do again what it did.
     #[error(
         "subject {subject}, block {block}, trial {trial}: this program's operator does not do the same again: another version \
@@ -42,7 +35,7 @@ pub enum RunError {
         trial: u32,
     },
     /// People are not simulated.
-    #[error("people do this study: a program with a screen goes on with it")]
+    #[error("people do this study: the panel's pages Task and Perception go on with it, `haptic-gui --page task`")]
     NeedsPeople,
 }
 
@@ -51,8 +44,8 @@ pub enum RunError {
 pub struct Progress {
     trials: AtomicUsize,
     subjects: AtomicUsize,
-    /// Milliseconds of the rig.
-    simulated_ms: AtomicUsize,
+    /// Ticks of the rig.
+    ticks: AtomicUsize,
     stop: AtomicBool,
 }
 
@@ -80,20 +73,14 @@ impl Progress {
 
     /// Time of the rig that was simulated, s.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "milliseconds of a study")]
+    #[expect(clippy::cast_precision_loss, reason = "ticks of a study are far below 2^53")]
     pub fn simulated_s(&self) -> f64 {
-        self.simulated_ms.load(Ordering::Relaxed) as f64 * 1e-3
+        self.ticks.load(Ordering::Relaxed) as f64 * operator::PERIOD_S
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a minute at most"
-    )]
-    fn done(&self, duration_s: f64) {
+    fn done(&self, ticks: usize) {
         self.trials.fetch_add(1, Ordering::Relaxed);
-        self.simulated_ms
-            .fetch_add((duration_s * 1e3) as usize, Ordering::Relaxed);
+        self.ticks.fetch_add(ticks, Ordering::Relaxed);
     }
 }
 
@@ -133,153 +120,77 @@ pub fn run(study: &Study, threads: usize, progress: &Progress) -> Result<(), Run
         return Err(error);
     }
     if progress.subjects() == subjects.len() {
-        match study.plan() {
-            Plan::Fitts(_) => study.finish::<FittsTrial>()?,
-            Plan::Perception(_) => study.finish::<PerceptionTrial>()?,
-        };
+        study.collect()?;
     }
     Ok(())
 }
 
 fn run_subject(study: &Study, constants: &Constants, subject: &Subject, progress: &Progress) -> Result<(), RunError> {
-    let person = operator::person(constants, study.about().seed, subject);
-    let is_done = match study.plan() {
-        Plan::Fitts(plan) => run_fitts(study, plan, &person, subject, progress)?,
-        Plan::Perception(plan) => run_perception(study, plan, &person, subject, progress)?,
-    };
-    progress.subjects.fetch_add(usize::from(is_done), Ordering::Relaxed);
-    Ok(())
-}
-
-/// Runs a subject's targeting task; whether it is done.
-fn run_fitts(
-    study: &Study,
-    plan: &FittsPlan,
-    person: &Constants,
-    subject: &Subject,
-    progress: &Progress,
-) -> Result<bool, RunError> {
     let seed = study.about().seed;
-    let mut files = study.subject::<FittsTrial>(subject)?;
-    let mut session = FittsSession::new(plan, seed, subject, Operator::Simulated, operator::PERIOD_S);
-    session.resume(files.practice(), files.trials())?;
-    while let Some(segment) = session.segment().cloned() {
+    let person = operator::person(constants, seed, subject);
+    let (mut keeper, mut session) = Keeper::open(study, subject, rig(study))?;
+    while !session.is_done() {
+        if progress.is_stopped() {
+            return Ok(());
+        }
         // The hand of a trial is where the trial before left it: a segment that was broken off is done again from its
         // beginning, and what is on the disk by then must come out again.
-        let (_, known) = session.place();
-        let rows = if segment.is_practice {
-            files.practice()
-        } else {
-            files.trials()
-        };
-        let mut known: VecDeque<FittsTrial> = rows[rows.len() - known as usize..].iter().cloned().collect();
-        session.restart_segment();
+        let mut known = rows_of_segment(&keeper, &session);
         let mut result = Ok(());
-        operator::run_segment(&mut session, plan, person, seed, subject, |done| {
+        operator::run_next(&mut session, &person, seed, subject, |finished| {
             result = match known.pop_front() {
-                Some(row) => is_again(&row, &done.trial),
-                None => save(study, &mut files, segment.is_practice, done, progress),
+                Some(row) => is_again(&row, &finished.row),
+                None => keep(&mut keeper, finished, progress),
             };
             result.is_ok() && !(progress.is_stopped() && known.is_empty())
         })?;
         result?;
-        if progress.is_stopped() {
-            return Ok(session.segment().is_none());
-        }
     }
-    Ok(true)
+    progress.subjects.fetch_add(1, Ordering::Relaxed);
+    Ok(())
 }
 
-fn is_again(row: &FittsTrial, again: &FittsTrial) -> Result<(), RunError> {
-    let recording = row.recording.clone();
-    if *row
-        == (FittsTrial {
-            recording,
-            ..again.clone()
-        })
-    {
+/// The fake rig's carriage, in simulated time.
+fn rig(study: &Study) -> RigDescription {
+    RigDescription {
+        server: study.about().program.clone(),
+        device: "the fake rig's carriage, held by a simulated operator".to_owned(),
+        loop_rate_hz: 1.0 / operator::PERIOD_S,
+        servo: Some(operator::setup()),
+        configuration: None,
+        click_buttons: 0,
+    }
+}
+
+/// The rows of the segment under way.
+fn rows_of_segment(keeper: &Keeper, session: &Session) -> VecDeque<FittsTrial> {
+    let Task::Fitts(task) = session.task() else {
+        return VecDeque::new();
+    };
+    let rows = keeper.fitts_rows(session.task().is_practice());
+    let (_, done) = task.place();
+    rows[rows.len() - done as usize..].iter().cloned().collect()
+}
+
+fn is_again(known: &FittsTrial, again: &Row) -> Result<(), RunError> {
+    let is_same = matches!(again, Row::Fitts(again) if *known == FittsTrial {
+        recording: known.recording.clone(),
+        ..(**again).clone()
+    });
+    if is_same {
         return Ok(());
     }
     Err(RunError::Differs {
-        subject: row.subject.clone(),
-        block: row.block,
-        trial: row.trial,
+        subject: known.subject.clone(),
+        block: known.block,
+        trial: known.trial,
     })
 }
 
-/// Runs a subject's perception tests; whether they are done.
-fn run_perception(
-    study: &Study,
-    plan: &PerceptionPlan,
-    person: &Constants,
-    subject: &Subject,
-    progress: &Progress,
-) -> Result<bool, RunError> {
-    let seed = study.about().seed;
-    let mut files = study.subject::<PerceptionTrial>(subject)?;
-    let mut session = PerceptionSession::new(plan, seed, subject, Operator::Simulated, operator::PERIOD_S);
-    session.resume(files.practice(), files.trials())?;
-    while let Some(upcoming) = session.upcoming() {
-        if progress.is_stopped() {
-            return Ok(false);
-        }
-        let Some(done) = operator::run_trial(&mut session, &plan.base, person, seed, subject)? else {
-            break;
-        };
-        save(study, &mut files, upcoming.is_practice, done, progress)?;
-    }
-    Ok(true)
-}
-
-/// A row that names its recording.
-trait Recorded: Trial {
-    fn recorded(&mut self, path: String);
-}
-
-impl Recorded for FittsTrial {
-    fn recorded(&mut self, path: String) {
-        self.recording = Some(path);
-    }
-}
-
-impl Recorded for PerceptionTrial {
-    fn recorded(&mut self, path: String) {
-        self.recording = Some(path);
-    }
-}
-
 /// Puts a trial on the disk.
-fn save<T: Recorded>(
-    study: &Study,
-    files: &mut SubjectFiles<T>,
-    is_practice: bool,
-    done: Done<T>,
-    progress: &Progress,
-) -> Result<(), RunError> {
-    let Done {
-        mut trial,
-        scene,
-        entries,
-        duration_s,
-    } = done;
-    if study.about().recordings {
-        let metadata = Metadata {
-            server: study.about().program.clone(),
-            device: "the fake rig's carriage, held by a simulated operator".to_owned(),
-            loop_rate_hz: 1.0 / operator::PERIOD_S,
-            rate_hz: 1.0 / operator::PERIOD_S,
-            // Simulated time has no date.
-            started_unix_s: 0.0,
-            revision: 1,
-            scene,
-            servo: Some(operator::setup()),
-            recorded_by: Some(study.about().program.clone()),
-            notes: Some("operator: simulated".to_owned()),
-            configuration: None,
-        };
-        trial.recorded(files.record(is_practice, &metadata, &entries)?);
-    }
-    files.append(trial, is_practice)?;
-    progress.done(duration_s);
+fn keep(keeper: &mut Keeper, finished: FinishedTrial, progress: &Progress) -> Result<(), RunError> {
+    let ticks = finished.ticks.rows.len();
+    keeper.keep(News::Finished(Box::new(finished)))?;
+    progress.done(ticks);
     Ok(())
 }

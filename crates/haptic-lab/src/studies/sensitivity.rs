@@ -1,9 +1,8 @@
 //! Which constants of the simulated operator turn its result: each is halved and doubled, and the study done again.
 
-use super::fitts::FittsSession;
 use super::operator::{self, Constants, OperatorError};
-use super::perception::PerceptionSession;
-use super::plan::{FittsPlan, PerceptionPlan, Plan};
+use super::plan::Plan;
+use super::session::{FinishedTrial, Row, Task};
 use super::subject::Subject;
 use super::trial::Operator;
 use std::collections::BTreeMap;
@@ -61,9 +60,13 @@ pub fn measure(plan: &Plan, constants: &Constants, seed: u64, subjects: u32) -> 
     let mut sums = Sums::default();
     for subject in (1..=subjects).map(Subject::numbered) {
         let person = operator::person(constants, seed, &subject);
-        match plan {
-            Plan::Fitts(plan) => fitts(plan, &person, seed, &subject, &mut sums)?,
-            Plan::Perception(plan) => perception(plan, &person, seed, &subject, &mut sums)?,
+        let task = Task::new(plan, seed, &subject, Operator::Simulated, operator::PERIOD_S);
+        let mut session = operator::session(task, &subject);
+        while !session.is_done() {
+            operator::run_next(&mut session, &person, seed, &subject, |finished| {
+                add(&mut sums, finished);
+                true
+            })?;
         }
     }
     let means = sums.0.into_iter().map(|((of, what), (sum, count))| Measure {
@@ -85,46 +88,18 @@ impl Sums {
     }
 }
 
-fn fitts(
-    plan: &FittsPlan,
-    person: &Constants,
-    seed: u64,
-    subject: &Subject,
-    sums: &mut Sums,
-) -> Result<(), OperatorError> {
-    let mut session = FittsSession::new(plan, seed, subject, Operator::Simulated, operator::PERIOD_S);
-    while let Some(segment) = session.segment() {
-        let is_practice = segment.is_practice;
-        operator::run_segment(&mut session, plan, person, seed, subject, |done| {
-            if !is_practice {
-                let trial = done.trial;
-                sums.add(trial.resistance.clone(), "movement_time_s", trial.movement_time_s);
-                sums.add(trial.resistance, "errors", f64::from(trial.errors));
-            }
-            true
-        })?;
-    }
-    Ok(())
-}
-
-fn perception(
-    plan: &PerceptionPlan,
-    person: &Constants,
-    seed: u64,
-    subject: &Subject,
-    sums: &mut Sums,
-) -> Result<(), OperatorError> {
-    let mut session = PerceptionSession::new(plan, seed, subject, Operator::Simulated, operator::PERIOD_S);
-    while let Some(upcoming) = session.upcoming() {
-        let Some(done) = operator::run_trial(&mut session, &plan.base, person, seed, subject)? else {
-            break;
-        };
-        if !upcoming.is_practice {
-            let trial = done.trial;
+/// Adds what became of a trial.
+fn add(sums: &mut Sums, finished: FinishedTrial) {
+    match finished.row {
+        _ if finished.is_practice => {}
+        Row::Fitts(trial) => {
+            sums.add(trial.resistance.clone(), "movement_time_s", trial.movement_time_s);
+            sums.add(trial.resistance, "errors", f64::from(trial.errors));
+        }
+        Row::Perception(trial) => {
             let case = format!("case {:?}", trial.case);
             sums.add(case.clone(), "correct", f64::from(u8::from(trial.correct)));
             sums.add(case, "level_N", trial.level_n);
         }
     }
-    Ok(())
 }

@@ -15,6 +15,12 @@ pub(crate) enum ConfigError {
     Read { path: PathBuf, source: std::io::Error },
     #[error("{}: {message}", .path.display())]
     Parse { path: PathBuf, message: String },
+    #[error("{}: line {line}: {source}", .path.display())]
+    InFile {
+        path: PathBuf,
+        line: usize,
+        source: Box<ConfigError>,
+    },
     #[error("{}: {source}", .path.display())]
     Scene { path: PathBuf, source: SceneError },
     #[error(transparent)]
@@ -61,15 +67,29 @@ pub(crate) enum ConfigError {
     OnlyFake,
 }
 
+impl ConfigError {
+    /// The error without its place in a file.
+    pub(crate) fn innermost(&self) -> &Self {
+        match self {
+            Self::InFile { source, .. } => source.innermost(),
+            _ => self,
+        }
+    }
+}
+
 /// Reads a TOML file.
 pub(super) fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
-    let text = regular_file::read_text(path).map_err(|source| ConfigError::Read {
-        path: path.to_path_buf(),
-        source,
-    })?;
-    toml::from_str(&text).map_err(|source| ConfigError::Parse {
+    toml::from_str(&read_text(path)?).map_err(|source| ConfigError::Parse {
         path: path.to_path_buf(),
         message: with_short_lines(&source.to_string()),
+    })
+}
+
+/// Reads a file of text.
+pub(super) fn read_text(path: &Path) -> Result<String, ConfigError> {
+    regular_file::read_text(path).map_err(|source| ConfigError::Read {
+        path: path.to_path_buf(),
+        source,
     })
 }
 

@@ -4,10 +4,12 @@
 mod error;
 mod options;
 mod rig;
+mod source;
 
 pub(crate) use error::ConfigError;
 pub(crate) use options::Options;
 pub(crate) use rig::{FrictionOptions, RigChoice};
+pub(crate) use source::{Configuration, Reread};
 
 use crate::control::EngageRules;
 use crate::control::history::LONGEST_TITLE;
@@ -48,6 +50,8 @@ pub(crate) struct MetricsOptions {
 /// The checked configuration.
 #[derive(Debug)]
 pub(crate) struct Config {
+    /// Where it comes from.
+    pub(crate) source: Configuration,
     pub(crate) socket: PathBuf,
     /// Group that the control socket serves beside the daemon's own user and root.
     pub(crate) socket_group: Option<Group>,
@@ -106,10 +110,12 @@ impl Options {
     ///
     /// # Errors
     /// The first invalid option.
-    pub(crate) fn resolve(mut self) -> Result<Config, ConfigError> {
-        if let Some(path) = self.config.clone() {
-            self = self.or(read_toml(&path)?);
-        }
+    pub(crate) fn resolve(self) -> Result<Config, ConfigError> {
+        Configuration::new(self, available_cpus())?.check()
+    }
+
+    /// Checks everything; the process may use these processors.
+    fn check(&self, available_cpus: &[usize], source: Configuration) -> Result<Config, ConfigError> {
         let device = match &self.device {
             Some(named) => named.0.clone(),
             None if self.demo || self.self_test.is_some() => Address::FAKE,
@@ -120,7 +126,7 @@ impl Options {
         }
         let period_ns = self.period_ns()?;
         let policy = self.policy()?;
-        let available_cpus = self.available_cpus()?;
+        self.check_cpu(available_cpus)?;
         let spin_ns = self.spin_ns()?;
         let scene = self.starting_scene()?;
         #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
@@ -136,13 +142,14 @@ impl Options {
             .as_ref()
             .map(|name| Group::find(name).ok_or_else(|| ConfigError::NoSuchGroup(name.clone())));
         Ok(Config {
+            source,
             socket,
             socket_group: group.transpose()?,
             watch_socket: self.watch_socket.clone(),
             metrics: self.metrics()?,
             period_ns,
-            cpu: self.cpu.or_else(|| default_cpu(&available_cpus)),
-            available_cpus,
+            cpu: self.cpu.or_else(|| default_cpu(available_cpus)),
+            available_cpus: available_cpus.to_vec(),
             policy,
             spin_ns,
             keep_cpus_awake: self.keep_cpus_awake.unwrap_or(true),
@@ -215,11 +222,13 @@ impl Options {
         })
     }
 
-    fn available_cpus(&self) -> Result<Vec<usize>, ConfigError> {
-        let available = available_cpus();
+    fn check_cpu(&self, available: &[usize]) -> Result<(), ConfigError> {
         match self.cpu {
-            Some(cpu) if !available.contains(&cpu) => Err(ConfigError::NoSuchCpu { cpu, available }),
-            _ => Ok(available),
+            Some(cpu) if !available.contains(&cpu) => Err(ConfigError::NoSuchCpu {
+                cpu,
+                available: available.to_vec(),
+            }),
+            _ => Ok(()),
         }
     }
 

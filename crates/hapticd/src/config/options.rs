@@ -15,7 +15,7 @@ use std::str::FromStr;
 ///
 /// A pinned real-time thread renders the block; haptic-ctl and haptic-gui control it over the
 /// control socket. Try it without hardware: `hapticd --demo`.
-#[derive(Clone, Debug, Default, Parser, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Parser, Deserialize)]
 #[command(name = "hapticd", version, max_term_width = 110)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Options {
@@ -254,7 +254,7 @@ pub(crate) struct Options {
     pub(super) encoder_resolution_m: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum PolicyName {
     Fifo,
@@ -262,7 +262,7 @@ pub(super) enum PolicyName {
 }
 
 /// A value that is parsed from text, on the command line and in the file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Named<T>(pub(super) T);
 
 impl<T: FromStr> FromStr for Named<T> {
@@ -280,7 +280,7 @@ impl<'de, T: FromStr<Err: std::fmt::Display>> Deserialize<'de> for Named<T> {
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum AfterEndName {
     Hold,
@@ -327,27 +327,72 @@ impl FromStr for HandName {
     }
 }
 
-/// Takes each field from the command line, or else from the file.
-macro_rules! fall_back {
-    ($options:ident, $file:ident: $($field:ident),* $(,)?) => {
-        $(if $options.$field.is_none() {
-            $options.$field = $file.$field;
-        })*
+/// What is done with each option that the file may have.
+macro_rules! options_of_the_file {
+    ($($field:ident),* $(,)?) => {
+        impl Options {
+            /// These options, completed by those of the file.
+            pub(super) fn or(mut self, file: Self) -> Self {
+                $(if self.$field.is_none() {
+                    self.$field = file.$field;
+                })*
+                self
+            }
+
+            /// The names of the options that others have otherwise.
+            pub(super) fn changed_in(&self, others: &Self) -> Vec<String> {
+                let mut names = Vec::new();
+                $(if self.$field != others.$field {
+                    names.push(stringify!($field).replace('_', "-"));
+                })*
+                names
+            }
+        }
     };
 }
 
-impl Options {
-    /// These options, completed by those of the file.
-    pub(super) fn or(mut self, file: Self) -> Self {
-        fall_back!(self, file:
-                device, socket, socket_group, watch_socket, metrics, metrics_beyond_this_machine, metrics_file, rate, cpu, policy, priority, spin_us,
-                keep_cpus_awake, late_policy, scene, scene_dir, state_dir, uncommissioned, allow_no_watchdog,
-                scheme, velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2,
-                passivity_control_n, ramp_ms, stale_ms, control_timeout_ms, stop_button, enable_button, hand,
-                hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
-                arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, compensate,
-                encoder_resolution_m
-        );
-        self
-    }
-}
+options_of_the_file!(
+    device,
+    socket,
+    socket_group,
+    watch_socket,
+    metrics,
+    metrics_beyond_this_machine,
+    metrics_file,
+    rate,
+    cpu,
+    policy,
+    priority,
+    spin_us,
+    keep_cpus_awake,
+    late_policy,
+    scene,
+    scene_dir,
+    state_dir,
+    uncommissioned,
+    allow_no_watchdog,
+    scheme,
+    velocity,
+    force_limit_n,
+    slew_limit_n_per_s,
+    speed_limit_mps,
+    acceleration_limit_mps2,
+    passivity_control_n,
+    ramp_ms,
+    stale_ms,
+    control_timeout_ms,
+    stop_button,
+    enable_button,
+    hand,
+    hand_amplitude_m,
+    hand_frequency_hz,
+    hand_scale,
+    hand_after_end,
+    arm_stiffness_n_per_m,
+    arm_damping_ns_per_m,
+    rig_mass_kg,
+    rig_friction_n,
+    rig_damping_ns_per_m,
+    compensate,
+    encoder_resolution_m,
+);

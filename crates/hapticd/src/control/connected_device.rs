@@ -37,7 +37,7 @@ impl ConnectedDevice {
             Some(monitor) => Self::of(monitor),
             None => Some(Self {
                 firmware: facts.device.clone(),
-                force_limit_n: facts.servo.limits.force_n,
+                force_limit_n: facts.limits().force_n,
                 resolution_m: facts.rig.resolution,
                 watchdog_ms: None,
                 rig: RigIdentity {

@@ -1,6 +1,6 @@
 //! Constants of a run: the rig's limits, the loop's rate, and the directories.
 
-use crate::config::FrictionOptions;
+use crate::config::{Configuration, FrictionOptions};
 use crate::processor_share::ProcessorShare;
 use crate::rt::rig_setup::RigSetup;
 use crate::telemetry::link;
@@ -8,8 +8,10 @@ use device_boards::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::Scheme;
 use haptic_core::adviser::RigFacts;
+use haptic_core::limiter::Limits;
 use haptic_core::servo::Settings;
 use haptic_ipc::{ForceLimitBy, RealTimeStatus, ServoSetup};
+use std::cell::Cell;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -28,8 +30,10 @@ pub(crate) struct Facts {
     pub(crate) server: String,
     pub(crate) device: String,
     pub(crate) address: Address,
-    /// The settings of the loop's servo.
-    pub(crate) servo: Settings,
+    /// The settings of the loop's servo, at the newest record.
+    pub(crate) servo: Cell<Settings>,
+    /// Where the configuration comes from.
+    pub(crate) configuration: Configuration,
     /// Keeps the processors awake while it is open.
     pub(crate) _awake: Option<std::fs::File>,
     /// The loop's share of its processor, if it is pinned to one.
@@ -89,12 +93,26 @@ impl Facts {
 
     /// The largest force sent to the rig, N, and the source of that limit.
     pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
+        let force_n = self.limits().force_n;
         match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected { device, .. }) if device.force_limit_n < self.servo.limits.force_n => {
+            Some(LinkState::Connected { device, .. }) if device.force_limit_n < force_n => {
                 (device.force_limit_n, ForceLimitBy::Device)
             }
-            _ => (self.servo.limits.force_n, ForceLimitBy::Configuration),
+            _ => (force_n, ForceLimitBy::Configuration),
         }
+    }
+
+    /// The limits that the loop has.
+    pub(crate) fn limits(&self) -> Limits {
+        self.servo.get().limits
+    }
+
+    /// Notes that the loop has other limits.
+    pub(crate) fn set_limits(&self, limits: Limits) {
+        self.servo.set(Settings {
+            limits,
+            ..self.servo.get()
+        });
     }
 
     /// Whether the properties of the device are known: there is no link to it, or it is connected.
@@ -114,7 +132,7 @@ impl Facts {
             settings: Settings {
                 losses: rig.losses,
                 compensation: rig.compensation,
-                ..self.servo
+                ..self.servo.get()
             },
             scheme: self.scheme,
             device_resolution_m,

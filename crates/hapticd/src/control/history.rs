@@ -224,6 +224,11 @@ impl History {
         }
     }
 
+    /// The scene of the library that the newest one comes from, as it was loaded or saved.
+    pub(crate) fn origin(&self) -> Option<&Rc<Origin>> {
+        self.origin.as_ref()
+    }
+
     /// The scene of the library that the newest one comes from, and whether it was changed since.
     pub(crate) fn library_scene(&self) -> Option<LibraryScene> {
         self.origin.as_ref().map(|origin| LibraryScene {

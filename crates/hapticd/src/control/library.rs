@@ -146,6 +146,51 @@ fn cut(mut text: String, longest: usize) -> String {
     text
 }
 
+/// What has become of the library.
+#[derive(Debug, Default)]
+pub(super) struct LibraryNews {
+    /// The scene that the active one comes from, where its file has changed since.
+    pub(super) changed_scene: Option<String>,
+    /// Files that hold no scene, and why.
+    pub(super) problems: Vec<String>,
+}
+
+/// Most files that are named because they hold no scene.
+const MOST_PROBLEMS: usize = 20;
+
+/// Looks through the files of the library. The active scene stays as it is, and is no longer known as the one of the
+/// library where that has changed.
+pub(super) async fn look_through(rig: &RigHandle) -> LibraryNews {
+    let listed = match list(rig).await {
+        Ok(listed) => listed,
+        Err(error) => {
+            return LibraryNews {
+                problems: vec![error.message],
+                ..LibraryNews::default()
+            };
+        }
+    };
+    let problems = listed.scenes.into_iter().filter_map(|scene| scene.problem);
+    let problems = problems.take(MOST_PROBLEMS).collect();
+    let origin = rig.history().origin().cloned();
+    let changed_scene = match origin {
+        Some(origin) => match find(rig, SceneRef::Name(origin.name.clone())).await {
+            Ok(scene) if scene == origin.scene => None,
+            Ok(scene) => {
+                rig.history_mut().saved(&origin.name, &scene);
+                Some(origin.name.clone())
+            }
+            // Deleted, or among the problems.
+            Err(_) => None,
+        },
+        None => None,
+    };
+    LibraryNews {
+        changed_scene,
+        problems,
+    }
+}
+
 /// Saves a scene. Its file is written whole or not at all.
 ///
 /// # Errors

@@ -22,6 +22,7 @@ mod library;
 mod log;
 mod peer;
 mod presence;
+pub(crate) mod reload;
 mod requester;
 mod rig;
 mod rig_files;

@@ -1,7 +1,8 @@
 //! Connections and losses of a device, for the journal.
 //!
 //! There are two sources: the records of the loop have the exact tick of a loss, but not while the
-//! rig is stopped or faulted; the link reports every loss, some milliseconds later.
+//! rig is stopped or faulted; the link reports every loss, some milliseconds later. A device that only falls silent is
+//! lost for the loop, and back with its next sample, on a link that was there all the time.
 
 use device_io::link::{LinkMonitor, LinkState};
 use std::sync::atomic::Ordering::Relaxed;
@@ -20,6 +21,8 @@ pub(super) enum Change {
 #[derive(Debug, Default)]
 pub(super) struct Presence {
     is_connected: bool,
+    /// The loop reads it, on the connection on which it had lost it.
+    is_read_again: bool,
     /// Connections made so far.
     connections: u64,
 }
@@ -27,7 +30,13 @@ pub(super) struct Presence {
 impl Presence {
     /// Notes a record without a device; returns whether that is a new loss.
     pub(super) fn lost(&mut self) -> bool {
+        self.is_read_again = false;
         std::mem::replace(&mut self.is_connected, false)
+    }
+
+    /// Notes a record with a device.
+    pub(super) fn read(&mut self) {
+        self.is_read_again = !self.is_connected;
     }
 
     /// The changes of the link since the last call.
@@ -40,13 +49,13 @@ impl Presence {
         let mut changes = Vec::new();
         match state {
             // The same connection; the loop may already know that it is lost.
-            LinkState::Connected { .. } if connections == self.connections => {}
+            LinkState::Connected { .. } if connections == self.connections && !self.is_read_again => {}
             LinkState::Connected { device, .. } => {
                 if self.lost() {
                     // The device was lost and came back between two calls.
                     changes.push(Change::Lost);
                 }
-                (self.is_connected, self.connections) = (true, connections);
+                (self.is_connected, self.is_read_again, self.connections) = (true, false, connections);
                 changes.push(Change::Found {
                     firmware: device.firmware.clone(),
                 });
@@ -96,5 +105,17 @@ mod tests {
         assert_eq!(presence.compare(&there, 3), [found()]);
         // No look in between.
         assert_eq!(presence.compare(&there, 4), [Change::Lost, found()]);
+        presence.read();
+        assert_eq!(presence.compare(&there, 4), [], "it was there all the time");
+        // It was silent for a while.
+        assert!(presence.lost());
+        assert_eq!(presence.compare(&there, 4), []);
+        presence.read();
+        assert_eq!(presence.compare(&there, 4), [found()]);
+        assert!(presence.lost(), "the next loss is told as well");
+        // The loop reads the next connection before the link is looked at.
+        presence.read();
+        assert_eq!(presence.compare(&there, 5), [found()]);
+        assert_eq!(presence.compare(&there, 5), []);
     }
 }

@@ -20,6 +20,7 @@ impl RigHandle {
         let scheduled = self.schedule_status();
         let facts = &self.facts;
         let (force_limit_n, force_limit_by) = facts.force_limit();
+        let (limits, velocity) = (facts.limits(), facts.servo.get().velocity);
         let (undo_depth, redo_depth) = self.history().depth();
         Status {
             server: facts.server.clone(),
@@ -29,7 +30,7 @@ impl RigHandle {
             uptime_s,
             rate_hz: 1.0 / facts.period_s(),
             scheme: facts.scheme.to_string(),
-            velocity_estimator: facts.servo.velocity.to_string(),
+            velocity_estimator: velocity.to_string(),
             revision: self.revision(),
             scene: self.scene().name.clone(),
             library_scene: self.history().library_scene(),
@@ -48,9 +49,9 @@ impl RigHandle {
                 force_limit_n,
                 force_limit_by,
                 samples_forgotten: self.samples_forgotten(),
-                slew_limit_n_per_s: facts.servo.limits.slew_n_per_s,
-                speed_limit_mps: facts.servo.limits.speed_mps,
-                acceleration_limit_mps2: facts.servo.limits.acceleration_mps2,
+                slew_limit_n_per_s: limits.slew_n_per_s,
+                speed_limit_mps: limits.speed_mps,
+                acceleration_limit_mps2: limits.acceleration_mps2,
                 rig_friction: Some(rig_friction::status(self)),
                 link,
             },

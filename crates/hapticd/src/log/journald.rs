@@ -28,7 +28,7 @@ const FAULTS: [(&str, &str); 13] = [
 ];
 
 /// Message ids of the other events, by their operations.
-const EVENTS: [(&str, &str); 7] = [
+const EVENTS: [(&str, &str); 9] = [
     ("stop", "ea3655defd275b8483515d962788a55e"),
     ("lease_lapsed", "50c173776bb95685ade6696de98de399"),
     ("disconnected", "541cce63752d5b308652c048f4aa40a7"),
@@ -36,6 +36,8 @@ const EVENTS: [(&str, &str); 7] = [
     ("engage", "248c1741ac985b6dbd0a8fcc7bc7d810"),
     ("release", "5dcbc2acc7d0565f9d8790b43f314471"),
     ("reset", "3a28d18f4f13503a97cf86ae6ba7aac7"),
+    ("reload", "fa9383f54f364915be711610f030f6f3"),
+    ("reload_refused", "fb3b80ffa3f1485ebbc764c36586d04a"),
 ];
 
 /// Message id of any other event.

@@ -227,6 +227,12 @@ impl Shared {
         self.command.store(u64::from(serial) << SERIAL_SHIFT, Ordering::Release);
     }
 
+    /// Makes the loop look for a setup that was sent, by a word that is no command. The command before must have been
+    /// answered or withdrawn.
+    pub(crate) fn announce_setup(&self, serial: u32) {
+        self.withdraw(serial);
+    }
+
     /// The newest command as a word, for [`CommandWord::unpack`]. Each command changes it, also one
     /// that was withdrawn before anybody looked.
     pub(crate) fn command_word(&self) -> u64 {
@@ -251,6 +257,9 @@ pub(crate) struct Answers {
     stop_confirmed_ns: AtomicU64,
     /// Samples that no hand can have made.
     forgotten: AtomicU64,
+    /// Times that other limits were taken, and the tick of the last time.
+    limits: AtomicU64,
+    limits_tick: AtomicU64,
 }
 
 /// How a stop ended.
@@ -310,6 +319,8 @@ impl Answers {
             stop_written_ns: AtomicU64::new(0),
             stop_confirmed_ns: AtomicU64::new(0),
             forgotten: AtomicU64::new(0),
+            limits: AtomicU64::new(0),
+            limits_tick: AtomicU64::new(0),
         }
     }
 
@@ -381,6 +392,18 @@ impl Answers {
                 confirmed_ns: self.stop_confirmed_ns.load(Ordering::Relaxed),
             }
         })
+    }
+
+    /// Other limits hold from this tick on.
+    pub(crate) fn limits_taken(&self, tick: u64) {
+        self.limits_tick.store(tick, Ordering::Relaxed);
+        self.limits.fetch_add(1, Ordering::Release);
+    }
+
+    /// Times that other limits were taken, and the tick of the last time.
+    pub(crate) fn limits(&self) -> (u64, u64) {
+        let times = self.limits.load(Ordering::Acquire);
+        (times, self.limits_tick.load(Ordering::Relaxed))
     }
 
     /// So many samples were not rendered, because no hand can have made them.

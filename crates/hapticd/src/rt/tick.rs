@@ -8,7 +8,7 @@ use crate::rt::clock::{Wake, now_ns};
 use crate::rt::handoff::{CommandWord, Heard, Outcome, Shared, Stopped};
 use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{Producer, TickRecord};
-use crate::rt::rig_setup::{RigSetup, SetupReceiver};
+use crate::rt::rig_setup::{RigSetup, Setup, SetupReceiver};
 use crate::rt::schedule::ScheduleReceiver;
 use device_io::{Device, DeviceError, Written};
 use haptic_core::sample::{Measurement, Motor};
@@ -55,10 +55,12 @@ impl DeviceFacts {
 pub(crate) struct Tick<D: Device + ?Sized> {
     shared: Arc<Shared>,
     outbox: Producer,
-    /// Facts of the rig to engage, if they may change.
+    /// Facts of the rig to engage, and limits, if they may change.
     rig_setups: Option<SetupReceiver>,
-    /// The newest of them, until it is engaged.
+    /// The newest facts, until that rig is engaged.
     rig_setup: Option<RigSetup>,
+    /// Whether other limits hold from this tick on.
+    new_limits: bool,
     schedule: Option<ScheduleReceiver>,
     servo: Servo,
     /// Missed periods, held against the late policy.
@@ -93,6 +95,7 @@ impl<D: Device + ?Sized> Tick<D> {
             outbox,
             rig_setups: None,
             rig_setup: None,
+            new_limits: false,
             schedule: None,
             servo,
             lateness,
@@ -109,7 +112,7 @@ impl<D: Device + ?Sized> Tick<D> {
         }
     }
 
-    /// Takes what is known of the rig with each command to engage.
+    /// Takes what is known of the rig with each command to engage, and other limits at any time.
     pub(crate) fn with_rig_setups(mut self, setups: SetupReceiver) -> Self {
         self.rig_setups = Some(setups);
         self
@@ -128,7 +131,7 @@ impl<D: Device + ?Sized> Tick<D> {
         let scene = self.new_scene();
         let new_scene = scene.is_some();
         let word = self.new_command();
-        let is_quiet = events.is_empty() && !new_scene && word.is_none();
+        let is_quiet = events.is_empty() && !new_scene && word.is_none() && !self.new_limits;
         let (inputs, read_ns) = self.read(wake, events, word, stops);
         let is_linked = self.device_facts.is_linked;
         let outputs = self.servo.step(&inputs, scene);
@@ -138,7 +141,7 @@ impl<D: Device + ?Sized> Tick<D> {
         let mut input_word = if is_quiet {
             InputWord::of_reading(&inputs)
         } else {
-            InputWord::new(&inputs, new_scene)
+            self.word_of_happenings(&inputs, new_scene)
         };
         if self.servo.scene().renderer.is_motion() {
             input_word = input_word.with_motion();
@@ -337,8 +340,14 @@ impl<D: Device + ?Sized> Tick<D> {
     fn take_command(&mut self, word: u64) -> Option<CommandWord> {
         self.last_command_word = word;
         // Also that of a command which was withdrawn: it must not fill the queue.
-        if let Some(setup) = self.rig_setups.as_mut().and_then(SetupReceiver::newest) {
-            self.rig_setup = Some(setup);
+        while let Some(setup) = self.rig_setups.as_mut().and_then(SetupReceiver::next) {
+            match setup {
+                Setup::Rig(setup) => self.rig_setup = Some(setup),
+                Setup::Limits(limits) => {
+                    self.servo.set_limits(limits);
+                    self.new_limits = true;
+                }
+            }
         }
         let word = CommandWord::unpack(word)?;
         if word.command == Command::Engage
@@ -395,10 +404,19 @@ impl<D: Device + ?Sized> Tick<D> {
         answers.set_samples_forgotten(self.servo.samples_forgotten());
     }
 
+    #[cold]
+    fn word_of_happenings(&self, inputs: &Inputs, new_scene: bool) -> InputWord {
+        let word = InputWord::new(inputs, new_scene);
+        if self.new_limits { word.with_new_limits() } else { word }
+    }
+
     /// Answers what came in this tick.
     #[inline(never)]
-    fn answer(&self, new_scene: bool, word: Option<CommandWord>, inputs: &Inputs, outputs: &Outputs) {
+    fn answer(&mut self, new_scene: bool, word: Option<CommandWord>, inputs: &Inputs, outputs: &Outputs) {
         let answers = &self.shared.answers;
+        if replace(&mut self.new_limits, false) {
+            answers.limits_taken(self.tick);
+        }
         if new_scene {
             answers.scene_applied(self.servo.scene().revision, self.tick);
         }

@@ -110,6 +110,8 @@ pub(crate) struct Feed {
     changes: Vec<TickRecord>,
     /// The servo's settings, and the first tick that was computed with them, once they may have changed.
     servo: Option<(u64, ServoSetup)>,
+    /// Whether a record was lost from which on the servo has other settings.
+    servo_is_doubtful: bool,
     timing_due: Instant,
     /// Records lost in the ring so far that subscribers were told of.
     ring_dropped: u64,
@@ -131,6 +133,7 @@ impl Feed {
             last_state: None,
             changes: Vec::new(),
             servo: None,
+            servo_is_doubtful: false,
             timing_due: Instant::now(),
             ring_dropped: 0,
         }
@@ -174,6 +177,11 @@ impl Feed {
     pub(crate) fn uptime_s(&self) -> f64 {
         self.newest
             .map_or(0.0, |record| (record.began_ns - self.started_ns) as f64 * 1e-9)
+    }
+
+    /// The record of the first tick with other settings of the servo was lost.
+    pub(crate) fn doubt_servo(&mut self) {
+        self.servo_is_doubtful = true;
     }
 
     /// Begins, replaces or (without topics) ends the subscription of a session.
@@ -221,7 +229,7 @@ impl Feed {
     pub(crate) fn tell_subscribers(
         &mut self,
         scenes: &VecDeque<KnownScene>,
-        servo: impl Fn() -> Option<ServoSetup>,
+        servo: impl Fn(&TickRecord) -> Option<ServoSetup>,
     ) -> Vec<TickRecord> {
         let mut taken = std::mem::take(&mut self.taken);
         for record in taken.drain(..) {
@@ -249,7 +257,12 @@ impl Feed {
     }
 
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
-    fn process(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, servo: &impl Fn() -> Option<ServoSetup>) {
+    fn process(
+        &mut self,
+        record: &TickRecord,
+        scenes: &VecDeque<KnownScene>,
+        servo: &impl Fn(&TickRecord) -> Option<ServoSetup>,
+    ) {
         if self.newest.is_none() {
             self.started_ns = record.began_ns;
         }
@@ -263,8 +276,9 @@ impl Feed {
         // What a row is computed with is told before the row: a stall of this thread may leave rows for
         // several events.
         let before = self.newest.replace(*record);
-        if before.is_none_or(|before| may_be_set_up_anew(&before, record))
-            && let Some(servo) = servo()
+        let is_doubtful = std::mem::take(&mut self.servo_is_doubtful);
+        if before.is_none_or(|before| is_doubtful || may_be_set_up_anew(&before, record))
+            && let Some(servo) = servo(record)
         {
             for subscriber in &mut self.subscribers {
                 subscriber.servo_due = subscriber.wants(Topic::State) && subscriber.servo != servo;
@@ -412,11 +426,13 @@ impl Subscriber {
     }
 }
 
-/// Whether the servo may have other settings from a record on: the rig was engaged, or its device answers
-/// again.
+/// Whether the servo may have other settings from a record on: the rig was engaged, its device answers again, or
+/// other limits hold.
 fn may_be_set_up_anew(before: &TickRecord, record: &TickRecord) -> bool {
     let answers = |record: &TickRecord| record.input_word.sample(0, 0, 0.0).is_ok();
-    (record.state.is_live() && !before.state.is_live()) || (answers(record) && !answers(before))
+    (record.state.is_live() && !before.state.is_live())
+        || (answers(record) && !answers(before))
+        || record.input_word.has_new_limits()
 }
 
 /// An event as a line.

@@ -231,12 +231,16 @@ impl Rig {
         while let Some(order) = self.line.next_order(now) {
             match order {
                 Order::Fail(fault) => self.fail(fault, now),
-                Order::TellForce => println!(
-                    "force {} largest {} watchdog {}",
-                    self.firmware.force_n(),
-                    self.firmware.take_largest_force_n(),
-                    u8::from(self.firmware.watchdog_has_bitten())
-                ),
+                Order::TellForce => {
+                    // Its watchdog has bitten by now, even if the rest of it stands still.
+                    self.firmware.advance(now);
+                    println!(
+                        "force {} largest {} watchdog {}",
+                        self.firmware.force_n(),
+                        self.firmware.take_largest_force_n(),
+                        u8::from(self.firmware.watchdog_has_bitten())
+                    );
+                }
                 Order::Quit => return true,
             }
         }

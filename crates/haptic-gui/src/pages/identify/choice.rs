@@ -1,9 +1,11 @@
 //! What is asked: from which samples, which model, and what is known beforehand.
 
+use crate::browse;
 use crate::drop_down::{self, Item};
-use crate::intent::Intent;
+use crate::intent::{Intent, Wanted};
 use crate::model::Model;
 use crate::model::fitting::{Choice, Fitting, Origin};
+use crate::model::view::View;
 use crate::theme::Palette;
 use egui::{Grid, Label, RichText, TextEdit, Ui};
 use haptic_lab::identify::ModelKind;
@@ -17,7 +19,7 @@ const BY_NAME: &str = "by its name";
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let has_recording = model.tapes.opened().is_some();
-    let fitting = &mut model.view.fitting;
+    let View { fitting, folder, .. } = &mut model.view;
     ui.horizontal(|ui| {
         for (origin, name, hint, is_there) in [
             (
@@ -51,22 +53,28 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         }
     });
     if fitting.choice.origin == Origin::File {
-        show_file(ui, fitting, intents);
+        ui.horizontal(|ui| {
+            let field = TextEdit::singleline(&mut fitting.choice.path)
+                .hint_text("path of the file, or drop it on the window")
+                .desired_width(ui.available_width() - browse::WIDTH);
+            let field = ui.add(field).accessible_name("file to identify");
+            if !field.has_focus() {
+                intents.extend(fitting.ask_headings());
+            }
+            let path = &fitting.choice.path;
+            let near = if path.is_empty() { folder } else { path };
+            let asked = (Wanted::FileToIdentify, near.as_str());
+            browse::show(ui, "Browse...", "choose file to identify", asked, intents);
+        });
+        show_columns(ui, fitting);
     }
     Grid::new("options")
         .num_columns(2)
         .show(ui, |ui| show_options(ui, &mut fitting.choice));
 }
 
-/// The file, and its columns if it is no recording.
-fn show_file(ui: &mut Ui, fitting: &mut Fitting, intents: &mut Vec<Intent>) {
-    let field = TextEdit::singleline(&mut fitting.choice.path)
-        .hint_text("path of the file, or drop it on the window")
-        .desired_width(f32::INFINITY);
-    let field = ui.add(field).accessible_name("file to identify");
-    if !field.has_focus() {
-        intents.extend(fitting.ask_headings());
-    }
+/// The columns of the file if it is no recording.
+fn show_columns(ui: &mut Ui, fitting: &mut Fitting) {
     let names = match fitting.headings() {
         None | Some(Ok(None)) => return,
         Some(Ok(Some(names))) => names.clone(),

@@ -1,8 +1,10 @@
 //! The recordings of a folder: length, scene and notes of each, and the way to open one.
 
+use crate::browse;
 use crate::drop_down::is_entered;
-use crate::intent::Intent;
+use crate::intent::{Intent, Wanted};
 use crate::model::Model;
+use crate::model::view::View;
 use crate::recording::Listed;
 use crate::theme::Palette;
 use egui::style::ScrollStyle;
@@ -11,13 +13,15 @@ use std::path::{Path, PathBuf};
 
 /// Shows the folder, the field for any other file, and the list.
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    show_opening(ui, &mut model.view.open_path, intents);
+    show_opening(ui, &mut model.view, intents);
     let Model { tapes, view, .. } = model;
     ui.horizontal(|ui| {
         ui.label("Folder");
-        let again = ui.available_width() - 96.0;
+        let again = ui.available_width() - 96.0 - browse::WIDTH;
         let field = TextEdit::singleline(&mut view.folder).desired_width(again);
         let field = ui.add(field).accessible_name("folder of recordings");
+        let asked = (Wanted::Folder, view.folder.as_str());
+        browse::show(ui, "Browse...", "choose folder", asked, intents);
         let is_pressed = ui
             .button("Read again")
             .on_hover_text("Looks for new recordings in this folder")
@@ -46,13 +50,17 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     });
 }
 
-fn show_opening(ui: &mut Ui, path: &mut String, intents: &mut Vec<Intent>) {
+fn show_opening(ui: &mut Ui, view: &mut View, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         ui.label("File");
-        let field = TextEdit::singleline(path)
-            .hint_text("or drop it on the window")
-            .desired_width(ui.available_width() - 128.0);
+        let field = TextEdit::singleline(&mut view.open_path)
+            .hint_text("path")
+            .desired_width(ui.available_width() - 128.0 - browse::WIDTH);
         let field = ui.add(field).accessible_name("recording to open");
+        let path = &view.open_path;
+        let near = if path.is_empty() { &view.folder } else { path };
+        let asked = (Wanted::Recording, near.as_str());
+        browse::show(ui, "Browse...", "choose recording", asked, intents);
         let is_typed = !path.trim().is_empty();
         let open = ui.add_enabled(is_typed, Button::new("Open recording"));
         if open.clicked() || (is_typed && is_entered(ui, &field)) {

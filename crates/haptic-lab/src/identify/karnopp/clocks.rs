@@ -1,66 +1,22 @@
 //! The shift between the clock of the positions and that of the forces, and their drift.
 //!
-//! Two recorders have two clocks. The shift that leaves least of the force is found over whole samples first,
-//! then within them, as one more unknown of the fit: the force's change with time is its coefficient. How much the shift
-//! grows over the record is another one.
+//! The shift that leaves least of the force is found over whole samples first, then within them, as one more unknown of
+//! the fit: the force's change with time is its coefficient.
 
-use super::regression::{Fit, Rows, Shape, Unknown, fit, student};
-use crate::identify::Interval;
+use super::regression::{Rows, Shape, Unknown, fit};
 use crate::identify::grid::Grid;
 use crate::smoothing::{weighted, whole};
+use crate::two_clocks::{self, Change, NoShift, Shift, Shifts, stands_out};
 use nalgebra::{DMatrix, DVector};
 
 /// Rows that the search over whole samples looks at.
 const SEARCHED_ROWS: usize = 2000;
 
-/// A shift is applied beyond so many standard errors, as a normal quantile: once in 10,000 records without one.
-const SIGNIFICANT: f64 = 3.9;
-
-/// The worst shift leaves at least so many times the squares that the best one leaves, or the motion says nothing of it:
-/// what is left scatters by a twentieth where nothing does.
-const LEAST_DIFFERENCE: f64 = 1.25;
-
-/// A time between the clocks, with its error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Shift {
-    /// How much the force's stamps are later than the position's for the same instant, s.
-    pub(super) value_s: f64,
-    /// Half of its 95 % interval, s.
-    pub(super) reach_95_s: f64,
-    /// Whether it is certain not to be zero.
-    pub(super) is_significant: bool,
-}
-
-impl Shift {
-    fn new(value_s: f64, unknown: Unknown, fit: &Fit) -> Option<Self> {
-        let error_s = fit.error(unknown)?;
-        Some(Self {
-            value_s,
-            reach_95_s: fit.reach_95() * error_s,
-            is_significant: value_s.abs() > student(SIGNIFICANT, fit.freedom) * error_s,
-        })
-    }
-
-    /// The 95 % interval, s.
-    pub(super) fn interval(&self) -> Interval {
-        [self.value_s - self.reach_95_s, self.value_s + self.reach_95_s]
-    }
-}
-
-/// Why there is no shift.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum NoShift {
-    /// Any shift leaves about the same force.
-    AllAlike,
-    /// No shift within the longest one fits best.
-    OutOfReach,
-}
-
 /// The shift under which the fit leaves least, within `longest_s`.
 pub(super) fn find(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, longest_s: f64) -> Result<Shift, NoShift> {
     let begin_s = search(grid, rows, shape, known_mass, longest_s)?;
     refine(grid, rows, shape, known_mass, begin_s)
-        .map(|(shift, _)| shift)
+        .map(|shifts| shifts.middle)
         .filter(|shift| shift.value_s.abs() <= longest_s)
         .ok_or(NoShift::OutOfReach)
 }
@@ -79,41 +35,28 @@ pub(super) fn growing(
         has_growing_shift: true,
         ..shape
     };
-    let (shift, growth) = refine(grid, rows, shape, known_mass, begin_s)?;
-    Some((shift, growth?))
+    let shifts = refine(grid, rows, shape, known_mass, begin_s)?;
+    Some((shifts.middle, shifts.growth?))
 }
 
 /// The shift in the middle of the record, and its growth where the fit has that, from a shift near it.
-fn refine(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, begin_s: f64) -> Option<(Shift, Option<Shift>)> {
+fn refine(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, begin_s: f64) -> Option<Shifts> {
     let shape = Shape {
         has_shift: true,
         ..shape
     };
-    let (mut value_s, mut growth_s) = (begin_s, 0.0);
-    let mut last = None;
-    for _ in 0..8 {
-        let force = grid.force_shifted(value_s, growth_s);
+    two_clocks::refine(begin_s, |shift_s, growth_s| {
+        let force = grid.force_shifted(shift_s, growth_s);
         let rates = rows.force_rates(&force);
         let forces = without_inertia(rows, rows.forces(&force), known_mass);
         let fit = fit(rows, &forces, &rates, shape).ok()?;
-        let (more, grown) = (
-            fit.value(Unknown::Shift)?,
-            fit.value(Unknown::ShiftGrowth).unwrap_or(0.0),
-        );
-        value_s += more;
-        growth_s += grown;
-        let is_small = |change: f64, unknown| fit.error(unknown).is_none_or(|error| change.abs() < 0.01 * error);
-        let is_done = is_small(more, Unknown::Shift) && is_small(grown, Unknown::ShiftGrowth);
-        last = Some(fit);
-        if is_done {
-            break;
-        }
-    }
-    let fit = last?;
-    Some((
-        Shift::new(value_s, Unknown::Shift, &fit)?,
-        Shift::new(growth_s, Unknown::ShiftGrowth, &fit),
-    ))
+        let change = |unknown| Some((fit.value(unknown)?, fit.error(unknown)?));
+        Some(Change {
+            shift: change(Unknown::Shift)?,
+            growth: change(Unknown::ShiftGrowth),
+            freedom: fit.found.freedom,
+        })
+    })
 }
 
 /// Forces less the known mass's inertia.
@@ -166,7 +109,7 @@ fn search(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, longest_s: f6
             best = (shift, left);
         }
     }
-    if most < LEAST_DIFFERENCE * best.1 {
+    if !stands_out(best.1, most) {
         return Err(NoShift::AllAlike);
     }
     Ok(best.0 as f64 * grid.period_s)

@@ -22,12 +22,13 @@ mod window;
 pub(super) use fitted::fitted;
 
 use super::grid::Grid;
-use super::{ClockDrift, Clocks, Directions, Identified, Interval, ModelKind, Options, Record};
+use super::{Clocks, Directions, Identified, Interval, ModelKind, Options, Record};
+use crate::robust_fit::{Unfit, student};
 use crate::smoothing::white_noise;
-use clocks::NoShift;
+use crate::two_clocks::{Drift, NoShift};
 use haptic_core::Directional;
 use motion::Motion;
-use regression::{Fit, Rows, Shape, Unfit, Unknown, fit, student};
+use regression::{Fit, Rows, Shape, Unknown, fit};
 
 /// A fit with friction alike must leave so many times what the separate one leaves before friction is
 /// said to differ by direction, where the separate one leaves more than noise. A better fit of a law that
@@ -168,7 +169,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
             return found;
         }
     };
-    found.residual_rms_n = slides.fit.rms_n;
+    found.residual_rms_n = slides.fit.rms_n();
     found.residual_window_s = Some(2.0 * slides.rows.half_s);
     tell_drift(&mut found, &slides);
     found.notes.push(format!(
@@ -244,7 +245,7 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
 }
 
 /// How much faster the force's clock runs than the position's; `None` where that is not certain.
-pub(super) fn clock_drift(record: &Record, options: &Options) -> Option<ClockDrift> {
+pub(super) fn clock_drift(record: &Record, options: &Options) -> Option<Drift> {
     let grid = Grid::new(record);
     let motion = Motion::new(&grid, record.resolution_m);
     let problem = Problem {
@@ -265,11 +266,7 @@ pub(super) fn clock_drift(record: &Record, options: &Options) -> Option<ClockDri
         force: grid.force_shifted(shift.value_s, growth.value_s),
         ..problem
     })?;
-    let ppm = 1e6 / (grid.period_s * (grid.len() - 1) as f64);
-    growth.is_significant.then(|| ClockDrift {
-        ppm: ppm * growth.value_s,
-        interval: growth.interval().map(|end_s| ppm * end_s),
-    })
+    Drift::of(&growth, grid.period_s * (grid.len() - 1) as f64)
 }
 
 /// Fits with friction alike or by direction, as asked or as the record shows.
@@ -306,24 +303,25 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
     let statics_differ = statics::differ(problem, together);
     let difference = [(Unknown::Viscous(0), 1.0), (Unknown::Viscous(1), -1.0)];
     let viscous_differs = apart.value(&difference).is_some_and(|(value, reach)| {
-        value.abs() > reach * student(SIGNIFICANT, apart.fit.freedom) / apart.fit.reach_95()
+        value.abs() > reach * student(SIGNIFICANT, apart.fit.found.freedom) / apart.fit.reach_95()
     });
     if !viscous_differs && !statics_differ {
         return false;
     }
-    let gain = together.fit.rms_n / apart.fit.rms_n.max(f64::MIN_POSITIVE);
+    let gain = together.fit.rms_n() / apart.fit.rms_n().max(f64::MIN_POSITIVE);
     let structure = apart.fit.structure(&apart.rows);
     let falls = match &apart.neighbours[..] {
-        [short, long] => short.rms_n >= NOISE_FALL * long.rms_n,
+        [short, long] => short.rms_n() >= NOISE_FALL * long.rms_n(),
         _ => true,
     };
     let is_noise =
-        structure < NOISE_STRUCTURE && falls && apart.fit.rms_n <= NOISE_EXCESS * problem.force_noise(&apart.rows);
+        structure < NOISE_STRUCTURE && falls && apart.fit.rms_n() <= NOISE_EXCESS * problem.force_noise(&apart.rows);
     if statics_differ || gain >= LEAST_GAIN || is_noise {
         found.notes.push(format!(
             "friction differs by direction: alike it leaves {:.3} N, by direction {:.3} N. A constant force cannot be \
              told from it",
-            together.fit.rms_n, apart.fit.rms_n
+            together.fit.rms_n(),
+            apart.fit.rms_n()
         ));
         return true;
     }
@@ -333,8 +331,8 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
          left is not noise (correlation {structure:.2}), so that this is not certain",
         viscous(0),
         viscous(1),
-        apart.fit.rms_n,
-        together.fit.rms_n
+        apart.fit.rms_n(),
+        together.fit.rms_n()
     ));
     false
 }

@@ -1,11 +1,12 @@
 //! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
 
-use super::clocks::NoShift;
 use super::motion::Motion;
-use super::regression::{Rows, Shape, Unfit, Unknown};
+use super::regression::{Rows, Shape, Unknown};
 use super::{Problem, Slides, window};
 use crate::identify::grid::Grid;
 use crate::identify::{Clocks, Directions, Identified, Options, Refusal};
+use crate::robust_fit::Unfit;
+use crate::two_clocks::NoShift;
 
 /// Fewest windows in a direction.
 const FEWEST_ROWS: usize = 12;
@@ -99,8 +100,8 @@ fn too_little_sliding(rows: &Rows, grid: &Grid, motion: &Motion) -> String {
         String::new()
     };
     format!(
-        "it slides for {:.3} s in the positive and {:.3} s in the negative direction, in pieces that hold {} windows of \
-         {:.0} ms{saturated}",
+        "it slides for {:.3} s in the positive and {:.3} s in the negative direction, in pieces that hold {} windows \
+         of {:.0} ms{saturated}",
         motion.sliding(1) as f64 * grid.period_s,
         motion.sliding(-1) as f64 * grid.period_s,
         rows.rows.len(),
@@ -217,8 +218,8 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
         .viscous_ns_per_m
         .map_or(0.0, |viscous| viscous.positive.min(viscous.negative));
     let span = format!("nine tenths of the sliding is between {slow:.4} and {fast:.4} m/s");
-    let instead = "vary the speed: sines of 0.5 to 3 Hz, or ramps at several speeds, at least three times as fast at the \
-                   fastest as at the slowest";
+    let instead = "vary the speed: sines of 0.5 to 3 Hz, or ramps at several speeds, at least three times as fast at \
+                   the fastest as at the slowest";
     let too_loose = viscous_reach > LARGEST_UNCERTAINTY * least_viscous.abs()
         && viscous_reach * (fast - slow) > HARMLESS_SHARE * dynamic.abs();
     if !slides.fit.shape.has_viscous || too_loose {
@@ -235,7 +236,7 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
         return;
     }
     let dynamic_reach = reach("dynamic_force_N");
-    if dynamic_reach > LARGEST_UNCERTAINTY * dynamic.abs() && dynamic_reach > 0.1 * slides.fit.rms_n {
+    if dynamic_reach > LARGEST_UNCERTAINTY * dynamic.abs() && dynamic_reach > 0.1 * slides.fit.rms_n() {
         let why = format!("its interval is +-{dynamic_reach:.4} N around {dynamic:.4} N");
         withdraw(found, "dynamic_force_N", why, MOVE_BOTH_WAYS);
     }
@@ -295,9 +296,9 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) 
         withdraw(found, "mass_kg", why, instead);
     } else if reach > LARGEST_UNCERTAINTY * mass {
         let why = format!(
-            "its interval is {mass:.4} +- {reach:.4} kg: accelerations of {acceleration:.4} m/s^2 rms are too small beside \
-             the {:.4} N that the fit leaves",
-            slides.fit.rms_n
+            "its interval is {mass:.4} +- {reach:.4} kg: accelerations of {acceleration:.4} m/s^2 rms are too small \
+             beside the {:.4} N that the fit leaves",
+            slides.fit.rms_n()
         );
         withdraw(found, "mass_kg", why, instead);
     }

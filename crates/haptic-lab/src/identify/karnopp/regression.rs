@@ -1,24 +1,13 @@
-//! The linear fit: rows of the weak form, Huber's weights, and errors by leaving out parts.
+//! The linear fit to rows of the weak form.
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
-use crate::median::median;
+use crate::robust_fit::{self, RobustFit, Unfit, student};
 use crate::smoothing::{Window, weighted};
 use nalgebra::{DMatrix, DVector};
 
-/// A residual counts fully up to so many robust standard deviations. Wider than Huber's 1.345: what a law does not
-/// explain is to be seen in the intervals, and only glitches are to be left out.
-const FULL_WEIGHT_DEVIATIONS: f64 = 3.0;
-
 /// Most rows of a fit; of longer records every second, third ... is taken.
 const MOST_ROWS: usize = 8000;
-
-/// Parts that are left out one after another. So many hold the slow errors of a record of a dozen strokes,
-/// and still tell a variance.
-const PARTS: usize = 24;
-
-/// Largest condition number of the scaled normal equations.
-const LARGEST_CONDITION: f64 = 1e9;
 
 /// One window's worth of Newton's law.
 #[derive(Clone, Copy, Debug)]
@@ -194,26 +183,23 @@ impl Shape {
 #[derive(Clone, Debug)]
 pub(super) struct Fit {
     pub(super) shape: Shape,
-    pub(super) values: DVector<f64>,
-    pub(super) covariance: DMatrix<f64>,
-    /// Root mean square of what it leaves, N.
-    pub(super) rms_n: f64,
-    /// What it leaves of each row, N.
-    pub(super) residuals: Vec<f64>,
-    /// Degrees of freedom of the covariance.
-    pub(super) freedom: f64,
-    /// Each unknown's variance among the rows that the others do not explain, in its coefficient's unit.
-    pub(super) own_variance: Vec<f64>,
+    pub(super) found: RobustFit,
 }
 
 impl Fit {
+    /// Root mean square of what it leaves, N.
+    pub(super) fn rms_n(&self) -> f64 {
+        let residuals = &self.found.residuals;
+        (residuals.iter().map(|each| each * each).sum::<f64>() / residuals.len() as f64).sqrt()
+    }
+
     fn place(&self, unknown: Unknown) -> Option<usize> {
         self.shape.unknowns().into_iter().position(|each| each == unknown)
     }
 
     /// The value found for an unknown of the fit.
     pub(super) fn value(&self, unknown: Unknown) -> Option<f64> {
-        self.place(unknown).map(|place| self.values[place])
+        self.place(unknown).map(|place| self.found.values[place])
     }
 
     /// Its standard error.
@@ -223,23 +209,27 @@ impl Fit {
 
     /// The standard error of a sum of unknowns with factors.
     pub(super) fn combined_error(&self, sum: &[(Unknown, f64)]) -> Option<f64> {
-        let mut factors = DVector::zeros(self.values.len());
+        let mut factors = DVector::zeros(self.found.values.len());
         for (unknown, factor) in sum {
             factors[self.place(*unknown)?] = *factor;
         }
-        Some((factors.transpose() * &self.covariance * &factors)[0].max(0.0).sqrt())
+        Some(
+            (factors.transpose() * &self.found.covariance * &factors)[0]
+                .max(0.0)
+                .sqrt(),
+        )
     }
 
     /// The share of an unknown's own variance that noise of this standard deviation in its coefficient
     /// makes: so much is missing from its value.
     pub(super) fn attenuation(&self, unknown: Unknown, noise: f64) -> Option<f64> {
         self.place(unknown)
-            .map(|place| noise * noise / self.own_variance[place].max(f64::MIN_POSITIVE))
+            .map(|place| noise * noise / self.found.own_variance[place].max(f64::MIN_POSITIVE))
     }
 
     /// How far this factor of standard errors reaches to 95 %.
     pub(super) fn reach_95(&self) -> f64 {
-        student(1.959_964, self.freedom)
+        student(1.959_964, self.found.freedom)
     }
 
     /// The correlation of residuals whose windows do not touch: what the law misses, rather than noise.
@@ -247,13 +237,13 @@ impl Fit {
         let apart = 2 * rows.window.reach;
         let (mut product, mut square, mut count) = (0.0, 0.0, 0_u32);
         let mut behind = 0;
-        for (row, residual) in rows.rows.iter().zip(&self.residuals) {
+        for (row, residual) in rows.rows.iter().zip(&self.found.residuals) {
             while rows.rows[behind].at + apart < row.at {
                 behind += 1;
             }
             let other = rows.rows[behind].at;
             if other + apart - rows.window.reach / 2 <= row.at && other + apart <= row.at + rows.window.reach / 2 {
-                let before = self.residuals[behind];
+                let before = self.found.residuals[behind];
                 product += residual * before;
                 square += f64::midpoint(residual * residual, before * before);
                 count += 1;
@@ -263,143 +253,14 @@ impl Fit {
     }
 }
 
-/// Why a fit cannot be made.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Unfit {
-    /// Fewer rows than a fit with errors needs.
-    TooFewRows(usize),
-    /// The unknowns cannot be told apart: condition number.
-    Condition(f64),
-    /// Without one part of the record the unknowns cannot be told apart.
-    OnePart,
-}
-
 /// Fits `shape` to the rows' forces; `rates` are their changes with time, for the shift.
 pub(super) fn fit(rows: &Rows, forces: &[f64], rates: &[f64], shape: Shape) -> Result<Fit, Unfit> {
     let unknowns = shape.unknowns();
-    let (n, k) = (rows.rows.len(), unknowns.len());
-    if n < 2 * PARTS {
-        return Err(Unfit::TooFewRows(n));
-    }
-    let mut design = DMatrix::from_fn(n, k, |i, j| {
+    let design = DMatrix::from_fn(rows.rows.len(), unknowns.len(), |i, j| {
         shape.coefficient(unknowns[j], &rows.rows[i], rates.get(i).copied().unwrap_or(0.0))
     });
-    let scales: Vec<f64> = (0..k)
-        .map(|j| (design.column(j).norm() / (n as f64).sqrt()).max(f64::MIN_POSITIVE))
-        .collect();
-    for (j, scale) in scales.iter().enumerate() {
-        design.column_mut(j).scale_mut(1.0 / scale);
-    }
-    let force = DVector::from_column_slice(forces);
-    let mut weights = vec![1.0; n];
-    let mut values = DVector::zeros(k);
-    let mut residuals = force.clone();
-    for _ in 0..30 {
-        let (normal, right) = normal_equations(&design, &force, &weights, 0..n);
-        let found = solve(&normal, &right)?;
-        let change = (&found - &values).amax();
-        values = found;
-        residuals = &force - &design * &values;
-        let limit = FULL_WEIGHT_DEVIATIONS * robust_deviation(residuals.as_slice());
-        for (weight, residual) in weights.iter_mut().zip(residuals.iter()) {
-            *weight = (limit / residual.abs().max(f64::MIN_POSITIVE)).min(1.0);
-        }
-        if change <= 1e-6 * values.amax() {
-            break;
-        }
-    }
-    let (normal, right) = normal_equations(&design, &force, &weights, 0..n);
-    let inverse = normal.clone().try_inverse().ok_or(Unfit::OnePart)?;
-    let mut found = Vec::with_capacity(PARTS);
-    for part in 0..PARTS {
-        let (less, less_right) = normal_equations(&design, &force, &weights, part * n / PARTS..(part + 1) * n / PARTS);
-        found.push(solve(&(&normal - less), &(&right - less_right)).map_err(|_| Unfit::OnePart)?);
-    }
-    let mean = found.iter().fold(DVector::zeros(k), |sum, each| sum + each) / PARTS as f64;
-    let mut covariance = DMatrix::zeros(k, k);
-    for each in &found {
-        let apart = each - &mean;
-        covariance += &apart * apart.transpose();
-    }
-    covariance *= (PARTS - 1) as f64 / PARTS as f64;
-    for i in 0..k {
-        values[i] /= scales[i];
-        for j in 0..k {
-            covariance[(i, j)] /= scales[i] * scales[j];
-        }
-    }
-    let own_variance = (0..k)
-        .map(|j| scales[j] * scales[j] / (inverse[(j, j)] * n as f64))
-        .collect();
     Ok(Fit {
         shape,
-        values,
-        covariance,
-        rms_n: residuals.norm() / (n as f64).sqrt(),
-        residuals: residuals.as_slice().to_vec(),
-        // Parts differ in what they tell of an unknown: fewer count than there are.
-        freedom: ((PARTS - k) as f64 / 1.5).max(3.0),
-        own_variance,
+        found: robust_fit::fit(design, forces)?,
     })
-}
-
-fn normal_equations(
-    design: &DMatrix<f64>,
-    force: &DVector<f64>,
-    weights: &[f64],
-    part: std::ops::Range<usize>,
-) -> (DMatrix<f64>, DVector<f64>) {
-    let k = design.ncols();
-    let (mut normal, mut right) = (DMatrix::zeros(k, k), DVector::zeros(k));
-    for i in part {
-        for a in 0..k {
-            let weighted = weights[i] * design[(i, a)];
-            right[a] += weighted * force[i];
-            for b in 0..k {
-                normal[(a, b)] += weighted * design[(i, b)];
-            }
-        }
-    }
-    (normal, right)
-}
-
-fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Result<DVector<f64>, Unfit> {
-    let eigen = normal.clone().symmetric_eigen();
-    let (least, largest) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
-    let condition = if least > 0.0 { largest / least } else { f64::INFINITY };
-    if condition.is_nan() || condition > LARGEST_CONDITION {
-        return Err(Unfit::Condition(condition));
-    }
-    let parts = eigen.eigenvectors.transpose() * right;
-    Ok(&eigen.eigenvectors * parts.component_div(&eigen.eigenvalues))
-}
-
-/// The standard deviation of normal values, from the median of their sizes.
-fn robust_deviation(values: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
-    1.4826 * median(&mut sizes).unwrap_or(0.0)
-}
-
-/// Student's quantile for the normal quantile `z`: Cornish and Fisher's series, within 1 % from 3 degrees
-/// of freedom on at 95 %.
-pub(super) fn student(z: f64, freedom: f64) -> f64 {
-    let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
-    z + (z3 + z) / (4.0 * freedom)
-        + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * freedom.powi(2))
-        + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * freedom.powi(3))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn students_quantiles_are_those_of_the_tables() {
-        for (freedom, quantile) in [(3.0, 3.182), (5.0, 2.571), (12.0, 2.179), (30.0, 2.042)] {
-            assert!(
-                (student(1.959_964, freedom) / quantile - 1.0).abs() < 0.012,
-                "{freedom}"
-            );
-        }
-    }
 }

@@ -1,9 +1,10 @@
 //! Static friction from the breakaways of a record.
 
 use super::breakaway::{self, Breakaway};
-use super::regression::{Unknown, student};
+use super::regression::Unknown;
 use super::{Problem, Slides};
 use crate::identify::{Identified, Options, Refusal};
+use crate::robust_fit::student;
 use haptic_core::Directional;
 
 const INSTEAD: &str = "let it rest, then push it by a ramp of at most 1 mm/s until it slides, several times in each \

@@ -1,7 +1,8 @@
 //! Which window the record is seen through.
 
 use super::Problem;
-use super::regression::{Rows, Shape, Unfit, Unknown};
+use super::regression::{Rows, Shape, Unknown};
+use crate::robust_fit::Unfit;
 
 /// Half-lengths of windows, s: from the slides of a quick stick-slip to those of a slow rig.
 const SHORTEST_HALF_S: f64 = 6e-3;

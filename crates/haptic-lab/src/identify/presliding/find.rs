@@ -16,8 +16,8 @@ const WARM: f64 = 1e-4;
 /// A motion turns when it goes back by so many steps of the encoder.
 const STEPS_OF_A_TURN: f64 = 3.0;
 /// Directions differ where telling them apart explains this much more, as twice the logarithm of a likelihood: far
-/// beyond chance, for neighbouring rows share their noise. Limits that are alike reach 60 where the surface gives way by
-/// four steps of the encoder; limits that are 20 % apart reach 2000.
+/// beyond chance, for neighbouring rows share their noise. Limits that are alike reach 60 where the surface gives way
+/// by four steps of the encoder; limits that are 20 % apart reach 2000.
 const CLEARLY_BETTER: f64 = 150.0;
 
 /// A record made ready for fits.

@@ -95,7 +95,8 @@ fn side(distance: f64) -> usize {
     usize::from(distance < 0.0)
 }
 
-/// Sets a derivative by the friction at the beginning to zero once the motion has wiped it out: a fit would divide by it.
+/// Sets a derivative by the friction at the beginning to zero once the motion has wiped it out: a fit would divide by
+/// it.
 fn forget(by_start: &mut f64) {
     if by_start.abs() < SETTLED {
         *by_start = 0.0;

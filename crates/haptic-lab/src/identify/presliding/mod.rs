@@ -101,9 +101,9 @@ pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<F
     }
 }
 
-/// How much the force's clock is ahead of the position's, s; `None` where that is less than a sample. A fit on one clock
-/// that leaves little is near enough to go on from; else the slides say where to begin, which take the way by which a
-/// surface gives for a part of the shift.
+/// How much the force's clock is ahead of the position's, s; `None` where that is less than a sample. A fit on one
+/// clock that leaves little is near enough to go on from; else the slides say where to begin, which take the way by
+/// which a surface gives for a part of the shift.
 fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option<f64> {
     let longest_s = options.clocks.longest_shift_s();
     if longest_s <= 0.0 {
@@ -181,22 +181,7 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
         prepared, fit, assumed, ..
     } = best;
     let estimate = &fit.estimate;
-    let mut found = Identified::empty(options.model);
-    found.notes.clone_from(&prepared.path.notes);
-    found.shift_s = best.shift_s;
-    if best.shift_s != 0.0 {
-        found.notes.push(format!(
-            "the force's clock is {:.2} ms ahead of the position's: aligned",
-            best.shift_s * 1e3
-        ));
-    }
-    found.offset_n = options.offset_n;
-    found.residual_rms_n = fit.rms_n;
-    found.residual_window_s = Some(prepared.rows.window_s());
-    found.mass_kg = options.mass_kg;
-    if assumed.alike && options.directions == Directions::Auto && options.offset_n.is_none() {
-        found.notes.push(ALIKE.to_owned());
-    }
+    let mut found = without_values(best, options);
     for refusal in refusal::by_physics(prepared, estimate, assumed) {
         refuse(&mut found, refusal);
     }
@@ -216,57 +201,25 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
         }));
     }
     let Some(spread) = Spread::of(&truth, &estimates) else {
+        let reason = format!(
+            "of {DRAWN} records drawn from the fit, {} could be fitted",
+            estimates.len()
+        );
+        let instead = "record strokes of 10 mm and more in both directions, slow and fast";
         for quantity in quantities {
-            let reason = format!(
-                "of {DRAWN} records drawn from the fit, {} could be fitted",
-                estimates.len()
-            );
-            refuse(
-                &mut found,
-                Refusal::new(
-                    quantity.parameter(),
-                    &reason,
-                    "record strokes of 10 mm and more in both directions, slow and fast",
-                ),
-            );
+            refuse(&mut found, Refusal::new(quantity.parameter(), &reason, instead));
         }
         return Ok(found);
     };
-    let explained = fit.weighted_rms <= UNEXPLAINED * noise_rms;
-    if !explained {
+    if fit.weighted_rms > UNEXPLAINED * noise_rms {
         found.notes.push(format!(
-            "the fit leaves {:.2} times what white noise and the encoder explain: the law lacks something, or the noise is slow",
+            "the fit leaves {:.2} times what white noise and the encoder explain: the law lacks something, or the \
+             noise is slow",
             fit.weighted_rms / noise_rms
         ));
     }
     for (at, quantity) in quantities.iter().enumerate() {
-        let (value, [low, high]) = spread.interval(at, truth[at]);
-        let share = if *quantity == Quantity::Mass {
-            SAMPLING_SHARE
-        } else {
-            CALIBRATION_SHARE
-        };
-        // Drawn records know nothing of what sampling and calibration do to real ones.
-        let [low, high] = [low, high].map(|end| quantity.itself(end));
-        let interval = [low - share * low.abs(), high + share * high.abs()];
-        if let Some(refusal) = refusal::by_interval(*quantity, interval, prepared, estimate) {
-            refuse(&mut found, refusal);
-        }
-        if spread.bias[at].abs() > spread.deviation[at] {
-            found.notes.push(format!(
-                "{}: a bias of {:+.2} % was seen in drawn records and taken out",
-                quantity.interval(),
-                100.0 * (quantity.itself(truth[at]) / quantity.itself(value) - 1.0)
-            ));
-        }
-        if found
-            .refused
-            .iter()
-            .all(|refusal| refusal.parameter != quantity.parameter())
-        {
-            quantity.put(quantity.itself(value), &mut found);
-            found.intervals.insert(quantity.interval(), interval);
-        }
+        put(&mut found, best, *quantity, truth[at], (&spread, at));
     }
     // Static friction is the upper end of Stribeck's fall, and is undetermined if the fall was not recorded.
     let fall = found
@@ -280,6 +233,56 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
         );
     }
     Ok(found)
+}
+
+/// What is told of a fit besides its values.
+fn without_values(best: &Found, options: &Options) -> Identified {
+    let mut found = Identified::empty(options.model);
+    found.notes.clone_from(&best.prepared.path.notes);
+    found.shift_s = best.shift_s;
+    if best.shift_s != 0.0 {
+        found.notes.push(format!(
+            "the force's clock is {:.2} ms ahead of the position's: aligned",
+            best.shift_s * 1e3
+        ));
+    }
+    found.offset_n = options.offset_n;
+    found.residual_rms_n = best.fit.rms_n;
+    found.residual_window_s = Some(best.prepared.rows.window_s());
+    found.mass_kg = options.mass_kg;
+    if best.assumed.alike && options.directions == Directions::Auto && options.offset_n.is_none() {
+        found.notes.push(ALIKE.to_owned());
+    }
+    found
+}
+
+/// Puts a quantity with its interval into the result, or refuses it: the value of the fit, and its place in the spread
+/// of those of drawn records.
+fn put(found: &mut Identified, best: &Found, quantity: Quantity, truth: f64, (spread, at): (&Spread, usize)) {
+    let (value, [low, high]) = spread.interval(at, truth);
+    let share = if quantity == Quantity::Mass {
+        SAMPLING_SHARE
+    } else {
+        CALIBRATION_SHARE
+    };
+    // Drawn records know nothing of what sampling and calibration do to real ones.
+    let [low, high] = [low, high].map(|end| quantity.itself(end));
+    let interval = [low - share * low.abs(), high + share * high.abs()];
+    if let Some(refusal) = refusal::by_interval(quantity, interval, &best.prepared, &best.fit.estimate) {
+        refuse(found, refusal);
+    }
+    if spread.bias[at].abs() > spread.deviation[at] {
+        found.notes.push(format!(
+            "{}: a bias of {:+.2} % was seen in drawn records and taken out",
+            quantity.interval(),
+            100.0 * (quantity.itself(truth) / quantity.itself(value) - 1.0)
+        ));
+    }
+    let is_refused = |refusal: &Refusal| refusal.parameter == quantity.parameter();
+    if !found.refused.iter().any(is_refused) {
+        quantity.put(quantity.itself(value), found);
+        found.intervals.insert(quantity.interval(), interval);
+    }
 }
 
 /// Refuses a parameter, once, and takes out what was found of it in the other direction.

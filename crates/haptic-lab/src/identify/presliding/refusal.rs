@@ -51,9 +51,16 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
     }
     if farthest < DEFLECTIONS_TO_LIMIT * deflection {
         refused.add(
-            &["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "stribeck_velocity_mps", "exponent"],
+            &[
+                "dynamic_force_N",
+                "viscous_Ns_per_m",
+                "static_force_N",
+                "stribeck_velocity_mps",
+                "exponent",
+            ],
             &format!(
-                "the longest stroke of {:.3} mm is less than {DEFLECTIONS_TO_LIMIT} times the deflection Fd/sigma = {:.3} mm, so no slide reaches its limit",
+                "the longest stroke of {:.3} mm is less than {DEFLECTIONS_TO_LIMIT} times the deflection Fd/sigma = \
+                 {:.3} mm, so no slide reaches its limit",
                 farthest * 1e3,
                 deflection * 1e3
             ),
@@ -104,7 +111,8 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
             refused.add(
                 &["static_force_N", "stribeck_velocity_mps"],
                 &format!(
-                    "Stribeck's fall shows between sliding slower and faster than the Stribeck velocity, {:.2} mm/s by the fit; there are {slow} moments of the one and {fast} of the other",
+                    "Stribeck's fall shows between sliding slower and faster than the Stribeck velocity, {:.2} mm/s by \
+                     the fit; there are {slow} moments of the one and {fast} of the other",
                     fall * 1e3
                 ),
                 "record ramps of 0.5 to 1 mm/s beside fast strokes",
@@ -143,7 +151,8 @@ fn hidden_below(fewest_steps: f64, prepared: &Prepared, estimate: &Estimate) -> 
     let deflection = limit / estimate.values[PathLaw::STIFFNESS];
     (deflection < fewest_steps * step).then(|| {
         format!(
-            "the surface gives way by about Fd/sigma = {:.1} um, less than {fewest_steps} times the encoder's step of {:.1} um",
+            "the surface gives way by about Fd/sigma = {:.1} um, less than {fewest_steps} times the encoder's step of \
+             {:.1} um",
             deflection * 1e6,
             step * 1e6
         )

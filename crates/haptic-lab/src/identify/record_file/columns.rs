@@ -13,6 +13,12 @@ pub struct Columns {
     pub force: Option<String>,
 }
 
+/// Units at the end of a title that want a gain: of angles, counts, voltages, masses and torques.
+const OTHER_UNITS: [&str; 24] = [
+    "deg", "degrees", "rad", "mrad", "rev", "turns", "count", "counts", "cnt", "steps", "lsb", "adc", "raw", "v", "mv",
+    "uv", "ma", "g", "kg", "lb", "lbs", "nm", "mnm", "psi",
+];
+
 /// A quantity of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
@@ -66,7 +72,10 @@ impl Quantity {
                 ("n", 1.0),
                 ("mn", 1e-3),
                 ("kn", 1e3),
+                ("un", 1e-6),
+                ("gf", 9.806_65e-3),
                 ("kgf", 9.806_65),
+                ("ozf", 0.278_013_850_953_781),
                 ("lbf", 4.448_221_615_260_5),
             ],
         }
@@ -75,7 +84,7 @@ impl Quantity {
     /// Names by which it is found, with a unit at the end or without one, the likelier first.
     const fn names(self) -> &'static [&'static str] {
         match self {
-            Self::Time => &["t", "time", "timestamp", "seconds", "elapsed_time"],
+            Self::Time => &["t", "time", "timestamp", "seconds", "elapsed_time", "zeit"],
             Self::Position => &[
                 "block_position",
                 "position",
@@ -83,14 +92,15 @@ impl Quantity {
                 "pos",
                 "displacement",
                 "x",
+                "weg",
             ],
             Self::Velocity => &["block_velocity", "velocity", "device_velocity", "vel", "v"],
-            Self::Force => &["coupling_force", "force", "f", "motor_force", "load"],
+            Self::Force => &["coupling_force", "force", "f", "motor_force", "load", "kraft"],
         }
     }
 
-    /// SI units a unit of a column of this title: what its end tells, else 1; `None` where brackets hold a unit that is
-    /// not one of this quantity.
+    /// SI units a unit of a column of this title: what its end tells, else 1; `None` where it tells a unit that is not
+    /// one of this quantity.
     pub(super) fn unit(self, title: &str) -> Option<f64> {
         let of = |text: &str| {
             let known = self.units().iter().find(|(unit, _)| *unit == plain(text));
@@ -100,31 +110,37 @@ impl Quantity {
             return of(unit);
         }
         let words = plain(title);
-        let ends = self
-            .units()
-            .iter()
-            .find(|(unit, _)| words.strip_suffix(unit).is_some_and(|front| front.ends_with('_')));
-        Some(ends.map_or(1.0, |(_, factor)| *factor))
+        let ends_with = |unit: &str| words.strip_suffix(unit).is_some_and(|front| front.ends_with('_'));
+        match self.units().iter().find(|(unit, _)| ends_with(unit)) {
+            Some((_, factor)) => Some(*factor),
+            None => (!OTHER_UNITS.iter().any(|unit| ends_with(unit))).then_some(1.0),
+        }
     }
 
-    /// How likely a column of this title is the one, 0 the likeliest; `None` where it is another.
+    /// How likely a column of this title is the one, 0 the likeliest; `None` where it is another. One in a unit that is
+    /// not of this quantity, as `position_deg`, is the one where there is no other: its gain is asked for.
     pub(super) fn rank(self, title: &str) -> Option<usize> {
         let words = plain(title);
-        self.names().iter().position(|name| {
-            words.strip_prefix(name).is_some_and(|rest| {
-                let is_unit = |rest: &str| self.units().iter().any(|(unit, _)| *unit == rest);
-                rest.is_empty()
-                    || rest.strip_prefix('_').is_some_and(is_unit)
-                    || in_brackets(title).is_some_and(|unit| rest.strip_prefix('_') == Some(&plain(unit)))
+        let of = |is_unit: &dyn Fn(&str) -> bool| {
+            self.names().iter().position(|name| {
+                let rest = words.strip_prefix(name);
+                rest.is_some_and(|rest| rest.is_empty() || rest.strip_prefix('_').is_some_and(is_unit))
             })
-        })
+        };
+        let is_own = |unit: &str| {
+            self.units().iter().any(|(own, _)| *own == unit)
+                || in_brackets(title).is_some_and(|text| plain(text) == unit)
+        };
+        of(&is_own).or_else(|| of(&|unit| OTHER_UNITS.contains(&unit)).map(|rank| rank + self.names().len()))
     }
 
     /// What to give where the unit is not known.
     pub(super) const fn instead_of_unit(self) -> &'static str {
         match self {
             Self::Time => "write times in s, ms, us or ns",
-            Self::Position | Self::Velocity => "--position-gain says how many metres it is",
+            Self::Position | Self::Velocity => {
+                "--position-gain says how many metres it is (of an angle, the radius times the unit in radians)"
+            }
             Self::Force => "--force-gain says how many newtons it is",
         }
     }
@@ -161,7 +177,7 @@ pub(super) fn is_unit(text: &str) -> bool {
     let unit = in_brackets(text).map_or_else(|| plain(text), plain);
     let all = [Quantity::Time, Quantity::Position, Quantity::Velocity, Quantity::Force];
     in_brackets(text).is_some_and(|unit| text.trim().len() <= unit.len() + 2)
-        || unit == "v"
+        || OTHER_UNITS.contains(&unit.as_str())
         || all
             .iter()
             .any(|quantity| quantity.units().iter().any(|(name, _)| *name == unit))

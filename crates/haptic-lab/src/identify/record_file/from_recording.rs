@@ -1,8 +1,9 @@
 //! A recording of hapticd as a record to identify from.
 
+use super::parquet_table::ParquetTable;
 use super::{Loaded, MovingMass, RecordFileError, Source};
 use crate::identify::Record;
-use crate::recording::{self, Mark, Recording};
+use crate::recording::{self, Mark, Recording, RecordingError};
 use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
 use std::fs::File;
@@ -30,8 +31,11 @@ pub(super) fn beginning(path: &Path) -> Result<Option<Beginning>, RecordFileErro
     let is = |each: &[u8]| beginning.starts_with(each);
     Ok(if is(b"# hapticd recording") {
         Some(Beginning::Text)
+    } else if is(b"PAR1") {
+        let is_recording = ParquetTable::open(path)?.is_none();
+        is_recording.then_some(Beginning::Binary)
     } else {
-        (is(b"\x89MCAP") || is(b"PAR1")).then_some(Beginning::Binary)
+        is(b"\x89MCAP").then_some(Beginning::Binary)
     })
 }
 
@@ -45,9 +49,10 @@ fn is_excited(row: &Sample) -> bool {
 
 /// Reads a file.
 pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
-    let recording = recording::read(&source.path).map_err(|error| RecordFileError::Recording {
-        path: source.path.clone(),
-        source: error,
+    let path = source.path.clone();
+    let recording = recording::read(&source.path).map_err(|error| match error {
+        RecordingError::OtherProgram { .. } => RecordFileError::OtherMcap { path },
+        source => RecordFileError::Recording { path, source },
     })?;
     take(&recording, source)
 }

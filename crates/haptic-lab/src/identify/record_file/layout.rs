@@ -5,6 +5,9 @@ use super::columns::is_unit;
 /// Lines among which the numbers begin.
 const MOST_HEAD_LINES: usize = 300;
 
+/// Rows of numbers that are a table without a heading.
+const SURE_ROWS: usize = 3;
+
 /// A day, s.
 const DAY_S: f64 = 86_400.0;
 
@@ -13,8 +16,8 @@ const DAY_S: f64 = 86_400.0;
 pub(super) struct Layout {
     /// What separates the cells; a space stands for any white space.
     pub(super) separator: char,
-    /// The line of the titles.
-    pub(super) heading: usize,
+    /// The line of the titles; without one the columns are named by their numbers, from 1.
+    pub(super) heading: Option<usize>,
     /// The line of the units, where they have one of their own.
     pub(super) units: Option<usize>,
     /// The first line of numbers.
@@ -41,19 +44,31 @@ impl Layout {
             numbers >= 2 && 2 * numbers >= row.len()
         };
         let data = rows.iter().position(is_data)?;
-        let mut above = (0..data).rev().filter(|&at| rows[at].len() == rows[data].len());
-        let nearest = above.next()?;
+        // A row may end with a separator that the heading lacks.
+        let filled = |at: usize| rows[at].iter().rposition(|cell| !cell.is_empty());
+        let is_alike = |at: usize| rows[at].len() == rows[data].len() || filled(at) == filled(data);
+        let mut above = (0..data).rev().filter(|&at| is_alike(at));
+        let Some(nearest) = above.next() else {
+            // Remarks alone, or nothing: what is there must be a table for certain.
+            let is_table = rows[data..].iter().take(SURE_ROWS).all(is_data);
+            return (data == 0 && is_table && rows.len() >= SURE_ROWS).then_some(Self {
+                separator,
+                heading: None,
+                units: None,
+                data,
+            });
+        };
         let is_units = rows[nearest].iter().all(|cell| cell.is_empty() || is_unit(cell));
         match above.next().filter(|_| is_units) {
             Some(heading) => Some(Self {
                 separator,
-                heading,
+                heading: Some(heading),
                 units: Some(nearest),
                 data,
             }),
             None => Some(Self {
                 separator,
-                heading: nearest,
+                heading: Some(nearest),
                 units: None,
                 data,
             }),
@@ -75,8 +90,8 @@ pub(super) fn cells(line: &str, separator: char) -> Vec<&str> {
     .collect()
 }
 
-/// A finite number, or a time of day in seconds. Where commas do not separate cells, and in quotes, a comma is a decimal
-/// point.
+/// A finite number, or a time of day in seconds. Where commas do not separate cells, and in quotes, a comma is a
+/// decimal point.
 pub(super) fn number(cell: &str, separator: char) -> Option<f64> {
     let parsed = match cell.parse::<f64>() {
         Ok(value) => Some(value),
@@ -149,13 +164,15 @@ mod tests {
             let lines: Vec<&str> = text.lines().collect();
             Layout::find(&lines).map(|layout| (layout.separator, layout.heading, layout.units, layout.data))
         };
-        assert_eq!(found("t,x,f\n0,1,2"), Some((',', 0, None, 1)));
+        assert_eq!(found("t,x,f\n0,1,2"), Some((',', Some(0), None, 1)));
         assert_eq!(
             found("Probe 7, rate 1000\nt;x;f\ns;mm;N\n0;1,5;2"),
-            Some((';', 1, Some(2), 3))
+            Some((';', Some(1), Some(2), 3))
         );
-        assert_eq!(found("t x f\n0,1 0,2 0,3"), Some((' ', 0, None, 1)));
-        assert_eq!(found("t,x,f\n\"0,1\",\"0,2\",\"0,3\""), Some((',', 0, None, 1)));
+        assert_eq!(found("t x f\n0,1 0,2 0,3"), Some((' ', Some(0), None, 1)));
+        assert_eq!(found("t,x,f\n\"0,1\",\"0,2\",\"0,3\""), Some((',', Some(0), None, 1)));
+        assert_eq!(found("t,x,f\n0,1,2,\n"), Some((',', Some(0), None, 1)));
+        assert_eq!(found("0,1,2\n1,1,2\n2,1,2"), Some((',', None, None, 0)));
         assert_eq!(found("0,1,2\n0,1,2"), None);
         assert_eq!(number("\u{2212}1", ','), None);
         assert_eq!(number("0,25", ';'), Some(0.25));

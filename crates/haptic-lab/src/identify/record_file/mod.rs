@@ -2,8 +2,9 @@
 //!
 //! A file of text has a heading, perhaps a line of units, then a row of numbers for each sample. Cells are separated by
 //! commas, semicolons, tabs or spaces; lines of `#`, `%` or `//` and whatever a program writes above the heading are
-//! remarks. A comma is a decimal point where it does not separate. Times may be times of day. Columns are found by their
-//! usual names, or named.
+//! remarks. A comma is a decimal point where it does not separate. Times may be times of day. Columns are found by
+//! their usual names, or named; without a heading they are named by their numbers, from 1. A data frame in Parquet is
+//! read as such a table, with numbers of any type and moments as times.
 //!
 //! A recording of hapticd is read as one, in any of its formats. What moves is then
 //! - the block, in a scene with one, while the rig was engaged: the columns `block_position_m` and
@@ -17,12 +18,13 @@
 mod columns;
 mod from_recording;
 mod layout;
+mod parquet_table;
 mod table;
 
 pub use columns::Columns;
 
 use super::Record;
-use crate::recording::Recording;
+use crate::recording::{Place, Recording};
 use from_recording::Beginning;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -127,6 +129,23 @@ pub enum RecordFileError {
         /// Names that are found by themselves.
         usual: String,
     },
+    /// A column of a Parquet file cannot be read.
+    #[error("{}: the column `{column}` is not read: {reason}", .path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Why.
+        reason: String,
+    },
+    /// Another program wrote it, in a format that is read of hapticd alone.
+    #[error("{}: hapticd did not write this MCAP file; tables of other programs are read from CSV and \
+             Parquet", .path.display())]
+    OtherMcap {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file is neither text nor a recording.
     #[error("{}: neither a table of text nor a recording of hapticd", .path.display())]
     NotText {
@@ -154,7 +173,8 @@ pub enum RecordFileError {
         reason: &'static str,
     },
     /// Columns of a recording that is not text are named.
-    #[error("{}: the columns of a recording in MCAP or Parquet cannot be named; `haptic-ctl recording export` makes CSV of it", .path.display())]
+    #[error("{}: the columns of a recording in MCAP or Parquet cannot be named, nor those of another MCAP file; \
+             `haptic-ctl recording export` makes CSV of a recording", .path.display())]
     NoTable {
         /// The file.
         path: PathBuf,
@@ -170,12 +190,12 @@ pub enum RecordFileError {
         count: usize,
     },
     /// A cell is not a number.
-    #[error("{}, line {line}: {column} = `{value}` is not a number", .path.display())]
+    #[error("{}, {place}: {column} = `{value}` is not a number", .path.display())]
     NotANumber {
         /// The file.
         path: PathBuf,
-        /// Line in the file, from 1.
-        line: usize,
+        /// Where.
+        place: Place,
         /// The column.
         column: String,
         /// The cell.
@@ -194,13 +214,13 @@ pub enum RecordFileError {
         column: String,
     },
     /// Time goes back.
-    #[error("{}, line {line}: time goes back from {before_s} s to {t_s} s", .path.display())]
+    #[error("{}, {place}: time goes back from {before_s} s to {t_s} s: sort the rows by time", .path.display())]
     TimeGoesBack {
         /// The file.
         path: PathBuf,
-        /// Line in the file, from 1.
-        line: usize,
-        /// Time in that line, s.
+        /// Where.
+        place: Place,
+        /// Time there, s.
         t_s: f64,
         /// Time in the row before, s.
         before_s: f64,
@@ -306,7 +326,10 @@ fn velocity_note(record: &Record) -> Option<String> {
     }
     let ratio = product / square;
     ((ratio - 1.0).abs() > 0.05).then(|| {
-        format!("the velocity column is {ratio:.4} times the slope of the positions: check units, signs and gains; the slope is used")
+        format!(
+            "the velocity column is {ratio:.4} times the slope of the positions: check units, signs and gains; the \
+                 slope is used"
+        )
     })
 }
 

@@ -1,9 +1,11 @@
-//! A file of text with a heading and rows of numbers.
+//! A table of text or Parquet: a heading, and rows of numbers.
 
 use super::columns::{Quantity, in_brackets};
 use super::layout::{Layout, cells, evened, number, on_the_same_day};
+use super::parquet_table::ParquetTable;
 use super::{Loaded, RecordFileError, Source};
 use crate::identify::Record;
+use crate::recording::Place;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -134,19 +136,35 @@ fn text(path: &Path, most_bytes: u64) -> Result<String, RecordFileError> {
             path: path.to_path_buf(),
         }),
         Some(_) => {
-            Ok(String::from_utf8(bytes)
-                .unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect()))
+            let text = String::from_utf8(bytes)
+                .unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
+            // Lines of old programs end with a carriage return alone.
+            Ok(if text.contains('\n') {
+                text
+            } else {
+                text.replace('\r', "\n")
+            })
         }
     }
 }
 
 /// The names of the columns.
 pub(super) fn headings(path: &Path) -> Result<Vec<String>, RecordFileError> {
+    if let Some(table) = ParquetTable::open(path)? {
+        return Ok(table.names());
+    }
     let text = text(path, LONGEST_HEAD_BYTES)?;
     let (_, lines) = content(&text);
-    let layout = layout(path, &lines)?;
-    let names = cells(lines[layout.heading], layout.separator);
-    Ok(names.into_iter().map(str::to_owned).collect())
+    Ok(names(&layout(path, &lines)?, &lines))
+}
+
+/// The titles of a file of text, or the numbers of its columns.
+fn names(layout: &Layout, lines: &[&str]) -> Vec<String> {
+    let row = |at: usize| cells(lines[at], layout.separator);
+    match layout.heading {
+        Some(heading) => row(heading).into_iter().map(str::to_owned).collect(),
+        None => (1..=row(layout.data).len()).map(|number| number.to_string()).collect(),
+    }
 }
 
 /// The lines of a file that are no remarks, with their numbers from 1.
@@ -166,13 +184,25 @@ fn layout(path: &Path, lines: &[&str]) -> Result<Layout, RecordFileError> {
     })
 }
 
+/// A column that is wanted: its place, and SI units a unit of it.
+type Wanted = Option<(usize, f64)>;
+
 impl Table {
     fn read(path: &Path, source: &Source, quantities: &[Quantity]) -> Result<Self, RecordFileError> {
+        let mut table = match ParquetTable::open(path)? {
+            Some(file) => Self::of_parquet(&file, path, source, quantities)?,
+            None => Self::of_text(path, source, quantities)?,
+        };
+        table.even_out();
+        Ok(table)
+    }
+
+    fn of_text(path: &Path, source: &Source, quantities: &[Quantity]) -> Result<Self, RecordFileError> {
         let text = text(path, u64::MAX)?;
         let (numbers, lines) = content(&text);
         let layout = layout(path, &lines)?;
         let separator = layout.separator;
-        let names = cells(lines[layout.heading], separator);
+        let names = names(&layout, &lines);
         let units = layout
             .units
             .map_or_else(Vec::new, |units| cells(lines[units], separator));
@@ -181,58 +211,113 @@ impl Table {
             .enumerate()
             .map(|(place, name)| match units.get(place).filter(|unit| !unit.is_empty()) {
                 Some(unit) => format!("{name} [{}]", in_brackets(unit).unwrap_or(unit)),
-                None => (*name).to_owned(),
+                None => name.clone(),
             })
             .collect();
-        let mut table = Self::default();
-        let mut places = vec![find(path, source, Quantity::Time, &names, &titles)?];
-        for quantity in quantities {
-            places.push(find(path, source, *quantity, &names, &titles)?);
-        }
-        table.notes.push(format!(
-            "{}: columns {}",
-            path.display(),
-            places
-                .iter()
-                .flatten()
-                .map(|(place, unit)| match unit {
-                    1.0 => names[*place].to_owned(),
-                    unit => format!("{} (x {unit})", names[*place]),
-                })
-                .collect::<Vec<_>>()
-                .join(", ")
-        ));
-        table.values = vec![Vec::new(); quantities.len()];
+        let (mut table, wanted) = Self::new(path, source, quantities, &names, &titles)?;
         for (line, text) in numbers.iter().zip(&lines).skip(layout.data) {
             let row = cells(text, separator);
-            let mut values = Vec::with_capacity(places.len());
-            for place in &places {
-                values.push(match place {
-                    Some((place, unit)) => Some(unit * value(path, *line, &row, *place, names[*place], separator)?),
+            let mut values = Vec::with_capacity(wanted.len());
+            for column in &wanted {
+                values.push(match column {
+                    Some((place, unit)) => Some(unit * value(path, *line, &row, *place, &names[*place], separator)?),
                     None => None,
                 });
             }
-            let mut t_s = values[0].unwrap_or_default();
-            if let Some(before) = table.t_s.last() {
-                if text.contains(':') {
-                    t_s = on_the_same_day(t_s, *before);
-                }
-                if t_s < *before {
-                    return Err(RecordFileError::TimeGoesBack {
-                        path: path.to_path_buf(),
-                        line: *line,
-                        t_s,
-                        before_s: *before,
-                    });
-                }
+            table.push(path, Place::Line(*line as u64), &values, text.contains(':'))?;
+        }
+        Ok(table)
+    }
+
+    fn of_parquet(
+        file: &ParquetTable,
+        path: &Path,
+        source: &Source,
+        quantities: &[Quantity],
+    ) -> Result<Self, RecordFileError> {
+        let names = file.names();
+        let (mut table, wanted) = Self::new(path, source, quantities, &names, &names)?;
+        let columns = wanted
+            .iter()
+            .map(|column| column.map(|(place, unit)| Ok((file.column(place)?, unit))).transpose())
+            .collect::<Result<Vec<_>, RecordFileError>>()?;
+        let rows = columns.iter().flatten().map(|(cells, _)| cells.len()).min();
+        for row in 0..rows.unwrap_or(0) {
+            let values: Vec<Option<f64>> = columns
+                .iter()
+                .map(|column| column.as_ref().map(|(cells, unit)| unit * cells[row]))
+                .collect();
+            if let Some(at) = values
+                .iter()
+                .position(|value| value.is_some_and(|value| !value.is_finite()))
+            {
+                return Err(RecordFileError::NotANumber {
+                    path: path.to_path_buf(),
+                    place: Place::Row(row as u64 + 1),
+                    column: wanted[at].map_or_else(String::new, |(place, _)| names[place].clone()),
+                    value: values[at].map_or_else(String::new, |value| value.to_string()),
+                });
             }
-            table.t_s.push(t_s);
-            for (column, number) in table.values.iter_mut().zip(&values[1..]) {
-                column.extend(*number);
+            table.push(path, Place::Row(row as u64 + 1), &values, false)?;
+        }
+        Ok(table)
+    }
+
+    /// An empty table, and the columns that go into it: the time and the others.
+    fn new(
+        path: &Path,
+        source: &Source,
+        quantities: &[Quantity],
+        names: &[String],
+        titles: &[String],
+    ) -> Result<(Self, Vec<Wanted>), RecordFileError> {
+        let mut wanted = vec![find(path, source, Quantity::Time, names, titles)?];
+        for quantity in quantities {
+            wanted.push(find(path, source, *quantity, names, titles)?);
+        }
+        let shown: Vec<String> = wanted
+            .iter()
+            .flatten()
+            .map(|(place, unit)| match unit {
+                1.0 => names[*place].clone(),
+                unit => format!("{} (x {unit})", names[*place]),
+            })
+            .collect();
+        let table = Self {
+            values: vec![Vec::new(); quantities.len()],
+            notes: vec![format!("{}: columns {}", path.display(), shown.join(", "))],
+            ..Self::default()
+        };
+        Ok((table, wanted))
+    }
+
+    /// Takes a row: its time, and the values of the others.
+    fn push(
+        &mut self,
+        path: &Path,
+        place: Place,
+        values: &[Option<f64>],
+        is_time_of_day: bool,
+    ) -> Result<(), RecordFileError> {
+        let mut t_s = values[0].unwrap_or_default();
+        if let Some(before) = self.t_s.last() {
+            if is_time_of_day {
+                t_s = on_the_same_day(t_s, *before);
+            }
+            if t_s < *before {
+                return Err(RecordFileError::TimeGoesBack {
+                    path: path.to_path_buf(),
+                    place,
+                    t_s,
+                    before_s: *before,
+                });
             }
         }
-        table.even_out();
-        Ok(table)
+        self.t_s.push(t_s);
+        for (column, number) in self.values.iter_mut().zip(&values[1..]) {
+            column.extend(*number);
+        }
+        Ok(())
     }
 
     /// Makes rounded times even; else leaves out rows that repeat a time.
@@ -267,9 +352,9 @@ fn find(
     path: &Path,
     source: &Source,
     quantity: Quantity,
-    names: &[&str],
+    names: &[String],
     titles: &[String],
-) -> Result<Option<(usize, f64)>, RecordFileError> {
+) -> Result<Wanted, RecordFileError> {
     let missing = || RecordFileError::MissingColumn {
         path: path.to_path_buf(),
         what: quantity.what(),
@@ -294,7 +379,7 @@ fn find(
         [first, ..] => {
             return Err(RecordFileError::DoubledColumn {
                 path: path.to_path_buf(),
-                column: names[first].to_owned(),
+                column: names[first].clone(),
                 count: places.len(),
             });
         }
@@ -335,7 +420,7 @@ fn value(
     };
     number(text, separator).ok_or_else(|| RecordFileError::NotANumber {
         path: path.to_path_buf(),
-        line,
+        place: Place::Line(line as u64),
         column: column.to_owned(),
         value: (*text).to_owned(),
     })

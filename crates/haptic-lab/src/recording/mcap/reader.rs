@@ -75,9 +75,9 @@ impl<R: Read> Reader<R> {
                     }
                 }
                 op::CHUNK | op::MESSAGE | op::DATA_END | op::FOOTER => {
-                    return Err(RecordingError::Metadata {
-                        place: Place::Byte(place),
-                        reason: format!("no record `{METADATA}` comes before: hapticd did not write this MCAP file"),
+                    return Err(RecordingError::OtherProgram {
+                        format: "MCAP",
+                        lacking: format!("the record `{METADATA}` before its messages"),
                     });
                 }
                 _ => {}

@@ -5,7 +5,8 @@
 //!   `state` is a `STRING`. None is ever null.
 //! - Numbers are stored as they compress best: `BYTE_STREAM_SPLIT` for `DOUBLE`,
 //!   `DELTA_BINARY_PACKED` for whole numbers. Only `state` has a dictionary, and the two positions of
-//!   the device while they are few: an encoder's recur. Pages are compressed as `LZ4_RAW`.
+//!   the device while they are few: an encoder's recur. Pages are compressed as `LZ4_RAW`. In a set of many recordings
+//!   `DOUBLE` is `PLAIN`, because Spark's own reader refuses `BYTE_STREAM_SPLIT` (SPARK-56894).
 //! - The footer's key-value metadata have `hapticd.version`, each field of the [`Metadata`] as
 //!   `hapticd.` and its name (`server`, `device` and `notes` are texts, the others JSON), and
 //!   `hapticd.marks`: a JSON array of `[rows before it, mark]`.
@@ -21,7 +22,7 @@ mod writer;
 
 pub(super) use reader::Reader;
 pub(super) use spool::{Spool, spool_of};
-pub(super) use writer::Writer;
+pub(super) use writer::{Numbers, Writer};
 
 use super::columns::Kind;
 
@@ -32,7 +33,7 @@ use super::Metadata;
 pub(super) const MAGIC: &[u8] = b"PAR1";
 
 /// What our keys begin with.
-const KEY: &str = "hapticd.";
+pub(crate) const KEY: &str = "hapticd.";
 
 /// Key of the marks.
 const MARKS: &str = "hapticd.marks";

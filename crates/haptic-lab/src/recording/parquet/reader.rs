@@ -67,9 +67,10 @@ impl Reader {
             .filter_map(|pair| Some((pair.key.strip_prefix(KEY)?, pair.value.as_deref()?)));
         let fields: Vec<(&str, &str)> = ours.collect();
         if fields.is_empty() {
-            return Err(failed(format!(
-                "no key begins with `{KEY}`: hapticd did not write this Parquet file"
-            )));
+            return Err(RecordingError::OtherProgram {
+                format: "Parquet",
+                lacking: format!("the keys `{KEY}*`"),
+            });
         }
         let (marks, fields): (Vec<_>, Vec<_>) = fields.into_iter().partition(|(name, _)| MARKS.ends_with(name));
         let metadata = from_fields(place, fields)?;
@@ -95,6 +96,12 @@ impl Reader {
     /// Under which circumstances it was made.
     pub(crate) const fn metadata(&self) -> &Metadata {
         &self.metadata
+    }
+
+    /// Rows that were handed out, and those that the footer tells of.
+    pub(crate) fn rows_read(&self) -> (u64, u64) {
+        let rows = self.file.metadata().file_metadata().num_rows();
+        (self.handed, u64::try_from(rows).unwrap_or(0))
     }
 
     /// How it ends, once everything has been read.

@@ -1,6 +1,6 @@
 //! A Parquet recording in the making: an MCAP file beside it.
 
-use super::Writer;
+use super::{Numbers, Writer};
 use crate::recording::{Entry, Metadata, RecordingError, mcap};
 use std::ffi::OsString;
 use std::fs::File;
@@ -81,7 +81,7 @@ fn convert(spool: &Path, parquet: &File, metadata: &Metadata) -> io::Result<u64>
     input.read_exact(&mut [0; ::mcap::MAGIC.len()])?;
     let other = |error: RecordingError| io::Error::other(error);
     let mut reader = mcap::Reader::new(input).map_err(other)?;
-    let mut writer = Writer::new(parquet, metadata)?;
+    let mut writer = Writer::new(parquet, metadata, Numbers::Small)?;
     while let Some(entry) = reader.entry().map_err(other)? {
         match entry {
             Entry::Row(row) => writer.rows(&[row])?,

@@ -25,6 +25,15 @@ const ENCODED: [&str; 2] = ["device_position_m", "sample_position_m"];
 /// Largest dictionary of those, bytes: with more positions than it holds a dictionary gains nothing.
 const DICTIONARY: usize = 1 << 18;
 
+/// How floating-point numbers are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Numbers {
+    /// As they compress best.
+    Small,
+    /// As every reader knows them.
+    Plain,
+}
+
 /// Writes rows and marks. Nothing of it can be read before its end.
 pub(crate) struct Writer<W: Write + Send> {
     file: SerializedFileWriter<W>,
@@ -38,7 +47,7 @@ impl<W: Write + Send> Writer<W> {
     ///
     /// # Errors
     /// `out` cannot be written to.
-    pub(crate) fn new(out: W, metadata: &Metadata) -> io::Result<Self> {
+    pub(crate) fn new(out: W, metadata: &Metadata, numbers: Numbers) -> io::Result<Self> {
         let fields = COLUMNS.iter().map(|column| {
             let (physical, logical) = type_of(column.kind);
             format!("REQUIRED {physical} {} {logical};", column.name)
@@ -53,7 +62,13 @@ impl<W: Write + Send> Writer<W> {
         for column in COLUMNS {
             let path = ColumnPath::from(column.name);
             properties = match column.kind {
-                Kind::F64 => properties.set_column_encoding(path.clone(), Encoding::BYTE_STREAM_SPLIT),
+                Kind::F64 => {
+                    let encoding = match numbers {
+                        Numbers::Small => Encoding::BYTE_STREAM_SPLIT,
+                        Numbers::Plain => Encoding::PLAIN,
+                    };
+                    properties.set_column_encoding(path.clone(), encoding)
+                }
                 Kind::State => properties.set_column_dictionary_enabled(path.clone(), true),
                 _ => properties.set_column_encoding(path.clone(), Encoding::DELTA_BINARY_PACKED),
             };

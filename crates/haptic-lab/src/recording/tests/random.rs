@@ -2,6 +2,7 @@
 
 use super::*;
 use haptic_core::Directional;
+use haptic_ipc::Peer;
 use proptest::prelude::*;
 
 fn any_number() -> impl Strategy<Value = f64> {
@@ -75,6 +76,25 @@ fn any_mark() -> impl Strategy<Value = Mark> {
         }),
         (any::<u64>(), ".{0,20}").prop_map(|(tick, text)| Mark::Marker { tick, text }),
         (any::<u64>(), ".{0,20}").prop_map(|(tick, text)| Mark::Link { tick, text }),
+        (any::<u64>(), ".{0,20}", prop::option::of(".{0,20}")).prop_map(|(tick, session, message)| {
+            let by = Peer {
+                session,
+                uid: 1000,
+                user: None,
+                pid: Some(1),
+                program: None,
+            };
+            let entry = JournalEntry {
+                tick: Some(tick),
+                by: Some(by),
+                message,
+                ..JournalEntry::of("set")
+            };
+            Mark::Journal {
+                tick,
+                entry: Box::new(entry),
+            }
+        }),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! What becomes of events.
 
 use super::*;
-use haptic_ipc::{Event, SamplesEvent, StateEvent};
+use haptic_ipc::{Event, JournalEntry, SamplesEvent, StateEvent};
 
 fn state(tick: u64, state: RigState, revision: u64) -> Event {
     Event::State(StateEvent {
@@ -16,6 +16,13 @@ fn state(tick: u64, state: RigState, revision: u64) -> Event {
         redo_depth: 0,
         arrival: None,
     })
+}
+
+fn log(tick: Option<u64>) -> Event {
+    Event::Log(Box::new(JournalEntry {
+        tick,
+        ..JournalEntry::of("engage")
+    }))
 }
 
 fn samples(ticks: std::ops::Range<u64>, dropped: u64) -> Event {
@@ -34,6 +41,9 @@ fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_
     for event in [
         state(0, RigState::Idle, 7),
         samples(1..11, 0),
+        log(Some(15)),
+        // What no tick carried out is not of the recording.
+        log(None),
         // Early: its tick is among rows that are still to come.
         state(15, RigState::Engaging, 8),
         samples(11..21, 3),
@@ -81,6 +91,7 @@ fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_
                     RigState::Engaged => "engaged",
                     _ => "stopped",
                 },
+                Mark::Journal { .. } => "journal",
                 Mark::Lost { rows: 4 } => "unannounced",
                 Mark::Lost { .. } => "lost",
                 Mark::Missed { tick: 43, periods: 5 } => "missed",
@@ -104,6 +115,7 @@ fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_
         [
             (0, "idle"),
             (10, "lost"),
+            (14, "journal"),
             (14, "scene"),
             (14, "engaging"),
             (20, "engaged"),

@@ -23,8 +23,8 @@ pub(super) fn deviance(level: &Level, correct: f64, wrong: f64) -> f64 {
     (2.0 * (term(hits, correct) + term(trials - hits, wrong))).max(0.0)
 }
 
-/// The parameters as the solver moves them, where nothing is out of bounds: threshold, logarithm of sigma, and the angle
-/// whose squared sine is the share of [`LARGEST_LAPSE`].
+/// The parameters as the solver moves them, where nothing is out of bounds: threshold, logarithm of sigma, and the
+/// angle whose squared sine is the share of [`LARGEST_LAPSE`].
 struct Problem<'a> {
     levels: &'a [Level],
     values: DVector<f64>,

@@ -1,10 +1,10 @@
 //! The psychometric function of a two-alternative forced choice: how often the larger of two is named, by how much they
 //! differ.
 //!
-//! `p(x) = 1/2 + (1/2 - lapse) Phi((x - threshold) / sigma)`: guessing gets half of the answers right, and a share of up
-//! to 0.1 is wrong however large the difference (Wichmann and Hill 2001). The threshold is where the cumulative Gaussian
-//! is at one half, so that 75 % of the answers are correct without lapses. The width is that between 5 % and 95 % of the
-//! Gaussian, 3.29 sigma, as psignifit 4 has it (Schütt and others 2016).
+//! `p(x) = 1/2 + (1/2 - lapse) Phi((x - threshold) / sigma)`: guessing gets half of the answers right, and a share of
+//! up to 0.1 is wrong however large the difference (Wichmann and Hill 2001). The threshold is where the cumulative
+//! Gaussian is at one half, so that 75 % of the answers are correct without lapses. The width is that between 5 % and
+//! 95 % of the Gaussian, 3.29 sigma, as psignifit 4 has it (Schütt and others 2016).
 
 mod bootstrap;
 mod likelihood;

@@ -12,15 +12,25 @@ const SMALL_PX: f64 = 220.0;
 /// Points of a curve.
 const CURVE: usize = 200;
 
+/// The charts of a targeting task, by the name of the picture that holds them.
+pub(super) fn fitts_charts(analysis: &FittsAnalysis, trajectories: &[Trajectory]) -> Vec<(&'static str, Vec<Chart>)> {
+    let resistances = analysis.comparisons.first().map(|comparison| &comparison.resistances);
+    let quadrants = resistances.into_iter().flatten();
+    let quadrants = quadrants.flat_map(|resistance| quadrants_of(&analysis.differences, resistance));
+    vec![
+        ("difficulty", vec![difficulty(analysis)]),
+        ("quadrants", quadrants.collect()),
+        ("trajectories", courses(trajectories)),
+    ]
+}
+
+/// The charts of a perception test, by the name of the picture that holds them.
+pub(super) fn perception_charts(analysis: &PerceptionAnalysis) -> Vec<(&'static str, Vec<Chart>)> {
+    vec![("psychometric", analysis.cases.iter().map(psychometric).collect())]
+}
+
 /// The page of a targeting task.
-pub(super) fn fitts_page(analysis: &FittsAnalysis, trajectories: &[Trajectory], title: &str) -> Page {
-    let mut charts = vec![difficulty(analysis)];
-    for comparison in analysis.comparisons.iter().take(1) {
-        for resistance in &comparison.resistances {
-            charts.extend(quadrants(&analysis.differences, resistance));
-        }
-    }
-    charts.extend(courses(trajectories));
+pub(super) fn fitts_page(analysis: &FittsAnalysis, charts: Vec<Chart>, title: &str) -> Page {
     page(
         title,
         charts,
@@ -31,8 +41,7 @@ pub(super) fn fitts_page(analysis: &FittsAnalysis, trajectories: &[Trajectory], 
 }
 
 /// The page of a perception test.
-pub(super) fn perception_page(analysis: &PerceptionAnalysis, title: &str) -> Page {
-    let charts = analysis.cases.iter().map(psychometric).collect();
+pub(super) fn perception_page(analysis: &PerceptionAnalysis, charts: Vec<Chart>, title: &str) -> Page {
     page(
         title,
         charts,
@@ -82,7 +91,7 @@ fn difficulty(analysis: &FittsAnalysis) -> Chart {
 }
 
 /// Difference in time against difference in errors, and in their size.
-fn quadrants(differences: &[Difference], resistance: &str) -> Vec<Chart> {
+fn quadrants_of(differences: &[Difference], resistance: &str) -> Vec<Chart> {
     let own: Vec<&Difference> = differences.iter().filter(|one| one.resistance == resistance).collect();
     let errors = own.iter().map(|one| [one.errors, one.time_s]).collect();
     let sizes: Vec<[f64; 2]> = own

@@ -32,6 +32,9 @@ fn segment(
             start_tick: None,
             end_tick: None,
             scene_revision: None,
+            voided: 0,
+            cursor_latency_s: None,
+            cursor_latency_p95_s: None,
             recording: None,
         })
         .collect()
@@ -302,6 +305,11 @@ fn the_files_have_every_table_and_every_figure() {
         text("differences.csv")
             .starts_with("subject,resistance,condition,difficulty_bit,time_s,errors,error_size_m\na,real,easy,3")
     );
+    assert!(text("difficulty.svg").contains("Movement time against") && text("quadrants.svg").contains("viscous"));
+    assert!(
+        !files.iter().any(|(name, _)| name == "trajectories.svg"),
+        "there are no recordings"
+    );
     let page = text("analysis.html");
     for part in [
         "Table 3",
@@ -335,6 +343,7 @@ fn answers(case: Case, method: Method, answers: &[(f64, bool, bool)]) -> Vec<Per
             reversal: *reversal,
             start_tick: None,
             end_tick: None,
+            voided: 0,
             recording: None,
         })
         .collect()
@@ -380,7 +389,9 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
     );
     let files = perception_files(&found, "Cases");
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, ["analysis.html", "jnd.csv", "subjects.csv"]);
+    assert_eq!(names, ["analysis.html", "jnd.csv", "subjects.csv", "psychometric.svg"]);
+    let picture = String::from_utf8_lossy(&files[3].1);
+    assert!(picture.starts_with("<svg") && picture.contains("Case A"));
     let page = String::from_utf8(files[0].1.clone()).expect("text");
     assert!(page.contains("threshold 0.355 N") && page.contains("Case B"));
     fastrand::Rng::with_seed(1).shuffle(&mut trials);

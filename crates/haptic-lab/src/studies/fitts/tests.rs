@@ -112,6 +112,11 @@ fn a_click_is_valid_where_the_whole_cursor_is_inside() {
     );
     // The way back: an end further to the negative side is overshoot.
     assert_eq!(session.view().target_m, Some(-half_m));
+    assert_eq!(
+        session.step(&click(742, rig(half_m))),
+        None,
+        "the same click, told twice"
+    );
     let Some(Event::Hit(row)) = session.step(&click(1500, rig(-half_m - 1e-3))) else {
         panic!("inside")
     };

@@ -1,12 +1,17 @@
 //! A simulated operator at the perception tests: strokes to and fro, and of each surface two forces that are felt,
-//! the breakaway and the friction of the slide. Each is felt with noise in proportion to it (Weber's law); they are
-//! weighed by how exact they are.
+//! the breakaway and the friction of the slide. Each is felt with noise in proportion to it (Weber's law).
+//!
+//! The two are weighed as an observer does who has learned in the trials which of them the test changes: each by the change
+//! that is expected of it over the variance of its difference. Of independent noises that is the best linear weighting, and
+//! then `d'^2 = d1^2 + d2^2` ("A tutorial on cue
+//! combination and signal detection theory", doi:10.1016/j.jmp.2016.04.006); a force that the test leaves alone has no weight.
 
 use super::arm::Arm;
 use super::constants::Constants;
 use super::rig::{Load, PERIOD_S, Rig};
 use crate::studies::perception::Answer;
 use crate::studies::random::Random;
+use crate::studies::trial::Case;
 use haptic_ipc::Sample;
 
 /// Half of a stroke, m, and the times of a stroke and of the rest after it, s: ours.
@@ -22,6 +27,8 @@ const SLIDE_MPS: f64 = 0.02;
 pub(super) struct Felt {
     /// Largest force of the stroke under way, N.
     peak_n: f64,
+    /// Largest force of all strokes, N.
+    largest_n: f64,
     was_sliding: bool,
     breakaways: f64,
     breakaway_sum_n: f64,
@@ -33,6 +40,7 @@ impl Felt {
     /// Feels a tick.
     pub(super) fn feel(&mut self, row: &Sample) {
         let force_n = row.command_force_n.abs();
+        self.largest_n = self.largest_n.max(force_n);
         let is_sliding = row.contact != 0;
         if is_sliding && !self.was_sliding {
             self.breakaways += 1.0;
@@ -46,11 +54,13 @@ impl Felt {
         }
     }
 
-    /// Breakaway and sliding friction, N, on the average.
+    /// Breakaway and sliding friction, N, on the average. A surface that never gave way is felt by the largest force that it
+    /// held.
     pub(super) fn forces_n(&self) -> (f64, f64) {
+        let mean = |sum_n: f64, count: f64| if count > 0.0 { sum_n / count } else { self.largest_n };
         (
-            self.breakaway_sum_n / self.breakaways.max(1.0),
-            self.slide_sum_n / self.slide_ticks.max(1.0),
+            mean(self.breakaway_sum_n, self.breakaways),
+            mean(self.slide_sum_n, self.slide_ticks),
         )
     }
 }
@@ -87,18 +97,78 @@ impl Strokes {
         self.arm.force_n(rig, &mut self.random)
     }
 
-    /// Which surface had more friction.
-    pub(super) fn answer(&mut self, constants: &Constants, [first, second]: [Felt; 2]) -> Answer {
-        let (first, second) = (first.forces_n(), second.forces_n());
-        let random = &mut self.random;
-        let mut cue = |first_n: f64, second_n: f64, noise: f64| {
-            let (first_noise, second_noise) = (random.normal(), random.normal());
-            let difference_n = first_n * (1.0 + noise * first_noise) - second_n * (1.0 + noise * second_noise);
-            let deviation_n = noise * 0.5 * (first_n + second_n);
-            // Without noise or force a cue is as good as certain, or nothing.
-            difference_n / (deviation_n * deviation_n).max(1e-12)
+    /// Which surface had more friction, in a test of a case.
+    pub(super) fn answer(&mut self, constants: &Constants, case: Case, [first, second]: [Felt; 2]) -> Answer {
+        if judge(constants, case, first.forces_n(), second.forces_n(), &mut self.random) > 0.0 {
+            Answer::First
+        } else {
+            Answer::Second
+        }
+    }
+}
+
+/// Evidence that the first of two surfaces had more friction, from their breakaway and sliding friction, N.
+fn judge(
+    constants: &Constants,
+    case: Case,
+    (first_static_n, first_dynamic_n): (f64, f64),
+    (second_static_n, second_dynamic_n): (f64, f64),
+    random: &mut Random,
+) -> f64 {
+    // Change of each force that is expected, as a share of the level.
+    let (static_change, dynamic_change) = match case {
+        Case::A | Case::C => (1.0, 1.0),
+        Case::B => (1.0, 0.0),
+    };
+    let mut evidence = |change: f64, first_n: f64, second_n: f64, noise: f64| {
+        let (first_noise, second_noise) = (random.normal(), random.normal());
+        let difference_n = first_n * (1.0 + noise * first_noise) - second_n * (1.0 + noise * second_noise);
+        let variance_n2 = noise * noise * (first_n * first_n + second_n * second_n);
+        // Without noise or force a cue is as good as certain, or nothing.
+        change * difference_n / variance_n2.max(1e-12)
+    };
+    evidence(
+        static_change,
+        first_static_n,
+        second_static_n,
+        constants.breakaway_noise,
+    ) + evidence(
+        dynamic_change,
+        first_dynamic_n,
+        second_dynamic_n,
+        constants.sliding_noise,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::studies::random::Purpose;
+    use statrs::distribution::{ContinuousCDF, Normal};
+
+    /// Shares of right answers are those of `d'^2 = d1^2 + d2^2`, and of the breakaway alone where it alone changes.
+    #[test]
+    fn both_changes_tell_more_than_one_and_a_force_that_stays_tells_nothing() {
+        let constants = Constants::default();
+        let mut random = Random::new(1, 1, Purpose::Noise, 0);
+        let of_cue = |base_n: f64, change_n: f64, noise: f64| {
+            let other_n = base_n + change_n;
+            change_n / (noise * (base_n * base_n + other_n * other_n).sqrt())
         };
-        let sum = cue(first.0, second.0, constants.breakaway_noise) + cue(first.1, second.1, constants.sliding_noise);
-        if sum > 0.0 { Answer::First } else { Answer::Second }
+        let (base, level_n) = ((4.0, 3.5), 0.4);
+        let in_breakaway = of_cue(base.0, level_n, constants.breakaway_noise);
+        let in_slide = of_cue(base.1, level_n, constants.sliding_noise);
+        let standard = Normal::standard();
+        for (case, comparison, sensitivity) in [
+            (Case::A, (4.4, 3.9), in_breakaway.hypot(in_slide)),
+            (Case::B, (4.4, 3.5), in_breakaway),
+        ] {
+            const TRIALS: u32 = 20_000;
+            let right = (0..TRIALS).filter(|_| judge(&constants, case, comparison, base, &mut random) > 0.0);
+            let (share, expected) = (right.count() as f64 / f64::from(TRIALS), standard.cdf(sensitivity));
+            // Four standard errors.
+            let tolerance = 4.0 * (expected * (1.0 - expected) / f64::from(TRIALS)).sqrt();
+            assert!((share - expected).abs() < tolerance, "{case:?}: {share}, {expected}");
+        }
     }
 }

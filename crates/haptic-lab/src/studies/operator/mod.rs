@@ -16,13 +16,12 @@ mod rig;
 pub use constants::{Constant, ConstantError, Constants};
 pub use rig::{PERIOD_S, setup};
 
-use super::fitts::{self, Event, FittsSession, Segment};
-use super::perception::{PerceptionSession, Prompt};
-use super::plan::{FittsPlan, Resistance};
+use super::fitts::Segment;
+use super::plan::{Resistance, RigMapping};
 use super::random::{Purpose, Random};
+use super::session::{FinishedTrial, News, Phase, Session, Settings, Task};
 use super::subject::Subject;
-use super::trial::{FittsTrial, PerceptionTrial};
-use crate::recording::Entry;
+use super::trial::Operator;
 use feel::{Felt, Strokes};
 use haptic_core::friction::Friction;
 use haptic_core::{Scene, SceneError};
@@ -56,19 +55,6 @@ pub enum OperatorError {
         /// The condition.
         condition: String,
     },
-}
-
-/// A trial that a simulated operator did.
-#[derive(Debug)]
-pub struct Done<T> {
-    /// Its row.
-    pub trial: T,
-    /// The scene at its beginning.
-    pub scene: Scene,
-    /// Its ticks, and the changes of scene between them.
-    pub entries: Vec<Entry>,
-    /// Time since the trial before, or since the rig was set up, s.
-    pub duration_s: f64,
 }
 
 /// The constants of a subject: those of the study, each of arm, noise and delay with a factor of its own.
@@ -124,71 +110,96 @@ fn load_of(scene: &Scene) -> Load {
     Load { mass_kg, ..load }
 }
 
-/// Does the segment that the session is at, from its beginning; `done` takes each trial, and ends the segment by `false`.
+/// A session of a simulated operator that goes on where the task is, without files.
+#[must_use]
+pub fn session(task: Task, subject: &Subject) -> Session {
+    let settings = Settings {
+        operator: Operator::Simulated,
+        period_s: PERIOD_S,
+        click_buttons: 0,
+        servo: Some(setup()),
+        voided: 0,
+    };
+    Session::new(task, subject, settings)
+}
+
+/// Does what comes next: the segment of the targeting task that the session is at, from its beginning, or a trial of the
+/// perception tests. `done` takes each trial, and ends it by `false`.
 ///
 /// # Errors
 /// A surface cannot be rendered, or a target is not hit.
-pub fn run_segment(
-    session: &mut FittsSession,
-    plan: &FittsPlan,
+pub fn run_next(
+    session: &mut Session,
     person: &Constants,
     seed: u64,
     subject: &Subject,
-    mut done: impl FnMut(Done<FittsTrial>) -> bool,
+    mut done: impl FnMut(FinishedTrial) -> bool,
 ) -> Result<(), OperatorError> {
-    let (number, _) = session.place();
-    let Some(segment) = session.segment().cloned() else {
+    session.restart_segment();
+    // The hand of this model is put back between two segments, and the rig set up anew.
+    session.new_link();
+    while session.waits_for_consent() {
+        session.proceed();
+    }
+    let Some(scene) = session.take_scene() else {
         return Ok(());
     };
-    let start_m = plan.rig.rig_m(-0.5 * segment.condition.amplitude_m);
+    match session.task() {
+        Task::Fitts(_) => run_segment(session, &scene, person, seed, subject, &mut done),
+        Task::Perception(_) => run_trial(session, &scene, person, seed, subject, &mut done),
+    }
+}
+
+fn run_segment(
+    session: &mut Session,
+    scene: &Scene,
+    person: &Constants,
+    seed: u64,
+    subject: &Subject,
+    done: &mut impl FnMut(FinishedTrial) -> bool,
+) -> Result<(), OperatorError> {
+    let Some((number, mapping, segment)) = at_segment(session) else {
+        return Ok(());
+    };
+    let start_m = mapping.rig_m(-0.5 * segment.condition.amplitude_m);
     let load = load(&segment.resistance);
     let mounted = if segment.resistance.mounted.is_some() {
         load
     } else {
         Load::default()
     };
-    let scene = segment.resistance.rendered();
-    let mut rig = Rig::new(&scene, mounted, person.arm_mass_kg, start_m)?;
+    let mut rig = Rig::new(scene, mounted, person.arm_mass_kg, start_m)?;
+    session.rendered(rig.revision(), 0);
     let random = Random::new(seed, subject.number, Purpose::Noise, number as u64);
-    let mut operator = Reach::new(person, plan.rig, load, start_m, random);
-    let mut entries = Vec::new();
-    while session.place().0 == number {
-        if rig.is_engaged() {
-            session.begin();
-        }
-        let (force_n, clicked) = operator.tick(&rig, &session.view());
+    let mut operator = Reach::new(person, mapping, load, start_m, random);
+    let mut ticks = 0;
+    while let Task::Fitts(task) = session.task()
+        && task.place().0 == number
+    {
+        let (force_n, clicked) = operator.tick(&rig, &task.view());
         let row = rig.tick(force_n);
-        entries.push(Entry::Row(row));
-        let sample = fitts::Sample {
-            tick: row.tick,
-            position_m: row.device_position_m,
-            revision: row.revision,
-            clicked,
-        };
-        match session.step(&sample) {
-            Some(Event::Hit(trial)) => {
-                let entries = std::mem::take(&mut entries);
-                let duration_s = seconds(entries.len());
-                let scene = scene.clone();
-                if !done(Done {
-                    trial: *trial,
-                    scene,
-                    entries,
-                    duration_s,
-                }) {
-                    return Ok(());
-                }
+        session.row(&row);
+        if clicked {
+            session.click(row.tick);
+        }
+        ticks += 1;
+        if let Some(News::Finished(finished)) = session.take_news() {
+            ticks = 0;
+            if !done(*finished) {
+                return Ok(());
             }
-            _ if seconds(entries.len()) > LONGEST_TRIAL_S => return Err(no_hit(subject, &segment)),
-            _ => {}
+        }
+        if f64::from(ticks) * PERIOD_S > LONGEST_TRIAL_S {
+            return Err(no_hit(subject, &segment));
         }
     }
     Ok(())
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a minute of ticks")]
-fn seconds(ticks: usize) -> f64 {
-    ticks as f64 * PERIOD_S
+/// The segment that a session is at, with its number.
+fn at_segment(session: &Session) -> Option<(usize, RigMapping, Segment)> {
+    let Task::Fitts(task) = session.task() else { return None };
+    Some((task.place().0, task.mapping(), task.segment()?.clone()))
 }
 
 fn no_hit(subject: &Subject, segment: &Segment) -> OperatorError {
@@ -200,58 +211,56 @@ fn no_hit(subject: &Subject, segment: &Segment) -> OperatorError {
     }
 }
 
-/// Does the trial that the session is at; none where all is done.
-///
-/// # Errors
-/// A surface cannot be rendered.
-pub fn run_trial(
-    session: &mut PerceptionSession,
+fn run_trial(
+    session: &mut Session,
     base: &Scene,
     person: &Constants,
     seed: u64,
     subject: &Subject,
-) -> Result<Option<Done<PerceptionTrial>>, OperatorError> {
-    let (number, _) = session.progress();
-    if session.upcoming().is_none() {
-        return Ok(None);
-    }
-    let mut surface = base.clone();
-    let mut rig = Rig::new(&surface, Load::default(), person.arm_mass_kg, 0.0)?;
+    done: &mut impl FnMut(FinishedTrial) -> bool,
+) -> Result<(), OperatorError> {
+    let Task::Perception(task) = session.task() else {
+        return Ok(());
+    };
+    let Some(case) = task.upcoming().map(|upcoming| upcoming.case) else {
+        return Ok(());
+    };
+    let (number, _) = task.progress();
+    let mut rig = Rig::new(base, Load::default(), person.arm_mass_kg, 0.0)?;
+    session.rendered(rig.revision(), 0);
     let random = Random::new(seed, subject.number, Purpose::Noise, number as u64);
     let mut strokes = Strokes::new(person, load_of(base), random);
     let mut felt = [Felt::default(); 2];
-    let mut entries = Vec::new();
     let asked_tick = loop {
-        let prompt = session.prompt();
-        let row = rig.tick(strokes.force_n(&rig, matches!(prompt, Prompt::Feel(_))));
-        entries.push(Entry::Row(row));
-        match prompt {
-            Prompt::Feel(1) => felt[0].feel(&row),
-            Prompt::Feel(_) => felt[1].feel(&row),
-            Prompt::Question => break row.tick,
+        let phase = session.view().phase;
+        let row = rig.tick(strokes.force_n(&rig, matches!(phase, Phase::Feel(_))));
+        session.row(&row);
+        match phase {
+            Phase::Feel(1) => felt[0].feel(&row),
+            Phase::Feel(_) => felt[1].feel(&row),
+            Phase::Question => break row.tick,
             _ => {}
         }
-        if rig.is_engaged() {
-            session.begin(row.tick);
-        }
-        session.step(row.tick);
-        if let Some(next) = session.surface()
-            && next != surface
-        {
-            entries.push(Entry::Mark(rig.change_scene(&next, CHANGE_S)?));
-            surface = next;
+        if let Some(next) = session.take_scene() {
+            session.mark(rig.change_scene(&next, CHANGE_S)?);
+            session.rendered(rig.revision(), row.tick + ticks(CHANGE_S) + 1);
         }
     };
-    let answer = strokes.answer(person, felt);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a constant")]
-    let answered_tick = asked_tick + (ANSWER_S / PERIOD_S) as u64;
-    let trial = session.answer(answer, answered_tick);
-    Ok(trial.map(|trial| Done {
-        trial,
-        scene: base.clone(),
-        duration_s: seconds(entries.len()) + ANSWER_S,
-        entries,
-    }))
+    let answer = strokes.answer(person, case, felt);
+    session.answer(answer, asked_tick + ticks(ANSWER_S));
+    if let Some(News::Finished(finished)) = session.take_news() {
+        done(*finished);
+    }
+    Ok(())
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "less than a second"
+)]
+fn ticks(seconds: f64) -> u64 {
+    (seconds / PERIOD_S).round() as u64
 }
 
 /// Time in which one surface goes over into the other, s: within the shortest gap.

@@ -10,7 +10,7 @@ use haptic_core::sample::Measurement;
 use haptic_core::servo::{Command, CompiledScene, Events, InputWord, Inputs, Servo, Settings};
 use haptic_core::velocity::Method;
 use haptic_core::{Renderer, Scene, SceneError, Scheme};
-use haptic_ipc::{RigState, Sample, SceneArrival, SceneRamp, ServoSetup};
+use haptic_ipc::{Sample, SceneArrival, SceneRamp, ServoSetup};
 
 /// Time of a tick, s.
 pub const PERIOD_S: f64 = 1e-3;
@@ -125,6 +125,12 @@ impl Rig {
         })
     }
 
+    /// Revision of the scene.
+    #[must_use]
+    pub(super) fn revision(&self) -> u64 {
+        self.revision
+    }
+
     /// Position of the handle, m.
     #[must_use]
     pub(super) fn position_m(&self) -> f64 {
@@ -161,11 +167,5 @@ impl Rig {
         while self.servo.take_retired().is_some() {}
         self.force_n = outputs.force_n;
         of_step(self.tick, t_s, &inputs, word, &self.servo, &outputs)
-    }
-
-    /// Whether the whole force flows.
-    #[must_use]
-    pub(super) fn is_engaged(&self) -> bool {
-        self.servo.state() == RigState::Engaged
     }
 }

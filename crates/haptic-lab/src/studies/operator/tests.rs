@@ -1,8 +1,10 @@
-use super::super::plan::{BUILT_IN_PLANS, PerceptionPlan, Plan};
-use super::super::trial::{Case, Operator};
+use super::super::plan::{BUILT_IN_PLANS, FittsPlan, PerceptionPlan, Plan};
+use super::super::session::{Row, Ticks};
+use super::super::trial::{Case, FittsTrial};
 use super::*;
-use crate::recording::{Entry, Metadata};
+use crate::recording::{Entry, Mark, Metadata};
 use crate::replay::replay;
+use haptic_ipc::Sample;
 
 fn fitts_plan() -> FittsPlan {
     let Ok(Plan::Fitts(plan)) = Plan::read(BUILT_IN_PLANS[0].1) else {
@@ -18,26 +20,33 @@ fn perception_plan() -> PerceptionPlan {
     plan
 }
 
-/// The trials of one segment under a resistance, in a condition.
-fn segment(resistance: &str, condition: &str, constants: &Constants) -> Vec<Done<FittsTrial>> {
+/// The trials of one segment under a resistance, in a condition, each with its ticks.
+fn segment(resistance: &str, condition: &str, constants: &Constants) -> Vec<(FittsTrial, Ticks)> {
     let mut plan = fitts_plan();
     plan.practice_segments = 0;
     plan.baseline = resistance.to_owned();
     plan.resistances.retain(|one| one.name == resistance);
     plan.conditions.retain(|one| one.name == condition);
     let subject = Subject::numbered(1);
-    let mut session = FittsSession::new(&plan, 1, &subject, Operator::Simulated, PERIOD_S);
+    let mut session = new_session(&Plan::Fitts(plan), &subject);
     let mut trials = Vec::new();
-    run_segment(&mut session, &plan, constants, 1, &subject, |done| {
-        trials.push(done);
+    run_next(&mut session, constants, 1, &subject, |finished| {
+        let Row::Fitts(trial) = finished.row else {
+            panic!("targets")
+        };
+        trials.push((*trial, finished.ticks));
         true
     })
     .expect("it can be done");
     trials
 }
 
-fn mean_s(trials: &[Done<FittsTrial>]) -> f64 {
-    trials.iter().map(|done| done.trial.movement_time_s).sum::<f64>() / trials.len() as f64
+fn new_session(plan: &Plan, subject: &Subject) -> Session {
+    session(Task::new(plan, 1, subject, Operator::Simulated, PERIOD_S), subject)
+}
+
+fn mean_s(trials: &[(FittsTrial, Ticks)]) -> f64 {
+    trials.iter().map(|(trial, _)| trial.movement_time_s).sum::<f64>() / trials.len() as f64
 }
 
 #[test]
@@ -46,15 +55,19 @@ fn a_segment_is_the_same_again_and_its_recording_gives_the_same_forces() {
     let trials = segment("high stiction", "5", &constants);
     let again = segment("high stiction", "5", &constants);
     assert_eq!(trials.len(), 8);
-    for (one, other) in trials.iter().zip(&again) {
-        assert_eq!((&one.trial, &one.entries), (&other.trial, &other.entries));
-    }
-    let entries: Vec<Entry> = trials.iter().flat_map(|done| done.entries.clone()).collect();
-    replays(&trials[0].scene, &entries);
+    assert!(trials == again);
+    let rows: Vec<Sample> = trials.iter().flat_map(|(_, ticks)| ticks.rows.clone()).collect();
+    replays(&trials[0].1.scene, &rows, &[]);
 }
 
 /// Every force of these ticks follows from what they were computed with.
-fn replays(scene: &Scene, entries: &[Entry]) {
+fn replays(scene: &Scene, rows: &[Sample], marks: &[Mark]) {
+    let mut entries = Vec::new();
+    for row in rows {
+        let of_tick = marks.iter().filter(|mark| mark.tick() == Some(row.tick));
+        entries.extend(of_tick.cloned().map(Entry::Mark));
+        entries.push(Entry::Row(*row));
+    }
     let metadata = Metadata {
         server: String::new(),
         device: String::new(),
@@ -68,7 +81,7 @@ fn replays(scene: &Scene, entries: &[Entry]) {
         notes: None,
         configuration: None,
     };
-    let report = replay(&metadata, entries.iter().cloned().map(Ok)).expect("it is replayed");
+    let report = replay(&metadata, entries.into_iter().map(Ok)).expect("it is replayed");
     assert!(
         report.is_exact() && report.compared() + 100 > report.ticks,
         "{report:?}"
@@ -89,10 +102,10 @@ fn a_trial_that_cannot_be_done_ends_with_a_reason() {
     constants.set("endpoint_noise_s", 0.3).expect("in range");
     let plan = fitts_plan();
     let subject = Subject::numbered(1);
-    let mut session = FittsSession::new(&plan, 1, &subject, Operator::Simulated, PERIOD_S);
+    let mut session = new_session(&Plan::Fitts(plan), &subject);
     let mut result = Ok(());
-    while result.is_ok() && session.segment().is_some() {
-        result = run_segment(&mut session, &plan, &constants, 1, &subject, |_| true);
+    while result.is_ok() && !session.is_done() {
+        result = run_next(&mut session, &constants, 1, &subject, |_| true);
     }
     let error = result.expect_err("nobody hits that").to_string();
     assert!(
@@ -103,6 +116,14 @@ fn a_trial_that_cannot_be_done_ends_with_a_reason() {
 
 #[test]
 fn one_who_feels_without_noise_tells_every_change_apart() {
+    // 8 N more are so much that a stroke does not break the block away.
+    for static_level_n in [0.6, 8.0] {
+        tells_apart(static_level_n);
+    }
+}
+
+/// Each case at a level, case B at this one, N.
+fn tells_apart(static_level_n: f64) {
     let mut plan = perception_plan();
     plan.practice_trials = 0;
     plan.interval_s = 1.6;
@@ -112,7 +133,7 @@ fn one_who_feels_without_noise_tells_every_change_apart() {
             constant.trials_per_level = 2;
         }
         if let Some(staircase) = &mut test.staircase {
-            (staircase.start_n, staircase.stop_after_trials) = (0.6, Some(2));
+            (staircase.start_n, staircase.stop_after_trials) = (static_level_n, Some(2));
         }
     }
     let mut constants = Constants::default();
@@ -120,14 +141,23 @@ fn one_who_feels_without_noise_tells_every_change_apart() {
         constants.set(name, 0.0).expect("in range");
     }
     let subject = Subject::numbered(1);
-    let mut session = PerceptionSession::new(&plan, 1, &subject, Operator::Simulated, PERIOD_S);
+    let mut session = new_session(&Plan::Perception(plan), &subject);
     let mut cases = Vec::new();
-    while let Some(done) = run_trial(&mut session, &plan.base, &constants, 1, &subject).expect("it is rendered") {
-        assert!(done.trial.correct, "{:?}", done.trial);
-        if cases.is_empty() {
-            replays(&done.scene, &done.entries);
-        }
-        cases.push(done.trial.case);
+    while !session.is_done() {
+        run_next(&mut session, &constants, 1, &subject, |finished| {
+            let Row::Perception(trial) = finished.row else {
+                panic!("surfaces")
+            };
+            assert!(trial.correct, "{trial:?}");
+            let ticks = finished.ticks;
+            if cases.is_empty() {
+                assert!(ticks.marks.iter().any(|mark| matches!(mark, Mark::Scene { .. })));
+                replays(&ticks.scene, &ticks.rows, &ticks.marks);
+            }
+            cases.push(trial.case);
+            true
+        })
+        .expect("it is rendered");
     }
     cases.sort_unstable();
     assert_eq!(cases, [Case::A, Case::A, Case::B, Case::B, Case::C, Case::C]);

@@ -42,6 +42,20 @@ pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     written.map_err(at(path))
 }
 
+/// Adds to a file of a length, which may be new.
+pub(super) fn append(path: &Path, bytes: &[u8], length: u64) -> Result<(), StoreError> {
+    let mut file = File::options().append(true).create(true).open(path).map_err(at(path))?;
+    if let Err(error) = file.write_all(bytes).and_then(|()| file.sync_data()) {
+        // A full disk: what got through is nothing whole.
+        file.set_len(length).map_err(at(path))?;
+        return Err(at(path)(error));
+    }
+    if length == 0 {
+        sync_folder(path.parent().unwrap_or(Path::new(".")))?;
+    }
+    Ok(())
+}
+
 /// Length of the lines that have an end.
 pub(super) fn whole_lines(bytes: &[u8]) -> usize {
     bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1)

@@ -9,7 +9,9 @@
 //!         subject-01_session-01_task-fitts_data.csv        a row a trial
 //!         subject-01_session-01_task-fitts_practice.csv    the same of practice
 //!         recordings/trial-0001.mcap    every tick of the trial
-//!     trials.parquet                    all rows, at the end
+//!         subject-01_session-01_task-fitts_voided.csv      attempts that do not count
+//!     notes.csv                         the experimenter's notes
+//!     trials.parquet                    all rows
 //! ```
 //!
 //! A trial is done once its row is on the disk, and the next one begins after that; its recording is there before its
@@ -17,14 +19,20 @@
 //! row is kept as `....unscored-1.mcap`. Nothing is overwritten.
 
 mod disk;
+mod keeper;
+mod notes;
 mod parquet;
 mod subject_files;
 
+pub use keeper::{Keeper, RigDescription};
+pub use notes::note;
 pub use subject_files::SubjectFiles;
 
 use super::operator::Constants;
 use super::plan::{Plan, PlanError, Task};
-use super::subject::Subject;
+use super::resume::NotThisStudy;
+use super::session::View;
+use super::subject::{CodeError, Subject, check_codes, numbered_codes};
 use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial, TrialError};
 use disk::{at, sync_folder, write_new};
 use serde::{Deserialize, Serialize};
@@ -85,6 +93,20 @@ pub enum StoreError {
         /// Why.
         source: PlanError,
     },
+    /// The subjects cannot take part under these codes.
+    #[error(transparent)]
+    Codes(#[from] CodeError),
+    /// There is no such subject.
+    #[error("`{code}` is not a subject of this study; there are {known}")]
+    NoSubject {
+        /// The code.
+        code: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// The rows are not those of the plan.
+    #[error(transparent)]
+    NotThisStudy(#[from] NotThisStudy),
     /// A file of trials cannot be read.
     #[error("{}: {source}", .path.display())]
     Trials {
@@ -114,8 +136,8 @@ pub struct About {
     pub task: Task,
     /// Seed of every random order.
     pub seed: u64,
-    /// Number of subjects.
-    pub subjects: u32,
+    /// The subjects' codes; a subject's number, which decides on its random orders, is its place here.
+    pub subjects: Vec<String>,
     /// Who takes part.
     pub operator: Operator,
     /// Constants of a simulated operator.
@@ -128,6 +150,22 @@ pub struct About {
 }
 
 impl About {
+    /// A study by people.
+    #[must_use]
+    pub fn people(plan: &Plan, plan_text: &str, seed: u64, subjects: Vec<String>) -> Self {
+        Self {
+            version: VERSION,
+            program: concat!("hapticd ", env!("CARGO_PKG_VERSION")).to_owned(),
+            task: plan.task(),
+            seed,
+            subjects,
+            operator: Operator::Human,
+            constants: None,
+            recordings: true,
+            plan_crc32: crc32fast::hash(plan_text.as_bytes()),
+        }
+    }
+
     /// A study by simulated operators.
     #[must_use]
     pub fn simulated(
@@ -139,16 +177,18 @@ impl About {
         recordings: bool,
     ) -> Self {
         Self {
-            version: VERSION,
-            program: concat!("hapticd ", env!("CARGO_PKG_VERSION")).to_owned(),
-            task: plan.task(),
-            seed,
-            subjects,
             operator: Operator::Simulated,
             constants: Some(constants),
             recordings,
-            plan_crc32: crc32fast::hash(plan_text.as_bytes()),
+            ..Self::people(plan, plan_text, seed, numbered_codes(subjects))
         }
+    }
+
+    /// The subjects.
+    pub fn all_subjects(&self) -> impl Iterator<Item = Subject> {
+        (1..)
+            .zip(&self.subjects)
+            .map(|(number, code)| Subject::new(number, code))
     }
 }
 
@@ -178,6 +218,7 @@ impl Study {
             path: folder.join(PLAN),
             source,
         })?;
+        check_codes(&about.subjects)?;
         let parent = match folder.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -241,9 +282,27 @@ impl Study {
         &self.about
     }
 
+    /// Its folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Its subjects.
-    pub fn subjects(&self) -> impl Iterator<Item = Subject> + use<> {
-        (1..=self.about.subjects).map(Subject::numbered)
+    pub fn subjects(&self) -> impl Iterator<Item = Subject> {
+        self.about.all_subjects()
+    }
+
+    /// The subject of a code.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn subject_of(&self, code: &str) -> Result<Subject, StoreError> {
+        let found = self.subjects().find(|subject| subject.code == code);
+        found.ok_or_else(|| StoreError::NoSubject {
+            code: code.to_owned(),
+            known: self.about.subjects.join(", "),
+        })
     }
 
     /// The files of a subject.
@@ -254,25 +313,49 @@ impl Study {
         SubjectFiles::open(&self.folder, subject, self.about.task)
     }
 
-    /// Writes all trials into one file, once they are done.
+    /// How far a subject is.
+    ///
+    /// # Errors
+    /// Its files cannot be read, or are not those of the plan.
+    pub fn progress(&self, subject: &Subject) -> Result<View, StoreError> {
+        let rig = RigDescription {
+            server: String::new(),
+            device: String::new(),
+            loop_rate_hz: 1000.0,
+            servo: None,
+            configuration: None,
+            click_buttons: 0,
+        };
+        Keeper::open(self, subject, rig).map(|(_, session)| session.view())
+    }
+
+    /// Writes all trials that are done into one file, in place of an earlier one; returns it, or nothing where no trial is
+    /// done.
     ///
     /// # Errors
     /// They cannot be read, or it cannot be written.
-    pub fn finish<T: Trial>(&self) -> Result<PathBuf, StoreError> {
-        let path = self.folder.join(ALL_TRIALS);
-        if path.exists() {
-            return Ok(path);
+    pub fn collect(&self) -> Result<Option<PathBuf>, StoreError> {
+        match self.about.task {
+            Task::Fitts => self.collect_rows::<FittsTrial>(),
+            Task::Perception => self.collect_rows::<PerceptionTrial>(),
         }
+    }
+
+    fn collect_rows<T: Trial>(&self) -> Result<Option<PathBuf>, StoreError> {
+        let path = self.folder.join(ALL_TRIALS);
         let trials = trials::<T>(&self.folder)?;
+        if trials.is_empty() {
+            return Ok(None);
+        }
         let mut file = tempfile::NamedTempFile::new_in(&self.folder).map_err(at(&self.folder))?;
         parquet::write(&trials, file.as_file_mut()).map_err(at(&path))?;
         file.as_file().sync_all().map_err(at(&path))?;
-        let file = file.persist_noclobber(&path).map_err(|error| at(&path)(error.error))?;
+        let file = file.persist(&path).map_err(|error| at(&path)(error.error))?;
         // A temporary file is closed to everybody else.
         let permissions = fs::metadata(self.folder.join(STUDY)).map_err(at(&path))?.permissions();
         file.set_permissions(permissions).map_err(at(&path))?;
         sync_folder(&self.folder)?;
-        Ok(path)
+        Ok(Some(path))
     }
 }
 
@@ -310,7 +393,7 @@ pub fn read(folder: &Path) -> Result<(Plan, About), StoreError> {
 pub fn trials<T: Trial>(folder: &Path) -> Result<Vec<T>, StoreError> {
     let (_, about) = read(folder)?;
     let mut trials = Vec::new();
-    for subject in (1..=about.subjects).map(Subject::numbered) {
+    for subject in about.all_subjects() {
         let path = subject_files::data(folder, &subject, about.task);
         trials.extend(subject_files::rows::<T>(&path)?.trials);
     }
@@ -326,7 +409,7 @@ fn difference(folder: &Path, about: &About) -> String {
     for (name, differs) in [
         ("plan", found.plan_crc32 != about.plan_crc32),
         ("seed", found.seed != about.seed),
-        ("number of subjects", found.subjects != about.subjects),
+        ("subjects", found.subjects != about.subjects),
         (
             "operator",
             (found.operator, &found.constants) != (about.operator, &about.constants),

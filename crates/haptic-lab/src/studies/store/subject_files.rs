@@ -2,12 +2,13 @@
 
 use super::super::plan::Task;
 use super::super::subject::Subject;
-use super::super::trial::{self, Trial};
-use super::disk::{at, create_folder, sync_folder, whole_lines};
+use super::super::trial::{self, Trial, VoidedTrial};
+use super::disk::{append, at, create_folder, sync_folder, whole_lines};
 use super::{DATA, StoreError};
-use crate::recording::{CreateError, Entry, Metadata, Writer};
+use crate::recording::{self, CreateError, Mark, Metadata};
+use haptic_ipc::{Event, Sample, SamplesEvent};
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Folder of a subject's session.
@@ -93,20 +94,7 @@ impl<T: Trial> Table<T> {
             path: self.path.clone(),
             source,
         })?;
-        let is_new = self.length == 0;
-        let mut file = File::options()
-            .append(true)
-            .create(true)
-            .open(&self.path)
-            .map_err(at(&self.path))?;
-        if let Err(error) = file.write_all(&line).and_then(|()| file.sync_data()) {
-            // A full disk: what got through is no row.
-            file.set_len(self.length).map_err(at(&self.path))?;
-            return Err(at(&self.path)(error));
-        }
-        if is_new {
-            sync_folder(self.path.parent().unwrap_or(Path::new(".")))?;
-        }
+        append(&self.path, &line, self.length)?;
         self.length += line.len() as u64;
         self.trials.push(trial);
         Ok(())
@@ -120,6 +108,7 @@ pub struct SubjectFiles<T> {
     recordings: PathBuf,
     practice: Table<T>,
     data: Table<T>,
+    voided: Table<VoidedTrial>,
 }
 
 impl<T: Trial> SubjectFiles<T> {
@@ -131,6 +120,7 @@ impl<T: Trial> SubjectFiles<T> {
             recordings: session.join("recordings"),
             practice: Table::open(table(folder, subject, task, "practice"))?,
             data: Table::open(data(folder, subject, task))?,
+            voided: Table::open(table(folder, subject, task, "voided"))?,
         };
         files.set_unscored_aside()?;
         Ok(files)
@@ -170,22 +160,51 @@ impl<T: Trial> SubjectFiles<T> {
         self.table(is_practice).append(trial)
     }
 
+    /// Attempts at the trial whose row comes next that were voided.
+    #[must_use]
+    pub fn voided(&self, is_practice: bool) -> u32 {
+        let next = self.rows(is_practice).len() + 1;
+        let voided = self.voided.trials.iter();
+        let of_next = voided.filter(|voided| voided.practice == is_practice && voided.row as usize == next);
+        u32::try_from(of_next.count()).unwrap_or(u32::MAX)
+    }
+
+    /// Adds an attempt that does not count; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn append_voided(&mut self, voided: VoidedTrial) -> Result<(), StoreError> {
+        self.voided.append(voided)
+    }
+
+    fn rows(&self, is_practice: bool) -> &[T] {
+        if is_practice { self.practice() } else { self.trials() }
+    }
+
     /// Writes the ticks of the trial whose row comes next; returns the file's path from the study's folder.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn record(&mut self, is_practice: bool, metadata: &Metadata, entries: &[Entry]) -> Result<String, StoreError> {
+    pub fn record(
+        &mut self,
+        is_practice: bool,
+        metadata: &Metadata,
+        rows: Vec<Sample>,
+        marks: Vec<Mark>,
+    ) -> Result<String, StoreError> {
         create_folder(&self.recordings)?;
         let number = self.table(is_practice).trials.len() + 1;
         let path = self.recording(is_practice, number);
         // Under another name until it is whole.
         let part = path.with_extension("part.mcap");
-        let mut writer = Writer::create(&part, metadata, false).map_err(|error| match error {
+        let mut recorder = recording::create(&part, metadata, false).map_err(|error| match error {
             CreateError::File { source, .. } => at(&part)(source),
             other => at(&part)(io::Error::other(other)),
         })?;
-        let written = entries.iter().try_for_each(|entry| writer.entry(entry));
-        written.and_then(|()| writer.finish()).map_err(at(&part))?;
+        marks.into_iter().for_each(|mark| recorder.mark(mark));
+        let (seq, dropped) = (0, 0);
+        let written = recorder.event(&Event::Samples(SamplesEvent { seq, dropped, rows }));
+        written.and_then(|()| recorder.finish()).map_err(at(&part))?;
         fs::rename(&part, &path).map_err(at(&path))?;
         sync_folder(&self.recordings)?;
         let from_folder = path.strip_prefix(&self.folder).unwrap_or(&path);

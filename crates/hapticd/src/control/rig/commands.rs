@@ -9,6 +9,8 @@ use crate::control::requester::Requester;
 use crate::control::rig_friction;
 use crate::control::sole_use;
 use crate::rt::handoff::Outcome;
+use crate::rt::rig_setup::Setup;
+use haptic_core::limiter::Limits;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
 
@@ -91,8 +93,7 @@ impl RigHandle {
             return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));
         }
         let before = self.state();
-        let serial = self.serial.get().wrapping_add(1);
-        self.serial.set(serial);
+        let serial = self.next_serial();
         if command == Command::Engage {
             self.send_rig_setup(admission.purpose)?;
         }
@@ -130,6 +131,35 @@ impl RigHandle {
         .about("state"))
     }
 
+    /// Gives the loop other limits; returns the first tick with them. Must not be dropped half-way.
+    ///
+    /// # Errors
+    /// The real-time thread does not answer; if it continues, it will take them.
+    pub(in crate::control) async fn change_limits(&self, limits: Limits) -> Result<u64, WireError> {
+        let _turn = self.commanding.lock().await;
+        let (times, _) = self.shared.answers.limits();
+        if !self.setups.borrow_mut().send(Setup::Limits(limits)) {
+            return Err(takes_no_commands("change the limits"));
+        }
+        self.sent_limits.set(Some(limits));
+        self.shared.announce_setup(self.next_serial());
+        let taken = |(now, tick)| (now != times).then_some(tick);
+        let tick = self.answer(|shared| taken(shared.answers.limits())).await?;
+        self.pump();
+        if let Some(limits) = self.sent_limits.take() {
+            // The record of that tick was lost.
+            self.facts.set_limits(limits);
+            self.feed.borrow_mut().doubt_servo();
+        }
+        Ok(tick)
+    }
+
+    fn next_serial(&self) -> u32 {
+        let serial = self.serial.get().wrapping_add(1);
+        self.serial.set(serial);
+        serial
+    }
+
     /// Tells the loop what is known of the rig that it is to engage.
     ///
     /// # Errors
@@ -140,16 +170,21 @@ impl RigHandle {
             // A pulse is to move the rig as it is.
             setup.compensation = None;
         }
-        if self.setups.borrow_mut().send(setup) {
+        if self.setups.borrow_mut().send(Setup::Rig(setup)) {
             self.sent_setup.set(Some(setup));
             return Ok(());
         }
-        let message = "cannot engage: the real-time thread takes no commands; cut the power of the motor if it pulls";
-        Err(WireError::new(ErrorCode::NotResponding, message))
+        Err(takes_no_commands("engage"))
     }
 
     /// The number of the connection to the device; 0 without a device.
     fn connection(&self) -> u64 {
         ConnectedDevice::find(&self.facts).map_or(0, |device| device.connection)
     }
+}
+
+fn takes_no_commands(what: &str) -> WireError {
+    let message =
+        format!("cannot {what}: the real-time thread takes no commands; cut the power of the motor if it pulls");
+    WireError::new(ErrorCode::NotResponding, message)
 }

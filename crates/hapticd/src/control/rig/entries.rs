@@ -41,8 +41,14 @@ impl RigHandle {
                 };
                 journal.enter(Completion::Done, entry);
             }
-            if record.state == RigState::Disconnected && self.presence.borrow_mut().lost() {
-                journal.enter(Completion::Done, self.lost(Some(record.tick)));
+            let mut presence = self.presence.borrow_mut();
+            match record.state {
+                RigState::Disconnected if presence.lost() => {
+                    journal.enter(Completion::Done, self.lost(Some(record.tick)));
+                }
+                // A stop or a fault stays whether there is a device or not.
+                RigState::Disconnected | RigState::Stopped | RigState::Faulted => {}
+                _ => presence.read(),
             }
         }
         let Some(link) = &self.facts.link else { return };

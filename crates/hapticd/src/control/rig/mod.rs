@@ -16,6 +16,7 @@ use crate::control::history::History;
 use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
+use crate::control::reload::Reloads;
 use crate::control::rig::observed_state::ObservedState;
 use crate::control::rig::schedule::Schedule;
 use crate::control::rig_friction::record::RigFrictions;
@@ -23,10 +24,12 @@ use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
+use crate::rt::outbox::TickRecord;
 use crate::rt::rig_setup::{RigSetup, SetupSender};
 use crate::rt::schedule::ScheduleSender;
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
+use haptic_core::limiter::Limits;
 use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::sync::Arc;
@@ -57,6 +60,9 @@ pub(crate) struct RigHandle {
     setups: RefCell<SetupSender>,
     /// The newest that was sent.
     sent_setup: Cell<Option<RigSetup>>,
+    /// Limits that were sent, until the record of the first tick with them has come.
+    sent_limits: Cell<Option<Limits>>,
+    reloads: Reloads,
     schedule: RefCell<Schedule>,
     feed: RefCell<Feed>,
     history: RefCell<History>,
@@ -96,6 +102,8 @@ impl RigHandle {
             shared,
             setups: RefCell::new(setups),
             sent_setup: Cell::new(None),
+            sent_limits: Cell::new(None),
+            reloads: Reloads::default(),
             schedule: RefCell::new(Schedule::new(schedule)),
             feed: RefCell::new(feed),
             history: RefCell::new(History::new(revision, scene)),
@@ -133,7 +141,7 @@ impl RigHandle {
         let changes = self
             .feed
             .borrow_mut()
-            .tell_subscribers(self.history.borrow().scenes(), || self.servo_in_use());
+            .tell_subscribers(self.history.borrow().scenes(), |record| self.servo_of(record));
         self.keep_journal(&changes);
     }
 
@@ -143,10 +151,20 @@ impl RigHandle {
         self.feed.borrow_mut()
     }
 
+    /// The settings that the loop's servo has from a record on.
+    fn servo_of(&self, record: &TickRecord) -> Option<ServoSetup> {
+        if record.input_word.has_new_limits()
+            && let Some(limits) = self.sent_limits.take()
+        {
+            self.facts.set_limits(limits);
+        }
+        self.servo_in_use()
+    }
+
     /// The settings that the loop's servo has, or will have with the command to engage that was sent;
     /// `None` while the device is not connected, whose resolution and limit are among them.
     pub(crate) fn servo_in_use(&self) -> Option<ServoSetup> {
-        let settings = &self.facts.servo;
+        let settings = self.facts.servo.get();
         let begun_with = RigSetup {
             losses: settings.losses,
             compensation: settings.compensation,
@@ -182,6 +200,10 @@ impl RigHandle {
     /// Workers that search for devices.
     pub(super) fn devices(&self) -> &WorkerPool {
         &self.devices
+    }
+
+    pub(in crate::control) fn reloads(&self) -> &Reloads {
+        &self.reloads
     }
 
     pub(crate) fn leases(&self) -> &Leases {

@@ -33,7 +33,7 @@ fn losses(rig: &RigHandle, known: &KnownFriction) -> (RigLosses, LossSource, Los
         (None, Some(value)) => (value, LossSource::Identified),
         (None, None) => (usual, LossSource::Default),
     };
-    let usual = rig.facts.servo.losses;
+    let usual = rig.facts.servo.get().losses;
     let (damping, damping_from) = choose(
         options.damping_ns_per_m,
         identified.map(|losses| losses.damping),

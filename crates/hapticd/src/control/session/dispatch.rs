@@ -6,7 +6,7 @@ use crate::control::requester::Requester;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::session::reply::answer;
 use crate::control::{
-    advise, commission, describe, devices, diff, drive, get, identify, lease, library, log, schedule, status,
+    advise, commission, describe, devices, diff, drive, get, identify, lease, library, log, reload, schedule, status,
     subscribe, timing,
 };
 use haptic_core::servo::Command;
@@ -81,6 +81,7 @@ impl Client {
                 )
             }
             Request::Log { after, limit } => answer(id, Ok(log::log(rig, after, limit))),
+            Request::Reload {} => answer(id, reload::reload(&self.rig, Some(by.peer.clone())).await),
             Request::Lease { timeout_ms } => answer(id, Ok(lease::lease(rig, by, timeout_ms))),
             Request::CommissionBegin {} => answer(id, commission::begin(rig, by).await),
             Request::CommissionPulse { force_n, duration_ms } => {

@@ -197,12 +197,15 @@ impl Client {
         self.left().await;
     }
 
-    /// Takes the force away that depends on the client, which sends nothing more.
+    /// Takes the force away that depends on the client, which sends nothing more. The conversation may be given up
+    /// meanwhile, as that of a client that does not take its events any more: the release is carried out all the same.
     async fn left(&self) {
         sole_use::closed(&self.rig, self.session);
         self.rig
             .end_schedule_of(self.session, "its client has closed the connection");
-        lease::closed(&self.rig, self.session).await;
+        let (rig, session) = (Rc::clone(&self.rig), self.session);
+        let release = tokio::task::spawn_local(async move { lease::closed(&rig, session).await });
+        drop(release.await);
     }
 
     /// Parses a line and raises its stop; `None` for a blank line.

@@ -119,7 +119,7 @@ pub(in crate::control) fn begin_motion(rig: &RigHandle, session: u64) -> Result<
 /// The force limit of the rig, N: the smaller of the daemon's and the device's; and the largest
 /// force of a motion.
 pub(in crate::control) fn largest_force_n(rig: &RigHandle, device: &ConnectedDevice) -> (f64, f64) {
-    let limit_n = rig.facts.servo.limits.force_n.min(device.force_limit_n);
+    let limit_n = rig.facts.limits().force_n.min(device.force_limit_n);
     (limit_n, LARGEST_SHARE * limit_n)
 }
 

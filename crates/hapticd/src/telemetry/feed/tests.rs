@@ -27,7 +27,7 @@ fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, 
 
 fn pump(feed: &mut Feed, scenes: &VecDeque<KnownScene>, servo: impl Fn() -> Option<ServoSetup>) {
     feed.take_records();
-    feed.tell_subscribers(scenes, servo);
+    feed.tell_subscribers(scenes, |_| servo());
 }
 
 fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {

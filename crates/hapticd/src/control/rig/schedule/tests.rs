@@ -1,7 +1,7 @@
 //! What becomes of a change whose fate the loop decides while something else is done here.
 
 use super::*;
-use crate::config::FrictionOptions;
+use crate::config::{Configuration, FrictionOptions};
 use crate::control::facts::{EngageRules, Facts};
 use crate::rt::handoff::Shared;
 use crate::rt::outbox::{outbox, tests::record};
@@ -16,6 +16,7 @@ use haptic_core::passivity::RigLosses;
 use haptic_core::servo::Settings;
 use haptic_core::velocity::Method;
 use haptic_ipc::RealTimeStatus;
+use std::cell::Cell;
 use std::time::Duration;
 
 const PERIOD_S: f64 = 1e-3;
@@ -25,7 +26,7 @@ fn facts() -> Facts {
         server: String::new(),
         device: String::new(),
         address: device_boards::Address::Native(Address::Fake),
-        servo: Settings {
+        servo: Cell::new(Settings {
             period_s: PERIOD_S,
             ramp_s: 0.1,
             limits: Limits {
@@ -44,7 +45,8 @@ fn facts() -> Facts {
             stop_button: None,
             enable_button: None,
             compensation: None,
-        },
+        }),
+        configuration: Configuration::default(),
         _awake: None,
         share: None,
         rig: RigFacts {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::rt::handoff::ANY_CONNECTION;
-use crate::rt::rig_setup::{RigSetup, rig_setups};
+use crate::rt::rig_setup::{RigSetup, Setup, rig_setups};
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
 /// A device that another is put in the place of.
@@ -80,9 +80,11 @@ fn commands_that_were_withdrawn_leave_no_setup_behind_and_the_newest_setup_count
     let mut bench = bench(ramp());
     let (mut sender, receiver) = rig_setups();
     bench.tick = bench.tick.with_rig_setups(receiver);
-    let setup = |friction| RigSetup {
-        losses: RigLosses { damping: 0.0, friction },
-        compensation: None,
+    let setup = |friction| {
+        Setup::Rig(RigSetup {
+            losses: RigLosses { damping: 0.0, friction },
+            compensation: None,
+        })
     };
     // More of them than the queue holds.
     for serial in 1..=9 {
@@ -100,4 +102,35 @@ fn commands_that_were_withdrawn_leave_no_setup_behind_and_the_newest_setup_count
     bench.serial = 9;
     assert!(!bench.command(Command::Engage).refused);
     assert_eq!(bench.tick.servo.settings().losses.friction, 42.0);
+}
+
+// hazard: H21
+#[test]
+fn limits_are_taken_in_a_tick_of_their_own_whatever_becomes_of_the_word_that_announces_them() {
+    let mut bench = bench(ramp());
+    let (mut sender, receiver) = rig_setups();
+    bench.tick = bench.tick.with_rig_setups(receiver);
+    let limits = |force_n| Limits {
+        force_n,
+        ..Limits::default()
+    };
+    let flagged = |record: &TickRecord| record.input_word.has_new_limits();
+    assert!(sender.send(Setup::Limits(limits(7.0))));
+    bench.shared.announce_setup(1);
+    assert_eq!(bench.shared.answers.limits(), (0, 0));
+    let record = bench.tick();
+    assert!(
+        flagged(&record) && !flagged(&bench.tick()),
+        "in the first tick with them alone"
+    );
+    assert_eq!(bench.shared.answers.limits(), (1, record.tick));
+    assert_eq!(bench.tick.servo.settings().limits, limits(7.0));
+
+    // A command takes the place of the word before anybody looked.
+    assert!(sender.send(Setup::Limits(limits(5.0))));
+    bench.shared.announce_setup(2);
+    bench.serial = 2;
+    assert!(!bench.command(Command::Engage).refused);
+    assert_eq!(bench.shared.answers.limits().0, 2);
+    assert_eq!(bench.tick.servo.settings().limits, limits(5.0));
 }

@@ -1,0 +1,140 @@
+//! `--all status` and `--all stop`: every rig of this machine at once. None waits for another.
+
+use crate::daemon::Daemon;
+use crate::drive;
+use crate::failure::Failure;
+use crate::fields::Schema;
+use crate::{Command, output};
+use haptic_ipc::socket_path::{NamedSocket, Surroundings};
+use haptic_ipc::{Request, StateReply, Status};
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::Duration;
+use tokio::task::JoinSet;
+
+/// Time after which a rig counts as not answering.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// What a rig has answered.
+struct Answered {
+    socket: NamedSocket,
+    /// Cells of its row, and its JSON.
+    answer: Result<(Vec<String>, Value), Failure>,
+}
+
+/// Asks every rig, and that of a socket that is named besides.
+///
+/// # Errors
+/// The subcommand is meant for one rig, there is none, or one of them fails: the exit code is that of the first that does.
+pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> Result<(), Failure> {
+    let Some(request) = request(command) else {
+        let message = "--all goes with `status` and `stop` alone: everything else is meant for one rig, named by \
+                       --rig or --socket";
+        return Err(Failure::Usage(message.to_owned()));
+    };
+    let is_stop = request == Request::Stop {};
+    let sockets = Surroundings::of_process().all(named);
+    if sockets.is_empty() {
+        return Err(Failure::Usage(
+            "there is no socket of a rig on this machine; --socket names one more".to_owned(),
+        ));
+    }
+    let mut asked = JoinSet::new();
+    for (index, socket) in sockets.into_iter().enumerate() {
+        asked.spawn(async move {
+            let answer = if is_stop {
+                let told = (!json).then(|| format!("{}: ", socket.name));
+                drive::ask_to_stop(Some(&socket.path), Request::Stop {}, told.as_deref())
+                    .await
+                    .and_then(|reply| Ok((stop_row(&reply), as_json(&reply)?)))
+            } else {
+                status_of(&socket.path)
+                    .await
+                    .and_then(|status| Ok((status_row(&status), as_json(&status)?)))
+            };
+            (index, Answered { socket, answer })
+        });
+    }
+    let mut answers = Vec::new();
+    while let Some(answered) = asked.join_next().await {
+        answers.push(answered.map_err(std::io::Error::other)?);
+    }
+    answers.sort_by_key(|(index, _)| *index);
+    let answers: Vec<Answered> = answers.into_iter().map(|(_, answered)| answered).collect();
+    let key = if is_stop { "stop" } else { "status" };
+    if json {
+        output::json(&answers.iter().map(|answered| answered.as_json(key)).collect::<Vec<_>>())?;
+    } else {
+        output::line(&output::table(&answers.iter().map(Answered::row).collect::<Vec<_>>()))?;
+    }
+    let failed = answers.iter().find_map(|answered| answered.answer.as_ref().err());
+    failed.map_or(Ok(()), |failure| Err(Failure::Silent(failure.exit_code())))
+}
+
+/// What every rig is asked; nothing where the subcommand is meant for one.
+fn request(command: &Command) -> Option<Request> {
+    match command {
+        Command::Status => Some(Request::Status {}),
+        Command::Stop => Some(Request::Stop {}),
+        _ => None,
+    }
+}
+
+/// What stands in the JSON that is printed.
+pub(crate) fn schema(command: &Command) -> Option<Schema> {
+    request(command).as_ref().map(Schema::of_each_rig)
+}
+
+async fn status_of(socket: &Path) -> Result<Status, Failure> {
+    let asked = async {
+        let mut daemon = Daemon::connect(Some(socket)).await?;
+        daemon.ask(Request::Status {}).await
+    };
+    tokio::time::timeout(ANSWER_TIMEOUT, asked)
+        .await
+        .unwrap_or(Err(Failure::NoAnswer(ANSWER_TIMEOUT)))
+}
+
+fn as_json(answer: &impl Serialize) -> Result<Value, Failure> {
+    Ok(serde_json::to_value(answer).map_err(std::io::Error::other)?)
+}
+
+fn status_row(status: &Status) -> Vec<String> {
+    let state = match &status.fault {
+        Some(fault) => format!("{}: {fault}", status.state),
+        None => status.state.to_string(),
+    };
+    vec![
+        state,
+        format!(
+            "{:.3} N of {} N",
+            status.command_force_n,
+            output::figure(status.device.force_limit_n)
+        ),
+        status.scene.clone(),
+        status.device.description.clone(),
+    ]
+}
+
+fn stop_row(reply: &StateReply) -> Vec<String> {
+    vec![format!("{} at tick {}", reply.state, reply.tick)]
+}
+
+impl Answered {
+    fn row(&self) -> Vec<String> {
+        let cells = match &self.answer {
+            Ok((cells, _)) => cells.clone(),
+            Err(failure) => vec![failure.to_string()],
+        };
+        [vec![self.socket.name.clone()], cells].concat()
+    }
+
+    fn as_json(&self, key: &str) -> Value {
+        let (name, path) = (&self.socket.name, &self.socket.path);
+        match &self.answer {
+            Ok((_, answer)) => json!({ "rig": name, "socket": path, key: answer }),
+            Err(failure) => json!({ "rig": name, "socket": path, "error": failure.as_json() }),
+        }
+    }
+}

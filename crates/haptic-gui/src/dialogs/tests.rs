@@ -1,0 +1,231 @@
+//! Dialogs of a desktop that is played: a bus and a portal in a thread, asked by the real library in a process.
+
+use super::*;
+use crate::intent::Format;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::process::Command;
+use std::thread;
+use std::time::Duration;
+
+/// After this time the portal answers once more.
+const AGAIN: Duration = Duration::from_millis(10);
+
+/// What the portal answers.
+#[derive(Clone, Copy, Debug)]
+enum Answer {
+    /// The user has chosen a file.
+    Chosen(&'static str),
+    /// The user has closed the dialog.
+    Closed,
+    /// There is no portal on the bus.
+    None,
+}
+
+/// A message of D-Bus, in its little-endian form.
+#[derive(Default)]
+struct Message(Vec<u8>);
+
+impl Message {
+    fn align(&mut self, to: usize) {
+        self.0.resize(self.0.len().next_multiple_of(to), 0);
+    }
+
+    fn number(&mut self, number: usize) {
+        self.align(4);
+        let number = u32::try_from(number).expect("it is small");
+        self.0.extend(number.to_le_bytes());
+    }
+
+    fn text(&mut self, text: &str) {
+        self.number(text.len());
+        self.0.extend(text.as_bytes());
+        self.0.push(0);
+    }
+
+    fn signature(&mut self, signature: &str) {
+        self.0.push(u8::try_from(signature.len()).expect("it is short"));
+        self.0.extend(signature.as_bytes());
+        self.0.push(0);
+    }
+}
+
+/// A whole message of a kind (2: a reply, 3: an error, 4: a signal) with fields of its header and a body.
+fn message(kind: u8, fields: &[(u8, &str, &str)], reply_to: Option<usize>, body: &Message) -> Vec<u8> {
+    let mut header = Message::default();
+    for (code, signature, value) in fields {
+        header.align(8);
+        header.0.push(*code);
+        header.signature(signature);
+        match *signature {
+            "g" => header.signature(value),
+            _ => header.text(value),
+        }
+    }
+    if let Some(serial) = reply_to {
+        header.align(8);
+        header.0.push(5);
+        header.signature("u");
+        header.number(serial);
+    }
+    let mut whole = Message(vec![b'l', kind, 1, 1]);
+    whole.number(body.0.len());
+    whole.number(1);
+    whole.number(header.0.len());
+    whole.0.extend(&header.0);
+    whole.align(8);
+    whole.0.extend(&body.0);
+    whole.0
+}
+
+/// A message's serial, and all of it. `None` when the client has gone.
+fn receive(stream: &mut impl std::io::Read) -> Option<(usize, Vec<u8>)> {
+    let mut fixed = [0; 16];
+    stream.read_exact(&mut fixed).ok()?;
+    let number = |at: usize| u32::from_le_bytes([fixed[at], fixed[at + 1], fixed[at + 2], fixed[at + 3]]) as usize;
+    let mut rest = vec![0; number(12).next_multiple_of(8) + number(4)];
+    stream.read_exact(&mut rest).ok()?;
+    Some((number(8), rest))
+}
+
+fn contains(bytes: &[u8], part: &str) -> bool {
+    bytes.windows(part.len()).any(|window| window == part.as_bytes())
+}
+
+/// A bus with a portal on it, for one client.
+fn serve(stream: UnixStream, answer: Answer) -> Option<()> {
+    let mut input = BufReader::new(stream.try_clone().expect("a socket"));
+    let mut out = stream;
+    let mut line = String::new();
+    while !line.ends_with("BEGIN\r\n") {
+        line.clear();
+        input.read_line(&mut line).ok()?;
+        let said = match line.trim_start_matches('\0') {
+            auth if auth.starts_with("AUTH") => "OK 0123456789abcdef0123456789abcdef\r\n",
+            begin if begin.starts_with("BEGIN") => "",
+            _ => "ERROR\r\n",
+        };
+        out.write_all(said.as_bytes()).ok()?;
+    }
+    const CLIENT: (u8, &str, &str) = (6, "s", ":1.1");
+    const PORTAL: (u8, &str, &str) = (7, "s", "org.freedesktop.portal.Desktop");
+    loop {
+        let (serial, text) = receive(&mut input)?;
+        let mut body = Message::default();
+        if contains(&text, "Hello") {
+            body.text(":1.1");
+            out.write_all(&message(2, &[CLIENT, (8, "g", "s")], Some(serial), &body))
+                .ok()?;
+        } else if contains(&text, "org.freedesktop.portal.FileChooser") {
+            if let Answer::None = answer {
+                let error = (4, "s", "org.freedesktop.DBus.Error.ServiceUnknown");
+                body.text("The name is not activatable");
+                out.write_all(&message(3, &[CLIENT, error, (8, "g", "s")], Some(serial), &body))
+                    .ok()?;
+                continue;
+            }
+            let at = text.windows(4).position(|window| window == b"rfd_").expect("a token");
+            let token: Vec<u8> = text[at..].iter().copied().take_while(|byte| *byte != 0).collect();
+            let token = String::from_utf8(token).expect("a token");
+            let handle = format!("/org/freedesktop/portal/desktop/request/1_1/{token}");
+            body.text(&handle);
+            out.write_all(&message(2, &[CLIENT, PORTAL, (8, "g", "o")], Some(serial), &body))
+                .ok()?;
+            let mut results = Message::default();
+            results.number(usize::from(!matches!(answer, Answer::Chosen(_))));
+            let mut entries = Message::default();
+            if let Answer::Chosen(uri) = answer {
+                // The entries begin at a multiple of eight, and so do these.
+                entries.text("uris");
+                entries.signature("as");
+                let mut uris = Message::default();
+                uris.text(uri);
+                entries.number(uris.0.len());
+                entries.0.extend(&uris.0);
+            }
+            results.number(entries.0.len());
+            results.align(8);
+            results.0.extend(&entries.0);
+            let signal = [
+                (1, "o", handle.as_str()),
+                (2, "s", "org.freedesktop.portal.Request"),
+                (3, "s", "Response"),
+                PORTAL,
+                CLIENT,
+                (8, "g", "ua{sv}"),
+            ];
+            // The library waits for a message that comes after it has begun to wait.
+            let answered = message(4, &signal, None, &results);
+            out.set_read_timeout(Some(AGAIN)).ok()?;
+            while out.write_all(&answered).is_ok() {
+                let gone = input.read(&mut [0]);
+                if !gone.is_err_and(|error| error.kind() == std::io::ErrorKind::WouldBlock) {
+                    break;
+                }
+            }
+        } else {
+            out.write_all(&message(2, &[CLIENT], Some(serial), &body)).ok()?;
+        }
+    }
+}
+
+/// What a process of its own is told that asks for a file by this bus: libdbus reads its address from the environment.
+fn asked(answer: Option<Answer>) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bus");
+    let mut child = Command::new(std::env::current_exe().expect("a program"));
+    child.args(["--exact", "dialogs::tests::asks", "--ignored", "--nocapture"]);
+    // There is no other program for dialogs either.
+    child.env("PATH", folder.path()).env_remove("DBUS_SESSION_BUS_ADDRESS");
+    child.env("XDG_RUNTIME_DIR", folder.path());
+    if let Some(answer) = answer {
+        child.env("DBUS_SESSION_BUS_ADDRESS", format!("unix:path={}", path.display()));
+        let bus = UnixListener::bind(&path).expect("a socket");
+        let serve_one = move |stream| thread::spawn(move || serve(stream, answer));
+        thread::spawn(move || bus.incoming().flatten().map(serve_one).for_each(drop));
+    }
+    let said = child.output().expect("it runs").stdout;
+    let said = String::from_utf8(said).expect("a text");
+    let line = said.lines().find_map(|line| line.split_once("asked: "));
+    line.unwrap_or_else(|| panic!("{said}")).1.to_owned()
+}
+
+#[test]
+#[ignore = "the part of the test below that runs in a process of its own"]
+fn asks() {
+    let chosen = ask(Wanted::Recording, Path::new("/tmp"));
+    assert_eq!(
+        chosen.is_ok(),
+        ask(Wanted::Export(Format::Svg), Path::new("/nowhere/at/all")).is_ok()
+    );
+    println!("asked: {chosen:?}");
+}
+
+#[test]
+fn a_file_is_chosen_in_the_dialog_of_the_desktop_and_its_lack_is_told() {
+    if !["/lib", "/usr/lib", "/lib64", "/usr/lib64"]
+        .iter()
+        .any(|folder| has_libdbus(Path::new(folder), 2))
+    {
+        test_run::skip("libdbus", "Debian: apt install libdbus-1-3");
+        return;
+    }
+    let chosen = asked(Some(Answer::Chosen("file:///home/ada/pull%20up.mcap")));
+    assert_eq!(chosen, r#"Ok(Some("/home/ada/pull up.mcap"))"#);
+    assert_eq!(asked(Some(Answer::Closed)), "Ok(None)");
+    let why = asked(Some(Answer::None));
+    assert!(why.contains("ServiceUnknown") && why.contains("zenity"), "{why}");
+    let why = asked(None);
+    assert!(why.contains("no message bus"), "{why}");
+}
+
+/// Whether a folder or one below it has the library.
+fn has_libdbus(folder: &Path, depth: u8) -> bool {
+    let Ok(found) = std::fs::read_dir(folder) else {
+        return false;
+    };
+    found.flatten().any(|entry| {
+        let is_it = entry.file_name() == "libdbus-1.so.3";
+        is_it || (depth > 1 && entry.path().is_dir() && has_libdbus(&entry.path(), depth - 1))
+    })
+}

@@ -1,0 +1,98 @@
+//! Making a study, and opening one.
+
+use crate::intent::Intent;
+use crate::model::Model;
+use crate::notice;
+use crate::page::Page;
+use egui::{Button, Label, RichText, TextEdit, Ui};
+use haptic_lab::studies::plan::Task;
+
+/// Shows what a new study needs, and the way to one that is there.
+pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {
+    let view = &mut model.view;
+    if let Some(open) = view.studying.state().map(|state| state.task) {
+        ui.label("Another study is open.");
+        let page = Page::of(open);
+        if ui.button(format!("To the page {}", page.name())).clicked() {
+            view.page = page;
+        }
+        return;
+    }
+    let studying = &mut view.studying;
+    let form = &mut studying.form;
+    for (label, name, text, hint, about) in [
+        (
+            "Folder",
+            "folder of the study",
+            &mut form.folder,
+            "path of a new or an existing study",
+            "A new study needs a folder that is not there yet, or empty; nothing is overwritten",
+        ),
+        (
+            "Plan",
+            "plan of the study",
+            &mut form.plan,
+            "the built-in one, or the path of a file",
+            "`haptic-ctl study plan` prints the built-in plans, to be changed",
+        ),
+        (
+            "Subjects",
+            "subjects of the study",
+            &mut form.subjects,
+            "a number, or codes with commas",
+            "A number gives the codes 01, 02, ...; no name is asked for, and none is stored",
+        ),
+        (
+            "Seed",
+            "seed of the study",
+            &mut form.seed,
+            "a whole number",
+            "Every random order follows from the seed and the subject's number",
+        ),
+    ] {
+        ui.label(label);
+        let field = TextEdit::singleline(text).hint_text(hint).desired_width(f32::INFINITY);
+        ui.add(field).accessible_name(name).on_hover_text(about);
+    }
+    ui.add_space(8.0);
+    let (create, open) = (form.create(task), form.open());
+    let is_asked = studying.is_asked();
+    ui.horizontal(|ui| {
+        for (label, command, about) in [
+            ("New study", &create, "Makes the folder, and opens it"),
+            ("Open study", &open, "Goes on where the study was left, also after days"),
+        ] {
+            let button = Button::new(RichText::new(label).size(16.0));
+            let button = ui.add_enabled(!is_asked && command.is_ok(), button);
+            let problem = command.as_ref().err().map_or("A study is being opened", String::as_str);
+            let is_pressed = button.on_hover_text(about).on_disabled_hover_text(problem).clicked();
+            if let (true, Ok(command)) = (is_pressed, command) {
+                studying.note_sent(command);
+                intents.push(Intent::Study(command.clone()));
+            }
+        }
+    });
+    if let Err(why) = &create {
+        ui.add(Label::new(RichText::new(why).small().weak()).wrap());
+    }
+    notice::show(ui, &mut studying.report);
+}
+
+/// Says what the page is for.
+pub(super) fn explain(ui: &mut Ui, task: Task) {
+    let (title, text) = match task {
+        Task::Fitts => (
+            "Targets under five resistances",
+            "A subject moves a cursor with the handle and clicks on targets. Make a study at the left, or open one; then show \
+             the subject's screen, engage the rig and begin.",
+        ),
+        Task::Perception => (
+            "Which surface had more friction?",
+            "A subject feels two surfaces, one after the other, and says which had more friction. Neither the subject's screen \
+             nor the order tells. Make a study at the left, or open one; then show the subject's screen, engage the rig and \
+             begin.",
+        ),
+    };
+    ui.heading(title);
+    ui.label(text);
+}

@@ -1,0 +1,254 @@
+//! A subject's session at the daemon: which scene the rig changes to, when, and what becomes of a stop, a fault, a lost
+//! connection or another client's change. It decides; nothing here waits.
+//!
+//! The scene changes with the hand on the handle: over 200 ms, in which the daemon leaves the force continuous. Nothing
+//! engages the rig but the experimenter. A lease has the rig released should the panel be lost.
+
+use super::news::Stage;
+use super::rig_facts::RigFacts;
+use super::subject_screen::SubjectAct;
+use crate::intent::Intent;
+use crate::update::{Answer, Update};
+use haptic_ipc::{ChangeReply, Event, RigState};
+use haptic_lab::studies::perception::Answer as Choice;
+use haptic_lab::studies::person::{Happening, PersonError, PersonSession};
+use haptic_lab::studies::session::{Interruption, Mounting, Phase, View};
+use std::mem::{Discriminant, discriminant};
+
+/// Time over which a scene changes, ms.
+const RAMP_MS: f64 = 200.0;
+
+/// Time after a ramp in which its last step fades in, s.
+const FADE_S: f64 = 0.05;
+
+/// Longest silence of the panel, ms. It asks for the status once a second, which renews the lease.
+const LEASE_MS: u32 = 3000;
+
+/// Words stay at least so long, s: a second click is no wish to go on.
+const SHORTEST_WORDS_S: f64 = 0.5;
+
+/// A session, and how far its way through the rig's states is.
+#[derive(Debug)]
+pub(super) struct Conductor {
+    session: PersonSession,
+    period_s: f64,
+    /// The experimenter has begun, and not paused since.
+    is_begun: bool,
+    newest_tick: u64,
+    /// The phase, and the tick at which it was first seen.
+    phase: Option<(Discriminant<Phase>, u64)>,
+}
+
+impl Conductor {
+    pub(super) fn new(session: PersonSession, period_s: f64) -> Self {
+        Self {
+            session,
+            period_s,
+            is_begun: false,
+            newest_tick: 0,
+            phase: None,
+        }
+    }
+
+    pub(super) fn session(&self) -> &PersonSession {
+        &self.session
+    }
+
+    /// Time of a tick that the session counts with, s.
+    pub(super) fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Ends it, once all that became final is on the disk.
+    pub(super) fn close(self) -> Result<(), PersonError> {
+        self.session.close()
+    }
+
+    /// What the subject sees; nothing before the experimenter has begun.
+    pub(super) fn view(&self) -> Option<View> {
+        self.is_begun.then(|| self.session.view())
+    }
+
+    /// What happened since.
+    pub(super) fn poll(&mut self) -> Result<Vec<Happening>, PersonError> {
+        self.session.poll()
+    }
+
+    /// Takes a frame's latency, s.
+    pub(super) fn cursor_latency(&mut self, latency_s: f64) {
+        self.session.cursor_latency(latency_s);
+    }
+
+    /// The experimenter's consent: the subject begins, or goes on.
+    pub(super) fn go_on(&mut self) -> Intent {
+        if self.session.interruption().is_some() || (self.is_begun && self.session.mounting().is_some()) {
+            self.session.proceed();
+        }
+        self.is_begun = true;
+        Intent::Lease { timeout_ms: LEASE_MS }
+    }
+
+    /// Breaks off what goes on; the trial under way is void.
+    pub(super) fn pause(&mut self) {
+        self.session.pause();
+        self.is_begun = false;
+    }
+
+    /// Takes what the subject did, with the newest tick at that time.
+    pub(super) fn act(&mut self, act: SubjectAct, tick: u64) {
+        if !self.is_begun {
+            return;
+        }
+        match (act, self.session.view().phase) {
+            (SubjectAct::Click, Phase::Targets(_)) => self.session.click(tick),
+            (SubjectAct::Click, Phase::Instruction(_) | Phase::Rest { .. }) => {
+                let since = self.phase.map_or(tick, |(_, since)| since);
+                #[expect(clippy::cast_precision_loss, reason = "ticks of a session are far below 2^53")]
+                let shown_s = tick.saturating_sub(since) as f64 * self.period_s;
+                if shown_s >= SHORTEST_WORDS_S {
+                    self.session.proceed();
+                }
+            }
+            (SubjectAct::Answer(1), _) => self.session.answer(Choice::First, tick),
+            (SubjectAct::Answer(_), _) => self.session.answer(Choice::Second, tick),
+            (SubjectAct::Click, _) => {}
+        }
+    }
+
+    /// Whether a trial is under way, or the target is shown that a segment begins with.
+    fn is_at_work(&self) -> bool {
+        matches!(
+            self.session.view().phase,
+            Phase::Targets(_) | Phase::Wait | Phase::Feel(_) | Phase::Question
+        )
+    }
+
+    fn is_done(&self) -> bool {
+        self.session.view().phase == Phase::Done
+    }
+
+    /// Takes an update, which the facts of the rig have taken already.
+    pub(super) fn take(&mut self, update: &Update) {
+        match update {
+            Update::Connected { .. } | Update::Disconnected { .. } => self.session.new_link(),
+            Update::Event(event) => {
+                self.session.event(event);
+                match event {
+                    Event::Samples(batch) => {
+                        self.newest_tick = batch.rows.last().map_or(self.newest_tick, |row| row.tick);
+                    }
+                    // Where the rig is unplugged no tick may follow that tells.
+                    Event::State(event) if event.state != RigState::Engaged && self.is_at_work() => {
+                        self.session.interrupt(Interruption::State(event.state));
+                    }
+                    _ => {}
+                }
+            }
+            Update::Answered {
+                intent: Intent::TrialScene { .. },
+                result,
+            } => match result {
+                Ok(Answer::Changed(reply)) => self.rendered(reply),
+                Ok(_) => self.session.refused("the daemon's answer is not that to a change"),
+                Err(error) => self.session.refused(&error.message),
+            },
+            _ => {}
+        }
+    }
+
+    fn rendered(&mut self, reply: &ChangeReply) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a twentieth of a second"
+        )]
+        let fade = (FADE_S / self.period_s).ceil() as u64;
+        let whole_tick = match reply.ramp_ends_tick.or(reply.tick) {
+            Some(tick) => tick + fade,
+            // It was active already.
+            None => self.newest_tick,
+        };
+        self.session.rendered(reply.revision, whole_tick);
+    }
+
+    /// What to ask the daemon for now.
+    pub(super) fn due(&mut self, rig: &RigFacts) -> Vec<Intent> {
+        let mut intents = Vec::new();
+        let phase = discriminant(&self.session.view().phase);
+        if self.phase.is_none_or(|(before, _)| before != phase) {
+            self.phase = Some((phase, self.newest_tick));
+            // Nobody mounts anything on a handle that has force, nor holds it for nothing when all is done.
+            let lets_go = self.session.mounting().is_some() || self.is_done();
+            if lets_go && rig.state.is_some_and(RigState::is_live) {
+                intents.push(Intent::Release);
+            }
+            if self.is_done() && self.is_begun {
+                intents.push(Intent::Lease { timeout_ms: 0 });
+            }
+        }
+        if let Some(if_revision) = rig.revision.filter(|_| self.is_begun && rig.is_known())
+            && let Some(scene) = self.session.take_scene()
+        {
+            intents.push(Intent::TrialScene {
+                scene: Box::new(scene),
+                if_revision,
+                ramp_ms: RAMP_MS,
+            });
+        }
+        intents
+    }
+
+    /// Keeps the lease while the subject is at work, once a second.
+    pub(super) fn lease(&self) -> Option<Intent> {
+        (self.is_begun && !self.is_done()).then_some(Intent::Lease { timeout_ms: LEASE_MS })
+    }
+
+    /// Where the study is, for the experimenter.
+    pub(super) fn stage(&self, rig: &RigFacts) -> Stage {
+        let held = |why: &str| Stage::Held {
+            why: why.to_owned(),
+            is_trouble: false,
+        };
+        if self.is_done() {
+            return Stage::Finished;
+        }
+        match self.session.interruption() {
+            Some(Interruption::Paused) => return held("Paused: the trial that was broken off is done again"),
+            Some(why) => {
+                return Stage::Held {
+                    why: format!("Interrupted: {why}. Engage the rig again, then go on; the trial is done again"),
+                    is_trouble: true,
+                };
+            }
+            None => {}
+        }
+        if !self.is_begun {
+            return held("Ready: show the subject's screen, engage the rig, then begin");
+        }
+        if let Some(mounting) = self.session.mounting() {
+            return held(&match mounting {
+                Mounting::Mount(resistance) => format!("Mount the block of `{resistance}` on the handle, then go on"),
+                Mounting::TakeOff => "Take the mounted block off the handle, then go on".to_owned(),
+            });
+        }
+        if !rig.is_known() {
+            let what = "Waiting for the daemon".to_owned();
+            return Stage::Waiting { what };
+        }
+        let what = match self.session.view().phase {
+            Phase::GetReady if rig.state != Some(RigState::Engaged) => {
+                let what = "Waiting for the rig: engage it in the top bar".to_owned();
+                return Stage::Waiting { what };
+            }
+            Phase::GetReady | Phase::Wait => "The scene changes".to_owned(),
+            Phase::Instruction(_) => "The subject reads the instructions".to_owned(),
+            Phase::Rest { remaining_s } => format!("The subject rests: {remaining_s:.0} s are left"),
+            Phase::Targets(targets) if targets.is_start => "A click on the first target begins the segment".to_owned(),
+            Phase::Targets(_) => "The subject moves to the target".to_owned(),
+            Phase::Feel(surface) => format!("The subject feels surface {surface}"),
+            Phase::Question => "The subject is asked".to_owned(),
+            Phase::Mounting | Phase::Paused | Phase::Done => String::new(),
+        };
+        Stage::Running { what }
+    }
+}

@@ -1,0 +1,371 @@
+//! The study's thread: it feeds the session with ticks, puts each trial on the disk before the next tick, and tells the
+//! experimenter. Only this thread waits for the disk of the study.
+
+use super::conductor::Conductor;
+use super::news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyState, SubjectState};
+use super::rig_facts::RigFacts;
+use super::subject_screen::{SubjectScreen, TaskScale};
+use super::table;
+use crate::intent::Intent;
+use crate::update::Update;
+use crate::update_sender::UpdateSender;
+use haptic_ipc::Event;
+use haptic_lab::studies::person::{Happening, PersonSession};
+use haptic_lab::studies::plan::{BUILT_IN_PLANS, Plan};
+use haptic_lab::studies::session::{Phase, View};
+use haptic_lab::studies::store::{self, About, Study};
+use haptic_lab::studies::subject::Subject;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
+
+/// Time between two batches of samples while a study is open, ms: the cursor follows them.
+const STUDY_BATCH_MS: u32 = 4;
+
+/// Longest time between two looks at what the disk has done.
+const LONGEST_WAIT: Duration = Duration::from_millis(50);
+
+/// Work of the thread.
+#[derive(Debug)]
+pub(super) enum Job {
+    /// What the daemon said.
+    Hear(Update),
+    /// What the experimenter asks.
+    Command(StudyCommand),
+}
+
+/// A study whose subjects can be chosen.
+#[derive(Debug)]
+struct OpenStudy {
+    folder: PathBuf,
+    plan: Plan,
+    subjects: Vec<Subject>,
+}
+
+/// Sends intents to the daemon, ahead of whom a stop goes.
+pub(crate) type SendIntent = Arc<dyn Fn(Intent) + Send + Sync>;
+
+/// The study's thread.
+pub(super) struct Desk {
+    screen: Arc<SubjectScreen>,
+    send: SendIntent,
+    updates: UpdateSender,
+    rig: RigFacts,
+    study: Option<OpenStudy>,
+    /// The chosen subject, by its place.
+    subject: usize,
+    conductor: Option<Conductor>,
+    void: usize,
+    /// Why nothing goes on, where the disk or the study's files are to blame.
+    problem: Option<String>,
+    told: Option<Box<StudyState>>,
+    /// What the subject sees.
+    shown: Option<View>,
+}
+
+impl Desk {
+    pub(super) fn new(screen: Arc<SubjectScreen>, send: SendIntent, updates: UpdateSender) -> Self {
+        Self {
+            screen,
+            send,
+            updates,
+            rig: RigFacts::default(),
+            study: None,
+            subject: 0,
+            conductor: None,
+            void: 0,
+            problem: None,
+            told: None,
+            shown: None,
+        }
+    }
+
+    /// Works until the study is closed.
+    pub(super) fn run(mut self, jobs: &mpsc::Receiver<Job>) {
+        loop {
+            let job = jobs.recv_timeout(LONGEST_WAIT);
+            let is_of_samples = matches!(job, Ok(Job::Hear(Update::Event(Event::Samples(_)))));
+            match job {
+                Ok(Job::Hear(update)) => self.hear(&update),
+                Ok(Job::Command(command)) => {
+                    if !self.carry_out(command) {
+                        break;
+                    }
+                }
+                // The disk may have done something.
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            self.go_on();
+            self.show(is_of_samples);
+        }
+        self.close();
+    }
+
+    fn tell(&self, news: StudyNews) {
+        // A closed panel needs no news.
+        self.updates.send(Update::Study(news)).unwrap_or_default();
+    }
+
+    fn ask(&self, intents: impl IntoIterator<Item = Intent>) {
+        for intent in intents {
+            (self.send)(intent);
+        }
+    }
+
+    /// Carries out a command; whether the study stays open.
+    fn carry_out(&mut self, command: StudyCommand) -> bool {
+        match command {
+            StudyCommand::Create {
+                folder,
+                plan,
+                subjects,
+                seed,
+            } => return self.open(&folder, create(&folder, &plan, subjects, seed)),
+            StudyCommand::Open { folder } => return self.open(&folder, Ok(())),
+            StudyCommand::Close => return false,
+            StudyCommand::Choose(place) => {
+                self.subject = place;
+                self.sit_down();
+            }
+            StudyCommand::GoOn => {
+                if self.problem.take().is_some() {
+                    self.sit_down();
+                }
+                let asked = self.conductor.as_mut().map(Conductor::go_on);
+                self.ask(asked);
+            }
+            StudyCommand::Pause => {
+                if let Some(conductor) = &mut self.conductor {
+                    conductor.pause();
+                }
+            }
+            StudyCommand::Note(text) => self.note(&text),
+        }
+        true
+    }
+
+    /// Takes up a study; whether there is one.
+    fn open(&mut self, folder: &Path, made: Result<(), String>) -> bool {
+        let read = made.and_then(|()| store::read(folder).map_err(|error| error.to_string()));
+        let (plan, about) = match read {
+            Ok(study) => study,
+            Err(why) => {
+                self.tell(StudyNews::Failed(why));
+                return false;
+            }
+        };
+        self.screen.set_scale(scale(&plan));
+        self.screen.forget_latency();
+        self.study = Some(OpenStudy {
+            folder: folder.to_path_buf(),
+            plan,
+            subjects: about.all_subjects().collect(),
+        });
+        let batch_ms = STUDY_BATCH_MS;
+        self.ask([Intent::Stream { batch_ms }]);
+        self.sit_down();
+        true
+    }
+
+    /// Opens the files of the chosen subject, once the daemon has told what they need.
+    fn sit_down(&mut self) {
+        self.stand_up();
+        let Some(study) = &self.study else { return };
+        let Some(subject) = study.subjects.get(self.subject) else {
+            return;
+        };
+        self.tell(StudyNews::Subject(
+            table::rows(&study.folder, subject).unwrap_or_default(),
+        ));
+        let Some(rig) = self.rig.description() else { return };
+        let period_s = rig.loop_rate_hz.recip();
+        match PersonSession::open(&study.folder, &subject.code, rig) {
+            Ok(session) => self.conductor = Some(Conductor::new(session, period_s)),
+            Err(error) => self.problem = Some(error.to_string()),
+        }
+    }
+
+    /// Closes the files of the subject, once all is on the disk.
+    fn stand_up(&mut self) {
+        if let Some(Err(error)) = self.conductor.take().map(Conductor::close) {
+            self.tell(StudyNews::Failed(error.to_string()));
+        }
+    }
+
+    fn hear(&mut self, update: &Update) {
+        self.rig.take(update);
+        if let (Update::Connected { .. }, Some(_)) = (update, &self.study) {
+            let batch_ms = STUDY_BATCH_MS;
+            self.ask([Intent::Stream { batch_ms }]);
+        }
+        // Another daemon may have another rate.
+        let is_of_rig = |conductor: &Conductor| Some(conductor.period_s()) == self.rig.period_s;
+        if self.problem.is_none() && self.rig.is_known() && !self.conductor.as_ref().is_some_and(is_of_rig) {
+            self.sit_down();
+        }
+        if let Update::Event(Event::Samples(_)) = update {
+            self.act();
+        }
+        let Some(conductor) = &mut self.conductor else { return };
+        conductor.take(update);
+        match update {
+            Update::Event(Event::Timing(_)) => {
+                let lease = conductor.lease();
+                self.ask(lease);
+            }
+            Update::Answered {
+                intent: Intent::Lease { timeout_ms: 1.. },
+                result: Err(error),
+            } => {
+                conductor.pause();
+                self.tell(StudyNews::Failed(format!("No lease: {}", error.message)));
+            }
+            _ => {}
+        }
+    }
+
+    /// Takes what the subject did, and how late the cursor was.
+    fn act(&mut self) {
+        let (acts, latencies) = self.screen.take_acts();
+        let Some(conductor) = &mut self.conductor else { return };
+        for latency in latencies {
+            conductor.cursor_latency(latency.as_secs_f64());
+        }
+        for (act, tick) in acts {
+            conductor.act(act, tick);
+        }
+    }
+
+    /// Tells what happened, and asks the daemon for what is due.
+    fn go_on(&mut self) {
+        let Some(conductor) = &mut self.conductor else { return };
+        let happened = match conductor.poll() {
+            Ok(happened) => happened,
+            Err(error) => {
+                // What is on the disk decides where it goes on.
+                self.problem = Some(error.to_string());
+                self.conductor = None;
+                return;
+            }
+        };
+        let intents = conductor.due(&self.rig);
+        self.ask(intents);
+        for happening in happened {
+            match happening {
+                Happening::Kept(row) => self.tell(StudyNews::Row(table::row(&row))),
+                Happening::Voided(voided) => {
+                    self.void += 1;
+                    self.tell(StudyNews::Row(table::void(&voided)));
+                }
+                Happening::Finished => {}
+            }
+        }
+    }
+
+    fn note(&self, text: &str) {
+        let Some(study) = &self.study else { return };
+        let subject = study.subjects.get(self.subject);
+        let code = subject.map_or("", |subject| &subject.code);
+        let noted = store::note(&study.folder, code, self.screen.newest_tick(), text);
+        let told = noted.map(|path| format!("Noted in {}", path.display()));
+        self.tell(StudyNews::Noted(told.map_err(|error| error.to_string())));
+    }
+
+    /// Shows the subject and the experimenter where the study is. Most samples change nothing of it.
+    fn show(&mut self, is_of_samples: bool) {
+        let view = self.conductor.as_ref().and_then(Conductor::view);
+        if is_of_samples && view == self.shown {
+            return;
+        }
+        self.screen.set_view(view);
+        self.shown = view;
+        let Some(state) = self.state().map(Box::new) else {
+            return;
+        };
+        if self.told.as_ref() != Some(&state) {
+            self.tell(StudyNews::State(state.clone()));
+            self.told = Some(state);
+        }
+    }
+
+    fn state(&self) -> Option<StudyState> {
+        let study = self.study.as_ref()?;
+        let session = self.conductor.as_ref().map(Conductor::session);
+        let subjects = study.subjects.iter().enumerate().map(|(place, subject)| {
+            let view = session.filter(|_| place == self.subject).map(PersonSession::view);
+            SubjectState {
+                code: subject.code.clone(),
+                progress: view.map(|view| (view.done, view.of)),
+                is_finished: view.is_some_and(|view| view.phase == Phase::Done),
+            }
+        });
+        let stage = match (&self.problem, &self.conductor) {
+            (Some(why), _) => Stage::Held {
+                why: why.clone(),
+                is_trouble: true,
+            },
+            (None, Some(conductor)) => conductor.stage(&self.rig),
+            (None, None) => Stage::Waiting {
+                what: "Waiting for the daemon".to_owned(),
+            },
+        };
+        Some(StudyState {
+            folder: study.folder.clone(),
+            task: study.plan.task(),
+            plan: study.plan.name().to_owned(),
+            subjects: subjects.collect(),
+            subject: self.subject,
+            stage,
+            now: session.map(|session| table::now(session.task())).unwrap_or_default(),
+            target_m: session.and_then(table::target_m),
+            void: self.void,
+            columns: table::columns(study.plan.task()),
+        })
+    }
+
+    /// Gives the rig and the screen back.
+    fn close(mut self) {
+        self.screen.set_view(None);
+        self.screen.set_scale(None);
+        if self.study.is_none() {
+            return;
+        }
+        let (timeout_ms, batch_ms) = (0, crate::connection::BATCH_MS);
+        self.ask([Intent::Lease { timeout_ms }, Intent::Stream { batch_ms }]);
+        self.stand_up();
+        self.tell(StudyNews::Closed);
+    }
+}
+
+/// Makes a study for people.
+fn create(folder: &Path, plan: &StudyPlan, subjects: Vec<String>, seed: u64) -> Result<(), String> {
+    let text = match plan {
+        StudyPlan::BuiltIn(name) => {
+            let built_in = BUILT_IN_PLANS.iter().find(|(known, _)| known == name);
+            built_in.map_or_else(String::new, |(_, text)| (*text).to_owned())
+        }
+        StudyPlan::File(path) => {
+            fs::read_to_string(path).map_err(|error| format!("cannot read the plan {}: {error}", path.display()))?
+        }
+    };
+    let plan = Plan::read(&text).map_err(|error| error.to_string())?;
+    let about = About::people(&plan, &text, seed, subjects);
+    let made = Study::create(folder, &text, &about);
+    made.map(drop).map_err(|error| error.to_string())
+}
+
+/// The scale of a plan's targets.
+fn scale(plan: &Plan) -> Option<TaskScale> {
+    let Plan::Fitts(plan) = plan else { return None };
+    let reaches = plan
+        .conditions
+        .iter()
+        .map(|condition| 0.5 * (condition.amplitude_m + condition.width_m));
+    Some(TaskScale {
+        mapping: plan.rig,
+        reach_m: reaches.fold(0.0, f64::max),
+    })
+}

@@ -1,0 +1,278 @@
+//! What the subject's window shows, shared between the thread that hears samples, the one that runs the study, and the
+//! window. It is blind: it knows neither scene nor condition.
+
+use super::latency::Latencies;
+use egui::Context;
+use haptic_ipc::Sample;
+use haptic_lab::studies::plan::RigMapping;
+use haptic_lab::studies::session::{Phase, View};
+use std::fmt;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// A frame that follows the one before later than this says nothing of when that one was seen.
+const LONGEST_FRAME: Duration = Duration::from_millis(500);
+
+/// What the subject does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SubjectAct {
+    /// A click, which also goes on after words.
+    Click,
+    /// An answer: the interval, 1 or 2.
+    Answer(u8),
+}
+
+/// How the handle moves the cursor, and how far targets reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TaskScale {
+    /// How the handle moves the cursor.
+    pub(crate) mapping: RigMapping,
+    /// Largest distance from the middle that any target of the study reaches, m of the task: the scale is the same for all
+    /// of them.
+    pub(crate) reach_m: f64,
+}
+
+/// The screen.
+#[derive(Default)]
+pub(crate) struct SubjectScreen {
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    /// None while no subject is at work.
+    view: Option<View>,
+    scale: Option<TaskScale>,
+    /// The newest sample, and when it came.
+    newest: Option<(Sample, Instant)>,
+    /// What the subject did, and the newest tick at that time.
+    acts: Vec<(SubjectAct, u64)>,
+    /// The window, while it is open.
+    window: Option<Context>,
+    is_full_screen: bool,
+    /// When the sample that the last frame shows was received, and the time that it took from the device.
+    shown: Option<(Instant, Duration)>,
+    latencies: Latencies,
+    /// Those that the study has not taken yet.
+    fresh: Vec<Duration>,
+}
+
+impl State {
+    /// Whether a cursor is drawn.
+    fn has_cursor(&self) -> bool {
+        self.view.is_some_and(|view| matches!(view.phase, Phase::Targets(_)))
+    }
+}
+
+impl fmt::Debug for SubjectScreen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SubjectScreen").finish_non_exhaustive()
+    }
+}
+
+/// What a frame of the subject's window draws.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SubjectFrame {
+    /// None while no subject is at work.
+    pub(crate) view: Option<View>,
+    /// How far targets reach, m of the task.
+    pub(crate) reach_m: f64,
+    /// Centre of the cursor, m of the task; none before the first sample.
+    pub(crate) cursor_m: Option<f64>,
+}
+
+impl SubjectScreen {
+    fn state(&self) -> MutexGuard<'_, State> {
+        // It is consistent between any two statements, so a panic elsewhere leaves it usable.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Shows something else.
+    pub(crate) fn set_view(&self, view: Option<View>) {
+        let window = {
+            let mut state = self.state();
+            if state.view == view {
+                return;
+            }
+            state.view = view;
+            state.window.clone()
+        };
+        repaint(window.as_ref());
+    }
+
+    /// The scale of a study's targets.
+    pub(crate) fn set_scale(&self, scale: Option<TaskScale>) {
+        self.state().scale = scale;
+    }
+
+    /// Takes the newest sample of a batch: the cursor moves.
+    pub(crate) fn take_sample(&self, sample: &Sample, received: Instant) {
+        let window = {
+            let mut state = self.state();
+            state.newest = Some((*sample, received));
+            state.window.clone().filter(|_| state.has_cursor())
+        };
+        repaint(window.as_ref());
+    }
+
+    /// The samples end: no cursor is drawn until they go on.
+    pub(crate) fn lose_samples(&self) {
+        let mut state = self.state();
+        (state.newest, state.shown) = (None, None);
+    }
+
+    /// The subject did something. Without a sample there is no tick, and nothing to do.
+    pub(crate) fn act(&self, act: SubjectAct) {
+        let mut state = self.state();
+        if let Some((sample, _)) = state.newest {
+            state.acts.push((act, sample.tick));
+        }
+    }
+
+    /// What the subject did since last time, each with its tick, and how late the frames were.
+    pub(crate) fn take_acts(&self) -> (Vec<(SubjectAct, u64)>, Vec<Duration>) {
+        let mut state = self.state();
+        (std::mem::take(&mut state.acts), std::mem::take(&mut state.fresh))
+    }
+
+    /// The newest tick, while samples come.
+    pub(crate) fn newest_tick(&self) -> Option<u64> {
+        self.state().newest.map(|(sample, _)| sample.tick)
+    }
+
+    /// A frame begins, so the one before is over: it was seen by now at the latest.
+    pub(crate) fn begin_frame(&self, now: Instant) -> SubjectFrame {
+        let mut state = self.state();
+        if let Some((received, before)) = state.shown.take() {
+            let waited = now.saturating_duration_since(received);
+            if waited <= LONGEST_FRAME {
+                state.latencies.add(waited + before);
+                state.fresh.push(waited + before);
+            }
+        }
+        let scale = state.scale;
+        let newest = state.newest.filter(|_| state.has_cursor());
+        let cursor_m = newest.zip(scale).map(|((sample, received), scale)| {
+            let before = Duration::from_nanos(sample.device_round_trip_ns);
+            state.shown = Some((received, before));
+            scale.mapping.task_m(sample.device_position_m)
+        });
+        SubjectFrame {
+            view: state.view,
+            reach_m: scale.map_or(0.0, |scale| scale.reach_m),
+            cursor_m,
+        }
+    }
+
+    /// Median and 95th percentile of the cursor's latency in this study, ms, and the frames that were measured.
+    pub(crate) fn latency_ms(&self) -> Option<(f64, f64, u64)> {
+        let state = self.state();
+        let latencies = &state.latencies;
+        Some((
+            latencies.quantile_ms(0.5)?,
+            latencies.quantile_ms(0.95)?,
+            latencies.frames(),
+        ))
+    }
+
+    /// Measures the latency anew.
+    pub(crate) fn forget_latency(&self) {
+        self.state().latencies = Latencies::default();
+    }
+
+    /// Whether the window is open.
+    pub(crate) fn is_open(&self) -> bool {
+        self.state().window.is_some()
+    }
+
+    /// Opens the window, or closes it.
+    pub(crate) fn set_open(&self, window: Option<Context>) {
+        let mut state = self.state();
+        state.is_full_screen &= window.is_some();
+        (state.window, state.shown) = (window, None);
+    }
+
+    /// Whether the window fills its display.
+    pub(crate) fn is_full_screen(&self) -> bool {
+        self.state().is_full_screen
+    }
+
+    /// Has the window fill its display, or not.
+    pub(crate) fn set_full_screen(&self, is_full_screen: bool) {
+        self.state().is_full_screen = is_full_screen;
+    }
+}
+
+/// Draws the subject's window anew.
+fn repaint(window: Option<&Context>) {
+    if let Some(window) = window {
+        window.request_repaint_of(super::subject_window_id());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tape::tests::at;
+    use haptic_lab::studies::session::Targets;
+
+    fn targets() -> View {
+        View {
+            phase: Phase::Targets(Targets {
+                active_m: 0.1,
+                other_m: -0.1,
+                width_m: 0.05,
+                cursor_diameter_m: 0.006,
+                is_start: false,
+            }),
+            is_practice: false,
+            done: 1,
+            of: Some(8),
+            feedback: None,
+        }
+    }
+
+    #[test]
+    fn the_cursor_follows_the_newest_sample_and_its_latency_ends_with_the_next_frame() {
+        let screen = SubjectScreen::default();
+        let mapping = RigMapping {
+            gain: 3.0,
+            center_m: 0.01,
+            range_m: [-0.1, 0.1],
+        };
+        screen.set_scale(Some(TaskScale { mapping, reach_m: 0.3 }));
+        let begin = Instant::now();
+        let ms = Duration::from_millis;
+        let mut sample = at(1.0);
+        (sample.device_position_m, sample.device_round_trip_ns) = (0.03, 2_000_000);
+        screen.take_sample(&sample, begin);
+        assert_eq!(screen.begin_frame(begin).cursor_m, None, "nobody is at work");
+        screen.set_view(Some(targets()));
+        let cursor_m = screen.begin_frame(begin + ms(1)).cursor_m.expect("a cursor");
+        assert!((cursor_m - 0.06).abs() < 1e-12);
+        assert_eq!(screen.latency_ms(), None, "it was not seen yet");
+        screen.begin_frame(begin + ms(8));
+        let (median_ms, _, frames) = screen.latency_ms().expect("a frame");
+        assert!(
+            (median_ms - 10.1).abs() < 1e-6,
+            "8 ms and 2 ms of the link: {median_ms}"
+        );
+        assert_eq!(frames, 1);
+        // The window was hidden for a while.
+        screen.begin_frame(begin + ms(5000));
+        assert_eq!(screen.latency_ms().expect("a frame").2, 1);
+    }
+
+    #[test]
+    fn a_click_has_the_tick_of_the_newest_sample_and_none_without_samples() {
+        let screen = SubjectScreen::default();
+        screen.act(SubjectAct::Click);
+        assert_eq!(screen.take_acts().0, []);
+        let mut sample = at(1.0);
+        sample.tick = 4711;
+        screen.take_sample(&sample, Instant::now());
+        screen.act(SubjectAct::Answer(2));
+        assert_eq!(screen.take_acts().0, [(SubjectAct::Answer(2), 4711)]);
+        assert_eq!(screen.take_acts().0, []);
+    }
+}

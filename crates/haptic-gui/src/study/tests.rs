@@ -1,0 +1,453 @@
+//! A subject's study at a daemon that the test plays: what is asked of it, what is kept, and what voids a trial.
+
+use super::subject_screen::SubjectScreen;
+use super::*;
+use crate::intent::Intent;
+use crate::tape::tests::at;
+use crate::update::{Answer, Update};
+use crate::update_sender::UpdateSender;
+use haptic_core::Scene;
+use haptic_ipc::{
+    ErrorCode, Event, RigState, Sample, SamplesEvent, StateEvent, Status, SubscribeReply, WireError, params_of,
+};
+use haptic_lab::studies::session::Phase;
+use haptic_lab::studies::store;
+use haptic_lab::studies::trial::{FittsTrial, PerceptionTrial};
+use std::path::Path;
+use std::sync::{Arc, mpsc};
+use std::time::{Duration, Instant};
+
+/// One condition, one resistance, two trials a segment.
+const TARGETS: &str = r#"
+task = "fitts"
+name = "two trials"
+practice_segments = 0
+trials_per_segment = 2
+rest_every_segments = 9
+rest_s = 5
+baseline = "simulated"
+[cursor]
+diameter_m = 0.006
+[rig]
+gain = 2
+center_m = 0
+range_m = [-0.1, 0.1]
+[[conditions]]
+name = "1"
+amplitude_m = 0.1
+width_m = 0.02
+[[resistances]]
+name = "simulated"
+[resistances.scene]
+block = { mass = 0.5 }
+coupling = { stiffness = 25000, damping = 10 }
+[resistances.scene.friction]
+law = "karnopp"
+static_force = 4.0
+dynamic_force = 3.5
+"#;
+
+/// One case with one trial.
+const SURFACES: &str = r#"
+task = "perception"
+name = "one question"
+practice_trials = 0
+interval_s = 0.2
+gap_s = 0.3
+rest_every_trials = 40
+rest_s = 60
+[base]
+block = { mass = 0.5 }
+coupling = { stiffness = 25000, damping = 10 }
+[base.friction]
+law = "karnopp"
+static_force = 4.0
+dynamic_force = 3.5
+[[tests]]
+case = "A"
+[tests.constant]
+levels_N = [1.0]
+trials_per_level = 2
+"#;
+
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A study, and the daemon that the test plays.
+struct Daemon {
+    link: StudyLink,
+    updates: mpsc::Receiver<Update>,
+    intents: mpsc::Receiver<Intent>,
+    folder: tempfile::TempDir,
+    tick: u64,
+    revision: u64,
+    state: RigState,
+    position_m: f64,
+    rows: Vec<StudyRow>,
+    stage: Option<Stage>,
+}
+
+impl Daemon {
+    /// Makes a study of one subject from a plan, and opens it.
+    fn with_study(plan: &str) -> Self {
+        let (updates, received) = UpdateSender::new(|_| {});
+        let (asked, intents) = mpsc::channel();
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("plan.toml");
+        std::fs::write(&path, plan).expect("a plan");
+        let mut daemon = Self {
+            link: StudyLink::new(Arc::new(move |intent| asked.send(intent).unwrap_or_default()), updates),
+            updates: received,
+            intents,
+            folder,
+            tick: 1000,
+            revision: 1,
+            state: RigState::Idle,
+            position_m: 0.0,
+            rows: Vec::new(),
+            stage: None,
+        };
+        daemon.greet();
+        daemon.link.command(StudyCommand::Create {
+            folder: daemon.study(),
+            plan: StudyPlan::File(path),
+            subjects: vec!["P7".to_owned()],
+            seed: 1,
+        });
+        assert_eq!(daemon.intent(), Intent::Stream { batch_ms: 4 });
+        daemon.until(|stage| matches!(stage, Stage::Held { is_trouble: false, .. }));
+        daemon
+    }
+
+    fn study(&self) -> std::path::PathBuf {
+        self.folder.path().join("study")
+    }
+
+    fn screen(&self) -> &SubjectScreen {
+        self.link.screen()
+    }
+
+    fn greet(&self) {
+        let hello = serde_json::from_str(r#"{"protocol":1,"server":"hapticd","session":"1-1"}"#).expect("a greeting");
+        let path = "s".into();
+        self.link.hear(&Update::Connected { path, hello });
+        self.link.hear(&Update::Subscribed(Box::new(SubscribeReply {
+            topics: Vec::new(),
+            rate_hz: 1000.0,
+            batch_ms: 4,
+            columns: Vec::new(),
+            servo: None,
+        })));
+        self.tell_state();
+        let status = r#"{"server":"hapticd 0.1.0","state":"idle","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
+            "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
+            "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;
+        let status: Status = serde_json::from_str(status).expect("a status");
+        self.link.hear(&Update::Status(Ok(Box::new(status))));
+    }
+
+    fn tell_state(&self) {
+        self.link.hear(&Update::Event(Event::State(StateEvent {
+            state: self.state,
+            fault: None,
+            tick: self.tick,
+            revision: self.revision,
+            scene: "any".to_owned(),
+            law: "karnopp".to_owned(),
+            params: params_of(&Scene::paper()),
+            undo_depth: 0,
+            redo_depth: 0,
+            arrival: None,
+        })));
+    }
+
+    fn turn(&mut self, state: RigState) {
+        self.state = state;
+        self.tell_state();
+    }
+
+    /// Lets so many ticks go by.
+    fn ticks(&mut self, count: u64) {
+        #[expect(clippy::cast_precision_loss, reason = "few ticks")]
+        let row = |tick: u64| Sample {
+            tick,
+            state: self.state,
+            revision: self.revision,
+            device_position_m: self.position_m,
+            ..at(tick as f64 * 1e-3)
+        };
+        let rows = (self.tick..self.tick + count).map(row).collect();
+        self.tick += count;
+        let (seq, dropped) = (0, 0);
+        self.link
+            .hear(&Update::Event(Event::Samples(SamplesEvent { seq, dropped, rows })));
+    }
+
+    /// The next intent, other than that of the lease.
+    fn intent(&self) -> Intent {
+        loop {
+            match self.intents.recv_timeout(PATIENCE).expect("an intent") {
+                Intent::Lease { timeout_ms: 3000 } => {}
+                intent => return intent,
+            }
+        }
+    }
+
+    /// Waits until the experimenter is told of a stage.
+    fn until(&mut self, is_wanted: impl Fn(&Stage) -> bool) {
+        let began = Instant::now();
+        while !self.stage.as_ref().is_some_and(&is_wanted) {
+            assert!(began.elapsed() < PATIENCE, "{:?}", self.stage);
+            match self.updates.recv_timeout(PATIENCE) {
+                Ok(Update::Study(StudyNews::State(state))) => self.stage = Some(state.stage),
+                Ok(Update::Study(StudyNews::Row(row))) => self.rows.push(row),
+                Ok(Update::Study(StudyNews::Failed(why))) => panic!("{why}"),
+                Ok(_) => {}
+                Err(error) => panic!("{error}: {:?}", self.stage),
+            }
+        }
+    }
+
+    /// Waits for the next row of the table.
+    fn row(&mut self) -> StudyRow {
+        while self.rows.is_empty() {
+            self.stage = None;
+            match self.updates.recv_timeout(PATIENCE).expect("a row") {
+                Update::Study(StudyNews::Row(row)) => self.rows.push(row),
+                Update::Study(StudyNews::State(state)) => self.stage = Some(state.stage),
+                _ => {}
+            }
+        }
+        self.rows.remove(0)
+    }
+
+    /// Carries out the change of scene that is asked for.
+    fn render(&mut self) -> Scene {
+        let Intent::TrialScene {
+            scene,
+            if_revision,
+            ramp_ms,
+        } = self.intent()
+        else {
+            panic!("no scene is asked for");
+        };
+        assert_eq!((if_revision, ramp_ms), (self.revision, 200.0));
+        self.revision += 1;
+        self.tell_state();
+        let reply = serde_json::json!({
+            "revision": self.revision, "changed": true, "tick": self.tick, "ramp_ends_tick": self.tick + 200,
+            "applied": {}, "changes": [], "advice": [],
+        });
+        let intent = Intent::TrialScene {
+            scene: scene.clone(),
+            if_revision,
+            ramp_ms,
+        };
+        self.link.hear(&Update::Answered {
+            intent,
+            result: Ok(Answer::Changed(serde_json::from_value(reply).expect("a reply"))),
+        });
+        *scene
+    }
+
+    /// The subject reads the words, and goes on.
+    fn read(&mut self) {
+        self.ticks(600);
+        self.screen().act(SubjectAct::Click);
+        self.ticks(1);
+    }
+
+    /// Moves to a position and clicks there.
+    fn click_at(&mut self, position_m: f64) {
+        self.position_m = position_m;
+        self.ticks(100);
+        self.screen().act(SubjectAct::Click);
+        self.ticks(1);
+    }
+
+    fn go_on(&mut self) {
+        self.link.command(StudyCommand::GoOn);
+    }
+
+    /// Begins, up to the first target.
+    fn begin(&mut self) {
+        self.go_on();
+        self.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
+        self.read();
+        self.render();
+        self.until(|stage| matches!(stage, Stage::Waiting { what } if what.contains("engage it")));
+        self.turn(RigState::Engaged);
+        self.ticks(300);
+        self.until(|stage| matches!(stage, Stage::Running { what } if what.contains("first target")));
+    }
+}
+
+fn rows(study: &Path) -> Vec<FittsTrial> {
+    store::trials(study).expect("rows")
+}
+
+fn is_held(stage: &Stage) -> bool {
+    matches!(stage, Stage::Held { is_trouble: true, .. })
+}
+
+#[test]
+fn a_trial_is_kept_with_its_recording_and_the_cursor_moves_by_the_plans_mapping() {
+    let mut daemon = Daemon::with_study(TARGETS);
+    daemon.begin();
+    daemon.click_at(-0.025);
+    daemon.click_at(0.01);
+    daemon.click_at(0.026);
+    let row = daemon.row();
+    assert_eq!(
+        (row.cells[0].as_str(), row.cells[6].as_str(), row.void),
+        ("1", "1", None)
+    );
+    let frame = daemon.screen().begin_frame(Instant::now());
+    assert!((frame.cursor_m.expect("a cursor") - 0.052).abs() < 1e-9);
+    assert!((frame.reach_m - 0.06).abs() < 1e-9);
+    let kept = rows(&daemon.study());
+    assert_eq!((kept.len(), kept[0].errors, kept[0].subject.as_str()), (1, 1, "P7"));
+    assert!(
+        (kept[0].movement_time_s - 0.202).abs() < 1e-9,
+        "{}",
+        kept[0].movement_time_s
+    );
+    let recording = daemon.study().join(kept[0].recording.as_ref().expect("a recording"));
+    assert!(haptic_lab::recording::read(&recording).expect("it is read").rows.len() >= 202);
+}
+
+#[test]
+fn a_stop_a_fault_a_lost_tick_and_another_clients_change_void_the_trial_until_the_experimenter_goes_on() {
+    let mut daemon = Daemon::with_study(TARGETS);
+    daemon.begin();
+    let mut expected = Vec::new();
+    type Trouble = (&'static str, fn(&mut Daemon));
+    let troubles: [Trouble; 4] = [
+        ("the rig is stopped", |daemon| daemon.turn(RigState::Stopped)),
+        ("the rig is faulted", |daemon| daemon.turn(RigState::Faulted)),
+        ("1 ticks are missing", |daemon| daemon.tick += 1),
+        ("another program changed the scene", |daemon| {
+            daemon.revision += 1;
+            daemon.tell_state();
+        }),
+    ];
+    for (why, trouble) in troubles {
+        daemon.click_at(-0.025);
+        daemon.ticks(50);
+        daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("moves to")));
+        trouble(&mut daemon);
+        daemon.ticks(10);
+        let row = daemon.row();
+        assert!(
+            row.void.as_deref().is_some_and(|told| told.starts_with(why)),
+            "{why}: {row:?}"
+        );
+        daemon.until(is_held);
+        // Not by itself, whatever the rig does.
+        daemon.turn(RigState::Engaged);
+        daemon.ticks(500);
+        assert!(daemon.screen().begin_frame(Instant::now()).cursor_m.is_none());
+        daemon.go_on();
+        if why.starts_with("another") {
+            daemon.render();
+        }
+        daemon.ticks(300);
+        daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("first target")));
+        expected.push(why);
+    }
+    assert!(rows(&daemon.study()).is_empty(), "{expected:?}");
+    daemon.click_at(-0.025);
+    daemon.click_at(0.025);
+    assert_eq!(daemon.row().void, None);
+    assert_eq!(rows(&daemon.study())[0].voided, 4);
+}
+
+#[test]
+fn a_refused_scene_is_told_and_asked_for_again_after_consent() {
+    let mut daemon = Daemon::with_study(TARGETS);
+    daemon.go_on();
+    daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
+    daemon.read();
+    let intent = daemon.intent();
+    daemon.revision += 1;
+    daemon.tell_state();
+    let error = WireError::new(ErrorCode::Conflict, "the scene is at revision 2");
+    let result = Err(error);
+    daemon.link.hear(&Update::Answered { intent, result });
+    daemon.until(|stage| matches!(stage, Stage::Held { why, .. } if why.contains("the scene is at revision 2")));
+    daemon.go_on();
+    daemon.render();
+}
+
+#[test]
+fn the_surfaces_of_a_question_are_rendered_one_after_the_other_and_the_answer_is_kept() {
+    let mut daemon = Daemon::with_study(SURFACES);
+    daemon.go_on();
+    daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
+    daemon.read();
+    daemon.turn(RigState::Engaged);
+    let mut felt = vec![daemon.render()];
+    let began = Instant::now();
+    let phase = |daemon: &Daemon| daemon.screen().begin_frame(Instant::now()).view.map(|view| view.phase);
+    while phase(&daemon) != Some(Phase::Question) {
+        assert!(began.elapsed() < PATIENCE, "{:?}", daemon.stage);
+        daemon.ticks(50);
+        if let Ok(intent @ Intent::TrialScene { .. }) = daemon.intents.recv_timeout(Duration::from_millis(5)) {
+            let Intent::TrialScene { scene, .. } = &intent else {
+                continue;
+            };
+            felt.push((**scene).clone());
+            daemon.revision += 1;
+            daemon.tell_state();
+            let reply = serde_json::json!({
+                "revision": daemon.revision, "changed": true, "tick": daemon.tick, "applied": {}, "changes": [], "advice": [],
+            });
+            let result = Ok(Answer::Changed(serde_json::from_value(reply).expect("a reply")));
+            daemon.link.hear(&Update::Answered { intent, result });
+        }
+    }
+    assert!(
+        felt.len() >= 2 && felt.windows(2).all(|pair| pair[0] != pair[1]),
+        "{felt:?}"
+    );
+    daemon.ticks(700);
+    daemon.screen().act(SubjectAct::Answer(1));
+    daemon.ticks(1);
+    assert_eq!(daemon.row().cells[4], "first");
+    let kept: Vec<PerceptionTrial> = store::trials(&daemon.study()).expect("rows");
+    assert_eq!((kept.len(), kept[0].answer), (1, 1));
+    assert!(kept[0].response_time_s.is_some_and(|time_s| time_s >= 0.7));
+}
+
+#[test]
+fn a_study_that_is_closed_gives_the_rig_back_and_is_gone_on_with() {
+    let mut daemon = Daemon::with_study(TARGETS);
+    daemon.begin();
+    daemon.click_at(-0.025);
+    daemon.click_at(0.025);
+    daemon.row();
+    daemon.link.command(StudyCommand::Note("a \"good\" one".to_owned()));
+    daemon.link.command(StudyCommand::Close);
+    let mut noted = false;
+    loop {
+        match daemon.updates.recv_timeout(PATIENCE).expect("news") {
+            Update::Study(StudyNews::Closed) => break,
+            Update::Study(StudyNews::Noted(told)) => noted = told.is_ok(),
+            _ => {}
+        }
+    }
+    assert!(noted);
+    let asked: Vec<Intent> = daemon.intents.try_iter().collect();
+    assert!(
+        asked.ends_with(&[Intent::Lease { timeout_ms: 0 }, Intent::Stream { batch_ms: 34 }]),
+        "{asked:?}"
+    );
+    daemon.link.command(StudyCommand::Open { folder: daemon.study() });
+    let told = loop {
+        match daemon.updates.recv_timeout(PATIENCE).expect("news") {
+            Update::Study(StudyNews::State(state)) if state.subjects[0].progress.is_some() => break state,
+            Update::Study(StudyNews::Failed(why)) => panic!("{why}"),
+            _ => {}
+        }
+    };
+    assert_eq!(told.subjects[0].progress, Some((1, Some(4))));
+}

@@ -1,0 +1,160 @@
+//! What the subject reads, and what counts as a click or an answer.
+
+use super::*;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use haptic_lab::studies::session::{Feedback, Instruction, Targets, View};
+
+/// A window, and what the subject did there.
+struct Window {
+    frame: SubjectFrame,
+    acts: Vec<SubjectAct>,
+}
+
+fn view(phase: Phase) -> View {
+    View {
+        phase,
+        is_practice: false,
+        done: 3,
+        of: Some(8),
+        feedback: None,
+    }
+}
+
+fn window(view: Option<View>, reach_m: f64) -> Harness<'static, Window> {
+    let frame = SubjectFrame {
+        view,
+        reach_m,
+        cursor_m: Some(0.05),
+    };
+    let draw = |ui: &mut Ui, window: &mut Window| {
+        let acts = contents(ui, &window.frame);
+        window.acts.extend(acts);
+    };
+    let acts = Vec::new();
+    let mut harness = Harness::builder()
+        .with_size([1024.0, 640.0])
+        .build_ui_state(draw, Window { frame, acts });
+    harness.run();
+    harness
+}
+
+fn targets() -> View {
+    View {
+        feedback: Some(Feedback::Missed),
+        ..view(Phase::Targets(Targets {
+            active_m: 0.1,
+            other_m: -0.1,
+            width_m: 0.05,
+            cursor_diameter_m: 0.006,
+            is_start: false,
+        }))
+    }
+}
+
+fn press(window: &mut Harness<'_, Window>, key: Key, repeat: bool) {
+    window.event(egui::Event::Key {
+        key,
+        physical_key: None,
+        pressed: true,
+        repeat,
+        modifiers: Modifiers::NONE,
+    });
+    window.run();
+}
+
+fn acts(window: &mut Harness<'_, Window>) -> Vec<SubjectAct> {
+    std::mem::take(&mut window.state_mut().acts)
+}
+
+#[test]
+fn the_subject_reads_what_to_do() {
+    for (phase, reach_m, title, text) in [
+        (None, 0.3, "Please wait", ""),
+        (Some(Phase::Paused), 0.3, "Please wait", ""),
+        (Some(Phase::Mounting), 0.3, "Please wait", "Let go of the handle"),
+        (
+            Some(Phase::Instruction(Instruction::Practice)),
+            0.3,
+            "Practice",
+            "green target",
+        ),
+        (
+            Some(Phase::Instruction(Instruction::Trials)),
+            0.0,
+            "Now it counts",
+            "two surfaces",
+        ),
+        (
+            Some(Phase::Rest { remaining_s: 41.2 }),
+            0.3,
+            "Have a rest",
+            "for a while: 42 s",
+        ),
+        (
+            Some(Phase::Rest { remaining_s: 0.0 }),
+            0.3,
+            "Have a rest",
+            "whenever you are ready",
+        ),
+        (Some(Phase::GetReady), 0.3, "Get ready", "Take the handle"),
+        (Some(Phase::Done), 0.3, "Thank you", "That was all"),
+        (Some(Phase::Wait), 0.0, "The surface changes", ""),
+        (Some(Phase::Feel(1)), 0.0, "Feel the first surface", ""),
+        (Some(Phase::Feel(2)), 0.0, "Feel the second surface", ""),
+        (
+            Some(Phase::Question),
+            0.0,
+            "Which surface had more friction?",
+            "left arrow",
+        ),
+    ] {
+        let window = window(phase.map(view), reach_m);
+        window.get_by_label(title);
+        assert!(
+            text.is_empty() || window.query_by_label_contains(text).is_some(),
+            "{phase:?}: {text}"
+        );
+    }
+}
+
+#[test]
+fn enter_and_the_mouse_click_once_when_pressed() {
+    for view in [targets(), view(Phase::Instruction(Instruction::Trials))] {
+        let mut window = window(Some(view), 0.3);
+        for repeat in [false, true, true] {
+            press(&mut window, Key::Enter, repeat);
+        }
+        assert_eq!(acts(&mut window), [SubjectAct::Click], "a held key is one click");
+        let at = egui::pos2(500.0, 300.0);
+        window.hover_at(at);
+        window.drag_at(at);
+        window.run();
+        assert_eq!(acts(&mut window), [SubjectAct::Click], "on the press");
+        window.drop_at(at);
+        window.run();
+        assert_eq!(acts(&mut window), [], "not again on the release");
+    }
+}
+
+#[test]
+fn a_question_is_answered_by_digits_arrows_and_by_its_places() {
+    let mut asked = window(Some(view(Phase::Question)), 0.0);
+    for (key, answer) in [
+        (Key::Num1, 1),
+        (Key::ArrowLeft, 1),
+        (Key::Num2, 2),
+        (Key::ArrowRight, 2),
+    ] {
+        press(&mut asked, key, false);
+        assert_eq!(acts(&mut asked), [SubjectAct::Answer(answer)], "{key:?}");
+    }
+    press(&mut asked, Key::Enter, false);
+    assert_eq!(acts(&mut asked), [], "Enter is no answer");
+    asked.get_by_label("surface 2 had more friction").click();
+    asked.run();
+    assert_eq!(acts(&mut asked), [SubjectAct::Answer(2)]);
+    let mut felt = window(Some(view(Phase::Feel(2))), 0.0);
+    press(&mut felt, Key::Num1, false);
+    assert_eq!(acts(&mut felt), [], "nothing is asked yet");
+}

@@ -1,0 +1,223 @@
+//! The keys of Stop under X11, seen beside the window's event loop: that one takes no key while it draws a frame, which
+//! lasts tens of milliseconds where the processor draws.
+//!
+//! X11 sends the keys of a window to every client that asks for them. A thread asks on a connection of its own.
+//! Wayland tells a window's keys to one queue alone, so a stop by key waits for the frame there.
+
+use std::io;
+use std::thread;
+use x11rb::connection::Connection as _;
+use x11rb::protocol::Event;
+use x11rb::protocol::xproto::{
+    ChangeWindowAttributesAux, ConnectionExt as _, EventMask, KeyPressEvent, Keycode, Window,
+};
+use x11rb::rust_connection::RustConnection;
+
+/// The keys of Stop as X11 names them (`X11/keysymdef.h`): Space and Escape.
+const STOP_KEYSYMS: [u32; 2] = [0x0020, 0xff1b];
+
+/// Calls `stop` at each press of Space or Escape in a window of X11, until the window is gone or `stop` returns false.
+/// A key that is held down is one press. The usual display is that of the environment.
+///
+/// # Errors
+/// There is no X server, it has no such window, or the system has no thread left.
+pub(crate) fn watch(display: Option<&str>, window: Window, stop: impl Fn() -> bool + Send + 'static) -> io::Result<()> {
+    let (server, _) = x11rb::connect(display).map_err(io::Error::other)?;
+    let mask = EventMask::KEY_PRESS | EventMask::KEY_RELEASE | EventMask::STRUCTURE_NOTIFY | EventMask::FOCUS_CHANGE;
+    let asked = server.change_window_attributes(window, &ChangeWindowAttributesAux::new().event_mask(mask));
+    asked.map_err(io::Error::other)?.check().map_err(io::Error::other)?;
+    let mut keys = Keys {
+        stop: stop_codes(&server).map_err(io::Error::other)?,
+        down: Vec::new(),
+        released: None,
+    };
+    thread::Builder::new().name("stop keys".to_owned()).spawn(move || {
+        // Without a server there is no window any more.
+        while let Ok(event) = server.wait_for_event() {
+            let is_stop = match event {
+                Event::KeyPress(event) => keys.press(&event),
+                Event::KeyRelease(event) => {
+                    keys.release(&event);
+                    false
+                }
+                Event::MappingNotify(_) => {
+                    keys.stop = stop_codes(&server).unwrap_or_else(|_| std::mem::take(&mut keys.stop));
+                    false
+                }
+                Event::FocusOut(_) => {
+                    keys.forget();
+                    false
+                }
+                Event::DestroyNotify(_) => return,
+                _ => false,
+            };
+            if is_stop && !stop() {
+                return;
+            }
+        }
+    })?;
+    Ok(())
+}
+
+/// The codes of the keys of Stop on this keyboard.
+fn stop_codes(server: &RustConnection) -> Result<Vec<Keycode>, x11rb::errors::ReplyError> {
+    let (first, last) = (server.setup().min_keycode, server.setup().max_keycode);
+    let mapping = server.get_keyboard_mapping(first, last - first + 1)?.reply()?;
+    let of_code = mapping.keysyms.chunks(usize::from(mapping.keysyms_per_keycode.max(1)));
+    let codes = (first..=last).zip(of_code);
+    let are_stop = |keysyms: &[u32]| keysyms.iter().any(|keysym| STOP_KEYSYMS.contains(keysym));
+    Ok(codes
+        .filter(|(_, keysyms)| are_stop(keysyms))
+        .map(|(code, _)| code)
+        .collect())
+}
+
+/// Tells presses from the repetitions of a key that is held down.
+struct Keys {
+    /// The codes of the keys of Stop.
+    stop: Vec<Keycode>,
+    /// Those of them that are down.
+    down: Vec<Keycode>,
+    /// The newest release of one that was down, and its time, ms: a repetition is that and a press at the same time.
+    released: Option<(Keycode, u32)>,
+}
+
+impl Keys {
+    /// Whether a press is one of Stop.
+    fn press(&mut self, event: &KeyPressEvent) -> bool {
+        if !self.stop.contains(&event.detail) {
+            return false;
+        }
+        let was_down = self.down.contains(&event.detail) || self.released == Some((event.detail, event.time));
+        self.down.retain(|down| *down != event.detail);
+        self.down.push(event.detail);
+        !was_down
+    }
+
+    /// Another window has the keyboard, and hears of the releases.
+    fn forget(&mut self) {
+        self.down.clear();
+        self.released = None;
+    }
+
+    fn release(&mut self, event: &KeyPressEvent) {
+        let was_down = self.down.contains(&event.detail);
+        self.down.retain(|down| *down != event.detail);
+        self.released = was_down.then_some((event.detail, event.time));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{BufRead as _, BufReader};
+    use std::process::{Child, Command, Stdio};
+    use std::sync::mpsc;
+    use std::time::Duration;
+    use x11rb::protocol::xproto::{CreateWindowAux, InputFocus, KeyButMask, WindowClass};
+
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    struct Server(Child);
+
+    impl Drop for Server {
+        fn drop(&mut self) {
+            drop(self.0.kill());
+            drop(self.0.wait());
+        }
+    }
+
+    /// A server without a screen, and the name of its display.
+    fn server() -> Option<(Server, String)> {
+        let spawned = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", "64x64x24"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let has_keys = Command::new("xdotool").arg("version").stdout(Stdio::null()).status();
+        let (Ok(mut server), Ok(_)) = (spawned, has_keys) else {
+            test_run::skip("Xvfb", "Debian: apt install xvfb xdotool");
+            return None;
+        };
+        let said = server.stdout.take().expect("it is piped");
+        let mut number = String::new();
+        BufReader::new(said)
+            .read_line(&mut number)
+            .expect("it names its display");
+        Some((Server(server), format!(":{}", number.trim())))
+    }
+
+    // hazard: H5
+    #[test]
+    fn a_key_stops_while_the_window_draws_and_takes_no_event() {
+        let Some((_server, display)) = server() else { return };
+        let (client, screen) = x11rb::connect(Some(&display)).expect("a connection");
+        let window = client.generate_id().expect("a number");
+        let (root, copied) = (client.setup().roots[screen].root, WindowClass::COPY_FROM_PARENT);
+        let about = CreateWindowAux::new().event_mask(EventMask::KEY_PRESS);
+        let made = client.create_window(0, window, root, 0, 0, 64, 64, 0, copied, 0, &about);
+        made.expect("it is sent").check().expect("a window");
+        client
+            .map_window(window)
+            .expect("it is sent")
+            .check()
+            .expect("it is shown");
+        let focus = client.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME);
+        focus.expect("it is sent").check().expect("it has the keyboard");
+        let (stop, stops) = mpsc::channel();
+        watch(Some(&display), window, move || stop.send(()).is_ok()).expect("it is watched");
+        // Nobody reads the events of the window's own client.
+        let press = |keys: &[&str]| {
+            let pressed = Command::new("xdotool")
+                .arg("key")
+                .args(keys)
+                .env("DISPLAY", &display)
+                .status();
+            assert!(pressed.expect("it runs").success());
+        };
+        press(&["a", "Return", "space"]);
+        stops.recv_timeout(PATIENCE).expect("a stop");
+        press(&["Tab", "Escape"]);
+        stops.recv_timeout(PATIENCE).expect("another stop");
+        assert!(stops.try_recv().is_err(), "no other key stops");
+        let gone = watch(Some(&display), window + 1, || true).expect_err("there is no such window");
+        assert!(gone.to_string().contains("Window"), "{gone}");
+    }
+
+    #[test]
+    fn a_key_that_is_held_down_is_one_press() {
+        let mut keys = Keys {
+            stop: vec![65],
+            down: vec![],
+            released: None,
+        };
+        let at = |detail, time| KeyPressEvent {
+            response_type: 2,
+            detail,
+            sequence: 0,
+            time,
+            root: 0,
+            event: 0,
+            child: 0,
+            root_x: 0,
+            root_y: 0,
+            event_x: 0,
+            event_y: 0,
+            state: KeyButMask::default(),
+            same_screen: true,
+        };
+        assert!(keys.press(&at(65, 900)) && !keys.press(&at(65, 910)));
+        // Its release goes to another window.
+        keys.forget();
+        // A program that presses keys may release them first.
+        keys.release(&at(65, 1000));
+        assert!(keys.press(&at(65, 1000)) && !keys.press(&at(66, 1000)));
+        for time in [1500, 1530] {
+            keys.release(&at(65, time));
+            assert!(!keys.press(&at(65, time)), "a repetition");
+        }
+        assert!(!keys.press(&at(65, 1560)), "a repetition without a release");
+        keys.release(&at(65, 1600));
+        assert!(keys.press(&at(65, 1700)), "pressed again");
+    }
+}

@@ -1,0 +1,207 @@
+//! How far apart the clocks of two records of one motion are, and how fast they drift.
+//!
+//! The positions tell: where the second record is late, it is behind by its velocity times the delay. A hand that moves
+//! both surfaces alike is not where both masses are: a grip gives way by the difference of the forces over its
+//! stiffness, which is one more unknown, or a stickier surface would pass for a slower clock.
+
+use super::align::{self, Alignment};
+use super::signal::{Signal, count_of};
+use super::{CompareError, Side};
+use crate::identify::Record;
+use crate::robust_fit;
+use crate::two_clocks::{self, Change, Drift, NoShift, Shift, Shifts, stands_out};
+use nalgebra::DMatrix;
+
+/// Most rows of a fit.
+const MOST_ROWS: usize = 8000;
+
+/// Half of the time over which a force is averaged, s: as velocities are.
+const HALF_MEAN_S: f64 = 0.02;
+
+/// Longest change of a shift that must show in the positions, s, and how many are tried to either side.
+const LONGEST_S: f64 = 0.5;
+const TRIED: i32 = 10;
+
+/// Longest shift from the one that was found by whole samples, s: so far a fit is sure of its way.
+const FARTHEST_S: f64 = 0.1;
+
+/// Least agreement of the positions at which a drift is looked for, which blurs them in a long record.
+const LEAST_AGREEMENT: f64 = 0.5;
+
+/// Two records on one clock.
+pub(super) struct Aligned {
+    /// The second record, without the drift of its clock.
+    pub(super) second: Signal,
+    pub(super) alignment: Alignment,
+    /// The shift with its interval, where that can be told.
+    pub(super) shift: Option<Shift>,
+    /// The drift that was taken out.
+    pub(super) drift: Option<Drift>,
+    /// Whether any shift leaves about the same positions.
+    pub(super) is_any_shift_alike: bool,
+}
+
+impl Aligned {
+    /// Aligns the record of the second side with the first one's signal.
+    ///
+    /// # Errors
+    /// As those of [`Signal::new`].
+    pub(super) fn new(
+        first: &Signal,
+        record: &Record,
+        period_s: f64,
+        mass_kg: Option<f64>,
+    ) -> Result<Self, CompareError> {
+        let signal = |record: &Record| Signal::new(record, period_s, mass_kg, Side::Rendered);
+        let as_told = Self::without_drift(first, signal(record)?);
+        let drift = as_told.growth(first);
+        let Some(drift) = drift else { return Ok(as_told) };
+        let steady = steady(record, &drift, as_told.alignment.middle_s(first, &as_told.second));
+        let aligned = Self::without_drift(first, signal(&steady)?);
+        Ok(if aligned.alignment.agreement < as_told.alignment.agreement {
+            as_told
+        } else {
+            Self {
+                drift: Some(drift),
+                ..aligned
+            }
+        })
+    }
+
+    fn without_drift(first: &Signal, second: Signal) -> Self {
+        let mut aligned = Self {
+            alignment: align::find(first, &second),
+            second,
+            shift: None,
+            drift: None,
+            is_any_shift_alike: false,
+        };
+        match find(first, &aligned.second, &aligned.alignment) {
+            Ok(shifts) => {
+                aligned.alignment = Alignment::at(first, &aligned.second, shifts.middle.value_s);
+                aligned.shift = Some(shifts.middle);
+            }
+            Err(why) => aligned.is_any_shift_alike = why == NoShift::AllAlike,
+        }
+        aligned
+    }
+
+    /// The drift, where it is certain.
+    fn growth(&self, first: &Signal) -> Option<Drift> {
+        let is_blurred = self.alignment.agreement < LEAST_AGREEMENT;
+        let shifts = find(first, &self.second, &self.alignment)
+            .ok()
+            .filter(|_| !is_blurred)?;
+        Drift::of(&shifts.growth?, self.alignment.overlap_s)
+    }
+}
+
+/// The record with the times of a clock that agrees in the middle, s, with the one that was faster.
+fn steady(record: &Record, drift: &Drift, middle_s: f64) -> Record {
+    let rate = 1.0 + 1e-6 * drift.ppm;
+    Record {
+        t_s: record
+            .t_s
+            .iter()
+            .map(|t_s| middle_s + (t_s - middle_s) / rate)
+            .collect(),
+        ..record.clone()
+    }
+}
+
+/// The shift in the middle of the time that both hold, and its growth over that time.
+fn find(first: &Signal, second: &Signal, alignment: &Alignment) -> Result<Shifts, NoShift> {
+    let part = Part::new(first, second, alignment);
+    // Two encoders at one steady speed agree to any part of a step at some shifts by chance.
+    let steps_m2 = (first.step_m + second.step_m).powi(2);
+    let variance = |shift_s: f64| steps_m2 + part.variance(alignment.shift_s + shift_s);
+    let most = (-TRIED..=TRIED)
+        .map(|step| variance(f64::from(step) / f64::from(TRIED) * LONGEST_S))
+        .fold(0.0, f64::max);
+    if !stands_out(variance(0.0), most) {
+        return Err(NoShift::AllAlike);
+    }
+    two_clocks::refine(alignment.shift_s, |shift_s, growth_s| part.fit(shift_s, growth_s))
+        .filter(|shifts| (shifts.middle.value_s - alignment.shift_s).abs() < FARTHEST_S)
+        .ok_or(NoShift::OutOfReach)
+}
+
+/// Samples of the time that both hold.
+struct Part<'a> {
+    first: &'a Signal,
+    second: &'a Signal,
+    /// Times on the first clock, s.
+    times: Vec<f64>,
+    first_force_n: Vec<f64>,
+    second_force_n: Vec<f64>,
+    /// Position of the second less that of the first, m: small values keep their digits.
+    offset_m: f64,
+}
+
+impl<'a> Part<'a> {
+    fn new(first: &'a Signal, second: &'a Signal, alignment: &Alignment) -> Self {
+        let (from_s, count) = alignment.overlap(first, second);
+        let step = count.div_ceil(MOST_ROWS).max(1);
+        let times = (0..count).step_by(step);
+        let mean = |signal: &Signal| signal.mean_force(signal.samples_in(HALF_MEAN_S));
+        Self {
+            times: times.map(|index| from_s + first.period_s * count_of(index)).collect(),
+            first_force_n: mean(first),
+            second_force_n: mean(second),
+            offset_m: alignment.position_offset_m,
+            first,
+            second,
+        }
+    }
+
+    /// Place of a time in the part, from -0.5 to 0.5.
+    fn place(&self, index: usize) -> f64 {
+        count_of(index) / count_of(self.times.len() - 1) - 0.5
+    }
+
+    /// The variance of what is left of the positions under a shift, m^2, over the times that both hold then.
+    fn variance(&self, shift_s: f64) -> f64 {
+        let (begin_s, end_s) = (self.second.start_s, self.second.start_s + self.second.length_s());
+        let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        for t in self
+            .times
+            .iter()
+            .filter(|t| (begin_s..=end_s).contains(&(*t + shift_s)))
+        {
+            let left = self.second.value_at(&self.second.position_m, t + shift_s)
+                - self.first.value_at(&self.first.position_m, *t)
+                - self.offset_m;
+            count += 1.0;
+            sum += left;
+            squares += left * left;
+        }
+        squares / count - (sum / count).powi(2)
+    }
+
+    fn fit(&self, shift_s: f64, growth_s: f64) -> Option<Change> {
+        let (n, columns) = (self.times.len(), 4);
+        let mut design = DMatrix::zeros(n, columns);
+        let mut left = Vec::with_capacity(n);
+        for (index, t) in self.times.iter().enumerate() {
+            let place = self.place(index);
+            let later = t + shift_s + growth_s * place;
+            let (own, other) = (self.first, self.second);
+            left.push(other.value_at(&other.position_m, later) - own.value_at(&own.position_m, *t));
+            let velocity = other.value_at(&other.velocity_mps, later);
+            let force = other.value_at(&self.second_force_n, later) - own.value_at(&self.first_force_n, *t);
+            for (column, value) in [-velocity, -velocity * place, 1.0, force].into_iter().enumerate() {
+                design[(index, column)] = value;
+            }
+        }
+        // Surfaces that are alike say nothing of the grip, and those that differ by viscous friction alone look late.
+        let found = robust_fit::fit(design.clone(), &left)
+            .ok()
+            .filter(|found| found.error(0) < self.first.period_s)
+            .or_else(|| robust_fit::fit(design.columns(0, columns - 1).into_owned(), &left).ok())?;
+        Some(Change {
+            shift: (found.values[0], found.error(0)),
+            growth: Some((found.values[1], found.error(1))),
+            freedom: found.freedom,
+        })
+    }
+}

@@ -1,0 +1,88 @@
+//! A table that another program has written as Parquet.
+
+use super::RecordFileError;
+use crate::recording::{Place, parquet::KEY};
+use haptic_motion::guard::guarded;
+use haptic_motion::numbers::{Numbers, NumbersError};
+use parquet::basic::{LogicalType, TimeUnit};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// A table, open for reading.
+pub(super) struct ParquetTable {
+    path: PathBuf,
+    reader: SerializedFileReader<File>,
+}
+
+impl ParquetTable {
+    /// Opens a file; `None` where it is something else, damaged, or a recording of hapticd.
+    pub(super) fn open(path: &Path) -> Result<Option<Self>, RecordFileError> {
+        let file = File::open(path).map_err(|source| RecordFileError::Open {
+            path: path.to_path_buf(),
+            source,
+        })?;
+        let Ok(reader) = guarded(|| SerializedFileReader::new(file)) else {
+            return Ok(None);
+        };
+        let pairs = reader.metadata().file_metadata().key_value_metadata();
+        let is_ours = pairs.into_iter().flatten().any(|pair| pair.key.starts_with(KEY));
+        let path = path.to_path_buf();
+        Ok((!is_ours).then_some(Self { path, reader }))
+    }
+
+    /// The names of its columns.
+    pub(super) fn names(&self) -> Vec<String> {
+        let schema = self.reader.metadata().file_metadata().schema_descr_ptr();
+        schema.columns().iter().map(|column| column.path().string()).collect()
+    }
+
+    /// All cells of a column, a moment in s.
+    pub(super) fn column(&self, index: usize) -> Result<Vec<f64>, RecordFileError> {
+        let descriptor = self.reader.metadata().file_metadata().schema_descr_ptr().column(index);
+        let name = descriptor.path().string();
+        let moment = match descriptor.logical_type_ref() {
+            Some(LogicalType::Timestamp(moment)) => Some(&moment.unit),
+            Some(LogicalType::Time(moment)) => Some(&moment.unit),
+            _ => None,
+        };
+        let unit = match moment {
+            Some(TimeUnit::MILLIS) => 1e-3,
+            Some(TimeUnit::MICROS) => 1e-6,
+            Some(TimeUnit::NANOS) => 1e-9,
+            None => 1.0,
+        };
+        let failed = |reason: String| RecordFileError::Parquet {
+            path: self.path.clone(),
+            column: name.clone(),
+            reason,
+        };
+        if descriptor.max_rep_level() > 0 {
+            return Err(failed("of lists: one number a row expected".to_owned()));
+        }
+        let mut cells = Vec::new();
+        for group in 0..self.reader.num_row_groups() {
+            let opened = guarded(|| Numbers::open(&*self.reader.get_row_group(group)?, index));
+            let mut numbers = opened.map_err(failed)?;
+            loop {
+                let before = cells.len();
+                let empty = numbers
+                    .read(&mut cells)
+                    .map_err(|error: NumbersError| failed(error.to_string()))?;
+                if let Some(empty) = empty {
+                    return Err(RecordFileError::NotANumber {
+                        path: self.path.clone(),
+                        place: Place::Row((before + empty + 1) as u64),
+                        column: name.clone(),
+                        value: String::new(),
+                    });
+                }
+                if cells.len() == before {
+                    break;
+                }
+            }
+        }
+        cells.iter_mut().for_each(|cell| *cell *= unit);
+        Ok(cells)
+    }
+}

@@ -1,0 +1,114 @@
+//! What the subject's screen shows. Nothing here tells what is rendered, nor how a trial is named.
+
+use super::super::fitts;
+use super::super::perception::Prompt;
+use super::task::Task;
+
+/// What the subject's screen shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where the subject is.
+    pub phase: Phase,
+    /// Whether it is practice.
+    pub is_practice: bool,
+    /// Trials done, practice included.
+    pub done: usize,
+    /// Trials in all, practice included, or the most that there can be; none where a staircase has no such limit.
+    pub of: Option<usize>,
+    /// What came of the last click or answer, for a moment.
+    pub feedback: Option<Feedback>,
+}
+
+/// Where the subject is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// Read what comes; goes on by `proceed`.
+    Instruction(Instruction),
+    /// The experimenter changes the handle; goes on by `proceed`.
+    Mounting,
+    /// A break, which may be ended by `proceed` at any time.
+    Rest {
+        /// What is left of it, s; 0 where it is over.
+        remaining_s: f64,
+    },
+    /// Hold the handle, and wait: the scene changes, or no force flows yet.
+    GetReady,
+    /// Click on the active target.
+    Targets(Targets),
+    /// Wait: the surface changes.
+    Wait,
+    /// Feel the first (1) or the second (2) surface.
+    Feel(u8),
+    /// Which had more friction: the first (1, left arrow) or the second (2, right arrow)?
+    Question,
+    /// Paused, or broken off; goes on by `proceed`, which is the experimenter's.
+    Paused,
+    /// All is done: thanks.
+    Done,
+}
+
+impl Phase {
+    /// Where a subject is whose task runs.
+    pub(super) fn of(task: &Task) -> Self {
+        match task {
+            Task::Fitts(task) => Targets::of(&task.view()).map_or(Self::GetReady, Self::Targets),
+            Task::Perception(task) => match task.prompt() {
+                Prompt::Ready { .. } | Prompt::Finished => Self::GetReady,
+                Prompt::Wait => Self::Wait,
+                Prompt::Feel(interval) => Self::Feel(interval),
+                Prompt::Question => Self::Question,
+            },
+        }
+    }
+}
+
+/// What comes next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instruction {
+    /// The task is explained, and practised.
+    Practice,
+    /// The trials that count.
+    Trials,
+}
+
+/// Two targets, left and right of the middle of the task; lengths in m of the task.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Targets {
+    /// Centre of the active target.
+    pub active_m: f64,
+    /// Centre of the other target.
+    pub other_m: f64,
+    /// Width of the targets.
+    pub width_m: f64,
+    /// Diameter of the cursor.
+    pub cursor_diameter_m: f64,
+    /// Whether the active target is the one that a segment starts from: its click is no trial.
+    pub is_start: bool,
+}
+
+impl Targets {
+    fn of(view: &fitts::View) -> Option<Self> {
+        view.target_m.map(|active_m| Self {
+            active_m,
+            other_m: -active_m,
+            width_m: view.width_m,
+            cursor_diameter_m: view.cursor_diameter_m,
+            is_start: view.phase == fitts::Phase::Start,
+        })
+    }
+}
+
+/// What came of a click or an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feedback {
+    /// The cursor was wholly inside.
+    Hit,
+    /// The cursor was not wholly inside.
+    Missed,
+    /// The answer was taken. Whether it was right is told in practice alone.
+    Answered,
+    /// The answer was right.
+    Right,
+    /// The answer was wrong.
+    Wrong,
+}

@@ -1,0 +1,145 @@
+//! A trial of the targeting task.
+
+use super::operator::Operator;
+use super::row::{OutOfRange, Trial, check, first_session, named, not_negative, positive};
+use serde::{Deserialize, Serialize};
+
+/// A valid click of the Fitts task, and the invalid ones before it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FittsTrial {
+    /// Who did it; a file from elsewhere need not tell.
+    #[serde(default)]
+    pub operator: Option<Operator>,
+    /// Code of the subject.
+    pub subject: String,
+    /// Session of the subject, from 1.
+    #[serde(default = "first_session")]
+    pub session: u32,
+    /// Segment of the subject's study, from 1.
+    pub block: u32,
+    /// Name of the resistance.
+    pub resistance: String,
+    /// Name of the condition: a pair of amplitude and width.
+    pub condition: String,
+    /// Trial of the segment, from 1.
+    pub trial: u32,
+    /// Direction of the movement along the rig's axis, +1 or -1.
+    #[serde(default)]
+    pub direction: Option<i8>,
+    /// Distance between the targets' centres, m (> 0).
+    pub amplitude_m: f64,
+    /// Width of the target, m (> 0).
+    pub width_m: f64,
+    /// Diameter of the cursor, m (>= 0, below the width).
+    #[serde(default)]
+    pub cursor_diameter_m: Option<f64>,
+    /// Cursor's centre at the valid click, from the target's centre, m: positive is overshoot, whichever way the
+    /// movement went.
+    pub end_error_m: f64,
+    /// From the valid click before to this one, s (> 0).
+    pub movement_time_s: f64,
+    /// Invalid clicks before the valid one.
+    pub errors: u32,
+    /// Sizes of the invalid clicks added up, m (>= 0): each is how far the cursor's edge was outside the target's.
+    #[serde(default)]
+    pub error_size_m: Option<f64>,
+    /// Tick at which the target became active.
+    #[serde(default)]
+    pub start_tick: Option<u64>,
+    /// Tick of the valid click.
+    #[serde(default)]
+    pub end_tick: Option<u64>,
+    /// Revision of the scene that was rendered.
+    #[serde(default)]
+    pub scene_revision: Option<u64>,
+    /// Attempts at this trial that were voided before it.
+    #[serde(default)]
+    pub voided: u32,
+    /// From a position's arrival to the frame that shows it, s: the median of the trial's frames. A simulated operator
+    /// has no screen.
+    #[serde(default)]
+    pub cursor_latency_s: Option<f64>,
+    /// The same of the slowest twentieth of the frames: the 95th percentile, s.
+    #[serde(default)]
+    pub cursor_latency_p95_s: Option<f64>,
+    /// Recording of the trial, a path from the study's folder.
+    #[serde(default)]
+    pub recording: Option<String>,
+}
+
+impl Trial for FittsTrial {
+    const COLUMNS: &'static [&'static str] = &[
+        "operator",
+        "subject",
+        "session",
+        "block",
+        "resistance",
+        "condition",
+        "trial",
+        "direction",
+        "amplitude_m",
+        "width_m",
+        "cursor_diameter_m",
+        "end_error_m",
+        "movement_time_s",
+        "errors",
+        "error_size_m",
+        "start_tick",
+        "end_tick",
+        "scene_revision",
+        "voided",
+        "cursor_latency_s",
+        "cursor_latency_p95_s",
+        "recording",
+    ];
+
+    const REQUIRED: &'static [&'static str] = &[
+        "subject",
+        "block",
+        "resistance",
+        "condition",
+        "trial",
+        "amplitude_m",
+        "width_m",
+        "end_error_m",
+        "movement_time_s",
+        "errors",
+    ];
+
+    fn check(&self) -> Result<(), OutOfRange> {
+        named("subject", &self.subject)?;
+        named("resistance", &self.resistance)?;
+        named("condition", &self.condition)?;
+        positive("amplitude_m", self.amplitude_m, " m")?;
+        positive("width_m", self.width_m, " m")?;
+        positive("movement_time_s", self.movement_time_s, " s")?;
+        check(
+            self.end_error_m.is_finite(),
+            "end_error_m",
+            &self.end_error_m,
+            " m",
+            "it must be finite",
+        )?;
+        if let Some(direction) = self.direction {
+            check(direction.abs() == 1, "direction", &direction, "", "it must be 1 or -1")?;
+        }
+        if let Some(diameter) = self.cursor_diameter_m {
+            not_negative("cursor_diameter_m", diameter, " m")?;
+            check(
+                diameter < self.width_m,
+                "cursor_diameter_m",
+                &diameter,
+                " m",
+                "it must be below width_m",
+            )?;
+        }
+        for (column, value, unit) in [
+            ("error_size_m", self.error_size_m, " m"),
+            ("cursor_latency_s", self.cursor_latency_s, " s"),
+            ("cursor_latency_p95_s", self.cursor_latency_p95_s, " s"),
+        ] {
+            value.map_or(Ok(()), |value| not_negative(column, value, unit))?;
+        }
+        Ok(())
+    }
+}

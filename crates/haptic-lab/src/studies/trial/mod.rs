@@ -1,0 +1,21 @@
+//! The tidy rows of both studies, one a trial, and their CSV.
+//!
+//! A file may come from another program: columns that are not required may be missing, columns that are not
+//! known are passed over, and the order is free. Lengths in m, times in s, forces in N.
+
+mod fitts;
+mod operator;
+mod perception;
+mod row;
+mod table;
+mod voided;
+
+pub use fitts::FittsTrial;
+pub use operator::Operator;
+pub use perception::{Case, Method, PerceptionTrial};
+pub use row::{OutOfRange, Trial};
+pub use table::{TrialError, line, read, write};
+pub use voided::VoidedTrial;
+
+#[cfg(test)]
+mod tests;

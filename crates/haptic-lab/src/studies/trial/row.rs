@@ -1,0 +1,72 @@
+//! What a row of a study is: its columns, and the ranges of its values.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A row that can be read and written.
+pub trait Trial: Serialize + DeserializeOwned {
+    /// The columns that are written.
+    const COLUMNS: &'static [&'static str];
+
+    /// The columns that a file must have.
+    const REQUIRED: &'static [&'static str];
+
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// A value is out of its range.
+    fn check(&self) -> Result<(), OutOfRange>;
+}
+
+/// A value of a row that is out of its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{column} = {value}{unit} is out of range: {limit}")]
+pub struct OutOfRange {
+    /// The column.
+    pub column: &'static str,
+    /// Its value.
+    pub value: String,
+    /// Its unit, after a blank; empty where it has none.
+    pub unit: &'static str,
+    /// What it must be.
+    pub limit: &'static str,
+}
+
+pub(super) fn check(
+    is_right: bool,
+    column: &'static str,
+    value: &impl ToString,
+    unit: &'static str,
+    limit: &'static str,
+) -> Result<(), OutOfRange> {
+    if is_right {
+        return Ok(());
+    }
+    let value = value.to_string();
+    Err(OutOfRange {
+        column,
+        value,
+        unit,
+        limit,
+    })
+}
+
+const POSITIVE: &str = "it must be above 0 and finite";
+const NOT_NEGATIVE: &str = "it must be 0 or above, and finite";
+
+pub(super) fn positive(column: &'static str, value: f64, unit: &'static str) -> Result<(), OutOfRange> {
+    check(value > 0.0 && value.is_finite(), column, &value, unit, POSITIVE)
+}
+
+pub(super) fn not_negative(column: &'static str, value: f64, unit: &'static str) -> Result<(), OutOfRange> {
+    check(value >= 0.0 && value.is_finite(), column, &value, unit, NOT_NEGATIVE)
+}
+
+pub(super) fn named(column: &'static str, value: &str) -> Result<(), OutOfRange> {
+    check(!value.is_empty(), column, &"``", "", "it must not be empty")
+}
+
+/// The session of a row that does not tell: the first.
+pub(super) const fn first_session() -> u32 {
+    1
+}

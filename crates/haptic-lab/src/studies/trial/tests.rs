@@ -1,0 +1,110 @@
+use super::*;
+
+fn fitts_trial() -> FittsTrial {
+    FittsTrial {
+        operator: Some(Operator::Simulated),
+        subject: "01".to_owned(),
+        session: 1,
+        block: 3,
+        resistance: "high stiction".to_owned(),
+        condition: "5".to_owned(),
+        trial: 8,
+        direction: Some(-1),
+        amplitude_m: 0.45,
+        width_m: 0.06,
+        cursor_diameter_m: Some(0.006),
+        end_error_m: -0.1 / 3.0,
+        movement_time_s: 0.731,
+        errors: 2,
+        error_size_m: Some(0.0123),
+        start_tick: Some(u64::MAX),
+        end_tick: Some(1),
+        scene_revision: Some(7),
+        voided: 1,
+        cursor_latency_s: Some(0.021),
+        cursor_latency_p95_s: Some(0.034),
+        recording: Some("data/a, b.mcap".to_owned()),
+    }
+}
+
+fn perception_trial() -> PerceptionTrial {
+    PerceptionTrial {
+        operator: None,
+        subject: "s".to_owned(),
+        session: 2,
+        case: Case::C,
+        method: Method::Staircase,
+        trial: 1,
+        base_static_n: 4.0,
+        base_dynamic_n: 3.5,
+        comparison_static_n: 3.0,
+        comparison_dynamic_n: 2.5,
+        level_n: 1.0,
+        comparison_first: true,
+        answer: 2,
+        correct: true,
+        response_time_s: Some(0.4),
+        reversal: false,
+        start_tick: None,
+        end_tick: None,
+        voided: 0,
+        recording: None,
+    }
+}
+
+fn reads_back<T: Trial + PartialEq + std::fmt::Debug + Clone>(trial: T) {
+    let trials = vec![trial.clone(), trial];
+    let mut whole = Vec::new();
+    write(&trials, &mut whole).expect("written");
+    let by_line = [line(&trials[0], true), line(&trials[1], false)].map(|line| line.expect("written"));
+    assert_eq!(whole, by_line.concat());
+    let header = String::from_utf8(whole.clone()).expect("text");
+    assert!(header.starts_with(&format!("{}\n", T::COLUMNS.join(","))), "{header}");
+    assert_eq!(read::<T>(&whole[..]).expect("read"), trials);
+}
+
+#[test]
+fn rows_read_back_to_the_last_bit() {
+    reads_back(fitts_trial());
+    reads_back(perception_trial());
+}
+
+const ELSEWHERE: &str =
+    "trial,subject,block,resistance,condition,amplitude_m,width_m,end_error_m,movement_time_s,errors,mood\n";
+
+#[test]
+fn a_file_from_elsewhere_needs_the_required_columns_alone() {
+    let text = format!("{ELSEWHERE}1, x7,2,drag,5,0.3,0.04,-0.006,0.612,1,fair\n");
+    let read_back = read::<FittsTrial>(text.as_bytes()).expect("read");
+    let [trial] = &read_back[..] else { panic!("one row") };
+    assert_eq!((trial.subject.as_str(), trial.session, trial.operator), ("x7", 1, None));
+    assert_eq!((trial.end_error_m, trial.errors), (-0.006, 1));
+    assert_eq!(trial.direction, None);
+}
+
+#[test]
+fn a_wrong_file_is_told_by_line_column_value_and_limit() {
+    for (row, message) in [
+        (
+            "1,x,2,drag,5,0.3,wide,0,0.6,1,",
+            "line 2: width_m = `wide`: invalid float literal",
+        ),
+        (
+            "1,x,2,drag,5,-0.3,0.04,0,0.6,1,",
+            "line 2: amplitude_m = -0.3 m is out of range: it must be above 0 and finite",
+        ),
+        (
+            "1,x,2,drag,5,0.3,0.04,NaN,0.6,1,",
+            "line 2: end_error_m = NaN m is out of range: it must be finite",
+        ),
+        (
+            "1,,2,drag,5,0.3,0.04,0,0.6,1,",
+            "line 2: subject = `` is out of range: it must not be empty",
+        ),
+    ] {
+        let error = read::<FittsTrial>(format!("{ELSEWHERE}{row}\n").as_bytes()).expect_err(row);
+        assert_eq!(error.to_string(), message);
+    }
+    let error = read::<FittsTrial>(&b"subject,block\n1,2\n"[..]).expect_err("columns are missing");
+    assert_eq!(error.to_string(), "no column `resistance`");
+}

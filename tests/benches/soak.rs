@@ -1,0 +1,38 @@
+//! The soak with faults: `tests/soak.sh --for 1h`, or by hand `cargo bench -p system-tests --bench soak -- --for 1h`.
+
+use clap::Parser;
+use std::process::ExitCode;
+use system_tests::soak::{self, Options};
+
+/// Runs the real daemons at 1 kHz with clients, changes, schedules and recordings, brings one fault after another about
+/// in a random order, and checks what must hold all the while.
+///
+/// The report is target/soak/report.md, with soak.svg. The exit code is 0 if every claim of it holds, and 1 otherwise. A
+/// busy machine fails nothing: missed periods are told, and a fault that it brings about itself is tried again.
+#[derive(Parser)]
+#[command(name = "soak.sh", max_term_width = 110)]
+struct Arguments {
+    #[command(flatten)]
+    options: Options,
+
+    /// Test the unoptimised build, which is there sooner
+    #[arg(long)]
+    debug: bool,
+
+    /// Cargo adds it.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+fn main() -> ExitCode {
+    let report = soak::run(&Arguments::parse().options);
+    println!("{}", report.markdown());
+    if report.holds() {
+        ExitCode::SUCCESS
+    } else {
+        for claim in report.claims.iter().filter(|claim| !claim.holds) {
+            eprintln!("FAILS: {}: {}", claim.text, claim.seen);
+        }
+        ExitCode::FAILURE
+    }
+}

@@ -1,0 +1,409 @@
+//! The faults, each with the state in which it ends by docs/safety.md and the time by which the motor gives no force.
+
+use super::rig::{Rig, signal};
+#[cfg(target_arch = "x86_64")]
+use crate::hung::{Hang, HungThread};
+use crate::{PATIENCE, binary};
+use haptic_ipc::{ClientError, Request, SceneSaveReply};
+use rustix::process::Signal;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// What a fault ends in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ending {
+    /// Force goes on.
+    GoesOn,
+    /// A fault of this code, until a reset.
+    Faulted(&'static str),
+    /// A stop, until a reset.
+    Stopped,
+    /// The rig is let go of along a ramp.
+    Released,
+    /// The device is gone, and idle when it is back.
+    Disconnected,
+}
+
+impl std::fmt::Display for Ending {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::GoesOn => f.write_str("engaged, as before"),
+            Self::Faulted(code) => write!(f, "faulted: {code}"),
+            Self::Stopped => f.write_str("stopped"),
+            Self::Released => f.write_str("released, then idle"),
+            Self::Disconnected => f.write_str("disconnected, then idle"),
+        }
+    }
+}
+
+/// Looks on while a fault lasts.
+pub(super) type Meanwhile<'a> = &'a mut dyn FnMut(&mut Rig);
+
+/// Something that goes wrong.
+#[derive(Clone, Copy)]
+pub(super) struct Fault {
+    pub(super) name: &'static str,
+    /// Its rows in docs/safety.md.
+    pub(super) rows: &'static str,
+    pub(super) on: On,
+    pub(super) ends_in: Ending,
+    /// Time by which the motor gives no force, ms; none where force goes on.
+    pub(super) zero_within_ms: Option<u64>,
+    /// Begins it on a rig that pulls, looks on, and ends it.
+    pub(super) act: fn(&mut Rig, Meanwhile<'_>),
+}
+
+/// The rigs on which a fault can be brought about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum On {
+    /// Every one.
+    Any,
+    /// Those behind a link.
+    Link,
+    /// Those whose clock can be stepped.
+    SteppedClock,
+    /// Those whose memory can be taken.
+    ScarceMemory,
+}
+
+impl Fault {
+    /// Whether it can be brought about on a rig.
+    pub(super) fn is_for(&self, rig: &Rig) -> bool {
+        match self.on {
+            On::Any => true,
+            On::Link => rig.is_on_link(),
+            On::SteppedClock => rig.clock.is_ok(),
+            On::ScarceMemory => rig.memory.is_ok(),
+        }
+    }
+}
+
+const fn goes_on(name: &'static str, rows: &'static str, on: On, act: fn(&mut Rig, Meanwhile<'_>)) -> Fault {
+    Fault {
+        name,
+        rows,
+        on,
+        ends_in: Ending::GoesOn,
+        zero_within_ms: None,
+        act,
+    }
+}
+
+const fn ends(
+    name: &'static str,
+    rows: &'static str,
+    on: On,
+    ends_in: Ending,
+    zero_within_ms: u64,
+    act: fn(&mut Rig, Meanwhile<'_>),
+) -> Fault {
+    Fault {
+        name,
+        rows,
+        on,
+        ends_in,
+        zero_within_ms: Some(zero_within_ms),
+        act,
+    }
+}
+
+/// `stale-ms` of the daemons, ms.
+const STALE_MS: u64 = 100;
+
+/// The firmware's watchdog and a tick, ms.
+const WATCHDOG_MS: u64 = 52;
+
+/// Longest release of a client's lease, ms.
+const RELEASE_MS: u64 = 200;
+
+/// The lease of a client that hangs, ms.
+const LEASE_MS: u64 = 200;
+
+/// All faults.
+pub(super) const ALL: &[Fault] = &[
+    ends(
+        "line hung up",
+        "F2",
+        On::Link,
+        Ending::Disconnected,
+        WATCHDOG_MS,
+        |rig, look| {
+            fake(rig, "hang-up 0.3");
+            look(rig);
+        },
+    ),
+    ends(
+        "garbage on the line",
+        "H16",
+        On::Link,
+        Ending::Faulted("stale"),
+        STALE_MS + 5,
+        |rig, look| {
+            fake(rig, "corrupt 1");
+            look(rig);
+            fake(rig, "corrupt 0");
+        },
+    ),
+    ends(
+        "silent device",
+        "H16",
+        On::Link,
+        Ending::Faulted("stale"),
+        STALE_MS + 5,
+        |rig, look| {
+            fake(rig, "stall 0.3");
+            look(rig);
+        },
+    ),
+    lying("clock runs backwards", |rig, look| lie(rig, "clock-backwards", look)),
+    lying("clock stands still", |rig, look| lie(rig, "clock-stop", look)),
+    lying("clock at half speed", |rig, look| lie(rig, "clock-half", look)),
+    lying("clock a fifth fast", |rig, look| lie(rig, "clock-speed 1.2", look)),
+    lying("clock jumps 60 ms", |rig, look| lie(rig, "clock-jump 60", look)),
+    lying("stamps of 16 bits", |rig, look| lie(rig, "clock-wrap16", look)),
+    ends(
+        "encoder jumps",
+        "F9",
+        On::Link,
+        Ending::Faulted("jump"),
+        5,
+        |rig, look| {
+            fake(rig, "jump 4000");
+            look(rig);
+        },
+    ),
+    ends(
+        "device reports a fault",
+        "F7",
+        On::Link,
+        Ending::Faulted("device"),
+        5,
+        |rig, look| {
+            fake(rig, "error 2 7");
+            look(rig);
+        },
+    ),
+    ends(
+        "stop button of the rig",
+        "H19",
+        On::Link,
+        Ending::Stopped,
+        5,
+        |rig, look| {
+            fake(rig, "button 1 on");
+            look(rig);
+            fake(rig, "button 1 off");
+        },
+    ),
+    goes_on("one wrong sample", "H6", On::Link, |rig, look| {
+        fake(rig, "position-spike 1");
+        look(rig);
+    }),
+    goes_on("bad line", "H16", On::Link, |rig, look| {
+        for fault in ["loss 0.03", "double 0.05", "corrupt 0.03"] {
+            fake(rig, fault);
+        }
+        look(rig);
+        for fault in ["loss 0", "double 0", "corrupt 0"] {
+            fake(rig, fault);
+        }
+    }),
+    ends(
+        "SIGSTOP and SIGCONT",
+        "H7",
+        On::Any,
+        Ending::Faulted("stalled"),
+        WATCHDOG_MS,
+        |rig, look| {
+            let pid = rig.daemon.pid();
+            signal(pid, Signal::STOP);
+            let began = Instant::now();
+            look(rig);
+            // Longer than a sample may be old, as it must be to be noticed.
+            while began.elapsed() < Duration::from_millis(2 * STALE_MS) {
+                crate::pause();
+            }
+            signal(pid, Signal::CONT);
+        },
+    ),
+    #[cfg(target_arch = "x86_64")]
+    ends(
+        "control thread hangs",
+        "H2",
+        On::Any,
+        Ending::Faulted("control_lost"),
+        1050,
+        |rig, look| {
+            let hung = HungThread::control(rig.daemon.pid(), Hang::Spinning);
+            look(rig);
+            drop(hung);
+        },
+    ),
+    ends("stop by a client", "H12", On::Any, Ending::Stopped, 5, |rig, look| {
+        rig.stop();
+        look(rig);
+    }),
+    ends(
+        "client with a lease dies",
+        "F4",
+        On::Any,
+        Ending::Released,
+        RELEASE_MS,
+        |rig, look| {
+            let mut holder = rig.daemon.raw();
+            let answer = holder.ask(r#"{"id":1,"op":"lease","timeout_ms":2000}"#);
+            assert!(answer["ok"].is_object(), "{answer}");
+            drop(holder);
+            look(rig);
+        },
+    ),
+    ends(
+        "client with a lease hangs",
+        "F4",
+        On::Any,
+        Ending::Released,
+        LEASE_MS + RELEASE_MS,
+        |rig, look| {
+            let mut holder = rig.daemon.raw();
+            let answer = holder.ask(&format!(r#"{{"id":1,"op":"lease","timeout_ms":{LEASE_MS}}}"#));
+            assert!(answer["ok"].is_object(), "{answer}");
+            look(rig);
+        },
+    ),
+    ends(
+        "log that blocks, then a stop",
+        "H1",
+        On::Any,
+        Ending::Stopped,
+        5,
+        block_log,
+    ),
+    goes_on("full disk", "H14", On::Any, fill_disk),
+    goes_on(
+        "wall clock an hour ahead, then behind",
+        "none",
+        On::SteppedClock,
+        step_clock,
+    ),
+    goes_on("no memory left", "F5", On::ScarceMemory, |rig, look| {
+        let pid = rig.daemon.pid();
+        let Ok(group) = &rig.memory else { return };
+        group.take(pid);
+        group.exhaust();
+        group.release(pid);
+        look(rig);
+    }),
+];
+
+const fn lying(name: &'static str, act: fn(&mut Rig, Meanwhile<'_>)) -> Fault {
+    ends(name, "H3", On::Link, Ending::Faulted("device_clock"), 205, act)
+}
+
+fn fake(rig: &mut Rig, fault: &str) {
+    if let Some(fake) = &mut rig.fake {
+        fake.fail(fault);
+    }
+}
+
+fn lie(rig: &mut Rig, lie: &str, look: Meanwhile<'_>) {
+    fake(rig, lie);
+    look(rig);
+    fake(rig, "honest");
+}
+
+/// Nobody reads what the daemon says, until nothing more fits; then it is stopped.
+fn block_log(rig: &mut Rig, look: Meanwhile<'_>) {
+    let before = rig.output.bytes();
+    rig.output.hold(true);
+    let began = Instant::now();
+    while !rig.output.is_full() {
+        // What is said on standard error: stops and resets.
+        rig.stop();
+        drop(rig.client.request::<serde_json::Value>(Request::Reset {}));
+        assert!(began.elapsed() < PATIENCE, "the log does not fill up");
+    }
+    rig.pull();
+    rig.begin();
+    rig.stop();
+    look(rig);
+    rig.output.hold(false);
+    // What waited is read, and the daemon has not given its log up.
+    while rig.output.bytes() == before {
+        assert!(began.elapsed() < 2 * PATIENCE, "the daemon's log has ended");
+        crate::pause();
+    }
+}
+
+/// The disk is full: a scene is not saved, and a recording ends with what it has.
+fn fill_disk(rig: &mut Rig, look: Meanwhile<'_>) {
+    let pid = rig.daemon.pid();
+    let file = rig.disk.seen_by(pid).join("full.csv");
+    let mut recorder = Command::new(binary("haptic-ctl"))
+        .arg("--socket")
+        .arg(rig.daemon.socket())
+        .arg("record")
+        .arg(&file)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("haptic-ctl starts");
+    let began = Instant::now();
+    while !file.metadata().is_ok_and(|file| file.len() > 20_000) {
+        assert!(began.elapsed() < PATIENCE, "nothing is recorded");
+        crate::pause();
+    }
+    rig.disk.fill(pid, recorder.id());
+    let save = Request::SceneSave {
+        name: "soak".to_owned(),
+        scene: None,
+        replace: true,
+    };
+    let saved = rig.client.request::<SceneSaveReply>(save.clone());
+    look(rig);
+    let ended = loop {
+        if let Some(ended) = recorder.try_wait().expect("it is ours") {
+            break ended;
+        }
+        assert!(began.elapsed() < PATIENCE, "the recording goes on without a disk");
+        crate::pause();
+    };
+    let read = crate::ctl(rig.daemon.socket(), &["recording", "info", &file.to_string_lossy()]);
+    rig.disk.empty(pid);
+    drop(std::fs::remove_file(file));
+    assert_eq!(ended.code(), Some(1), "a recording on a full disk fails");
+    assert!(read.status.success(), "what it holds reads: {read:?}");
+    assert!(
+        matches!(saved, Err(ClientError::Refused(_))),
+        "a full disk is told: {saved:?}"
+    );
+    let saved = rig.client.request::<SceneSaveReply>(save);
+    assert!(saved.is_ok(), "with room it is saved: {saved:?}");
+}
+
+/// The wall clock steps: entries of the journal show it, and nothing else does.
+fn step_clock(rig: &mut Rig, look: Meanwhile<'_>) {
+    for ahead_s in [3600_i32, -3600, 0] {
+        let Ok(clock) = &rig.clock else { return };
+        clock.set(ahead_s.into());
+        let after = rig.newest_entry();
+        look(rig);
+        // The clients go on changing the scene, and what they changed before may be entered late.
+        let began = Instant::now();
+        loop {
+            let true_s = jiff::Timestamp::now().as_duration().as_secs_f64();
+            let entries = rig.journal(Some(after));
+            let off_s = entries
+                .last()
+                .map(|entry| entry.time_unix_s - true_s - f64::from(ahead_s));
+            if off_s.is_some_and(|off_s| off_s.abs() < 120.0) {
+                break;
+            }
+            assert!(
+                began.elapsed() < PATIENCE,
+                "the step of {ahead_s} s is off by {off_s:?} s in the journal"
+            );
+            crate::pause();
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! The soak: daemons in ordinary use for minutes or hours, while one fault after another is brought about in a random
+//! order, and what must hold all the while.
+//!
+//! Two daemons run side by side: one on the fake rig behind a pseudo-terminal, whose own record of its motor judges
+//! the force, and one on the fake rig in its process. Each has clients that change its scene and clients that misuse
+//! it, a journal that is followed, and recordings that are replayed.
+
+mod clock_step;
+mod disk;
+mod faults;
+mod health;
+mod load;
+mod output;
+mod pressure;
+mod recordings;
+mod report;
+mod rig;
+mod round;
+
+pub use report::{Claim, Report};
+
+use rig::{Place, Rig};
+use round::Occurrence;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Where the report is written.
+pub const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/soak");
+
+/// How much longer than asked for the last round of faults may take before the daemons count as hung.
+const OVERTIME: Duration = Duration::from_secs(600);
+
+/// What is asked for on the command line.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Options {
+    /// Length, as in 90s, 2m or 1h; every fault comes at least once, however short it is
+    #[arg(long = "for", value_name = "TIME", value_parser = length)]
+    pub length: Duration,
+
+    /// Seed of the order of the faults and of the clients' changes [default: another one in every run]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+/// Reads a length: a number with its unit, and not zero.
+fn length(text: &str) -> Result<Duration, String> {
+    let refused = || "expected a time above zero with its unit, as in 90s, 2m or 1h".to_owned();
+    let length: jiff::SignedDuration = text.parse().map_err(|_| refused())?;
+    Duration::try_from(length)
+        .ok()
+        .filter(|length| !length.is_zero())
+        .ok_or_else(refused)
+}
+
+/// What every thread of the soak of one daemon knows.
+#[derive(Debug)]
+struct Plan {
+    seed: u64,
+    length: Duration,
+    began: Instant,
+    /// Where recordings are.
+    folder: PathBuf,
+    /// No fault is brought about any more: the clients of this daemon end.
+    over: AtomicBool,
+}
+
+impl Plan {
+    /// The same for another daemon.
+    fn for_another(&self) -> Self {
+        Self {
+            folder: self.folder.clone(),
+            over: AtomicBool::new(false),
+            ..*self
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        self.over.load(Ordering::Relaxed)
+    }
+
+    /// Time since it began, s.
+    fn time_s(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
+    /// A source of random numbers of its own for each user.
+    fn random(&self, rig: &str, user: u64) -> fastrand::Rng {
+        let rig = rig
+            .bytes()
+            .fold(0_u64, |sum, byte| sum.wrapping_mul(31) + u64::from(byte));
+        fastrand::Rng::with_seed(self.seed.wrapping_add(rig).wrapping_mul(1_000_003).wrapping_add(user))
+    }
+}
+
+/// All that was seen of one daemon.
+#[derive(Debug)]
+struct Seen {
+    rig: &'static str,
+    occurrences: Vec<Occurrence>,
+    left_out: Vec<String>,
+    load: load::Heard,
+    recordings: recordings::Checked,
+    health: health::History,
+    force: rig::ForceRecord,
+    /// What went on without an end or ended in a panic.
+    broken: Vec<String>,
+}
+
+/// Runs a soak and writes its report into [`FOLDER`].
+///
+/// # Panics
+/// A daemon does not start, or the report cannot be written.
+#[must_use]
+pub fn run(options: &Options) -> Report {
+    let folder = PathBuf::from(FOLDER);
+    std::fs::create_dir_all(&folder).expect("a folder for the report");
+    let plan = Plan {
+        seed: options.seed.unwrap_or_else(|| fastrand::u64(..1_000_000)),
+        length: options.length,
+        began: Instant::now(),
+        folder,
+        over: AtomicBool::new(false),
+    };
+    println!(
+        "soak of {:?} with --seed {}; its report comes to {FOLDER}",
+        plan.length, plan.seed
+    );
+    let rigs = [Place::Link, Place::InProcess].map(|place| Rig::start(place, plan.seed));
+    let seen = thread::scope(|scope| {
+        let watched: Vec<_> = rigs
+            .into_iter()
+            .map(|rig| {
+                let plan = plan.for_another();
+                scope.spawn(move || soak(&plan, rig))
+            })
+            .collect();
+        watched
+            .into_iter()
+            .map(|watched| watched.join().expect("it catches what fails"))
+            .collect::<Vec<Seen>>()
+    });
+    let report = Report::of(&plan, &seen);
+    report.write(&plan.folder);
+    report
+}
+
+/// Soaks one daemon.
+fn soak(plan: &Plan, mut rig: Rig) -> Seen {
+    let quiet = health::Snapshot::of(plan, &rig.daemon);
+    let (pid, place) = (rig.daemon.pid(), rig.name());
+    let socket = rig.daemon.socket().to_path_buf();
+    let user_over = AtomicBool::new(false);
+    let mut broken = Vec::new();
+    let (occurrences, mut load, recordings, mut health) = thread::scope(|scope| {
+        let (socket, user_over) = (&socket, &user_over);
+        let load = load::start(scope, plan, place, socket);
+        let recordings = scope.spawn(move || recordings::run(plan, place, socket));
+        let health = scope.spawn(move || health::watch(plan, pid, socket));
+        // A daemon that hangs for good would hang its clients too.
+        scope.spawn(move || end_a_hung_daemon(plan, pid, user_over));
+        let mut occurrences = Vec::new();
+        let driven = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            round::run(plan, &mut rig, &mut occurrences);
+        }));
+        if driven.is_err() {
+            broken.push("the faults ended in a panic (above)".to_owned());
+        }
+        plan.over.store(true, Ordering::Relaxed);
+        let load = load.join(&mut broken);
+        let recordings = recordings.join().unwrap_or_else(|_| {
+            broken.push("the recordings ended in a panic (above)".to_owned());
+            recordings::Checked::default()
+        });
+        let health = health.join().unwrap_or_else(|_| {
+            broken.push("whoever asks for the timing ended in a panic (above)".to_owned());
+            health::History::default()
+        });
+        user_over.store(true, Ordering::Relaxed);
+        (occurrences, load, recordings, health)
+    });
+    if broken.is_empty() {
+        health.at_the_end(&quiet, plan, &rig.daemon);
+        load.check_the_end(&mut rig);
+    }
+    Seen {
+        rig: place,
+        occurrences,
+        left_out: rig.left_out(),
+        load,
+        recordings,
+        health,
+        force: rig.force_record(),
+        broken,
+    }
+}
+
+/// Kills a daemon whose soak does not end, so that whoever waits for it fails.
+fn end_a_hung_daemon(plan: &Plan, pid: u32, ended: &AtomicBool) {
+    let latest = plan.length + OVERTIME;
+    while !ended.load(Ordering::Relaxed) {
+        if plan.began.elapsed() > latest {
+            println!("the soak does not end: daemon {pid} is killed");
+            rig::signal(pid, rustix::process::Signal::KILL);
+            return;
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_has_a_unit_and_is_above_zero() {
+        assert_eq!(length("90s"), Ok(Duration::from_secs(90)));
+        assert_eq!(length("2m"), Ok(Duration::from_secs(120)));
+        assert_eq!(length("1h"), Ok(Duration::from_secs(3600)));
+        for wrong in ["", "90", "0s", "-2m", "1 fortnight"] {
+            let refused = length(wrong).expect_err(wrong);
+            assert!(refused.contains("90s, 2m or 1h"), "{refused}");
+        }
+    }
+}

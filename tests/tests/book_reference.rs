@@ -1,0 +1,403 @@
+//! The reference pages are drawn from the programs: their help, what they serve, and what the core knows.
+//! `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book_reference::` draws them anew.
+
+use haptic_core::friction::{Friction, LAWS};
+use haptic_core::parameters::TABLE;
+use std::fmt::Write as _;
+use std::fs;
+use std::process::Command;
+use std::time::Instant;
+use system_tests::console::{Step, steps};
+use system_tests::fake_rig::FakeRig;
+use system_tests::{Daemon, PATIENCE, binary, drawn, pause};
+
+fn add(page: &mut String, line: &str) {
+    page.push_str(line);
+    page.push('\n');
+}
+
+fn row(cells: &[&str]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+    format!("| {} |", cells.join(" | "))
+}
+
+/// What a program of the workspace prints for `--help`, as wide as where there is no terminal.
+fn help(program: &str, words: &[&str]) -> String {
+    let output = Command::new(binary(program))
+        .args(words)
+        .arg("--help")
+        .env_remove("COLUMNS")
+        .output()
+        .expect("it starts");
+    assert!(output.status.success(), "{program} {words:?}");
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// The names that a help lists as its commands.
+fn subcommands(help: &str) -> Vec<String> {
+    let Some((_, rest)) = help.split_once("\nCommands:\n") else {
+        return Vec::new();
+    };
+    let (list, _) = rest.split_once("\n\n").unwrap_or((rest, ""));
+    let is_name = |line: &&str| line.starts_with("  ") && !line.starts_with("   ");
+    list.lines()
+        .filter(is_name)
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .map(str::to_owned)
+        .collect()
+}
+
+/// A help without the options of every subcommand, which its page says once.
+fn own_help(help: &str) -> String {
+    const COMMON: &str = "\nOptions of every subcommand:\n";
+    let Some((before, rest)) = help.split_once(COMMON) else {
+        return help.to_owned();
+    };
+    // The paragraphs of options are indented, and what follows them is not.
+    let is_option = |line: &&str| line.starts_with(' ') || line.trim().is_empty();
+    let after: String = rest.split_inclusive('\n').skip_while(is_option).collect();
+    format!("{}\n\n{after}", before.trim_end())
+}
+
+#[test]
+fn every_subcommand_of_haptic_ctl() {
+    let whole = help("haptic-ctl", &[]);
+    let mut page = format!("```text\n{}\n```\n", whole.trim_end());
+    let mut waiting: Vec<Vec<String>> = subcommands(&whole).into_iter().rev().map(|name| vec![name]).collect();
+    while let Some(words) = waiting.pop() {
+        let words_as_given: Vec<&str> = words.iter().map(String::as_str).collect();
+        let help = help("haptic-ctl", &words_as_given);
+        write!(
+            page,
+            "\n## {}\n\n```text\n{}\n```\n",
+            words.join(" "),
+            own_help(&help).trim_end()
+        )
+        .expect("a string");
+        waiting.extend(
+            subcommands(&help)
+                .into_iter()
+                .rev()
+                .map(|name| [&words[..], &[name]].concat()),
+        );
+    }
+    assert!(page.matches("\n## ").count() > 40, "{page}");
+    drawn::part("reference/haptic-ctl.md", "the help", &page);
+}
+
+#[test]
+fn every_exit_code() {
+    let whole = help("haptic-ctl", &[]).replace('\n', " ");
+    let (_, rest) = whole.split_once("Exit codes: ").expect("the codes");
+    let (list, _) = rest.split_once(". ").expect("their end");
+    let mut page = String::from("| exit code | meaning |\n|---|---|\n");
+    let mut rows: Vec<(String, String)> = Vec::new();
+    for part in list.split(", ") {
+        let code = part
+            .split(' ')
+            .next()
+            .filter(|code| code.chars().all(|digit| digit.is_ascii_digit()));
+        match (code, rows.last_mut()) {
+            (Some(code), _) => rows.push((code.to_owned(), part[code.len() + 1..].to_owned())),
+            (None, Some(last)) => last.1 = format!("{}, {part}", last.1),
+            (None, None) => panic!("{part}"),
+        }
+    }
+    assert_eq!(rows.len(), 8, "{rows:?}");
+    for (code, meaning) in rows {
+        add(&mut page, &row(&[&code, &meaning]));
+    }
+    drawn::part("reference/exit-codes.md", "exit codes", &page);
+}
+
+/// An option of the help, as its line and its text.
+struct Documented {
+    name: String,
+    value: String,
+    text: String,
+}
+
+fn documented(help: &str) -> Vec<Documented> {
+    let mut found: Vec<Documented> = Vec::new();
+    let mut is_option = false;
+    for line in help.lines() {
+        let trimmed = line.trim_start();
+        // Options of a single letter, help and version, are no options of the daemon.
+        if line.starts_with("  -") || line.starts_with("      --") {
+            is_option = line.starts_with("      --");
+        }
+        if !is_option || trimmed.is_empty() {
+            continue;
+        }
+        if let Some(option) = trimmed.strip_prefix("--").filter(|_| line.starts_with("      --")) {
+            let (name, value) = option.split_once([' ', '[']).unwrap_or((option, ""));
+            found.push(Documented {
+                name: name.to_owned(),
+                value: value.trim_matches(['<', '>', '[', ']']).to_owned(),
+                text: String::new(),
+            });
+        } else if line.starts_with("          ") {
+            let last = found.last_mut().expect("an option above it");
+            last.text = format!("{} {trimmed}", last.text).trim().to_owned();
+        }
+    }
+    found
+}
+
+/// The units of the daemon's options.
+const UNITS: [&str; 11] = ["Hz", "us", "ms", "N", "N/s", "m/s", "m/s^2", "N s/m", "N/m", "m", "kg"];
+
+/// Takes `, UNIT` out of a text, where it ends a part of a sentence, and returns the unit.
+fn unit(text: &mut String) -> Option<&'static str> {
+    let found = UNITS.iter().find_map(|unit| {
+        let (at, part) = text.match_indices(&format!(", {unit}")).next()?;
+        let rest = &text[at + part.len()..];
+        (rest.is_empty() || rest.starts_with([',', ';'])).then(|| (*unit, at..at + part.len()))
+    });
+    let (unit, place) = found?;
+    text.replace_range(place, "");
+    Some(unit)
+}
+
+/// Takes `from MIN to MAX` out of a text, and returns it.
+fn range(text: &mut String) -> Option<String> {
+    let (at, _) = text
+        .match_indices("from ")
+        .find(|(at, part)| text[at + part.len()..].starts_with(|letter: char| letter.is_ascii_digit()))?;
+    let words: Vec<&str> = text[at..].splitn(5, ' ').collect();
+    let [_, min, "to", max, ..] = words[..] else {
+        return None;
+    };
+    let max = max.trim_end_matches([',', ';', ':']);
+    let found = format!("{min} to {max}");
+    let end = at + "from ".len() + found.len();
+    let before = text[..at].trim_end_matches([' ', ',']);
+    *text = format!("{before}{}", &text[end..]);
+    Some(found)
+}
+
+/// Whether an option may stand in the configuration file.
+fn is_field(option: &Documented) -> bool {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("hapticd.toml");
+    // No option is a table, so the daemon refuses it either way.
+    fs::write(&file, format!("[{}]\n", option.name)).expect("it can be written");
+    let output = Command::new(binary("hapticd"))
+        .arg("--config")
+        .arg(&file)
+        .output()
+        .expect("it starts");
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    !said.contains("unknown field")
+}
+
+/// Takes ` [NAME: ...]` out of a text and returns what stands in it.
+fn bracketed(text: &mut String, name: &str) -> Option<String> {
+    let begin = text.find(&format!("[{name}: "))?;
+    let end = begin + text[begin..].find(']')?;
+    let inner = text[begin + name.len() + 3..end].to_owned();
+    *text = format!("{}{}", text[..begin].trim_end(), &text[end + 1..]);
+    Some(inner)
+}
+
+#[test]
+fn every_field_of_the_configuration() {
+    let options = documented(&help("hapticd", &[]));
+    let mut page = String::from("| field | value | unit | range | default | meaning |\n|---|---|---|---|---|---|\n");
+    let (fields, others): (Vec<&Documented>, Vec<&Documented>) = options.iter().partition(|option| is_field(option));
+    for option in fields {
+        let mut text = option.text.clone();
+        let default = bracketed(&mut text, "default").unwrap_or_else(|| "none: it must be given".to_owned());
+        let choices = bracketed(&mut text, "possible values");
+        let unit = unit(&mut text);
+        let is_number = unit.is_some() || ["N", "SHARE", "FACTOR"].contains(&option.value.as_str());
+        let range = if is_number { range(&mut text) } else { None };
+        let value = match choices {
+            Some(_) if option.value == "BOOL" => "true or false".to_owned(),
+            Some(values) => values
+                .split(", ")
+                .map(|value| format!("`\"{value}\"`"))
+                .collect::<Vec<_>>()
+                .join(" "),
+            None if is_number => "number".to_owned(),
+            None => option.value.to_lowercase(),
+        };
+        add(
+            &mut page,
+            &row(&[
+                &format!("`{}`", option.name),
+                &value,
+                unit.unwrap_or_default(),
+                &range.unwrap_or_default(),
+                &default,
+                &text,
+            ]),
+        );
+    }
+    drawn::part("reference/configuration.md", "fields", &page);
+    let mut page = String::from("| option | meaning |\n|---|---|\n");
+    for option in others {
+        add(&mut page, &row(&[&format!("`--{}`", option.name), &option.text]));
+    }
+    drawn::part("reference/configuration.md", "options", &page);
+}
+
+#[test]
+fn every_law_and_every_parameter() {
+    let mut page = String::from("| law | what it is | its own parameters |\n|---|---|---|\n");
+    for law in LAWS {
+        let usual = Friction::usual(law).expect("a law of the list");
+        let summary = Friction::summary(law).expect("it has one");
+        let symbols = |on_device: bool| {
+            let mut found: Vec<&str> = Vec::new();
+            for coordinate in usual.vector(on_device) {
+                let symbol = coordinate.key.parameter.info().symbol;
+                if !found.contains(&symbol) {
+                    found.push(symbol);
+                }
+            }
+            found.join(", ")
+        };
+        add(&mut page, &row(&[&format!("`{law}`"), summary, &symbols(false)]));
+    }
+    drawn::part("reference/laws.md", "laws", &page);
+    let mut page =
+        String::from("| parameter | symbol | unit | accepted | a larger value feels like |\n|---|---|---|---|---|\n");
+    for info in &TABLE {
+        let directions = if info.directional {
+            format!("; by direction {0}+ and {0}-", info.symbol)
+        } else {
+            String::new()
+        };
+        add(
+            &mut page,
+            &row(&[
+                &format!("`{}`", info.name),
+                &format!("`{}`", info.symbol),
+                info.unit,
+                &format!("{} to {}{directions}", info.min, info.max),
+                info.feel,
+            ]),
+        );
+    }
+    drawn::part("reference/laws.md", "parameters", &page);
+}
+
+#[test]
+fn every_metric() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("hapticd.prom");
+    // A rig behind a link, so that the metrics of the link are among them.
+    let rig = FakeRig::start(&["--hand", "free"]);
+    let _daemon = Daemon::start_on(
+        &rig.address(),
+        &["--metrics-file", file.to_str().expect("a plain path")],
+    );
+    let began = Instant::now();
+    let mut written = String::new();
+    while !written.contains("hapticd_link_round_trip_seconds ") {
+        assert!(began.elapsed() < PATIENCE, "waited in vain for the link: {written}");
+        pause();
+        written = fs::read_to_string(&file).unwrap_or_default();
+    }
+    let mut page = String::from("| metric | kind | meaning |\n|---|---|---|\n");
+    for line in written.lines() {
+        let Some((name, about)) = line.strip_prefix("# HELP ").and_then(|line| line.split_once(' ')) else {
+            continue;
+        };
+        let kind = written
+            .lines()
+            .find_map(|line| line.strip_prefix(&format!("# TYPE {name} ")))
+            .expect("its kind");
+        let kind = kind.to_owned();
+        add(&mut page, &row(&[&format!("`{name}`"), &kind, about]));
+    }
+    drawn::part("reference/metrics.md", "metrics", &page);
+}
+
+#[test]
+fn every_fault() {
+    let service = include_str!("../../docs/service.md");
+    let (_, table) = service
+        .split_once("| fault | message id |\n|---|---|\n")
+        .expect("the table that is held to the code");
+    let rows: Vec<(&str, &str)> = table
+        .lines()
+        .take_while(|line| line.starts_with('|'))
+        .filter_map(|line| {
+            let cells: Vec<&str> = line.split('`').collect();
+            Some((*cells.get(1)?, *cells.get(3)?))
+        })
+        .collect();
+    let mut page = String::from("| fault | because | message id |\n|---|---|---|\n");
+    for fault in every_kind_of_fault() {
+        let id = rows.iter().find(|(code, _)| *code == fault.code());
+        let (code, id) = id.unwrap_or_else(|| panic!("docs/service.md lacks {}", fault.code()));
+        let said = fault.to_string();
+        let because = said.strip_prefix(&format!("{code}: ")).unwrap_or(&said);
+        // A code, and what is wrong with a clock, differ from time to time.
+        let because = [" (code", ": its time"]
+            .iter()
+            .fold(because, |text, cut| text.split(cut).next().unwrap_or(text));
+        add(&mut page, &row(&[&format!("`{code}`"), because, &format!("`{id}`")]));
+    }
+    assert_eq!(page.lines().count(), rows.len() + 2);
+    drawn::part("reference/faults.md", "faults", &page);
+}
+
+fn every_kind_of_fault() -> [haptic_core::servo::Fault; 13] {
+    use haptic_core::sample::{ErrorCode, ErrorReport};
+    use haptic_core::sample_clock::ClockError;
+    use haptic_core::servo::Fault;
+    [
+        Fault::NonFiniteForce,
+        Fault::NonFinitePosition,
+        Fault::TooFast,
+        Fault::TooLate,
+        Fault::Stale,
+        Fault::Jump,
+        Fault::MotorOff { watchdog: true },
+        Fault::Device(ErrorReport {
+            code: ErrorCode::Other,
+            detail: 0,
+        }),
+        Fault::DeviceClock(ClockError::Jumped),
+        Fault::Stalled,
+        Fault::ControlLost,
+        Fault::StopButton,
+        Fault::StillEnabled,
+    ]
+}
+
+#[test]
+fn every_command_that_is_not_run() {
+    let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    let mut rows = Vec::new();
+    for folder in ["", "how-to", "why"] {
+        let mut files: Vec<_> = fs::read_dir(docs.join(folder))
+            .expect("a folder")
+            .flatten()
+            .map(|file| file.path())
+            .collect();
+        files.sort();
+        for path in files
+            .iter()
+            .filter(|path| path.extension().is_some_and(|ending| ending == "md"))
+        {
+            let text = fs::read_to_string(path).expect("a page");
+            let name = path.strip_prefix(&docs).expect("it lies in it").display().to_string();
+            for (_, step) in steps(&text) {
+                let Step::NotRun { lines, why } = step else { continue };
+                let commands: Vec<String> = lines
+                    .iter()
+                    .map(|line| format!("`{}`", line.command.replace('\n', " ")))
+                    .collect();
+                rows.push(row(&[&format!("[{name}](../{name})"), &commands.join("<br>"), &why]));
+            }
+        }
+    }
+    let page = format!("| page | commands | why |\n|---|---|---|\n{}\n", rows.join("\n"));
+    drawn::part("reference/not-run.md", "not run", &page);
+}

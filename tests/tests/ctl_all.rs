@@ -1,0 +1,184 @@
+//! `haptic-ctl --all`: every rig of the machine at once, those behind a forwarded socket included.
+
+use haptic_ipc::{LogReply, Request, RigState};
+use serde_json::Value;
+use std::fs;
+use std::io;
+use std::net::Shutdown;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+use system_tests::{Daemon, binary, status, wait_for_state};
+
+/// Generous: on a busy machine the program itself takes its time to start.
+const SOON: Duration = Duration::from_secs(15);
+
+/// Runs haptic-ctl as somebody whose rigs lie in a directory.
+fn ctl(rigs: &Path, arguments: &[&str]) -> Output {
+    Command::new(binary("haptic-ctl"))
+        .args(arguments)
+        .env("XDG_RUNTIME_DIR", rigs)
+        .env("HOME", rigs)
+        .env_remove("HAPTICD_SOCKET")
+        .output()
+        .expect("haptic-ctl starts")
+}
+
+fn socket_of(rigs: &Path, service: &str) -> PathBuf {
+    let directory = rigs.join(service);
+    fs::create_dir_all(&directory).expect("made");
+    directory.join("control.sock")
+}
+
+/// The lines about these rigs, by their first words; this machine may have rigs besides.
+fn lines<'a>(output: &'a str, rigs: &[&str]) -> Vec<&'a str> {
+    let is_ours = |line: &&str| {
+        line.split_whitespace()
+            .next()
+            .is_some_and(|first| rigs.contains(&first))
+    };
+    output.lines().filter(is_ours).collect()
+}
+
+#[test]
+fn all_rigs_answer_and_a_dead_one_is_a_line_and_keeps_nobody_waiting() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let rigs = directory.path();
+    let one = Daemon::start_at(&socket_of(rigs, "hapticd"), &["--ramp-ms", "10"]);
+    let left = Daemon::start_at(&socket_of(rigs, "hapticd@left"), &["--ramp-ms", "10"]);
+    left.ctl_ok(&["engage", "--wait"]);
+    drop(UnixListener::bind(socket_of(rigs, "hapticd@dead")).expect("a socket"));
+    // Connects, and nobody ever greets.
+    let _hung = UnixListener::bind(socket_of(rigs, "hapticd@hung")).expect("a socket");
+
+    let began = Instant::now();
+    let output = ctl(rigs, &["--all", "status"]);
+    assert!(began.elapsed() < SOON, "{:?}", began.elapsed());
+    assert_eq!(
+        output.status.code(),
+        Some(3),
+        "the first that fails is dead: {output:?}"
+    );
+    let shown = String::from_utf8(output.stdout).expect("text");
+    let shown = lines(&shown, &["dead", "hapticd", "hung", "left"]);
+    assert_eq!(shown.len(), 4, "{shown:?}");
+    for (line, parts) in shown.iter().zip([
+        &["dead", "hapticd@dead/control.sock"][..],
+        &["hapticd", "idle", "0.000 N of 20 N", "simulated friction", "fake rig"],
+        &["hung", "has not answered for 2.0 s"],
+        &["left", "engaged", "N of 20 N", "simulated friction", "fake rig"],
+    ]) {
+        for part in parts {
+            assert!(line.contains(part), "{line} lacks {part}");
+        }
+    }
+
+    let output = ctl(rigs, &["--json=rig,status.state,error.code", "--all", "status"]);
+    let said: Vec<Value> = serde_json::from_slice(&output.stdout).expect("a list");
+    let of = |rig: &str| {
+        let found = said.iter().find(|answer| answer["rig"] == rig);
+        let found = found.unwrap_or_else(|| panic!("{rig} is not in {said:?}"));
+        (found["status"]["state"].clone(), found["error"]["code"].clone())
+    };
+    assert_eq!(of("left"), ("engaged".into(), Value::Null));
+    assert_eq!(of("hapticd"), ("idle".into(), Value::Null));
+    assert_eq!(of("dead"), (Value::Null, "no_daemon".into()));
+    assert_eq!(of("hung"), (Value::Null, "no_answer".into()));
+
+    let began = Instant::now();
+    let output = ctl(rigs, &["--all", "stop"]);
+    assert!(began.elapsed() < SOON, "{:?}", began.elapsed());
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    let shown = String::from_utf8(output.stdout).expect("text");
+    for line in lines(&shown, &["hapticd", "left"]) {
+        assert!(line.contains("stopped at tick"), "{line}");
+    }
+    for line in lines(&shown, &["dead", "hung"]) {
+        assert!(line.contains("if the motor pulls, cut its power"), "{line}");
+    }
+    for daemon in [&one, &left] {
+        assert_eq!(status(&mut daemon.client()).state, RigState::Stopped);
+    }
+    let warned = String::from_utf8(output.stderr).expect("text");
+    assert!(warned.contains("hung: no answer yet: if the motor pulls"), "{warned}");
+
+    for (arguments, part) in [
+        (&["--all", "engage"][..], "--all goes with `status` and `stop` alone"),
+        (&["--all", "--rig", "left", "status"], "--rig"),
+        (&["--all", "--json=rig,state", "status"], "has no field `state`"),
+    ] {
+        let refused = ctl(rigs, arguments);
+        assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+        assert!(String::from_utf8_lossy(&refused.stderr).contains(part), "{refused:?}");
+    }
+}
+
+/// Forwards a socket, as `ssh -L` does: whoever connects is served by the other end.
+fn forward(from: &Path, to: &Path) {
+    let listener = UnixListener::bind(from).expect("a socket");
+    let to = to.to_path_buf();
+    std::thread::spawn(move || {
+        for here in listener.incoming() {
+            let (here, there) = (here.expect("a client"), UnixStream::connect(&to).expect("it serves"));
+            for (mut from, mut into) in [
+                (
+                    here.try_clone().expect("a handle"),
+                    there.try_clone().expect("a handle"),
+                ),
+                (there, here),
+            ] {
+                std::thread::spawn(move || {
+                    drop(io::copy(&mut from, &mut into));
+                    drop(into.shutdown(Shutdown::Write));
+                });
+            }
+        }
+    });
+}
+
+#[test]
+fn a_rig_behind_a_forwarded_socket_is_one_like_the_others_and_its_client_is_the_forwarder() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let rigs = directory.path();
+    let far = Daemon::start(&["--ramp-ms", "10"]);
+    let socket = socket_of(rigs, "hapticd@bench");
+    forward(&socket, far.socket());
+    let by_path = ctl(
+        rigs,
+        &["--socket", socket.to_str().expect("a plain path"), "engage", "--wait"],
+    );
+    assert!(by_path.status.success(), "{by_path:?}");
+    let by_name = ctl(rigs, &["--rig", "bench", "--json=state", "status"]);
+    assert_eq!(
+        String::from_utf8_lossy(&by_name.stdout).trim(),
+        r#"{"state":"engaged"}"#
+    );
+    let all = ctl(rigs, &["--json", "--all", "stop"]);
+    let said: Vec<Value> = serde_json::from_slice(&all.stdout).expect("a list");
+    let bench = said
+        .iter()
+        .find(|answer| answer["rig"] == "bench")
+        .expect("it is among them");
+    assert_eq!(bench["stop"]["state"], "stopped");
+
+    let mut client = far.client();
+    wait_for_state(&mut client, RigState::Stopped);
+    let request = Request::Log {
+        after: None,
+        limit: None,
+    };
+    let log: LogReply = client.request(request).expect("the journal");
+    let stop = log
+        .entries
+        .iter()
+        .find(|entry| entry.op == "stop")
+        .expect("it is entered");
+    let by = stop.by.as_ref().expect("a client");
+    let forwarder = fs::read_to_string("/proc/self/comm").expect("a name");
+    assert_eq!(
+        by.program.as_deref(),
+        Some(forwarder.trim()),
+        "the kernel knows nobody behind it"
+    );
+}

@@ -1,0 +1,138 @@
+//! A motion of an identification that the link interrupts: the motor lets go, and what comes then is what the person at
+//! the terminal has agreed to.
+
+use haptic_ipc::RigState;
+use std::cell::Cell;
+use std::process::Command;
+use std::time::Instant;
+use system_tests::commissioning::daemon;
+use system_tests::fake_rig::FakeRig;
+use system_tests::terminal::Terminal;
+use system_tests::{Daemon, PATIENCE, binary, pause, status, wait_for_state};
+
+/// How old a sample may be; and a device that stands still for longer, and for less than the pause before a motion is
+/// repeated.
+const STALE: [&str; 2] = ["--stale-ms", "150"];
+const INTERRUPTION: &str = "stall 0.3";
+
+/// What is asked where a motion is not repeated by itself.
+const QUESTION: &str = "repeat the chirp?";
+
+/// `haptic-ctl identify --run` on a terminal, with a chirp that outlasts the test; the person has agreed to the motion.
+fn identifying(daemon: &Daemon, resets: &str) -> Terminal {
+    let mut command = Command::new(binary("haptic-ctl"));
+    command
+        .args([
+            "identify",
+            "--run",
+            "--range-mm=100",
+            "--chirp-s=60",
+            "--resets",
+            resets,
+        ])
+        .arg("--socket")
+        .arg(daemon.socket());
+    let mut terminal = Terminal::start(command);
+    terminal.wait_for("the first question", |shown| shown.contains("Go on?"));
+    terminal.type_in("y\n");
+    terminal
+}
+
+/// Waits until the motor pulls; whether it did before the person is asked, as a busy machine may bring about.
+fn pulls(rig: &mut FakeRig, terminal: &mut Terminal) -> bool {
+    let began = Instant::now();
+    while rig.force().now_n.abs() < 0.3 {
+        if is_asked(terminal) {
+            return false;
+        }
+        assert!(began.elapsed() < PATIENCE, "no force:\n{}", terminal.written());
+    }
+    true
+}
+
+/// Waits until the motor has let go: a device that stands still does so once it goes on.
+fn lets_go(rig: &mut FakeRig) {
+    let began = Instant::now();
+    while rig.force().now_n != 0.0 {
+        assert!(began.elapsed() < PATIENCE, "{:?}", rig.force());
+        pause();
+    }
+}
+
+/// Whether what is shown ends with the question.
+fn question(shown: &str) -> bool {
+    shown.trim_end().ends_with(&format!("{QUESTION} [y/N]"))
+}
+
+/// Answers the question with a yes.
+fn agree(terminal: &mut Terminal) {
+    terminal.type_in("y\n");
+    terminal.wait_for("the answer on the screen", |shown| !question(shown));
+}
+
+/// Whether the person is asked by now.
+fn is_asked(terminal: &mut Terminal) -> bool {
+    let looks = Cell::new(0);
+    let shown = terminal.wait_for("a second look", |_| {
+        looks.set(looks.get() + 1);
+        looks.get() > 1
+    });
+    question(&shown)
+}
+
+// hazard: F20
+#[test]
+fn a_motion_is_repeated_by_itself_as_often_as_was_agreed_and_then_with_consent() {
+    let mut rig = FakeRig::start(&["--hand", "free"]);
+    let (daemon, mut client) = daemon(&rig, &STALE);
+    let mut terminal = identifying(&daemon, "1");
+    if pulls(&mut rig, &mut terminal) {
+        rig.fail(INTERRUPTION);
+    }
+    // Once by itself: nobody types.
+    terminal.wait_for("the announcement", |shown| shown.contains("In 3 s the rig is reset"));
+    lets_go(&mut rig);
+    if pulls(&mut rig, &mut terminal) {
+        rig.fail(INTERRUPTION);
+    }
+    // No further time: nothing moves before a yes.
+    terminal.wait_for("the question", question);
+    lets_go(&mut rig);
+    assert_eq!(status(&mut client).state, RigState::Faulted);
+    agree(&mut terminal);
+    let began = Instant::now();
+    while !pulls(&mut rig, &mut terminal) {
+        assert!(began.elapsed() < 4 * PATIENCE, "{}", terminal.written());
+        println!("once more, the machine is busy");
+        lets_go(&mut rig);
+        agree(&mut terminal);
+    }
+    let written = terminal.written();
+    assert_eq!(written.matches("In 3 s the rig is reset").count(), 1, "{written}");
+    assert!(written.contains(QUESTION), "{written}");
+}
+
+// hazard: F20
+#[test]
+fn a_handle_that_lies_elsewhere_after_an_interruption_is_not_moved_without_consent() {
+    let mut rig = FakeRig::start(&["--hand", "free"]);
+    let (daemon, mut client) = daemon(&rig, &STALE);
+    let mut terminal = identifying(&daemon, "100");
+    // However often a busy machine interrupts it before.
+    assert!(pulls(&mut rig, &mut terminal), "{}", terminal.written());
+    rig.fail(INTERRUPTION);
+    wait_for_state(&mut client, RigState::Faulted);
+    // 48 of the 50 mm to the end of the range.
+    rig.fail("jump 4800");
+    terminal.wait_for("the question", |shown| shown.contains(QUESTION));
+    let written = terminal.written();
+    assert!(written.contains("Not repeated by itself"), "{written}");
+    lets_go(&mut rig);
+    assert_eq!(status(&mut client).state, RigState::Faulted);
+    terminal.type_in("n\n");
+    assert_eq!(terminal.end().code(), Some(1), "{}", terminal.written());
+    while status(&mut client).commissioning.is_some() {
+        pause();
+    }
+    assert_eq!(rig.force().now_n, 0.0);
+}

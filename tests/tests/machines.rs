@@ -1,0 +1,79 @@
+//! Machines of their own: a true kernel's USB drivers (`tests/qemu/run.sh` says how), and the packages on a minimal Debian
+//! (`tests/debian/boot.sh`, `tests/debian/piuparts.sh`).
+
+use std::ffi::OsStr;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use system_tests::{binary, package};
+
+/// What a script that lacks a program ends with.
+const SKIPPED: i32 = 77;
+
+/// Runs a script of this folder that prints a line for each check. All must pass, and more than `most_of`: an empty run is none.
+fn run(script: &str, arguments: &[&OsStr], need: &str, most_of: usize) {
+    let ran = Command::new(Path::new(env!("CARGO_MANIFEST_DIR")).join(script))
+        .args(arguments)
+        .env(
+            "CARGO_TARGET_DIR",
+            binary("hapticd").ancestors().nth(2).expect("the target folder"),
+        )
+        .stdin(Stdio::null())
+        .output()
+        .expect("bash runs");
+    let said = String::from_utf8_lossy(&ran.stdout);
+    println!("{said}{}", String::from_utf8_lossy(&ran.stderr));
+    if ran.status.code() == Some(SKIPPED) {
+        let why = said.lines().rev().find(|line| line.starts_with("SKIPPED"));
+        return test_run::skip(need, why.unwrap_or_default());
+    }
+    assert!(ran.status.success(), "{}", ran.status);
+    let passed = said.lines().filter(|line| line.starts_with("PASS ")).count();
+    assert!(passed > most_of, "only {passed} checks were made");
+}
+
+#[test]
+fn rigs_on_usb_are_found_driven_unplugged_and_found_again() {
+    // A kernel boots under emulation, for minutes.
+    if !test_run::is_long_for("rigs behind a true kernel's USB drivers") {
+        return;
+    }
+    let hapticd = binary("hapticd");
+    let binaries = hapticd.parent().expect("it lies in a folder");
+    run("qemu/run.sh", &["--binaries".as_ref(), binaries.as_ref()], "qemu", 60);
+}
+
+// hazard: H7
+#[test]
+#[ignore = "it takes a processor for minutes: a step of the gate, beside what wants the other"]
+fn on_a_booted_debian_rigs_are_plugged_in_pulled_out_and_put_to_sleep() {
+    let package = match package::hapticd() {
+        Ok(package) => package,
+        Err((need, remedy)) => return test_run::skip(need, &remedy),
+    };
+    let fake_rig = binary("fake-rig");
+    let arguments: [&OsStr; 4] = [
+        "--package".as_ref(),
+        package.as_ref(),
+        "--fake-rig".as_ref(),
+        fake_rig.as_ref(),
+    ];
+    run("debian/boot.sh", &arguments, "mmdebstrap", 14);
+}
+
+#[test]
+fn piuparts_finds_that_both_packages_come_and_go_without_a_trace() {
+    if !test_run::is_long_for("the packages under piuparts") {
+        return;
+    }
+    let packages = package::hapticd().and_then(|hapticd| Ok((hapticd, package::haptic_gui()?)));
+    let (hapticd, haptic_gui) = match packages {
+        Ok(both) => both,
+        Err((need, remedy)) => return test_run::skip(need, &remedy),
+    };
+    run(
+        "debian/piuparts.sh",
+        &[hapticd.as_ref(), haptic_gui.as_ref()],
+        "piuparts",
+        1,
+    );
+}

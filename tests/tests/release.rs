@@ -1,0 +1,124 @@
+//! The preparation of a release, up to what is compiled for minutes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+fn run(program: &str, arguments: &[&str], folder: &Path) -> Output {
+    Command::new(program)
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap_or_else(|error| panic!("{program}: {error}"))
+}
+
+fn ok(program: &str, arguments: &[&str], folder: &Path) -> String {
+    let output = run(program, arguments, folder);
+    assert!(
+        output.status.success(),
+        "{program} {arguments:?}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// A clone of this repository with this tree's way to release.
+fn clone(folder: &Path) -> PathBuf {
+    let clone = folder.join("hapticd");
+    let to = clone.to_str().expect("a plain path");
+    ok("git", &["clone", "--quiet", "--no-local", REPOSITORY, to], folder);
+    for file in ["packaging/release.sh", "packaging/licences.py"] {
+        fs::copy(Path::new(REPOSITORY).join(file), clone.join(file)).expect("it is there");
+    }
+    for (key, value) in [("user.name", "A test"), ("user.email", "test@localhost")] {
+        ok("git", &["config", key, value], &clone);
+    }
+    ok(
+        "git",
+        &["commit", "--quiet", "--all", "--allow-empty", "--message=this tree"],
+        &clone,
+    );
+    clone
+}
+
+fn refused(clone: &Path, arguments: &[&str]) -> String {
+    let output = run("packaging/release.sh", arguments, clone);
+    assert!(!output.status.success(), "{arguments:?}");
+    String::from_utf8(output.stderr).expect("text")
+}
+
+#[test]
+fn a_release_is_prepared_in_a_clone_and_refused_where_something_is_missing() {
+    if !test_run::is_long_for("the preparation of a release") {
+        return;
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let clone = clone(directory.path());
+    let out = directory.path().join("out");
+    let arguments = ["1.0.0-rc.1", "--dry-run", "--out", out.to_str().expect("a plain path")];
+
+    assert!(refused(&clone, &[]).contains("a version is wanted"));
+    assert!(refused(&clone, &["1.0"]).contains("version 1.0: expected one as in 1.0.0 or 1.0.0-rc.1"));
+    fs::write(clone.join("stray"), "").expect("written");
+    assert!(refused(&clone, &arguments).contains("not committed:\n?? stray"));
+    fs::remove_file(clone.join("stray")).expect("it is there");
+
+    let before = fs::read_to_string(clone.join("CHANGELOG.md")).expect("a changelog");
+    let unreleased = before.split("\n## ").nth(1).expect("a section");
+    let unreleased = unreleased.strip_prefix("Unreleased\n").expect("it comes first").trim();
+    let tag = ok("packaging/release.sh", &arguments, &clone);
+    assert_eq!(
+        tag,
+        fs::read_to_string(out.join("tag.txt")).expect("the text of the tag")
+    );
+    assert_eq!(tag.trim(), format!("hapticd 1.0.0-rc.1\n\n{unreleased}"));
+
+    let source = out.join("source");
+    let cut = fs::read_to_string(source.join("CHANGELOG.md")).expect("a changelog");
+    assert!(cut.contains("## Unreleased\n\n## 1.0.0-rc.1, 20"), "{}", &cut[..400]);
+    for manifest in ["Cargo.toml", "python/core/Cargo.toml"] {
+        let told = ok(
+            "cargo",
+            &[
+                "metadata",
+                "--locked",
+                "--offline",
+                "--no-deps",
+                "--format-version=1",
+                "--manifest-path",
+                manifest,
+            ],
+            &source,
+        );
+        let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+        for package in told["packages"].as_array().expect("packages") {
+            assert_eq!(package["version"], "1.0.0-rc.1", "{}", package["name"]);
+        }
+    }
+    let old = format!("v{}", env!("CARGO_PKG_VERSION"));
+    for page in [
+        "packaging/man/hapticd.8",
+        "packaging/man/haptic-ctl.1",
+        "packaging/gui/haptic-gui.1",
+    ] {
+        let page = fs::read_to_string(source.join(page)).expect("a manual page");
+        assert!(page.contains("v1.0.0-rc.1") && !page.contains(&old), "{page}");
+    }
+    // Nothing is left over there, and nothing has changed here.
+    for tree in [&source, &clone] {
+        assert_eq!(ok("git", &["status", "--porcelain"], tree), "");
+    }
+    assert!(refused(&clone, &arguments).contains("exists: move it away"));
+    assert!(refused(&source, &["1.0.0-rc.1"]).contains("CHANGELOG.md has 1.0.0-rc.1 already"));
+
+    let licences = ok("packaging/licences.py", &["Cargo.toml"], &source);
+    for told in ["\nserialport ", "Mozilla Public License, v. 2.0", "\ntokio "] {
+        assert!(licences.contains(told), "{told}");
+    }
+    assert!(
+        !licences.contains("\nvt100 "),
+        "what the tests alone want is in no program"
+    );
+}

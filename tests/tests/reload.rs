@@ -1,0 +1,397 @@
+//! The configuration is read again while force flows: by `haptic-ctl reload`, and by SIGHUP.
+
+use haptic_ipc::{Client, LogReply, ReloadReply, Request, RigState, Status, WireError};
+use haptic_lab::recording::{self, Mark, Recording};
+use haptic_lab::replay;
+use rustix::process::{Pid, Signal, kill_process};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Instant;
+use system_tests::terminal::Terminal;
+use system_tests::{Daemon, PATIENCE, binary, pause, status, wait_for, wait_for_state};
+
+/// A hand that moves steadily, so that the paper's block slides and the force is its kinetic friction, 3.5 N.
+const STEADY: &str = "t_s,position_m\n0,0\n1000,50\n";
+
+/// A daemon without a terminal and with a configuration file, whose hand moves steadily.
+struct Reloaded {
+    daemon: Daemon,
+    file: PathBuf,
+    directory: tempfile::TempDir,
+}
+
+impl Reloaded {
+    fn start(configuration: &str) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let motion = directory.path().join("steady.csv");
+        fs::write(&motion, STEADY).expect("written");
+        let file = directory.path().join("hapticd.toml");
+        fs::write(&file, configuration).expect("written");
+        let mut command = Command::new("setsid");
+        command
+            .arg(binary("hapticd"))
+            .args(["--device", "fake", "--encoder-resolution-m", "0", "--config"])
+            .arg(&file)
+            .arg("--hand")
+            .arg(format!("file:{}", motion.display()))
+            .arg("--scene-dir")
+            .arg(directory.path().join("scenes"));
+        let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
+        Self {
+            daemon,
+            file,
+            directory,
+        }
+    }
+
+    fn write(&self, configuration: &str) {
+        fs::write(&self.file, configuration).expect("written");
+    }
+
+    fn ctl_reload(&self) -> ReloadReply {
+        let said = self.daemon.ctl_ok(&["reload", "--json"]);
+        serde_json::from_str(&said).expect("an answer")
+    }
+
+    fn hang_up(&self) {
+        let pid = i32::try_from(self.daemon.pid()).expect("a process");
+        kill_process(Pid::from_raw(pid).expect("not zero"), Signal::HUP).expect("it runs");
+    }
+}
+
+/// Engages and waits until the block slides.
+fn pull(client: &mut Client) {
+    let _: serde_json::Value = client.request(Request::Engage {}).expect("it is idle");
+    wait_for(client, "a sliding block", |status| {
+        status.state == RigState::Engaged && (status.command_force_n.abs() - 3.5).abs() < 0.01
+    });
+}
+
+fn limited(client: &mut Client, force_n: f64) -> Status {
+    wait_for(client, "another limit", |status| {
+        status.device.force_limit_n == force_n && status.command_force_n.abs() <= force_n
+    })
+}
+
+/// The entries of the journal of this operation, as text.
+fn entries(client: &mut Client, op: &str) -> Vec<String> {
+    let request = Request::Log {
+        after: None,
+        limit: Some(2000),
+    };
+    let log: LogReply = client.request(request).expect("the journal");
+    let entries = log.entries.iter().filter(|entry| entry.op == op);
+    entries.map(ToString::to_string).collect()
+}
+
+fn wait_for_rows(file: &Path, more: usize) {
+    let rows = || recording::read(file).map_or(0, |found| found.rows.len());
+    let (began, so_far) = (Instant::now(), rows());
+    while rows() < so_far + more {
+        assert!(began.elapsed() < PATIENCE, "waited in vain for {more} rows");
+        pause();
+    }
+}
+
+/// Whether rows are missing, as happens where a machine is so busy that the recorder has no turn.
+fn is_whole(recording: &Recording) -> bool {
+    !recording
+        .marks
+        .iter()
+        .any(|(_, mark)| matches!(mark, Mark::Lost { .. }))
+}
+
+/// A lower limit, a higher one, and then many in a row, while force flows and others watch.
+fn session(file: &Path) -> (Recording, ReloadReply) {
+    let rig = Reloaded::start("force-limit-n = 20\nramp-ms = 200\n");
+    let recorder = rig.daemon.recorder(file, &[]);
+    wait_for_rows(file, 300);
+    let mut client = rig.daemon.client();
+    pull(&mut client);
+
+    rig.write("force-limit-n = 2\nramp-ms = 200\nrate = 2000\n");
+    let lower = rig.ctl_reload();
+    assert_eq!(limited(&mut client, 2.0).state, RigState::Engaged);
+    wait_for_rows(file, 400);
+
+    rig.write("force-limit-n = 10\nramp-ms = 200\n");
+    rig.hang_up();
+    wait_for(&mut client, "the force of the surface", |status| {
+        status.device.force_limit_n == 10.0 && (status.command_force_n.abs() - 3.5).abs() < 0.01
+    });
+
+    for step in 0..50 {
+        let force_n = if step % 2 == 0 { 3.0 } else { 9.0 };
+        rig.write(&format!("force-limit-n = {force_n}\nramp-ms = 200\n"));
+        let reply: ReloadReply = client.request(Request::Reload {}).expect("a good file");
+        let change = reply.limits.expect("another limit");
+        assert_eq!(change.after.force_n, force_n);
+        assert_eq!(status(&mut client).state, RigState::Engaged, "step {step}");
+    }
+    assert_eq!(entries(&mut client, "reload").len(), 52);
+    rig.daemon.ctl_ok(&["release", "--wait"]);
+    wait_for_rows(file, 100);
+    kill_process(Pid::from_child(&recorder), Signal::INT).expect("it runs");
+    assert!(recorder.wait_with_output().expect("it ends").status.success());
+    (recording::read(file).expect("a recording"), lower)
+}
+
+// hazard: H21
+#[test]
+fn limits_that_change_under_a_hand_make_no_step_and_a_recording_across_them_replays_to_the_last_bit() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (recording, lower) = (0..5)
+        .map(|attempt| session(&directory.path().join(format!("{attempt}.mcap"))))
+        .find(|(recording, _)| is_whole(recording))
+        .expect("a recording without a gap");
+    assert_eq!(lower.needs_restart, ["rate"], "{lower:?}");
+    let change = lower.limits.expect("another limit");
+    assert_eq!((change.before.force_n, change.after.force_n), (20.0, 2.0));
+
+    // Beside the ramp of engaging and of the release: from 2 N to 10 N in 200 ms is the fastest of all.
+    const FASTEST_N_PER_S: f64 = 8.0 / 0.2;
+    const LONGEST_STEP_S: f64 = 5e-3;
+    /// What the force of the surface itself may do in a tick that comes late, N.
+    const OWN_STEP_N: f64 = 0.3;
+    let rows = &recording.rows;
+    let engaged: Vec<usize> = (1..rows.len())
+        .filter(|index| rows[index - 1].state == RigState::Engaged && rows[*index].state == RigState::Engaged)
+        .collect();
+    assert!(engaged.len() > 1000, "{}", engaged.len());
+    let from = rows[engaged[0]].tick;
+    let to = rows[engaged[engaged.len() - 1]].tick;
+    assert_eq!(to - from, engaged.len() as u64 - 1, "force flowed without a break");
+    let begun = engaged
+        .iter()
+        .position(|index| rows[*index].tick >= change.tick)
+        .expect("it was engaged");
+    let mut since_s = 0.0;
+    for index in &engaged[begun..] {
+        let (before, now) = (&rows[index - 1], &rows[*index]);
+        let elapsed_s = (now.elapsed_ns as f64 * 1e-9).min(LONGEST_STEP_S);
+        let step_n = (now.command_force_n - before.command_force_n).abs();
+        assert!(
+            step_n <= FASTEST_N_PER_S * elapsed_s + OWN_STEP_N,
+            "{step_n} N in tick {}",
+            now.tick
+        );
+        since_s += elapsed_s;
+        let is_next = recording.rows[*index].tick > change.tick + 400;
+        if since_s > 0.2 && !is_next {
+            assert!(now.command_force_n.abs() <= 2.0, "{now:?}");
+        }
+    }
+    let told = recording.marks.iter().filter_map(|(_, mark)| match mark {
+        Mark::Servo { tick, servo } => Some((*tick, servo.settings.limits.force_n)),
+        _ => None,
+    });
+    let told: Vec<(u64, f64)> = told.collect();
+    assert!(told.contains(&(change.tick, 2.0)), "{told:?}");
+    assert_eq!(told.len(), 52, "each once: {told:?}");
+    let flagged = rows
+        .iter()
+        .filter(|row| row.input_flags >> 23 & 1 == 1)
+        .map(|row| row.tick);
+    assert_eq!(
+        flagged.collect::<Vec<_>>(),
+        told.iter().map(|(tick, _)| *tick).collect::<Vec<_>>()
+    );
+
+    let report = replay::replay(&recording.metadata, replayed(&recording).map(Ok)).expect("it is replayed");
+    assert_eq!(report.differing, 0, "{report:?}");
+    assert!(report.with_force as usize > engaged.len(), "{report:?}");
+}
+
+/// Marks and rows in the order of the file.
+fn replayed(recording: &Recording) -> impl Iterator<Item = recording::Entry> {
+    let mut marks = recording.marks.iter().peekable();
+    let mut rows = recording.rows.iter().enumerate().peekable();
+    std::iter::from_fn(move || {
+        let at = rows.peek().map_or(usize::MAX, |(index, _)| *index);
+        if let Some((_, mark)) = marks.next_if(|(before, _)| *before <= at) {
+            return Some(recording::Entry::Mark(mark.clone()));
+        }
+        rows.next().map(|(_, row)| recording::Entry::Row(*row))
+    })
+}
+
+#[test]
+fn a_wrong_file_changes_nothing_and_is_told_in_one_line() {
+    let rig = Reloaded::start("force-limit-n = 12\n");
+    let mut client = rig.daemon.client();
+    pull(&mut client);
+    let wrong = "force-limit-n = 3\n\nspeed-limit-mps = 1000\nstale-ms = 40\n";
+    rig.write(wrong);
+    let refused: Output = rig.daemon.ctl(&["reload", "--json"]);
+    assert_eq!(refused.status.code(), Some(1), "{refused:?}");
+    let said: serde_json::Value = serde_json::from_slice(&refused.stderr).expect("an error");
+    let error: WireError = serde_json::from_value(said["error"].clone()).expect("an error of the daemon");
+    let expected = format!(
+        "{}: line 3: speed-limit-mps = 1000 m/s is out of range: it must be from 0.01 to 100 m/s",
+        rig.file.display()
+    );
+    assert_eq!(error.message, expected);
+    let fields = (error.param.as_deref(), error.value, error.max, error.unit.as_deref());
+    assert_eq!(
+        fields,
+        (Some("speed-limit-mps"), Some(1000.0), Some(100.0), Some("m/s"))
+    );
+    let unharmed = |client: &mut Client| {
+        let status = status(client);
+        assert_eq!((status.state, status.device.force_limit_n), (RigState::Engaged, 12.0));
+    };
+    unharmed(&mut client);
+
+    rig.hang_up();
+    let began = Instant::now();
+    while entries(&mut client, "reload_refused").len() < 2 {
+        assert!(began.elapsed() < PATIENCE, "the signal is not heard");
+        pause();
+    }
+    unharmed(&mut client);
+    let entry = entries(&mut client, "reload_refused").pop().expect("an entry");
+    assert_eq!(
+        entry,
+        format!("hapticd  reload_refused  {expected}: nothing has changed")
+    );
+
+    fs::remove_file(&rig.file).expect("removed");
+    let refused = rig.daemon.ctl(&["reload"]);
+    assert_eq!(refused.status.code(), Some(1), "{refused:?}");
+    unharmed(&mut client);
+
+    // What is right again takes effect, all of it.
+    rig.write("force-limit-n = 3\nspeed-limit-mps = 2\nstale-ms = 40\n");
+    let reply = rig.ctl_reload();
+    let after = reply.limits.expect("other limits").after;
+    assert_eq!((after.force_n, after.speed_mps), (3.0, 2.0));
+    assert_eq!(
+        reply.needs_restart,
+        Vec::<String>::new(),
+        "the command line has `stale-ms`"
+    );
+    limited(&mut client, 3.0);
+    assert_eq!(status(&mut client).device.speed_limit_mps, 2.0);
+    let (ended, said) = rig.daemon.end(Signal::TERM);
+    assert!(ended.success(), "{said}");
+    let lines = said.lines().filter(|line| line.contains(&expected));
+    assert_eq!(lines.count(), 2, "{said}");
+}
+
+#[test]
+fn a_reload_goes_through_in_every_state_and_engages_nothing() {
+    let rig = Reloaded::start("force-limit-n = 12\nramp-ms = 1000\n");
+    let mut client = rig.daemon.client();
+    let reloaded = |client: &mut Client, force_n: f64| {
+        rig.write(&format!("force-limit-n = {force_n}\nramp-ms = 1000\n"));
+        let before = status(client).state;
+        let reply: ReloadReply = client.request(Request::Reload {}).expect("a good file");
+        assert_eq!(reply.limits.map(|change| change.after.force_n), Some(force_n));
+        before
+    };
+    assert_eq!(reloaded(&mut client, 11.0), RigState::Idle);
+    pull(&mut client);
+    let _: serde_json::Value = client.request(Request::Release {}).expect("it is engaged");
+    // Along the ramp, which goes on to its end.
+    let during = reloaded(&mut client, 1.0);
+    assert!(matches!(during, RigState::Releasing | RigState::Idle), "{during}");
+    let idle = wait_for_state(&mut client, RigState::Idle);
+    assert_eq!((idle.command_force_n, idle.device.force_limit_n), (0.0, 1.0));
+
+    let _: serde_json::Value = client.request(Request::Stop {}).expect("a stop");
+    assert_eq!(reloaded(&mut client, 10.0), RigState::Stopped);
+    assert_eq!(status(&mut client).state, RigState::Stopped);
+    let _: serde_json::Value = client.request(Request::Reset {}).expect("it is stopped");
+
+    // A hand that is faster than the new limit counts as too fast, and a fault stays one.
+    pull(&mut client);
+    rig.write("speed-limit-mps = 0.01\nramp-ms = 1000\n");
+    let reply: ReloadReply = client.request(Request::Reload {}).expect("a good file");
+    assert_eq!(reply.limits.map(|change| change.after.speed_mps), Some(0.01));
+    wait_for_state(&mut client, RigState::Faulted);
+    assert_eq!(reloaded(&mut client, 8.0), RigState::Faulted);
+    let faulted = status(&mut client);
+    assert_eq!((faulted.state, faulted.command_force_n), (RigState::Faulted, 0.0));
+}
+
+#[test]
+fn a_flood_of_signals_keeps_nobody_waiting_and_ends_with_the_newest_file() {
+    let rig = Reloaded::start("force-limit-n = 12\n");
+    let mut client = rig.daemon.client();
+    pull(&mut client);
+    for round in 0..1000 {
+        if round % 100 == 0 {
+            rig.write(&format!("force-limit-n = {}\n", 4 + round / 100));
+            assert_eq!(status(&mut client).state, RigState::Engaged);
+        }
+        rig.hang_up();
+    }
+    wait_for(&mut client, "the newest file", |status| {
+        status.device.force_limit_n == 13.0
+    });
+    assert_eq!(status(&mut client).state, RigState::Engaged);
+    let (ended, said) = rig.daemon.end(Signal::TERM);
+    assert!(ended.success(), "{said}");
+}
+
+#[test]
+fn the_active_scene_stays_when_its_file_changes_and_files_without_a_scene_are_named() {
+    let rig = Reloaded::start("");
+    let mut client = rig.daemon.client();
+    rig.daemon.ctl_ok(&["scene", "save", "mine"]);
+    let named = |client: &mut Client| status(client).library_scene.map(|scene| scene.name);
+    assert_eq!(named(&mut client).as_deref(), Some("mine"));
+    assert_eq!(rig.ctl_reload().changed_scene, None, "its file is the same");
+
+    let scenes = rig.directory.path().join("scenes");
+    let text = fs::read_to_string(scenes.join("mine.toml")).expect("it is saved");
+    fs::write(scenes.join("mine.toml"), text.replace("0.5", "0.75")).expect("written");
+    fs::write(scenes.join("broken.toml"), "law = 7\n").expect("written");
+    let before = status(&mut client).revision;
+    let reply = rig.ctl_reload();
+    assert_eq!(reply.changed_scene.as_deref(), Some("mine"));
+    assert_eq!(reply.scene_problems.len(), 1, "{reply:?}");
+    assert!(reply.scene_problems[0].contains("broken.toml"), "{reply:?}");
+    assert_eq!((status(&mut client).revision, named(&mut client)), (before, None));
+    assert_eq!(
+        rig.daemon.ctl_ok(&["get", "mass"]).split_whitespace().next(),
+        Some("0.5")
+    );
+    rig.daemon.ctl_ok(&["scene", "load", "mine"]);
+    assert_eq!(
+        rig.daemon.ctl_ok(&["get", "mass"]).split_whitespace().next(),
+        Some("0.75")
+    );
+}
+
+// hazard: H22
+#[test]
+fn a_daemon_whose_terminal_is_gone_lets_the_force_down_and_ends() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("run/control.sock");
+    let mut command = Command::new("setsid");
+    command
+        .arg("--ctty")
+        .arg(binary("hapticd"))
+        .args([
+            "--device",
+            "fake",
+            "--ramp-ms",
+            "50",
+            "--stale-ms",
+            "500",
+            "--spin-us",
+            "0",
+            "--socket",
+        ])
+        .arg(&socket);
+    let mut terminal = Terminal::start(command);
+    terminal.wait_for("the daemon", |shown| shown.contains(" Hz, "));
+    let mut client = Client::connect(&socket).expect("the daemon serves");
+    let _: serde_json::Value = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    kill_process(terminal.pid(), Signal::HUP).expect("it runs");
+    assert!(terminal.end().success(), "{}", terminal.written());
+    assert!(!terminal.written().contains("reload"), "{}", terminal.written());
+}

@@ -1,0 +1,197 @@
+//! A study with a person in real windows: a whole subject by keys, with the panel killed in the middle. The fake rig's hand
+//! goes to and fro over both targets; the test presses the key that clicks where the hand turns.
+
+use crate::window::bring_to;
+use haptic_ipc::{Client, RigState};
+use haptic_lab::studies::plan::Plan;
+use haptic_lab::studies::store::{self, About, Study};
+use haptic_lab::studies::trial::FittsTrial;
+use std::path::Path;
+use std::time::{Duration, Instant};
+use system_tests::screen::{Panel, Screen};
+use system_tests::{Daemon, PATIENCE, pause, status, wait_for, wait_for_state};
+
+/// Two segments of three trials. The hand's 30 mm are the targets' centres.
+pub(crate) const PLAN: &str = r#"
+task = "fitts"
+name = "two segments"
+practice_segments = 0
+trials_per_segment = 3
+rest_every_segments = 9
+rest_s = 1
+baseline = "simulated"
+[cursor]
+diameter_m = 0.006
+[rig]
+gain = 3
+center_m = 0
+range_m = [-0.12, 0.12]
+[[conditions]]
+name = "1"
+amplitude_m = 0.18
+width_m = 0.12
+[[resistances]]
+name = "simulated"
+[resistances.scene]
+block = { mass = 0.5 }
+coupling = { stiffness = 25000, damping = 10 }
+[resistances.scene.friction]
+law = "karnopp"
+static_force = 4.0
+dynamic_force = 3.5
+"#;
+
+/// Near the left end of the buttons that go on and pause, and the box that shows the subject's window, pixels.
+const GO_ON: (usize, usize) = (20, 226);
+const PAUSE: (usize, usize) = (180, 226);
+const SUBJECTS_SCREEN: (usize, usize) = (15, 269);
+
+/// A button of the dark theme is darker than this where it cannot be pressed.
+const ENABLED: u8 = 44;
+
+/// Time after which a key that did nothing is pressed again.
+const ONE_KEY: Duration = Duration::from_secs(5);
+
+const SUBJECTS_TITLE: &str = "Subject's screen";
+
+/// Beyond this position, m, the cursor is wholly inside a target for half a second.
+const INSIDE_M: f64 = 0.02;
+
+/// Starts the panel on the study, has it begin, and the subject go on from the instructions.
+fn begin(screen: &Screen, daemon: &Daemon, client: &mut Client, folder: &Path) -> Panel {
+    let study = folder.to_str().expect("a name");
+    let panel = screen.panel(daemon.socket(), &["--theme", "dark", "--study", study]);
+    wait_for(client, "the panel", |status| status.clients == 3);
+    go_on(screen);
+    press(screen, SUBJECTS_SCREEN);
+    screen.act(&[
+        "search",
+        "--sync",
+        "--onlyvisible",
+        "--name",
+        SUBJECTS_TITLE,
+        "windowfocus",
+    ]);
+    panel
+}
+
+/// Begins, or goes on, as soon as that can be done.
+fn go_on(screen: &Screen) {
+    wait_until_enabled(screen, GO_ON);
+    press(screen, GO_ON);
+    wait_until_enabled(screen, PAUSE);
+}
+
+/// The experimenter goes on after a stop, and the subject has the keyboard again.
+fn go_on_after_stop(screen: &Screen, client: &mut Client) {
+    screen.act(&["search", "--name", "Haptic panel", "windowraise"]);
+    let began = Instant::now();
+    let mut is_asked = false;
+    while !(is_asked && is_enabled(screen, PAUSE)) {
+        assert!(began.elapsed() < PATIENCE, "it does not go on");
+        bring_to(client, RigState::Engaged);
+        if is_enabled(screen, GO_ON) {
+            press(screen, GO_ON);
+            is_asked = true;
+        }
+        pause();
+    }
+    screen.act(&["search", "--name", SUBJECTS_TITLE, "windowraise", "windowfocus"]);
+}
+
+fn press(screen: &Screen, (x, y): (usize, usize)) {
+    screen.act(&["mousemove", &x.to_string(), &y.to_string(), "click", "1"]);
+}
+
+fn is_enabled(screen: &Screen, (x, y): (usize, usize)) -> bool {
+    screen.picture().at(x, y)[0] >= ENABLED
+}
+
+fn wait_until_enabled(screen: &Screen, button: (usize, usize)) {
+    let began = Instant::now();
+    while !is_enabled(screen, button) {
+        assert!(began.elapsed() < PATIENCE, "the button at {button:?}");
+        pause();
+    }
+}
+
+/// Does trials until so many rows are on the disk: a key wherever the hand has come to the other side. The first presses go
+/// on from the instructions, and from the break.
+fn click_until(screen: &Screen, client: &mut Client, folder: &Path, wanted: usize) {
+    let began = Instant::now();
+    let mut side = 0.0;
+    loop {
+        if store::trials::<FittsTrial>(folder).is_ok_and(|rows| rows.len() >= wanted) {
+            return;
+        }
+        assert!(began.elapsed() < 2 * PATIENCE, "{wanted} rows");
+        let status = status(client);
+        if status.state == RigState::Stopped {
+            // Also by a key whose last way was slow.
+            go_on_after_stop(screen, client);
+            continue;
+        }
+        let position_m = status.device_position_m;
+        if position_m.abs() > INSIDE_M && position_m.signum() != side {
+            side = position_m.signum();
+            screen.act(&["key", "Return"]);
+        }
+        pause();
+    }
+}
+
+#[test]
+fn a_subject_does_a_study_in_a_window_of_its_own_and_a_killed_panel_goes_on() {
+    let Some(screen) = Screen::open() else {
+        return;
+    };
+    let parent = tempfile::tempdir().expect("a folder");
+    let folder = parent.path().join("study");
+    let plan = Plan::read(PLAN).expect("a plan");
+    let about = About::people(&plan, PLAN, 1, vec!["P7".to_owned()]);
+    drop(Study::create(&folder, PLAN, &about).expect("a study"));
+    let daemon = Daemon::start(&["--ramp-ms", "10", "--hand-frequency-hz", "0.5"]);
+    let mut client = daemon.client();
+    bring_to(&mut client, RigState::Engaged);
+
+    let panel = begin(&screen, &daemon, &mut client, &folder);
+    click_until(&screen, &mut client, &folder, 4);
+    drop(panel);
+    // The lease of the panel ends with it, and the force.
+    wait_for_state(&mut client, RigState::Idle);
+    wait_for(&mut client, "the panel to go", |status| status.clients == 1);
+    let before = store::trials::<FittsTrial>(&folder).expect("rows");
+
+    bring_to(&mut client, RigState::Engaged);
+    let _panel = begin(&screen, &daemon, &mut client, &folder);
+    click_until(&screen, &mut client, &folder, 5);
+    // A key in the subject's window stops, and it goes on by the experimenter alone.
+    // One that has only just got the keyboard may not be told of the first.
+    let began = Instant::now();
+    let mut pressed: Option<Instant> = None;
+    while status(&mut client).state != RigState::Stopped {
+        assert!(began.elapsed() < PATIENCE, "no stop");
+        if pressed.is_none_or(|at| at.elapsed() > ONE_KEY) {
+            screen.act(&["key", "space"]);
+            pressed = Some(Instant::now());
+        }
+        pause();
+    }
+    click_until(&screen, &mut client, &folder, 6);
+
+    let rows = store::trials::<FittsTrial>(&folder).expect("rows");
+    assert_eq!(rows[..before.len()], before, "what was there stays");
+    let places: Vec<(u32, u32)> = rows.iter().map(|row| (row.block, row.trial)).collect();
+    assert_eq!(places, [(1, 1), (1, 2), (1, 3), (2, 1), (2, 2), (2, 3)]);
+    for row in &rows {
+        assert!(row.movement_time_s > 0.2 && row.subject == "P7", "{row:?}");
+        let recording = folder.join(row.recording.as_ref().expect("a recording"));
+        let recording = haptic_lab::recording::read(&recording).expect("it is read");
+        assert!(recording.rows.iter().any(|sample| Some(sample.tick) == row.end_tick));
+        assert!(recording.metadata.scene.block.is_some(), "the scene of the plan");
+    }
+    assert!(
+        rows.iter()
+            .any(|row| row.cursor_latency_s.is_some_and(|latency_s| latency_s > 0.0))
+    );
+}
