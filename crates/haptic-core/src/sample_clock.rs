@@ -120,6 +120,11 @@ impl SampleClock {
         *self = Self::new(self.tolerance_ns);
     }
 
+    /// The next sample begins anew, with what is known of the period: as after an error.
+    pub fn begin_anew(&mut self) {
+        self.running = None;
+    }
+
     /// Time between two samples by our own clock, s; zero before a tenth of a second has gone by.
     #[must_use]
     pub fn period_s(&self) -> f64 {
@@ -149,7 +154,7 @@ impl SampleClock {
         };
         let judged = running.judge(stamp, self.tolerance_ns, &mut self.period_s);
         if judged.is_err() {
-            self.running = None;
+            self.begin_anew();
         }
         judged
     }

@@ -3,12 +3,14 @@
 //! The servo holds the device's clock against its own in windows of a tenth of a second, one after
 //! another since the device's first sample, which a recording does not hold. One of these windows begins
 //! with a sample of the recording's first tenth of a second. So a clock is begun with each of those
-//! samples: after its first window one of them is the servo's. They agree on the time of nearly every
-//! sample; where they do not, the recorded outputs decide.
+//! samples: after its first window one of them is the servo's. As that window ends it is held against the
+//! one before, which the recording does not hold: a clock goes on and another one errs there. They agree on
+//! the time of nearly every sample; where they do not, the recorded outputs decide.
 
 use haptic_core::sample::{DeviceError, Measurement};
 use haptic_core::sample_clock::{ClockError, SampleClock, Stamp};
 use haptic_ipc::Sample;
+use std::mem::{replace, take};
 
 /// Samples after which clocks that have become equal are merged.
 const MERGE_SAMPLES: u32 = 64;
@@ -27,7 +29,7 @@ struct Candidate {
     clock: SampleClock,
     /// Whether it began with the device, as the servo's did.
     is_whole: bool,
-    /// Whether it was a possible clock of the servo before the newest sample, and what it made of that.
+    /// Whether it is a possible clock of the servo with the newest sample, and what it made of that.
     newest: (bool, Result<f64, ClockError>),
 }
 
@@ -44,6 +46,26 @@ impl Candidate {
     fn is_mature(&self) -> bool {
         self.is_whole || self.clock.period_s() > 0.0
     }
+
+    /// Takes a sample; returns what it makes of its time.
+    fn time(&mut self, stamp: Stamp) -> Time {
+        let before = self.clock;
+        let elapsed = self.clock.elapsed_s(stamp);
+        self.newest = (self.is_mature(), elapsed);
+        Time { elapsed, before }
+    }
+
+    /// The same clock where it errs with a sample, and what that makes of the time.
+    fn erring(mut self, stamp: Stamp) -> (Self, Time) {
+        self.clock.begin_anew();
+        let mut before = self.clock;
+        // From the end of all time every clock runs backwards.
+        let device_ns = u64::MAX;
+        let _ = before.elapsed_s(Stamp { device_ns, ..stamp });
+        let elapsed = { before }.elapsed_s(stamp);
+        self.newest.1 = elapsed;
+        (self, Time { elapsed, before })
+    }
 }
 
 /// All that the servo may know of the device's clock.
@@ -51,6 +73,7 @@ impl Candidate {
 pub(super) struct ClockSearch {
     stale_ns: u64,
     now_ns: u64,
+    was_live: bool,
     sequence: Option<u32>,
     candidates: Vec<Candidate>,
     is_gathering: bool,
@@ -65,6 +88,7 @@ impl ClockSearch {
         Self {
             stale_ns,
             now_ns: 0,
+            was_live: false,
             sequence: None,
             candidates: Vec::new(),
             is_gathering: true,
@@ -124,6 +148,12 @@ impl ClockSearch {
         self.times.clear();
         self.is_open = false;
         self.now_ns = self.now_ns.saturating_add(row.elapsed_ns);
+        // An error faults a rig with force on; otherwise the estimate of velocity begins anew.
+        let may_err = if replace(&mut self.was_live, row.state.is_live()) {
+            !row.state.is_live()
+        } else {
+            row.device_velocity_mps == 0.0
+        };
         let Ok(sample) = sample else {
             // The servo forgets the device, and so begins its clock anew with the next sample.
             self.sequence = None;
@@ -140,26 +170,34 @@ impl ClockSearch {
             // It may be the repetition of a sample that came before the recording.
             return;
         }
-        self.time(Stamp {
+        let stamp = Stamp {
             sequence: sample.sequence,
             device_ns: sample.time_ns,
             host_ns: self.now_ns,
-        });
+        };
+        self.time(stamp, may_err);
     }
 
-    fn time(&mut self, stamp: Stamp) {
+    fn time(&mut self, stamp: Stamp, may_err: bool) {
         let is_contradicted = self
             .candidates
             .first()
             .is_none_or(|candidate| candidate.clock.is_contradicted(stamp));
         self.is_open = is_contradicted && (self.is_gathering || !self.candidates.iter().all(Candidate::is_mature));
-        for candidate in &mut self.candidates {
-            let before = candidate.clock;
-            let elapsed = candidate.clock.elapsed_s(stamp);
-            candidate.newest = (candidate.is_whole || before.period_s() > 0.0, elapsed);
-            if self.times.iter().all(|time| time.elapsed != elapsed) {
-                self.times.push(Time { elapsed, before });
+        for mut candidate in take(&mut self.candidates) {
+            let was_mature = candidate.is_mature();
+            self.add(candidate.time(stamp));
+            self.candidates.push(candidate);
+            if may_err && !was_mature && candidate.is_mature() {
+                let (erring, time) = candidate.erring(stamp);
+                self.add(time);
+                self.candidates.push(erring);
             }
+        }
+        if may_err && self.is_gathering {
+            // A window that began before the recording may end here.
+            let (_, time) = Candidate::new(self.stale_ns, false).erring(stamp);
+            self.add(time);
         }
         if self.is_gathering {
             // A window that began before the recording is full no later than the first one here.
@@ -176,22 +214,28 @@ impl ClockSearch {
         }
     }
 
+    fn add(&mut self, time: Time) {
+        if self.times.iter().all(|other| other.elapsed != time.elapsed) {
+            self.times.push(time);
+        }
+    }
+
     /// Keeps the clocks whose time of the newest sample may be the servo's.
     pub(super) fn keep(&mut self, may_be: impl Fn(Result<f64, ClockError>) -> bool) {
         self.candidates.retain(|candidate| {
-            let (was_mature, elapsed) = candidate.newest;
-            !was_mature || may_be(elapsed)
+            let (is_mature, elapsed) = candidate.newest;
+            !is_mature || may_be(elapsed)
         });
     }
 
-    /// Merges clocks that have become equal. They lie side by side in the order of their windows, in which
-    /// the first follows the last.
+    /// Merges clocks that have become equal.
     fn merge(&mut self) {
-        self.candidates.dedup_by(|one, other| one.clock == other.clock);
-        if let [first, .., last] = &self.candidates[..]
-            && first.clock == last.clock
-        {
-            self.candidates.pop();
+        let mut unlike: Vec<Candidate> = Vec::new();
+        for candidate in &self.candidates {
+            if unlike.iter().all(|other| other.clock != candidate.clock) {
+                unlike.push(*candidate);
+            }
         }
+        self.candidates = unlike;
     }
 }

@@ -24,9 +24,24 @@ struct Link {
     jitter: (f64, f64),
     /// Share of samples that are lost.
     lost: f64,
-    /// Share of ticks with which a silence of up to 12 ms begins.
-    silent: f64,
+    /// Share of ticks with which a silence begins, and the longest, ns.
+    silent: (f64, u64),
+    /// Share of ticks with which the device's clock begins to lie, for up to 0.7 s.
+    lies: f64,
 }
+
+/// A wrong clock, of the device's time since it went wrong, µs.
+type Lie = fn(u64) -> u64;
+
+/// Ways in which it goes wrong: at half speed, too fast, standing still, a leap, two bytes, and backwards.
+const LIES: [Lie; 6] = [
+    |us| us / 2,
+    |us| us + us / 5,
+    |_| 0,
+    |us| us + 60_000,
+    |us| us & 0xffff,
+    |us| (1 << 32) - us,
+];
 
 /// A device and the loop that reads it.
 struct Rig {
@@ -38,6 +53,8 @@ struct Rig {
     /// The next sample of the device, on our clock.
     due_ns: u64,
     silent_until_ns: u64,
+    /// A wrong clock, since when on the device's, and until when on ours, ns.
+    lie: Option<(Lie, u64, u64)>,
     /// The newest sample of the device, and the newest that came.
     taken: Measurement,
     newest: Measurement,
@@ -54,9 +71,15 @@ impl Rig {
             deadline_ns: 0,
             due_ns: rng.u64(0..link.sample_ns),
             silent_until_ns: 0,
+            lie: None,
             taken: first,
             newest: first,
-            hand: [0.005 + 0.03 * rng.f64(), 3.0 + 16.0 * rng.f64(), rng.f64() - 0.5],
+            // Now and then it lies still.
+            hand: [
+                if rng.f64() < 0.8 { 0.005 + 0.03 * rng.f64() } else { 0.0 },
+                3.0 + 16.0 * rng.f64(),
+                rng.f64() - 0.5,
+            ],
             rng,
         }
     }
@@ -71,6 +94,7 @@ impl Rig {
             jitter,
             lost,
             silent,
+            lies,
         } = self.link;
         let rng = &mut self.rng;
         self.deadline_ns += period_ns;
@@ -79,9 +103,14 @@ impl Rig {
             now_ns += (rng.f64() * late.0 * period_ns as f64) as u64;
         }
         let now_ns = now_ns.max(self.now_ns + period_ns / 50);
-        if rng.f64() < silent {
-            self.silent_until_ns = now_ns + rng.u64(0..12_000_000);
+        if rng.f64() < silent.0 {
+            self.silent_until_ns = now_ns + rng.u64(0..silent.1);
         }
+        if rng.f64() < lies {
+            let until_ns = now_ns + rng.u64(0..700_000_000);
+            self.lie = Some((LIES[rng.usize(0..LIES.len())], self.taken.time_ns, until_ns));
+        }
+        self.lie = self.lie.filter(|&(_, _, until_ns)| now_ns < until_ns);
         while self.due_ns <= now_ns {
             let mut step_ns = sample_ns;
             if rng.f64() < jitter.1 {
@@ -97,6 +126,9 @@ impl Rig {
             self.taken = Measurement::new(self.taken.sequence.wrapping_add(1), time_ns, counted_m);
             if rng.f64() >= lost && now_ns >= self.silent_until_ns {
                 self.newest = self.taken;
+                if let Some((lie, since_ns, _)) = self.lie {
+                    self.newest.time_ns = since_ns + lie((time_ns - since_ns) / 1000) * 1000;
+                }
             }
         }
         let elapsed_ns = now_ns - std::mem::replace(&mut self.now_ns, now_ns);
@@ -180,7 +212,8 @@ fn links() -> Vec<(&'static str, Link)> {
         late: (0.0, 0.0),
         jitter: (0.0, 0.0),
         lost: 0.0,
-        silent: 0.0,
+        silent: (0.0, 1),
+        lies: 0.0,
     };
     vec![
         ("steady", steady),
@@ -224,7 +257,7 @@ fn links() -> Vec<(&'static str, Link)> {
         (
             "silences",
             Link {
-                silent: 0.003,
+                silent: (0.003, 12_000_000),
                 late: (1.0, 0.1),
                 ..steady
             },
@@ -232,7 +265,7 @@ fn links() -> Vec<(&'static str, Link)> {
         (
             "all of it",
             Link {
-                silent: 0.003,
+                silent: (0.003, 12_000_000),
                 lost: 0.05,
                 late: (4.0, 0.2),
                 jitter: (0.9, 0.3),
@@ -266,12 +299,34 @@ fn links() -> Vec<(&'static str, Link)> {
                 ..steady
             },
         ),
+        (
+            "a clock that lies",
+            Link {
+                lies: 0.001,
+                late: (1.0, 0.1),
+                jitter: (0.2, 0.3),
+                ..steady
+            },
+        ),
+        (
+            "a clock that lies and long silences",
+            Link {
+                lies: 0.001,
+                silent: (0.003, 150_000_000),
+                lost: 0.01,
+                late: (3.0, 0.1),
+                jitter: (0.2, 0.3),
+                ..steady
+            },
+        ),
     ]
 }
 
-/// The replay of a recording of it that began at random in its first rest.
-fn replayed(seed: u64, link: Link) -> Report {
-    session(seed, link).replayed(seed as usize * 7 % 140)
+/// Replays of recordings of it: one that began in its first rest, and one that began anywhere.
+fn replays(seed: u64, link: Link) -> [Report; 2] {
+    let session = session(seed, link);
+    let anywhere = Rng::with_seed(seed).usize(..session.entries.len() / 2);
+    [seed as usize * 7 % 140, anywhere].map(|first| session.replayed(first))
 }
 
 #[test]
@@ -280,15 +335,16 @@ fn a_replay_differs_nowhere_however_the_clocks_jitter() {
     for (name, link) in links() {
         let (mut ticks, mut compared, mut with_force) = (0, 0, 0);
         for seed in 0..seeds {
-            let report = replayed(seed, link);
-            assert_eq!(
-                (report.differing, &report.first_differing),
-                (0, &None),
-                "{name}, seed {seed}: {report:?}"
-            );
-            ticks += report.ticks;
-            compared += report.compared();
-            with_force += report.with_force;
+            for (report, begun) in replays(seed, link).iter().zip(["in its first rest", "anywhere"]) {
+                assert_eq!(
+                    (report.differing, &report.first_differing),
+                    (0, &None),
+                    "{name}, seed {seed}, begun {begun}: {report:?}"
+                );
+                ticks += report.ticks;
+                compared += report.compared();
+                with_force += report.with_force;
+            }
         }
         println!("{name}: {compared} of {ticks} compared, {with_force} with force");
     }

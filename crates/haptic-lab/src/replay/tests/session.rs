@@ -200,10 +200,22 @@ impl Session {
         self.servo.state()
     }
 
-    /// A replay of a recording that began so many rows later, while the first scene was active.
+    /// A replay of a recording that began so many entries later.
     pub(super) fn replayed(&self, first: usize) -> Report {
-        let entries = self.entries[first..].iter().cloned().map(Ok);
-        replay(&metadata_of(self.setup.clone(), self.first.clone()), entries).expect("it is replayed")
+        let (before, recorded) = self.entries.split_at(first);
+        let mut metadata = metadata_of(self.setup.clone(), self.first.clone());
+        for entry in before {
+            match entry {
+                Entry::Mark(Mark::Scene {
+                    revision,
+                    arrival: Some(arrival),
+                    ..
+                }) => (metadata.revision, metadata.scene) = (*revision, arrival.scene.clone()),
+                Entry::Mark(Mark::Servo { servo, .. }) => metadata.servo = Some((**servo).clone()),
+                _ => {}
+            }
+        }
+        replay(&metadata, recorded.iter().cloned().map(Ok)).expect("it is replayed")
     }
 
     /// Leaves the first entries out, as a recording does that began later.
