@@ -106,8 +106,8 @@ pub(super) fn not_stored(error: StoreError) -> Failure {
 fn people(study: &Study, as_json: bool) -> Result<(), Failure> {
     let mut subjects = Vec::new();
     for subject in study.subjects() {
-        let view = study.progress(&subject).map_err(not_stored)?;
-        subjects.push((subject.code, view.done, view.of));
+        let (done, of) = study.progress(&subject).map_err(not_stored)?;
+        subjects.push((subject.code, done, of));
     }
     let all = study.collect().map_err(not_stored)?;
     if as_json {
