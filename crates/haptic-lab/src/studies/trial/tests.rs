@@ -104,7 +104,7 @@ fn a_wrong_file_is_told_by_line_column_value_and_limit() {
         ),
         (
             "1,x,2,drag,5,0.3,0.04,0,612,1,",
-            "line 2: movement_time_s = 612 s is out of range: it must be above 0 s, and at most 120 s",
+            "line 2: movement_time_s = 612 s is out of range: it must be above 0 s, and at most 150 s",
         ),
         (
             "1,x,2,drag,5,0.3,0.04,-12,0.6,1,",
