@@ -11,7 +11,7 @@ use haptic_ipc::{
     Client, Description, Envelope, Event, ParameterDescription, Request, RigState, Sample, SamplesEvent, SceneReply,
     StateEvent, StateReply, params_of,
 };
-use haptic_lab::studies::plan::{BUILT_IN_PLANS, Plan};
+use haptic_lab::studies::plan::{Plan, Task};
 use haptic_lab::studies::store::{About, Study};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter, Write};
@@ -230,7 +230,7 @@ const PAGES: [&str; 5] = ["tune", "record", "identify", "task", "perception"];
 /// A folder with a study for each page that has one, under the page's name.
 fn studies() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
-    let (_, perception) = BUILT_IN_PLANS[1];
+    let perception = Task::Perception.built_in_plan();
     for (page, text) in [("task", crate::study_window::PLAN), ("perception", perception)] {
         let plan = Plan::read(text).expect("a plan");
         let about = About::people(&plan, text, 1, vec!["P7".to_owned()]);

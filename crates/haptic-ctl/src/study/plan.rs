@@ -5,7 +5,7 @@ use crate::output;
 use clap::Args;
 use haptic_ipc::regular_file;
 use haptic_lab::studies::operator::Constants;
-use haptic_lab::studies::plan::{BUILT_IN_PLANS, Plan, Task};
+use haptic_lab::studies::plan::{Plan, Task};
 use serde_json::json;
 use std::path::Path;
 
@@ -23,11 +23,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Reads and checks a plan: one of the program, or a file.
 pub(super) fn read(name: &str) -> Result<(Plan, String), Failure> {
-    let built_in = BUILT_IN_PLANS.iter().find(|(known, _)| *known == name);
+    let built_in = Task::ALL.into_iter().find(|task| task.name() == name);
     let text = match built_in {
-        Some((_, text)) => (*text).to_owned(),
+        Some(task) => task.built_in_plan().to_owned(),
         None => {
-            let known = BUILT_IN_PLANS.map(|(known, _)| known).join(" and ");
+            let known = Task::ALL.map(Task::name).join(" and ");
             regular_file::read_text(Path::new(name))
                 .map_err(|error| Failure::Usage(format!("{name}: {error}; the program's own plans are {known}")))?
         }

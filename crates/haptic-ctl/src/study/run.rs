@@ -106,8 +106,8 @@ pub(super) fn not_stored(error: StoreError) -> Failure {
 fn people(study: &Study, as_json: bool) -> Result<(), Failure> {
     let mut subjects = Vec::new();
     for subject in study.subjects() {
-        let view = study.progress(&subject).map_err(not_stored)?;
-        subjects.push((subject.code, view.done, view.of));
+        let (done, of) = study.progress(&subject).map_err(not_stored)?;
+        subjects.push((subject.code, done, of));
     }
     let all = study.collect().map_err(not_stored)?;
     if as_json {
@@ -179,6 +179,7 @@ fn not_run(error: RunError) -> Failure {
 fn report(progress: &Progress, folder: &Path, is_finished: bool, took_s: f64, as_json: bool) -> Result<(), Failure> {
     let (trials, simulated_s) = (progress.trials(), progress.simulated_s());
     let factor = simulated_s / took_s;
+    let place = folder.display();
     if as_json {
         return output::json(&json!({
             "folder": folder,
@@ -190,15 +191,18 @@ fn report(progress: &Progress, folder: &Path, is_finished: bool, took_s: f64, as
             "faster_than_real_time": factor,
         }));
     }
+    if is_finished && trials == 0 {
+        return output::text(&format!(
+            "{place}, operator: simulated: all trials were done before. The study is finished."
+        ));
+    }
     output::text(&format!(
-        "{}, operator: simulated: {trials} trials of {simulated_s:.0} s in {took_s:.1} s, {factor:.0} times as fast as real time",
-        folder.display()
+        "{place}, operator: simulated: {trials} trials of {simulated_s:.0} s in {took_s:.1} s, {factor:.0} times as fast as real time"
     ))?;
     if is_finished {
         return output::text("The study is finished.");
     }
     output::text(&format!(
-        "The study is interrupted; `haptic-ctl study resume {}` goes on with it.",
-        folder.display()
+        "The study is interrupted; `haptic-ctl study resume {place}` goes on with it."
     ))
 }

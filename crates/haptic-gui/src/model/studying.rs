@@ -2,7 +2,7 @@
 
 use crate::notice::Notice;
 use crate::study::{StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectScreen};
-use haptic_lab::studies::plan::{BUILT_IN_PLANS, Task};
+use haptic_lab::studies::plan::Task;
 use haptic_lab::studies::subject::{check_codes, numbered_codes};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -42,7 +42,7 @@ impl StudyForm {
         Ok(StudyCommand::Create {
             folder: self.folder()?,
             plan: if plan.is_empty() {
-                StudyPlan::BuiltIn(built_in(task))
+                StudyPlan::BuiltIn(task)
             } else {
                 StudyPlan::File(PathBuf::from(plan))
             },
@@ -81,15 +81,6 @@ impl StudyForm {
         check_codes(&codes).map_err(|error| format!("Subjects: {error}"))?;
         Ok(codes)
     }
-}
-
-/// The name of the plan that every program has for a task.
-fn built_in(task: Task) -> &'static str {
-    let place = match task {
-        Task::Fitts => 0,
-        Task::Perception => 1,
-    };
-    BUILT_IN_PLANS[place].0
 }
 
 /// The experimenter's side of a study.

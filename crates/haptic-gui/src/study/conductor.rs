@@ -12,7 +12,7 @@ use crate::update::{Answer, Update};
 use haptic_ipc::{ChangeReply, Event, RigState};
 use haptic_lab::studies::perception::Answer as Choice;
 use haptic_lab::studies::person::{Happening, PersonError, PersonSession};
-use haptic_lab::studies::session::{Interruption, Mounting, Phase, View};
+use haptic_lab::studies::session::{Frame, Interruption, Mounting, Phase, View};
 use std::mem::{Discriminant, discriminant};
 
 /// Time over which a scene changes, ms.
@@ -74,9 +74,9 @@ impl Conductor {
         self.session.poll()
     }
 
-    /// Takes a frame's latency, s.
-    pub(super) fn cursor_latency(&mut self, latency_s: f64) {
-        self.session.cursor_latency(latency_s);
+    /// Takes a frame that showed the cursor.
+    pub(super) fn frame(&mut self, frame: Frame) {
+        self.session.frame(frame);
     }
 
     /// The experimenter's consent: the subject begins, or goes on.
@@ -175,10 +175,13 @@ impl Conductor {
     pub(super) fn due(&mut self, rig: &RigFacts) -> Vec<Intent> {
         let mut intents = Vec::new();
         let phase = discriminant(&self.session.view().phase);
-        if self.phase.is_none_or(|(before, _)| before != phase) {
+        let before = self.phase.map(|(before, _)| before);
+        if before != Some(phase) {
             self.phase = Some((phase, self.newest_tick));
-            // Nobody mounts anything on a handle that has force, nor holds it for nothing when all is done.
-            let lets_go = self.session.mounting().is_some() || self.is_done();
+            // Nobody mounts anything on a handle that has force, nor holds it for nothing when all is done. A subject who
+            // had done everything before had no force here.
+            let has_ended = self.is_done() && before.is_some();
+            let lets_go = self.session.mounting().is_some() || has_ended;
             if lets_go && rig.state.is_some_and(RigState::is_live) {
                 intents.push(Intent::Release);
             }
@@ -242,7 +245,7 @@ impl Conductor {
             }
             Phase::GetReady | Phase::Wait => "The scene changes".to_owned(),
             Phase::Instruction(_) => "The subject reads the instructions".to_owned(),
-            Phase::Rest { remaining_s } => format!("The subject rests: {remaining_s:.0} s are left"),
+            Phase::Rest { remaining_s } => format!("The subject rests: {remaining_s} s are left"),
             Phase::Targets(targets) if targets.is_start => "A click on the first target begins the segment".to_owned(),
             Phase::Targets(_) => "The subject moves to the target".to_owned(),
             Phase::Feel(surface) => format!("The subject feels surface {surface}"),

@@ -11,7 +11,7 @@ use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::Event;
 use haptic_lab::studies::person::{Happening, PersonSession};
-use haptic_lab::studies::plan::{BUILT_IN_PLANS, Plan};
+use haptic_lab::studies::plan::Plan;
 use haptic_lab::studies::session::{Phase, View};
 use haptic_lab::studies::store::{self, About, Study};
 use haptic_lab::studies::subject::Subject;
@@ -57,7 +57,6 @@ pub(super) struct Desk {
     /// The chosen subject, by its place.
     subject: usize,
     conductor: Option<Conductor>,
-    void: usize,
     /// Why nothing goes on, where the disk or the study's files are to blame.
     problem: Option<String>,
     told: Option<Box<StudyState>>,
@@ -75,7 +74,6 @@ impl Desk {
             study: None,
             subject: 0,
             conductor: None,
-            void: 0,
             problem: None,
             told: None,
             shown: None,
@@ -131,7 +129,7 @@ impl Desk {
                 self.sit_down();
             }
             StudyCommand::GoOn => {
-                if self.problem.take().is_some() {
+                if self.problem.is_some() {
                     self.sit_down();
                 }
                 let asked = self.conductor.as_mut().map(Conductor::go_on);
@@ -173,13 +171,19 @@ impl Desk {
     /// Opens the files of the chosen subject, once the daemon has told what they need.
     fn sit_down(&mut self) {
         self.stand_up();
+        self.problem = None;
         let Some(study) = &self.study else { return };
         let Some(subject) = study.subjects.get(self.subject) else {
             return;
         };
-        self.tell(StudyNews::Subject(
-            table::rows(&study.folder, subject).unwrap_or_default(),
-        ));
+        match table::rows(&study.folder, study.plan.task(), subject) {
+            Ok(rows) => self.tell(StudyNews::Subject(rows)),
+            Err(error) => {
+                self.tell(StudyNews::Subject(Vec::new()));
+                self.problem = Some(error.to_string());
+                return;
+            }
+        }
         let Some(rig) = self.rig.description() else { return };
         let period_s = rig.loop_rate_hz.recip();
         match PersonSession::open(&study.folder, &subject.code, rig) {
@@ -229,10 +233,10 @@ impl Desk {
 
     /// Takes what the subject did, and how late the cursor was.
     fn act(&mut self) {
-        let (acts, latencies) = self.screen.take_acts();
+        let (acts, frames) = self.screen.take_acts();
         let Some(conductor) = &mut self.conductor else { return };
-        for latency in latencies {
-            conductor.cursor_latency(latency.as_secs_f64());
+        for frame in frames {
+            conductor.frame(frame);
         }
         for (act, tick) in acts {
             conductor.act(act, tick);
@@ -256,10 +260,7 @@ impl Desk {
         for happening in happened {
             match happening {
                 Happening::Kept(row) => self.tell(StudyNews::Row(table::row(&row))),
-                Happening::Voided(voided) => {
-                    self.void += 1;
-                    self.tell(StudyNews::Row(table::void(&voided)));
-                }
+                Happening::Voided(voided) => self.tell(StudyNews::Row(table::void(&voided))),
                 Happening::Finished => {}
             }
         }
@@ -321,7 +322,6 @@ impl Desk {
             stage,
             now: session.map(|session| table::now(session.task())).unwrap_or_default(),
             target_m: session.and_then(table::target_m),
-            void: self.void,
             columns: table::columns(study.plan.task()),
         })
     }
@@ -343,10 +343,7 @@ impl Desk {
 /// Makes a study for people.
 fn create(folder: &Path, plan: &StudyPlan, subjects: Vec<String>, seed: u64) -> Result<(), String> {
     let text = match plan {
-        StudyPlan::BuiltIn(name) => {
-            let built_in = BUILT_IN_PLANS.iter().find(|(known, _)| known == name);
-            built_in.map_or_else(String::new, |(_, text)| (*text).to_owned())
-        }
+        StudyPlan::BuiltIn(task) => task.built_in_plan().to_owned(),
         StudyPlan::File(path) => {
             fs::read_to_string(path).map_err(|error| format!("cannot read the plan {}: {error}", path.display()))?
         }

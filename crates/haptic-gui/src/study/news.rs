@@ -6,8 +6,8 @@ use std::path::PathBuf;
 /// Where a plan comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum StudyPlan {
-    /// One that every program has, by its name.
-    BuiltIn(&'static str),
+    /// The one that every program has for a task.
+    BuiltIn(Task),
     /// A file of TOML.
     File(PathBuf),
 }
@@ -97,8 +97,6 @@ pub struct StudyState {
     pub now: Vec<(&'static str, String)>,
     /// Edges of the active target on the axis of the handle, m.
     pub target_m: Option<[f64; 2]>,
-    /// Trials that were void since the study was opened.
-    pub void: usize,
     /// Names of the columns of a row.
     pub columns: &'static [&'static str],
 }

@@ -5,7 +5,7 @@ use super::latency::Latencies;
 use egui::Context;
 use haptic_ipc::Sample;
 use haptic_lab::studies::plan::RigMapping;
-use haptic_lab::studies::session::{Phase, View};
+use haptic_lab::studies::session::{Frame, Phase, View};
 use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -50,11 +50,21 @@ struct State {
     /// The window, while it is open.
     window: Option<Context>,
     is_full_screen: bool,
-    /// When the sample that the last frame shows was received, and the time that it took from the device.
-    shown: Option<(Instant, Duration)>,
+    /// The last frame, where it shows a cursor.
+    shown: Option<Shown>,
     latencies: Latencies,
-    /// Those that the study has not taken yet.
-    fresh: Vec<Duration>,
+    /// The frames that the study has not taken yet.
+    fresh: Vec<Frame>,
+}
+
+/// A frame that shows a cursor.
+struct Shown {
+    /// When the frame began.
+    began: Instant,
+    /// When the sample that it shows was received.
+    received: Instant,
+    /// The time that the sample took from the device.
+    before: Duration,
 }
 
 impl State {
@@ -129,8 +139,8 @@ impl SubjectScreen {
         }
     }
 
-    /// What the subject did since last time, each with its tick, and how late the frames were.
-    pub(crate) fn take_acts(&self) -> (Vec<(SubjectAct, u64)>, Vec<Duration>) {
+    /// What the subject did since last time, each with its tick, and the frames that showed the cursor.
+    pub(crate) fn take_acts(&self) -> (Vec<(SubjectAct, u64)>, Vec<Frame>) {
         let mut state = self.state();
         (std::mem::take(&mut state.acts), std::mem::take(&mut state.fresh))
     }
@@ -143,18 +153,25 @@ impl SubjectScreen {
     /// A frame begins, so the one before is over: it was seen by now at the latest.
     pub(crate) fn begin_frame(&self, now: Instant) -> SubjectFrame {
         let mut state = self.state();
-        if let Some((received, before)) = state.shown.take() {
-            let waited = now.saturating_duration_since(received);
+        if let Some(shown) = state.shown.take() {
+            let waited = now.saturating_duration_since(shown.received);
             if waited <= LONGEST_FRAME {
-                state.latencies.add(waited + before);
-                state.fresh.push(waited + before);
+                let latency = waited + shown.before;
+                state.latencies.add(latency);
+                state.fresh.push(Frame {
+                    latency_s: latency.as_secs_f64(),
+                    lasted_s: now.saturating_duration_since(shown.began).as_secs_f64(),
+                });
             }
         }
         let scale = state.scale;
         let newest = state.newest.filter(|_| state.has_cursor());
         let cursor_m = newest.zip(scale).map(|((sample, received), scale)| {
-            let before = Duration::from_nanos(sample.device_round_trip_ns);
-            state.shown = Some((received, before));
+            state.shown = Some(Shown {
+                began: now,
+                received,
+                before: Duration::from_nanos(sample.device_round_trip_ns),
+            });
             scale.mapping.task_m(sample.device_position_m)
         });
         SubjectFrame {
@@ -258,6 +275,11 @@ mod tests {
             "8 ms and 2 ms of the link: {median_ms}"
         );
         assert_eq!(frames, 1);
+        let (_, frames) = screen.take_acts();
+        let [Frame { latency_s, lasted_s }] = frames[..] else {
+            panic!("{frames:?}")
+        };
+        assert!((latency_s - 0.01).abs() < 1e-9 && (lasted_s - 0.007).abs() < 1e-9);
         // The window was hidden for a while.
         screen.begin_frame(begin + ms(5000));
         assert_eq!(screen.latency_ms().expect("a frame").2, 1);

@@ -85,18 +85,15 @@ fn perception_cells(trial: &PerceptionTrial) -> Vec<String> {
 }
 
 /// The rows of a subject that are on the disk, without practice.
-pub(super) fn rows(folder: &Path, subject: &Subject) -> Result<Vec<StudyRow>, StoreError> {
-    let (plan, _) = store::read(folder)?;
-    let all_cells: Vec<Vec<String>> = match plan.task() {
+pub(super) fn rows(folder: &Path, task: Task, subject: &Subject) -> Result<Vec<StudyRow>, StoreError> {
+    let all_cells: Vec<Vec<String>> = match task {
         Task::Fitts => {
-            let trials = store::trials::<FittsTrial>(folder)?;
-            let own = trials.iter().filter(|trial| trial.subject == subject.code);
-            own.map(fitts_cells).collect()
+            let trials = store::trials_of(folder, subject, task)?;
+            trials.iter().map(fitts_cells).collect()
         }
         Task::Perception => {
-            let trials = store::trials::<PerceptionTrial>(folder)?;
-            let own = trials.iter().filter(|trial| trial.subject == subject.code);
-            own.map(perception_cells).collect()
+            let trials = store::trials_of(folder, subject, task)?;
+            trials.iter().map(perception_cells).collect()
         }
     };
     let rows = all_cells.into_iter().map(|cells| StudyRow { cells, void: None });

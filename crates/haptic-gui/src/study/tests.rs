@@ -1,5 +1,7 @@
 //! A subject's study at a daemon that the test plays: what is asked of it, what is kept, and what voids a trial.
 
+mod choosing;
+
 use super::subject_screen::SubjectScreen;
 use super::*;
 use crate::intent::Intent;
@@ -87,7 +89,7 @@ struct Daemon {
 }
 
 impl Daemon {
-    /// Makes a study of one subject from a plan, and opens it.
+    /// Makes a study of two subjects from a plan, and opens it.
     fn with_study(plan: &str) -> Self {
         let (updates, received) = UpdateSender::new(|_| {});
         let (asked, intents) = mpsc::channel();
@@ -110,7 +112,7 @@ impl Daemon {
         daemon.link.command(StudyCommand::Create {
             folder: daemon.study(),
             plan: StudyPlan::File(path),
-            subjects: vec!["P7".to_owned()],
+            subjects: vec!["P7".to_owned(), "P8".to_owned()],
             seed: 1,
         });
         assert_eq!(daemon.intent(), Intent::Stream { batch_ms: 4 });

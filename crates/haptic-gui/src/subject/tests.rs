@@ -86,13 +86,13 @@ fn the_subject_reads_what_to_do() {
             "two surfaces",
         ),
         (
-            Some(Phase::Rest { remaining_s: 41.2 }),
+            Some(Phase::Rest { remaining_s: 42 }),
             0.3,
             "Have a rest",
             "for a while: 42 s",
         ),
         (
-            Some(Phase::Rest { remaining_s: 0.0 }),
+            Some(Phase::Rest { remaining_s: 0 }),
             0.3,
             "Have a rest",
             "whenever you are ready",

@@ -45,9 +45,11 @@ pub(super) fn of(view: &View, is_targets: bool) -> Words {
     match view.phase {
         Phase::Instruction(Instruction::Practice) => words("Practice", task, GO_ON),
         Phase::Instruction(Instruction::Trials) => words("Now it counts", task, GO_ON),
-        Phase::Rest { remaining_s } if remaining_s > 0.0 => Words {
+        Phase::Rest {
+            remaining_s: remaining_s @ 1..,
+        } => Words {
             title: "Have a rest",
-            text: format!("Let go of the handle for a while: {:.0} s", remaining_s.ceil()),
+            text: format!("Let go of the handle for a while: {remaining_s} s"),
             prompt: "Click, or press Enter, to go on earlier",
         },
         Phase::Rest { .. } => words("Have a rest", "Go on whenever you are ready.", GO_ON),

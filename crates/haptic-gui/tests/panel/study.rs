@@ -30,7 +30,6 @@ fn state(task: Task, stage: Stage) -> StudyState {
         stage,
         now: vec![("Resistance", "viscous".to_owned()), ("Trial", "3".to_owned())],
         target_m: Some([0.02, 0.04]),
-        void: 1,
         columns: &["Block", "Time (s)"],
     }
 }
@@ -64,7 +63,7 @@ fn commands(panel: &mut Panel) -> Vec<StudyCommand> {
 
 #[test]
 fn a_study_is_made_from_what_is_typed_and_a_wrong_field_is_named() {
-    for (page, plan) in [(Page::Task, "fitts"), (Page::Perception, "perception")] {
+    for (page, plan) in [(Page::Task, Task::Fitts), (Page::Perception, Task::Perception)] {
         let mut panel = at_page(panel(), page);
         assert!(!is_enabled(&panel, "New study"));
         panel.get_by_label("Name the study's folder");

@@ -30,7 +30,7 @@ pub enum Form {
 /// Points under one name and in one colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// Name in the legend.
+    /// Name in the legend; one without a name is not in it.
     pub name: String,
     /// Points, across and up, in the units of the axes.
     pub points: Vec<[f64; 2]>,

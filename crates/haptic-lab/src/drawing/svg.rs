@@ -90,11 +90,12 @@ fn height(chart: &Chart) -> f64 {
     head(chart) + chart.height_px + BOTTOM
 }
 
-/// Places of the traces in the legend: left edge, row and the trace's index.
+/// Places of the traces in the legend, but for those without a name: left edge, row and the trace's index.
 fn legend(chart: &Chart) -> Vec<(f64, f64, usize)> {
     let (mut x, mut row) = (LEFT, 0.0);
     let mut places = Vec::new();
-    for (index, trace) in chart.traces.iter().enumerate() {
+    let named = |(_, trace): &(usize, &Trace)| !trace.name.is_empty();
+    for (index, trace) in chart.traces.iter().enumerate().filter(named) {
         #[expect(clippy::cast_precision_loss, reason = "letters of a name")]
         let width = 44.0 + LETTER * trace.name.chars().count() as f64;
         if x > LEFT && x + width > WIDTH - RIGHT {
@@ -314,6 +315,7 @@ mod tests {
             many = many.with(Trace::line(format!("a trace with a long name {index}"), Vec::new()));
         }
         let rows = legend(&many);
+        assert_eq!(legend(&many.clone().with(Trace::line("", Vec::new()))), rows);
         assert!(rows.iter().all(|(x, ..)| *x < WIDTH - RIGHT - 100.0));
         let lowest = LINE * (2.2 + rows.last().expect("a place").1);
         assert!(

@@ -355,6 +355,7 @@ impl FittsSession {
             voided: 0,
             cursor_latency_s: None,
             cursor_latency_p95_s: None,
+            frame_rate_hz: None,
             recording: None,
         }
     }

@@ -15,6 +15,7 @@ pub mod plan;
 pub mod random;
 mod resume;
 pub mod run;
+pub mod screen;
 pub mod sensitivity;
 pub mod session;
 #[cfg(test)]

@@ -189,7 +189,7 @@ fn is_again(known: &FittsTrial, again: &Row) -> Result<(), RunError> {
 
 /// Puts a trial on the disk.
 fn keep(keeper: &mut Keeper, finished: FinishedTrial, progress: &Progress) -> Result<(), RunError> {
-    let ticks = finished.ticks.rows.len();
+    let ticks = finished.ticks.as_ref().map_or(0, |ticks| ticks.rows.len());
     keeper.keep(News::Finished(Box::new(finished)))?;
     progress.done(ticks);
     Ok(())

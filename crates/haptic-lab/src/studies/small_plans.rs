@@ -1,11 +1,11 @@
 //! Short plans for tests.
 
-use super::plan::BUILT_IN_PLANS;
+use super::plan::Task;
 
 /// Two conditions and two resistances, of two trials a segment.
 pub(super) fn small_fitts() -> String {
-    let text = BUILT_IN_PLANS[0]
-        .1
+    let text = Task::Fitts
+        .built_in_plan()
         .replace("trials_per_segment = 8", "trials_per_segment = 2");
     let (head, rest) = text
         .split_once("[[conditions]]\nname = \"3\"")
@@ -17,7 +17,7 @@ pub(super) fn small_fitts() -> String {
 
 /// Two levels once each, and a staircase of two trials, of short intervals.
 pub(super) fn small_perception() -> String {
-    let text = BUILT_IN_PLANS[1].1;
+    let text = Task::Perception.built_in_plan();
     let (head, _) = text.split_once("[[tests]]\ncase = \"C\"").expect("a second test");
     head.replace("[0.2, 0.4, 0.6, 0.8, 1.0, 1.4, 2.0]", "[0.5, 1.5]")
         .replace("trials_per_level = 20", "trials_per_level = 1")

@@ -29,8 +29,8 @@ pub use sequences::{Sequence, Summary};
 pub use tables::{fitts_tables, perception_tables};
 pub use trajectories::{Trajectory, trajectories};
 
+use super::screen::ScreenSummary;
 use super::trial::{FittsTrial, Operator};
-use crate::median::median;
 use serde::Serialize;
 
 /// The resistance that the others are compared with.
@@ -67,6 +67,8 @@ pub struct FittsAnalysis {
     pub beside_paper: Vec<BesidePaper>,
     /// Movement time against the paper's index of difficulty, by resistance.
     pub difficulty: Vec<DifficultyLine>,
+    /// How late, and how often, the subjects' screen showed the cursor; absent where no row tells.
+    pub screen: Option<ScreenSummary>,
     /// What the trials do not tell.
     pub refused: Vec<Refused>,
     /// Remarks for people.
@@ -101,7 +103,12 @@ pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds) -> Result<FittsAnal
     if operator == Some(Operator::Simulated) {
         notes.push("a model did these trials: they say nothing about people".to_owned());
     }
-    notes.extend(circumstances(trials));
+    let voided: u32 = trials.iter().map(|trial| trial.voided).sum();
+    if voided > 0 {
+        notes.push(format!("{voided} attempts at trials were void, and done again"));
+    }
+    let screen = ScreenSummary::of(trials);
+    notes.extend(screen.map(|screen| screen.to_string()));
     Ok(FittsAnalysis {
         operator,
         trials: trials.len(),
@@ -112,33 +119,10 @@ pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds) -> Result<FittsAnal
         sequences,
         comparisons,
         differences,
+        screen,
         refused,
         notes,
     })
-}
-
-/// How the trials came about: void attempts, and how late the cursor was shown.
-fn circumstances(trials: &[FittsTrial]) -> Vec<String> {
-    let mut notes = Vec::new();
-    let voided: u32 = trials.iter().map(|trial| trial.voided).sum();
-    if voided > 0 {
-        notes.push(format!("{voided} attempts at trials were void, and done again"));
-    }
-    let mut medians_s: Vec<f64> = trials.iter().filter_map(|trial| trial.cursor_latency_s).collect();
-    let slowest_s = trials
-        .iter()
-        .filter_map(|trial| trial.cursor_latency_p95_s)
-        .fold(0.0, f64::max);
-    if let Some(median_s) = median(&mut medians_s) {
-        notes.push(format!(
-            "the cursor was shown {:.1} ms late (median of {} trials); in the worst trial 5 % of the frames were more than {:.1} \
-             ms late",
-            1e3 * median_s,
-            medians_s.len(),
-            1e3 * slowest_s
-        ));
-    }
-    notes
 }
 
 #[cfg(test)]

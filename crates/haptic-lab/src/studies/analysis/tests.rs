@@ -35,6 +35,7 @@ fn segment(
             voided: 0,
             cursor_latency_s: None,
             cursor_latency_p95_s: None,
+            frame_rate_hz: None,
             recording: None,
         })
         .collect()

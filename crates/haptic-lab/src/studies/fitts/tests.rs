@@ -1,10 +1,10 @@
-use super::super::plan::{BUILT_IN_PLANS, Plan};
+use super::super::plan::{Plan, Task};
 use super::*;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
 fn plan() -> FittsPlan {
-    let Ok(Plan::Fitts(plan)) = Plan::read(BUILT_IN_PLANS[0].1) else {
+    let Ok(Plan::Fitts(plan)) = Plan::read(Task::Fitts.built_in_plan()) else {
         panic!("a plan")
     };
     plan

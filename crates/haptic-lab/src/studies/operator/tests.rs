@@ -1,4 +1,4 @@
-use super::super::plan::{BUILT_IN_PLANS, FittsPlan, PerceptionPlan, Plan};
+use super::super::plan::{self, FittsPlan, PerceptionPlan, Plan};
 use super::super::session::{Row, Ticks};
 use super::super::trial::{Case, FittsTrial};
 use super::*;
@@ -7,14 +7,14 @@ use crate::replay::replay;
 use haptic_ipc::Sample;
 
 fn fitts_plan() -> FittsPlan {
-    let Ok(Plan::Fitts(plan)) = Plan::read(BUILT_IN_PLANS[0].1) else {
+    let Ok(Plan::Fitts(plan)) = Plan::read(plan::Task::Fitts.built_in_plan()) else {
         panic!("a plan")
     };
     plan
 }
 
 fn perception_plan() -> PerceptionPlan {
-    let Ok(Plan::Perception(plan)) = Plan::read(BUILT_IN_PLANS[1].1) else {
+    let Ok(Plan::Perception(plan)) = Plan::read(plan::Task::Perception.built_in_plan()) else {
         panic!("a plan")
     };
     plan
@@ -34,7 +34,7 @@ fn segment(resistance: &str, condition: &str, constants: &Constants) -> Vec<(Fit
         let Row::Fitts(trial) = finished.row else {
             panic!("targets")
         };
-        trials.push((*trial, finished.ticks));
+        trials.push((*trial, finished.ticks.expect("its ticks")));
         true
     })
     .expect("it can be done");
@@ -149,7 +149,7 @@ fn tells_apart(static_level_n: f64) {
                 panic!("surfaces")
             };
             assert!(trial.correct, "{trial:?}");
-            let ticks = finished.ticks;
+            let ticks = finished.ticks.expect("its ticks");
             if cases.is_empty() {
                 assert!(ticks.marks.iter().any(|mark| matches!(mark, Mark::Scene { .. })));
                 replays(&ticks.scene, &ticks.rows, &ticks.marks);

@@ -1,11 +1,11 @@
-use super::super::plan::{BUILT_IN_PLANS, Plan};
+use super::super::plan::{Plan, Task};
 use super::super::trial::Method;
 use super::*;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
 fn plan() -> PerceptionPlan {
-    let Ok(Plan::Perception(plan)) = Plan::read(BUILT_IN_PLANS[1].1) else {
+    let Ok(Plan::Perception(plan)) = Plan::read(Task::Perception.built_in_plan()) else {
         panic!("a plan")
     };
     plan

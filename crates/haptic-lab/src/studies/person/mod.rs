@@ -13,7 +13,7 @@
 mod writer;
 
 use super::perception::Answer;
-use super::session::{Interruption, Mounting, News, Row, Session, Task, View};
+use super::session::{Frame, Interruption, Mounting, News, Row, Session, Task, View};
 use super::store::{Keeper, RigDescription, StoreError, Study};
 use super::subject::Subject;
 use super::trial::VoidedTrial;
@@ -56,7 +56,7 @@ enum Input {
     Event(Event),
     Click(u64),
     Answer(Answer, u64),
-    Latency(f64),
+    Frame(Frame),
     NewLink,
     Pause,
     Interrupt(Interruption),
@@ -76,7 +76,8 @@ pub struct PersonSession {
     unkept: usize,
     waiting: VecDeque<Input>,
     happenings: VecDeque<Happening>,
-    was_done: bool,
+    /// The study's trials are in one file, or on their way there, since all of this subject's are done.
+    is_collected: bool,
 }
 
 impl PersonSession {
@@ -92,8 +93,7 @@ impl PersonSession {
         }
         let subject = study.subject_of(code)?;
         let (keeper, session) = Keeper::open(&study, &subject, rig)?;
-        let was_done = session.is_done();
-        Ok(Self {
+        let mut opened = Self {
             session,
             subject,
             state_marks: StateMarks::default(),
@@ -101,8 +101,11 @@ impl PersonSession {
             unkept: 0,
             waiting: VecDeque::new(),
             happenings: VecDeque::new(),
-            was_done,
-        })
+            is_collected: false,
+        };
+        // The program may have been killed after the last row.
+        opened.pass_on();
+        Ok(opened)
     }
 
     /// The subject.
@@ -158,9 +161,9 @@ impl PersonSession {
         self.put(Input::Answer(answer, tick));
     }
 
-    /// Takes a frame's latency, s: from the arrival of the position that it shows to the frame on the screen.
-    pub fn cursor_latency(&mut self, latency_s: f64) {
-        self.put(Input::Latency(latency_s));
+    /// Takes a frame that showed the cursor.
+    pub fn frame(&mut self, frame: Frame) {
+        self.put(Input::Frame(frame));
     }
 
     /// Goes on: from instructions, from a break, after mounting, after an interruption. The last is the experimenter's.
@@ -260,7 +263,7 @@ impl PersonSession {
             Input::Event(event) => return self.take_event(event),
             Input::Click(tick) => self.session.click(tick),
             Input::Answer(answer, tick) => self.session.answer(answer, tick),
-            Input::Latency(latency_s) => self.session.cursor_latency(latency_s),
+            Input::Frame(frame) => self.session.frame(frame),
             Input::NewLink => {
                 self.state_marks = StateMarks::default();
                 self.session.new_link();
@@ -308,8 +311,8 @@ impl PersonSession {
             self.unkept += 1;
             self.writer.keep(news);
         }
-        if self.session.is_done() && !self.was_done {
-            self.was_done = true;
+        if self.session.is_done() && !self.is_collected {
+            self.is_collected = true;
             self.unkept += 1;
             self.writer.collect();
         }

@@ -1,3 +1,5 @@
+mod files;
+
 use super::super::perception::Answer;
 use super::super::plan::Plan;
 use super::super::session::{Feedback, Instruction, Phase};
@@ -32,6 +34,20 @@ fn make(folder: &Path, text: &str) {
     drop(Study::create(folder, text, &about).expect("created"));
 }
 
+/// Opens a study once no child that another test has just begun holds this process's locks: it does until it is another
+/// program.
+fn when_free<T>(open: impl Fn() -> Result<T, PersonError>) -> Result<T, PersonError> {
+    let began = Instant::now();
+    loop {
+        match open() {
+            Err(PersonError::Store(StoreError::Locked(_))) if began.elapsed() < Duration::from_secs(60) => {
+                std::thread::yield_now();
+            }
+            opened => return opened,
+        }
+    }
+}
+
 /// A daemon, a rig and a person, tick by tick.
 struct Person {
     session: PersonSession,
@@ -47,16 +63,7 @@ struct Person {
 
 impl Person {
     fn new(folder: &Path) -> Self {
-        // A child that another test has just begun holds this process's locks until it is another program.
-        let began = Instant::now();
-        let session = loop {
-            match PersonSession::open(folder, "P7", rig()) {
-                Err(PersonError::Store(StoreError::Locked(_))) if began.elapsed() < Duration::from_secs(60) => {
-                    std::thread::yield_now();
-                }
-                opened => break opened.expect("opened"),
-            }
-        };
+        let session = when_free(|| PersonSession::open(folder, "P7", rig())).expect("opened");
         Self {
             session,
             tick: 100,
@@ -128,6 +135,12 @@ impl Person {
         self.reach();
         self.session.click(self.tick);
         self.listen();
+    }
+
+    /// Lets the disk come to its end first.
+    fn end_after_listening(mut self) -> Vec<Happening> {
+        self.listen();
+        self.end()
     }
 
     /// Ends the program: another one goes on.
@@ -293,7 +306,8 @@ fn a_click_counts_at_its_tick_by_the_rigs_button_or_however_late_it_is_told() {
     person.ticks(400);
     person.buttons = 0;
     let started = person.tick - 399;
-    person.session.cursor_latency(0.02);
+    let (latency_s, lasted_s) = (0.02, 0.0125);
+    person.session.frame(Frame { latency_s, lasted_s });
     person.reach();
     // Told 200 ticks late, and by then the hand is elsewhere.
     let clicked = person.tick;
@@ -309,8 +323,8 @@ fn a_click_counts_at_its_tick_by_the_rigs_button_or_however_late_it_is_told() {
         (Some(started), Some(clicked), 0)
     );
     assert_eq!(
-        (first.cursor_latency_s, first.cursor_latency_p95_s),
-        (Some(0.02), Some(0.02))
+        (first.cursor_latency_s, first.cursor_latency_p95_s, first.frame_rate_hz),
+        (Some(0.02), Some(0.02), Some(80.0))
     );
     // Told before its tick.
     if let Phase::Targets(targets) = person.phase() {

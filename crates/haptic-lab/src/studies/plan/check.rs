@@ -2,6 +2,9 @@
 
 use super::super::trial::Case;
 
+/// The cursor moves at most so much farther than the handle.
+pub(super) const LARGEST_GAIN: f64 = 100.0;
+
 /// What is wrong with a plan.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
@@ -42,8 +45,13 @@ pub enum PlanError {
     #[error("{0} is empty: at least one is needed")]
     Empty(&'static str),
     /// Something that is named nowhere.
-    #[error("baseline = `{0}` is not the name of a resistance")]
-    NoBaseline(String),
+    #[error("baseline = `{name}` is not the name of a resistance; there are {known}")]
+    NoBaseline {
+        /// The name.
+        name: String,
+        /// The resistances that there are.
+        known: String,
+    },
     /// Both, or none, of two fields of which there must be one.
     #[error("{place}: either `{one}` or `{other}` is needed, and not both")]
     OneOf {
@@ -68,7 +76,7 @@ pub enum PlanError {
     /// A target that the handle does not reach.
     #[error(
         "conditions.{condition}: its targets take {needs_m} m of the handle to either side of rig.center_m, and rig.range_m \
-         leaves {has_m} m: raise rig.gain to {gain} or more"
+         leaves {has_m} m: {}", enough(*.gain)
     )]
     OutOfReach {
         /// The condition.
@@ -77,7 +85,7 @@ pub enum PlanError {
         needs_m: f64,
         /// What there is, m.
         has_m: f64,
-        /// The gain that would do.
+        /// The gain that would do; infinite where rig.center_m is an end of the range.
         gain: f64,
     },
     /// A comparison with less friction than none.
@@ -90,6 +98,13 @@ pub enum PlanError {
         /// Friction of the base, N.
         base_n: f64,
     },
+}
+
+fn enough(gain: f64) -> String {
+    if gain > LARGEST_GAIN {
+        return "move rig.center_m towards the middle of rig.range_m".to_owned();
+    }
+    format!("raise rig.gain to {gain} or more")
 }
 
 /// Checks a number against its range.

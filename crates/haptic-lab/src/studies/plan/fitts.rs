@@ -1,7 +1,7 @@
 //! The plan of a targeting task.
 
 use super::Task;
-use super::check::{PlanError, names, within};
+use super::check::{LARGEST_GAIN, PlanError, names, within};
 use haptic_core::friction::{Friction, Viscous};
 use haptic_core::{Directional, Scene};
 use serde::{Deserialize, Serialize};
@@ -152,14 +152,14 @@ impl FittsPlan {
             "resistances",
             self.resistances.iter().map(|resistance| resistance.name.as_str()),
         )?;
-        if !self
-            .resistances
-            .iter()
-            .any(|resistance| resistance.name == self.baseline)
-        {
-            return Err(PlanError::NoBaseline(self.baseline.clone()));
+        let known: Vec<&str> = self.resistances.iter().map(|one| one.name.as_str()).collect();
+        if !known.contains(&self.baseline.as_str()) {
+            return Err(PlanError::NoBaseline {
+                name: self.baseline.clone(),
+                known: known.join(", "),
+            });
         }
-        within("rig.gain", self.rig.gain, 0.01, 100.0, "")?;
+        within("rig.gain", self.rig.gain, 0.01, LARGEST_GAIN, "")?;
         let [low, high] = self.rig.range_m;
         within("rig.range_m[0]", low, -10.0, 10.0, " m")?;
         within("rig.range_m[1]", high, low, 10.0, " m")?;

@@ -11,12 +11,6 @@ pub use perception::{Constant, PerceptionPlan, Staircase, Test};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// The plans that every program has: names, and the TOML of each.
-pub const BUILT_IN_PLANS: [(&str, &str); 2] = [
-    ("fitts", include_str!("../../../../../studies/fitts.toml")),
-    ("perception", include_str!("../../../../../studies/perception.toml")),
-];
-
 /// The task of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -25,6 +19,29 @@ pub enum Task {
     Fitts,
     /// Surfaces to be told apart.
     Perception,
+}
+
+impl Task {
+    /// All tasks.
+    pub const ALL: [Self; 2] = [Self::Fitts, Self::Perception];
+
+    /// Its name, in plans and in names of files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fitts => "fitts",
+            Self::Perception => "perception",
+        }
+    }
+
+    /// The plan that every program has for it, as TOML.
+    #[must_use]
+    pub const fn built_in_plan(self) -> &'static str {
+        match self {
+            Self::Fitts => include_str!("../../../../../studies/fitts.toml"),
+            Self::Perception => include_str!("../../../../../studies/perception.toml"),
+        }
+    }
 }
 
 /// What a study consists of.
@@ -87,17 +104,9 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T, PlanError> {
 mod tests {
     use super::*;
 
-    fn built_in(name: &str) -> &'static str {
-        let (_, text) = BUILT_IN_PLANS
-            .iter()
-            .find(|(known, _)| *known == name)
-            .expect("built in");
-        text
-    }
-
     #[test]
     fn the_built_in_plans_are_those_of_the_paper() {
-        let Ok(Plan::Fitts(fitts)) = Plan::read(built_in("fitts")) else {
+        let Ok(Plan::Fitts(fitts)) = Plan::read(Task::Fitts.built_in_plan()) else {
             panic!("a plan")
         };
         assert_eq!((fitts.conditions.len(), fitts.resistances.len()), (9, 5));
@@ -110,13 +119,16 @@ mod tests {
         let amplitudes = [342.0, 450.0, 570.0];
         let table = amplitudes.map(|amplitude| [18.0, 60.0, 102.0].map(|width| (amplitude, width)));
         assert_eq!(printed, table.concat());
-        assert!(matches!(Plan::read(built_in("perception")), Ok(Plan::Perception(_))));
+        assert!(matches!(
+            Plan::read(Task::Perception.built_in_plan()),
+            Ok(Plan::Perception(_))
+        ));
     }
 
     #[test]
     fn a_wrong_plan_is_told_by_field_value_limit_and_unit() {
-        let fitts = built_in("fitts");
-        let perception = built_in("perception");
+        let fitts = Task::Fitts.built_in_plan();
+        let perception = Task::Perception.built_in_plan();
         for (text, was, is, message) in [
             (
                 fitts,
@@ -139,6 +151,13 @@ mod tests {
             ),
             (
                 fitts,
+                "center_m = 0",
+                "center_m = 0.12",
+                "conditions.9: its targets take 0.112 m of the handle to either side of rig.center_m, and rig.range_m leaves \
+                 0 m: move rig.center_m towards the middle of rig.range_m",
+            ),
+            (
+                fitts,
                 "name = \"2\"",
                 "name = \"1\"",
                 "conditions: `1` stands there twice",
@@ -147,7 +166,7 @@ mod tests {
                 fitts,
                 "baseline = \"baseline\"",
                 "baseline = \"none\"",
-                "baseline = `none` is not the name of a resistance",
+                "baseline = `none` is not the name of a resistance; there are baseline, real, simulated",
             ),
             (
                 fitts,

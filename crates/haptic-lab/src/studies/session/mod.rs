@@ -13,8 +13,8 @@
 //! [`View`], and puts what becomes final on the disk ([`take_news`](Session::take_news)) before it goes on.
 
 mod active_scene;
+mod frames;
 mod interruption;
-mod latencies;
 mod news;
 mod recent_ticks;
 mod stage;
@@ -22,6 +22,7 @@ mod task;
 mod ticks;
 mod view;
 
+pub use frames::Frame;
 pub use interruption::Interruption;
 pub use news::{FinishedTrial, News, Row};
 pub use task::Task;
@@ -34,9 +35,9 @@ use super::subject::Subject;
 use super::trial::{Operator, VoidedTrial};
 use crate::recording::Mark;
 use active_scene::ActiveScene;
+use frames::Frames;
 use haptic_core::Scene;
 use haptic_ipc::{RigState, Sample, ServoSetup};
-use latencies::Latencies;
 use recent_ticks::{RecentTicks, buttons};
 use stage::{Stage, stages};
 use std::collections::VecDeque;
@@ -84,7 +85,7 @@ pub struct Session {
     active: ActiveScene,
     recent: RecentTicks,
     ticks: Option<Ticks>,
-    latencies: Latencies,
+    frames: Frames,
     /// And for how many ticks more.
     feedback: Option<(Feedback, f64)>,
     news: VecDeque<News>,
@@ -104,7 +105,7 @@ impl Session {
             active: ActiveScene::Unknown,
             recent: RecentTicks::default(),
             ticks: None,
-            latencies: Latencies::default(),
+            frames: Frames::default(),
             feedback: None,
             news: VecDeque::new(),
         };
@@ -158,7 +159,7 @@ impl Session {
             Stage::Instruction(instruction) => Phase::Instruction(instruction),
             Stage::Mounting => Phase::Mounting,
             Stage::Rest(ticks) => Phase::Rest {
-                remaining_s: ticks * self.settings.period_s,
+                remaining_s: whole_seconds(ticks * self.settings.period_s),
             },
             Stage::GetReady => Phase::GetReady,
             Stage::Paused(_) => Phase::Paused,
@@ -272,10 +273,10 @@ impl Session {
         }
     }
 
-    /// Takes a frame's latency, s: from the arrival of the position that it shows to the frame on the screen.
-    pub fn cursor_latency(&mut self, latency_s: f64) {
+    /// Takes a frame that showed the cursor.
+    pub fn frame(&mut self, frame: Frame) {
         if self.is_in_trial() {
-            self.latencies.push(latency_s);
+            self.frames.push(frame);
         }
     }
 
@@ -398,12 +399,13 @@ impl Session {
             None => return,
             Some(Event::Missed { .. }) => Feedback::Missed,
             Some(Event::Started) => {
-                self.latencies.clear();
+                self.frames.clear();
                 Feedback::Hit
             }
             Some(Event::Hit(mut trial)) => {
                 trial.voided = self.settings.voided;
-                (trial.cursor_latency_s, trial.cursor_latency_p95_s) = self.latencies.median_and_p95_s();
+                (trial.cursor_latency_s, trial.cursor_latency_p95_s) = self.frames.median_and_p95_s();
+                trial.frame_rate_hz = self.frames.rate_hz();
                 self.finish(Row::Fitts(trial), is_practice, sample.tick);
                 Feedback::Hit
             }
@@ -436,14 +438,12 @@ impl Session {
     }
 
     fn finish(&mut self, row: Row, is_practice: bool, tick: u64) {
-        if let Some(ticks) = &mut self.ticks {
-            let ticks = ticks.split_after(tick);
-            self.news.push_back(News::Finished(Box::new(FinishedTrial {
-                row,
-                is_practice,
-                ticks,
-            })));
-        }
+        let ticks = self.ticks.as_mut().map(|ticks| ticks.split_after(tick));
+        self.news.push_back(News::Finished(Box::new(FinishedTrial {
+            row,
+            is_practice,
+            ticks,
+        })));
         self.settings.voided = 0;
         self.forget_trial();
         if self.task.is_ready() || self.task.is_finished() {
@@ -452,7 +452,7 @@ impl Session {
     }
 
     fn forget_trial(&mut self) {
-        self.latencies.clear();
+        self.frames.clear();
         self.recent.forget_clicks();
     }
 
@@ -469,4 +469,14 @@ impl Session {
             self.plan_stages(None);
         }
     }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a break of minutes, and none below 0"
+)]
+fn whole_seconds(time_s: f64) -> u32 {
+    // Ticks are no whole number of binary fractions of a second.
+    (time_s - 1e-6).ceil() as u32
 }

@@ -19,8 +19,8 @@ pub struct FinishedTrial {
     pub row: Row,
     /// Whether it is for practice.
     pub is_practice: bool,
-    /// Its ticks.
-    pub ticks: Ticks,
+    /// Its ticks; none where nobody knows which scene they rendered.
+    pub ticks: Option<Ticks>,
 }
 
 /// What is to be put on the disk.

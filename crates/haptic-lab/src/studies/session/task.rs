@@ -93,7 +93,7 @@ impl Task {
     }
 
     /// Trials done, and trials in all or the most that there can be, practice included.
-    pub(super) fn progress(&self) -> (usize, Option<usize>) {
+    pub(in super::super) fn progress(&self) -> (usize, Option<usize>) {
         match self {
             Self::Fitts(task) => {
                 let (done, all) = task.progress();

@@ -42,6 +42,24 @@ pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     written.map_err(at(path))
 }
 
+/// Writes a file in place of an earlier one, as open to others as the file `like`. Whoever reads it, and whenever the
+/// program is killed: the one or the other is there as a whole.
+pub(super) fn replace(
+    path: &Path,
+    like: &Path,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<(), StoreError> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(at(folder))?;
+    // A temporary file is closed to everybody else.
+    let permissions = fs::metadata(like).map_err(at(like))?.permissions();
+    let written = file.as_file().set_permissions(permissions);
+    let written = written.and_then(|()| write(file.as_file_mut()));
+    written.and_then(|()| file.as_file().sync_all()).map_err(at(path))?;
+    file.persist(path).map_err(|error| at(path)(error.error))?;
+    sync_folder(folder)
+}
+
 /// Adds to a file of a length, which may be new.
 pub(super) fn append(path: &Path, bytes: &[u8], length: u64) -> Result<(), StoreError> {
     let mut file = File::options().append(true).create(true).open(path).map_err(at(path))?;

@@ -2,7 +2,7 @@
 
 use super::super::session::{FinishedTrial, News, Row, Session, Settings, Task, Ticks};
 use super::super::subject::Subject;
-use super::super::trial::{FittsTrial, Operator, PerceptionTrial};
+use super::super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
 use super::{StoreError, Study, SubjectFiles};
 use crate::recording::Metadata;
 use haptic_ipc::ServoSetup;
@@ -118,23 +118,20 @@ impl Keeper {
             is_practice,
             ticks,
         } = finished;
-        let metadata = self.metadata(&ticks);
-        let Ticks { rows, marks, .. } = ticks;
-        let recording = match &mut self.files {
-            _ if !self.has_recordings => None,
-            Files::Fitts(files) => Some(files.record(is_practice, &metadata, rows, marks)?),
-            Files::Perception(files) => Some(files.record(is_practice, &metadata, rows, marks)?),
-        };
+        let ticks = ticks.filter(|_| self.has_recordings);
+        let recording = ticks.map(|ticks| (self.metadata(&ticks), ticks));
         match (&mut row, &mut self.files) {
             (Row::Fitts(trial), Files::Fitts(files)) => {
-                trial.recording = recording;
+                trial.recording = record(files, is_practice, recording)?;
                 files.append((**trial).clone(), is_practice)?;
             }
             (Row::Perception(trial), Files::Perception(files)) => {
-                trial.recording = recording;
+                trial.recording = record(files, is_practice, recording)?;
                 files.append((**trial).clone(), is_practice)?;
             }
-            _ => {}
+            (Row::Fitts(_), Files::Perception(_)) | (Row::Perception(_), Files::Fitts(_)) => {
+                return Err(StoreError::OtherTask);
+            }
         }
         Ok(row)
     }
@@ -162,4 +159,16 @@ impl Keeper {
             configuration: self.rig.configuration.clone(),
         }
     }
+}
+
+/// Writes a trial's recording, where it has one; returns the file's path from the study's folder.
+fn record<T: Trial>(
+    files: &mut SubjectFiles<T>,
+    is_practice: bool,
+    recording: Option<(Metadata, Ticks)>,
+) -> Result<Option<String>, StoreError> {
+    let Some((metadata, ticks)) = recording else {
+        return Ok(None);
+    };
+    files.record(is_practice, &metadata, ticks.rows, ticks.marks).map(Some)
 }

@@ -7,7 +7,8 @@
 //!     .lock                             held by the program that runs the study
 //!     data/subject-01/session-01/
 //!         subject-01_session-01_task-fitts_data.csv        a row a trial
-//!         subject-01_session-01_task-fitts_practice.csv    the same of practice
+//!         subject-01_session-01_task-fitts_data.json       what is known of the subject's screen
+//!         subject-01_session-01_task-fitts_practice.csv    the same rows of practice
 //!         recordings/trial-0001.mcap    every tick of the trial
 //!         subject-01_session-01_task-fitts_voided.csv      attempts that do not count
 //!     notes.csv                         the experimenter's notes
@@ -22,6 +23,7 @@ mod disk;
 mod keeper;
 mod notes;
 mod parquet;
+mod sidecar;
 mod subject_files;
 
 pub use keeper::{Keeper, RigDescription};
@@ -31,13 +33,13 @@ pub use subject_files::SubjectFiles;
 use super::operator::Constants;
 use super::plan::{Plan, PlanError, Task};
 use super::resume::NotThisStudy;
-use super::session::View;
+use super::session;
 use super::subject::{CodeError, Subject, check_codes, numbered_codes};
 use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial, TrialError};
-use disk::{at, sync_folder, write_new};
+use disk::{at, replace, sync_folder, write_new};
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, TryLockError};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 const PLAN: &str = "plan.toml";
@@ -104,6 +106,18 @@ pub enum StoreError {
         /// Those that there are.
         known: String,
     },
+    /// A file of rows has a column that no row of this program has.
+    #[error("{}: the column `{column}` is none of this program's, and would be lost: keep it in another file, or finish the \
+             study with the version that began it", .path.display())]
+    Column {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// A row of the other task.
+    #[error("a row of the other task is no row of this study")]
+    OtherTask,
     /// The rows are not those of the plan.
     #[error(transparent)]
     NotThisStudy(#[from] NotThisStudy),
@@ -313,30 +327,36 @@ impl Study {
         SubjectFiles::open(&self.folder, subject, self.about.task)
     }
 
-    /// How far a subject is.
+    /// Trials that a subject has done, and trials in all or the most that there can be, practice included.
     ///
     /// # Errors
     /// Its files cannot be read, or are not those of the plan.
-    pub fn progress(&self, subject: &Subject) -> Result<View, StoreError> {
-        let rig = RigDescription {
-            server: String::new(),
-            device: String::new(),
-            loop_rate_hz: 1000.0,
-            servo: None,
-            configuration: None,
-            click_buttons: 0,
-        };
-        Keeper::open(self, subject, rig).map(|(_, session)| session.view())
+    pub fn progress(&self, subject: &Subject) -> Result<(usize, Option<usize>), StoreError> {
+        // No tick comes, so that its length does not matter.
+        let mut task = session::Task::new(&self.plan, self.about.seed, subject, self.about.operator, 1.0);
+        match &mut task {
+            session::Task::Fitts(task) => task.resume(&self.rows(subject, true)?, &self.rows(subject, false)?)?,
+            session::Task::Perception(task) => task.resume(&self.rows(subject, true)?, &self.rows(subject, false)?)?,
+        }
+        Ok(task.progress())
     }
 
-    /// Writes all trials that are done into one file, in place of an earlier one; returns it, or nothing where no trial is
-    /// done.
+    /// The whole rows of a subject, of practice or of the others.
+    fn rows<T: Trial>(&self, subject: &Subject, is_practice: bool) -> Result<Vec<T>, StoreError> {
+        subject_files::trials(&self.folder, subject, self.about.task, is_practice)
+    }
+
+    /// Writes all trials that are done into one file, in place of an earlier one, and what is known of the subjects'
+    /// screen beside the rows of each; returns that file, or nothing where no trial is done.
     ///
     /// # Errors
     /// They cannot be read, or it cannot be written.
     pub fn collect(&self) -> Result<Option<PathBuf>, StoreError> {
         match self.about.task {
-            Task::Fitts => self.collect_rows::<FittsTrial>(),
+            Task::Fitts => {
+                self.describe_screens()?;
+                self.collect_rows::<FittsTrial>()
+            }
             Task::Perception => self.collect_rows::<PerceptionTrial>(),
         }
     }
@@ -347,15 +367,22 @@ impl Study {
         if trials.is_empty() {
             return Ok(None);
         }
-        let mut file = tempfile::NamedTempFile::new_in(&self.folder).map_err(at(&self.folder))?;
-        parquet::write(&trials, file.as_file_mut()).map_err(at(&path))?;
-        file.as_file().sync_all().map_err(at(&path))?;
-        let file = file.persist(&path).map_err(|error| at(&path)(error.error))?;
-        // A temporary file is closed to everybody else.
-        let permissions = fs::metadata(self.folder.join(STUDY)).map_err(at(&path))?.permissions();
-        file.set_permissions(permissions).map_err(at(&path))?;
-        sync_folder(&self.folder)?;
+        replace(&path, &self.folder.join(STUDY), |file| parquet::write(&trials, file))?;
         Ok(Some(path))
+    }
+
+    fn describe_screens(&self) -> Result<(), StoreError> {
+        for subject in self.subjects() {
+            let trials = trials_of(&self.folder, &subject, Task::Fitts)?;
+            let path = subject_files::sidecar(&self.folder, &subject, Task::Fitts);
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let Some(described) = sidecar::of_trials(&name, &trials) else {
+                continue;
+            };
+            let text = serde_json::to_vec_pretty(&described).map_err(|error| at(&path)(error.into()))?;
+            replace(&path, &self.folder.join(STUDY), |file| file.write_all(&text))?;
+        }
+        Ok(())
     }
 }
 
@@ -394,10 +421,17 @@ pub fn trials<T: Trial>(folder: &Path) -> Result<Vec<T>, StoreError> {
     let (_, about) = read(folder)?;
     let mut trials = Vec::new();
     for subject in about.all_subjects() {
-        let path = subject_files::data(folder, &subject, about.task);
-        trials.extend(subject_files::rows::<T>(&path)?.trials);
+        trials.extend(trials_of(folder, &subject, about.task)?);
     }
     Ok(trials)
+}
+
+/// All trials of one subject of a study, without those of practice. The study may be under way.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn trials_of<T: Trial>(folder: &Path, subject: &Subject, task: Task) -> Result<Vec<T>, StoreError> {
+    subject_files::trials(folder, subject, task, false)
 }
 
 /// How the study that is there differs from the one that is to be created.
@@ -423,7 +457,7 @@ fn difference(folder: &Path, about: &About) -> String {
         "there is this study already; `haptic-ctl study resume` goes on with it".to_owned()
     } else {
         let differing = differing.join(" and ");
-        format!("there is another study already, whose {differing} differ; nothing is overwritten")
+        format!("there is another study already, which differs in {differing}; nothing is overwritten")
     }
 }
 

@@ -3,7 +3,7 @@
 use super::super::plan::Task;
 use super::super::subject::Subject;
 use super::super::trial::{self, Trial, VoidedTrial};
-use super::disk::{append, at, create_folder, sync_folder, whole_lines};
+use super::disk::{append, at, create_folder, replace, sync_folder, whole_lines};
 use super::{DATA, StoreError};
 use crate::recording::{self, CreateError, Mark, Metadata};
 use haptic_ipc::{Event, Sample, SamplesEvent};
@@ -20,32 +20,48 @@ fn session(folder: &Path, subject: &Subject) -> PathBuf {
 }
 
 fn table(folder: &Path, subject: &Subject, task: Task, ending: &str) -> PathBuf {
-    let task = match task {
-        Task::Fitts => "fitts",
-        Task::Perception => "perception",
-    };
     let Subject {
         code, session: number, ..
     } = subject;
-    session(folder, subject).join(format!("subject-{code}_session-{number:02}_task-{task}_{ending}.csv"))
+    session(folder, subject).join(format!(
+        "subject-{code}_session-{number:02}_task-{}_{ending}.csv",
+        task.name()
+    ))
 }
 
-/// The file of a subject's trials.
-pub(super) fn data(folder: &Path, subject: &Subject, task: Task) -> PathBuf {
-    table(folder, subject, task, "data")
+/// The file of a subject's rows, of practice or of the trials that count.
+fn rows_file(folder: &Path, subject: &Subject, task: Task, is_practice: bool) -> PathBuf {
+    table(folder, subject, task, if is_practice { "practice" } else { "data" })
+}
+
+/// The file of what is known about a subject's trials.
+pub(super) fn sidecar(folder: &Path, subject: &Subject, task: Task) -> PathBuf {
+    rows_file(folder, subject, task, false).with_extension("json")
+}
+
+/// The whole rows of a subject, of practice or of the trials that count.
+pub(super) fn trials<T: Trial>(
+    folder: &Path,
+    subject: &Subject,
+    task: Task,
+    is_practice: bool,
+) -> Result<Vec<T>, StoreError> {
+    rows(&rows_file(folder, subject, task, is_practice)).map(|rows| rows.trials)
 }
 
 /// What a file of rows holds.
-pub(super) struct Rows<T> {
-    pub(super) trials: Vec<T>,
+struct Rows<T> {
+    trials: Vec<T>,
     /// Length of the whole rows, bytes.
     whole: usize,
     /// Length of the file, bytes.
     all: usize,
+    /// Its columns.
+    heading: Vec<String>,
 }
 
 /// Reads the whole rows of a file, of which the last may be under way; none where there is no file.
-pub(super) fn rows<T: Trial>(path: &Path) -> Result<Rows<T>, StoreError> {
+fn rows<T: Trial>(path: &Path) -> Result<Rows<T>, StoreError> {
     let bytes = match fs::read(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
         read => read.map_err(at(path))?,
@@ -60,7 +76,15 @@ pub(super) fn rows<T: Trial>(path: &Path) -> Result<Rows<T>, StoreError> {
         })?
     };
     let all = bytes.len();
-    Ok(Rows { trials, whole, all })
+    let heading = bytes[..whole].split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let heading = String::from_utf8_lossy(heading);
+    let heading = heading.split(',').map(|name| name.trim().to_owned()).collect();
+    Ok(Rows {
+        trials,
+        whole,
+        all,
+        heading,
+    })
 }
 
 /// Rows in a file.
@@ -73,19 +97,30 @@ struct Table<T> {
 }
 
 impl<T: Trial> Table<T> {
-    /// Reads the rows, and takes away one that was cut off.
+    /// Reads the rows, and takes away one that was cut off. Rows of an earlier version get the columns of this one.
     fn open(path: PathBuf) -> Result<Self, StoreError> {
-        let rows = rows(&path)?;
-        let length = rows.whole as u64;
-        if rows.whole < rows.all {
+        let Rows {
+            trials,
+            whole,
+            all,
+            heading,
+        } = rows::<T>(&path)?;
+        let mut length = whole as u64;
+        if whole > 0 && heading != T::COLUMNS {
+            if let Some(column) = heading.iter().find(|column| !T::COLUMNS.contains(&column.as_str())) {
+                let column = column.clone();
+                return Err(StoreError::Column { path, column });
+            }
+            replace(&path, &path, |file| {
+                trial::write(&trials, &*file).map_err(io::Error::other)?;
+                length = file.metadata()?.len();
+                Ok(())
+            })?;
+        } else if whole < all {
             let file = File::options().write(true).open(&path).map_err(at(&path))?;
             file.set_len(length).and_then(|()| file.sync_all()).map_err(at(&path))?;
         }
-        Ok(Self {
-            path,
-            trials: rows.trials,
-            length,
-        })
+        Ok(Self { path, trials, length })
     }
 
     /// Adds a row; it is on the disk when this returns.
@@ -118,8 +153,8 @@ impl<T: Trial> SubjectFiles<T> {
         let files = Self {
             folder: folder.to_owned(),
             recordings: session.join("recordings"),
-            practice: Table::open(table(folder, subject, task, "practice"))?,
-            data: Table::open(data(folder, subject, task))?,
+            practice: Table::open(rows_file(folder, subject, task, true))?,
+            data: Table::open(rows_file(folder, subject, task, false))?,
             voided: Table::open(table(folder, subject, task, "voided"))?,
         };
         files.set_unscored_aside()?;

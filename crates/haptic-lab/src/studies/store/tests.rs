@@ -53,7 +53,7 @@ fn threads_change_nothing_and_nothing_is_overwritten() {
             ),
             (
                 2,
-                "there is another study already, whose seed differ; nothing is overwritten",
+                "there is another study already, which differs in seed; nothing is overwritten",
             ),
         ] {
             let error = Study::create(&one, &text, &about(&text, seed, true))

@@ -1,7 +1,7 @@
 //! A trial of the targeting task.
 
 use super::operator::Operator;
-use super::row::{OutOfRange, Trial, check, first_session, named, not_negative, positive};
+use super::row::{OutOfRange, Trial, check, first_session, length, named, not_negative};
 use serde::{Deserialize, Serialize};
 
 /// A valid click of the Fitts task, and the invalid ones before it.
@@ -26,17 +26,17 @@ pub struct FittsTrial {
     /// Direction of the movement along the rig's axis, +1 or -1.
     #[serde(default)]
     pub direction: Option<i8>,
-    /// Distance between the targets' centres, m (> 0).
+    /// Distance between the targets' centres, m (> 0, at most 10).
     pub amplitude_m: f64,
-    /// Width of the target, m (> 0).
+    /// Width of the target, m (> 0, at most 10).
     pub width_m: f64,
     /// Diameter of the cursor, m (>= 0, below the width).
     #[serde(default)]
     pub cursor_diameter_m: Option<f64>,
-    /// Cursor's centre at the valid click, from the target's centre, m: positive is overshoot, whichever way the
-    /// movement went.
+    /// Cursor's centre at the valid click, from the target's centre, m (-10 to 10): positive is overshoot, whichever way
+    /// the movement went.
     pub end_error_m: f64,
-    /// From the valid click before to this one, s (> 0).
+    /// From the valid click before to this one, s (> 0, at most 150: the longest trial is 120 s).
     pub movement_time_s: f64,
     /// Invalid clicks before the valid one.
     pub errors: u32,
@@ -55,13 +55,16 @@ pub struct FittsTrial {
     /// Attempts at this trial that were voided before it.
     #[serde(default)]
     pub voided: u32,
-    /// From a position's arrival to the frame that shows it, s: the median of the trial's frames. A simulated operator
-    /// has no screen.
+    /// From the sample on the device to the end of the frame that shows it, s: the median of the trial's frames. A
+    /// simulated operator has no screen.
     #[serde(default)]
     pub cursor_latency_s: Option<f64>,
     /// The same of the slowest twentieth of the frames: the 95th percentile, s.
     #[serde(default)]
     pub cursor_latency_p95_s: Option<f64>,
+    /// Frames a second of the subject's screen, by the median time between two of the trial.
+    #[serde(default)]
+    pub frame_rate_hz: Option<f64>,
     /// Recording of the trial, a path from the study's folder.
     #[serde(default)]
     pub recording: Option<String>,
@@ -90,6 +93,7 @@ impl Trial for FittsTrial {
         "voided",
         "cursor_latency_s",
         "cursor_latency_p95_s",
+        "frame_rate_hz",
         "recording",
     ];
 
@@ -110,15 +114,21 @@ impl Trial for FittsTrial {
         named("subject", &self.subject)?;
         named("resistance", &self.resistance)?;
         named("condition", &self.condition)?;
-        positive("amplitude_m", self.amplitude_m, " m")?;
-        positive("width_m", self.width_m, " m")?;
-        positive("movement_time_s", self.movement_time_s, " s")?;
+        length("amplitude_m", self.amplitude_m)?;
+        length("width_m", self.width_m)?;
         check(
-            self.end_error_m.is_finite(),
+            self.movement_time_s > 0.0 && self.movement_time_s <= 150.0,
+            "movement_time_s",
+            &self.movement_time_s,
+            " s",
+            "it must be above 0 s, and at most 150 s",
+        )?;
+        check(
+            self.end_error_m.abs() <= 10.0,
             "end_error_m",
             &self.end_error_m,
             " m",
-            "it must be finite",
+            "it must be -10 m to 10 m",
         )?;
         if let Some(direction) = self.direction {
             check(direction.abs() == 1, "direction", &direction, "", "it must be 1 or -1")?;
@@ -137,6 +147,7 @@ impl Trial for FittsTrial {
             ("error_size_m", self.error_size_m, " m"),
             ("cursor_latency_s", self.cursor_latency_s, " s"),
             ("cursor_latency_p95_s", self.cursor_latency_p95_s, " s"),
+            ("frame_rate_hz", self.frame_rate_hz, " Hz"),
         ] {
             value.map_or(Ok(()), |value| not_negative(column, value, unit))?;
         }

@@ -51,11 +51,18 @@ pub(super) fn check(
     })
 }
 
-const POSITIVE: &str = "it must be above 0 and finite";
 const NOT_NEGATIVE: &str = "it must be 0 or above, and finite";
 
-pub(super) fn positive(column: &'static str, value: f64, unit: &'static str) -> Result<(), OutOfRange> {
-    check(value > 0.0 && value.is_finite(), column, &value, unit, POSITIVE)
+/// Checks a length of the task, m. A larger one is in mm, or in pixels.
+pub(super) fn length(column: &'static str, value_m: f64) -> Result<(), OutOfRange> {
+    let is_right = value_m > 0.0 && value_m <= 10.0;
+    check(
+        is_right,
+        column,
+        &value_m,
+        " m",
+        "it must be above 0 m, and at most 10 m",
+    )
 }
 
 pub(super) fn not_negative(column: &'static str, value: f64, unit: &'static str) -> Result<(), OutOfRange> {

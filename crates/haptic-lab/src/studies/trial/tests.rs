@@ -23,6 +23,7 @@ fn fitts_trial() -> FittsTrial {
         voided: 1,
         cursor_latency_s: Some(0.021),
         cursor_latency_p95_s: Some(0.034),
+        frame_rate_hz: Some(60.0),
         recording: Some("data/a, b.mcap".to_owned()),
     }
 }
@@ -87,15 +88,27 @@ fn a_wrong_file_is_told_by_line_column_value_and_limit() {
     for (row, message) in [
         (
             "1,x,2,drag,5,0.3,wide,0,0.6,1,",
-            "line 2: width_m = `wide`: invalid float literal",
+            "line 2: width_m = `wide`: it must be a number, as in 0.6",
         ),
         (
             "1,x,2,drag,5,-0.3,0.04,0,0.6,1,",
-            "line 2: amplitude_m = -0.3 m is out of range: it must be above 0 and finite",
+            "line 2: amplitude_m = -0.3 m is out of range: it must be above 0 m, and at most 10 m",
         ),
         (
             "1,x,2,drag,5,0.3,0.04,NaN,0.6,1,",
-            "line 2: end_error_m = NaN m is out of range: it must be finite",
+            "line 2: end_error_m = NaN m is out of range: it must be -10 m to 10 m",
+        ),
+        (
+            "1,x,2,drag,5,0.3,0.04,0,0.6,-1,",
+            "line 2: errors = `-1`: it must be a whole number; counts are not below 0",
+        ),
+        (
+            "1,x,2,drag,5,0.3,0.04,0,612,1,",
+            "line 2: movement_time_s = 612 s is out of range: it must be above 0 s, and at most 150 s",
+        ),
+        (
+            "1,x,2,drag,5,0.3,0.04,-12,0.6,1,",
+            "line 2: end_error_m = -12 m is out of range: it must be -10 m to 10 m",
         ),
         (
             "1,,2,drag,5,0.3,0.04,0,0.6,1,",
@@ -107,4 +120,18 @@ fn a_wrong_file_is_told_by_line_column_value_and_limit() {
     }
     let error = read::<FittsTrial>(&b"subject,block\n1,2\n"[..]).expect_err("columns are missing");
     assert_eq!(error.to_string(), "no column `resistance`");
+    for (text, message) in [
+        ("", "it is empty: its first line must name the columns"),
+        (
+            "subject;block\nx;1\n",
+            "its columns are separated by semicolons: write it with commas between them, and points in its numbers",
+        ),
+    ] {
+        let error = read::<FittsTrial>(text.as_bytes()).expect_err(message);
+        assert_eq!(error.to_string(), message);
+    }
+    let in_mm = ELSEWHERE.replace("width_m", "width_mm");
+    let error = read::<FittsTrial>(in_mm.as_bytes()).expect_err("another unit");
+    let message = "no column `width_m`, but `width_mm`: convert it to m";
+    assert_eq!(error.to_string(), message);
 }

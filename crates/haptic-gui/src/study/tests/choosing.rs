@@ -1,0 +1,62 @@
+//! One subject after the other.
+
+use super::*;
+
+#[test]
+fn a_subject_whose_files_are_wrong_is_told_and_another_one_can_be_chosen() {
+    let mut daemon = Daemon::with_study(TARGETS);
+    let folder = daemon.study().join("data/subject-P8/session-01");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let rows = folder.join("subject-P8_session-01_task-fitts_data.csv");
+    std::fs::write(&rows, "this,is\nno,study\n").expect("written");
+    daemon.link.command(StudyCommand::Choose(1));
+    daemon.until(|stage| matches!(stage, Stage::Held { why, is_trouble: true } if why.contains("no column `subject`")));
+    daemon.go_on();
+    daemon.link.command(StudyCommand::Choose(0));
+    daemon.until(|stage| matches!(stage, Stage::Held { why, is_trouble: false } if why.starts_with("Ready")));
+    std::fs::remove_file(&rows).expect("removed");
+    daemon.link.command(StudyCommand::Choose(1));
+    daemon.go_on();
+    daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
+}
+
+#[test]
+fn the_rig_is_let_go_when_all_is_done_and_not_when_one_who_is_done_is_looked_at() {
+    let mut daemon = Daemon::with_study(TARGETS);
+    daemon.begin();
+    for segment in 0..2 {
+        if segment > 0 {
+            daemon.ticks(300);
+            daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("first target")));
+        }
+        let side = |daemon: &Daemon| {
+            let view = daemon.screen().begin_frame(Instant::now()).view.map(|view| view.phase);
+            let Some(Phase::Targets(targets)) = view else {
+                panic!("{view:?}")
+            };
+            targets.active_m / 2.0
+        };
+        let first_m = side(&daemon);
+        for position_m in [first_m, -first_m, first_m] {
+            daemon.click_at(position_m);
+        }
+        for _ in 0..2 {
+            daemon.row();
+        }
+    }
+    daemon.until(|stage| *stage == Stage::Finished);
+    assert_eq!(daemon.intent(), Intent::Release);
+    assert_eq!(daemon.intent(), Intent::Lease { timeout_ms: 0 });
+    daemon.turn(RigState::Engaged);
+    daemon.link.command(StudyCommand::Choose(1));
+    daemon.until(|stage| matches!(stage, Stage::Held { is_trouble: false, .. }));
+    daemon.link.command(StudyCommand::Choose(0));
+    daemon.until(|stage| *stage == Stage::Finished);
+    daemon.ticks(10);
+    daemon.link.command(StudyCommand::Close);
+    assert_eq!(
+        daemon.intent(),
+        Intent::Lease { timeout_ms: 0 },
+        "the rig stays as it is"
+    );
+}

@@ -1,0 +1,122 @@
+//! What is on the disk beside the rows.
+
+use super::super::super::trial::Trial;
+use super::*;
+
+#[test]
+fn a_program_that_was_killed_after_the_last_row_has_all_trials_in_one_file_when_it_is_opened_again() {
+    let (_parent, folder) = a_folder();
+    make(&folder, &small_fitts());
+    do_targets(&folder);
+    let all = folder.join("trials.parquet");
+    let bytes = std::fs::read(&all).expect("it is there");
+    std::fs::remove_file(&all).expect("removed");
+    let happened = Person::new(&folder).end_after_listening();
+    assert_eq!(happened, [Happening::Finished]);
+    assert_eq!(std::fs::read(&all).expect("it is there again"), bytes);
+}
+
+#[test]
+fn a_break_is_told_in_whole_seconds() {
+    let (_parent, folder) = a_folder();
+    make(
+        &folder,
+        &small_fitts().replace("rest_every_segments = 9", "rest_every_segments = 1"),
+    );
+    let mut person = Person::new(&folder);
+    while !matches!(person.phase(), Phase::Rest { .. }) {
+        person.find_target();
+        person.click();
+    }
+    assert_eq!(person.phase(), Phase::Rest { remaining_s: 60 });
+    person.tick();
+    assert_eq!(person.phase(), Phase::Rest { remaining_s: 60 });
+    person.ticks(999);
+    assert_eq!(person.phase(), Phase::Rest { remaining_s: 59 });
+    person.ticks(59_000);
+    assert_eq!(person.phase(), Phase::Rest { remaining_s: 0 });
+    person.end();
+}
+
+#[test]
+fn the_screen_of_a_subject_is_described_beside_its_rows() {
+    let (_parent, folder) = a_folder();
+    make(&folder, &small_fitts());
+    let mut person = Person::new(&folder);
+    while person.phase() != Phase::Done {
+        person.find_target();
+        let (latency_s, lasted_s) = (0.02, 0.0125);
+        person.session.frame(Frame { latency_s, lasted_s });
+        person.click();
+    }
+    person.end();
+    let path = folder.join("data/subject-P7/session-01/subject-P7_session-01_task-fitts_data.json");
+    let text = std::fs::read_to_string(path).expect("it is there");
+    let described: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let variables = described["variableMeasured"].as_array().expect("a list");
+    assert_eq!(variables.len(), FittsTrial::COLUMNS.len());
+    let value = |name: &str| {
+        let variable = variables.iter().find(|variable| variable["name"] == name).expect(name);
+        assert!(
+            variable["measurementTechnique"]
+                .as_str()
+                .is_some_and(|how| how.contains("sample on the device"))
+        );
+        variable["value"].as_f64()
+    };
+    assert_eq!(value("cursor_latency_s"), Some(0.02));
+    assert_eq!(value("cursor_latency_p95_s"), Some(0.02));
+    assert_eq!(value("frame_rate_hz"), Some(80.0));
+}
+
+#[test]
+fn rows_of_an_earlier_version_are_gone_on_with_and_a_column_that_would_be_lost_is_told() {
+    let (_parent, folder) = a_folder();
+    make(&folder, &small_fitts());
+    let click = |times: usize| {
+        let mut person = Person::new(&folder);
+        for _ in 0..times {
+            person.find_target();
+            person.click();
+        }
+        person.end()
+    };
+    assert_eq!(click(2).len(), 1);
+    let path = folder.join("data/subject-P7/session-01/subject-P7_session-01_task-fitts_practice.csv");
+    let whole = std::fs::read_to_string(&path).expect("rows");
+    // As they were before the frames were counted: the cell is empty, as the test has no screen.
+    let earlier = whole.replace(",frame_rate_hz", "").replace(",,,data/", ",,data/");
+    assert_eq!(earlier.len() + ",frame_rate_hz,".len(), whole.len());
+    std::fs::write(&path, &earlier).expect("written");
+    assert_eq!(click(2).len(), 1);
+    let text = std::fs::read_to_string(&path).expect("rows");
+    assert!(text.starts_with(&whole) && text.lines().count() == 3, "{text}");
+    std::fs::write(&path, text.replace("frame_rate_hz", "mood")).expect("written");
+    let error = when_free(|| PersonSession::open(&folder, "P7", rig()))
+        .expect_err("another column")
+        .to_string();
+    assert!(
+        error.contains("_practice.csv: the column `mood` is none of this program's"),
+        "{error}"
+    );
+}
+
+#[test]
+fn how_far_a_subject_is_can_be_told_without_touching_its_files() {
+    let (_parent, folder) = a_folder();
+    make(&folder, &small_fitts());
+    let progress = || {
+        let study = when_free(|| Ok(Study::open(&folder)?)).expect("opened");
+        let subject = study.subject_of("P7").expect("a subject");
+        study.progress(&subject).expect("read")
+    };
+    assert_eq!(progress(), (0, Some(14)));
+    assert!(!folder.join("data").exists());
+    let mut person = Person::new(&folder);
+    while person.kept() < 3 {
+        person.find_target();
+        person.click();
+    }
+    person.end();
+    assert_eq!(progress(), (3, Some(14)));
+}
