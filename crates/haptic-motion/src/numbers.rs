@@ -65,7 +65,8 @@ impl Meaning {
     }
 }
 
-/// Whether a column holds moments or times of day, whose unit its type tells: they are read in s, whatever its title says.
+/// Whether a column holds moments or times of day, whose unit its type tells: they are read in s, whatever its title
+/// says.
 #[must_use]
 pub fn is_in_seconds(column: &ColumnDescriptor) -> bool {
     matches!(Meaning::of(column), Meaning::Moment(_))

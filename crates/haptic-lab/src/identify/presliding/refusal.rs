@@ -142,8 +142,8 @@ fn hidden_fall(prepared: &Prepared, estimate: &Estimate) -> Option<String> {
     });
     (slow < FEWEST_ROWS || fast < FEWEST_ROWS).then(|| {
         format!(
-            "Stribeck's fall shows between sliding slower and faster than the Stribeck velocity, {:.2} mm/s by the fit; \
-             there are {slow} moments of the one and {fast} of the other",
+            "Stribeck's fall shows between sliding slower and faster than the Stribeck velocity, {:.2} mm/s by the \
+             fit; there are {slow} moments of the one and {fast} of the other",
             fall * 1e3
         )
     })
