@@ -8,7 +8,7 @@ use std::time::Instant;
 use system_tests::commissioning::daemon;
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, PATIENCE, binary, pause, status, wait_for_state};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, pause, status, wait_for_state};
 
 /// How old a sample may be; and a device that stands still for longer, and for less than the pause before a motion is
 /// repeated.
@@ -110,6 +110,26 @@ fn a_motion_is_repeated_by_itself_as_often_as_was_agreed_and_then_with_consent()
     let written = terminal.written();
     assert_eq!(written.matches("In 3 s the rig is reset").count(), 1, "{written}");
     assert!(written.contains(QUESTION), "{written}");
+}
+
+// hazard: F20
+#[test]
+fn a_control_thread_that_was_kept_waiting_interrupts_a_motion_and_does_not_end_the_identification() {
+    let mut rig = FakeRig::start(&["--hand", "free"]);
+    let (daemon, _client) = daemon(&rig, &STALE);
+    let mut terminal = identifying(&daemon, "1");
+    if pulls(&mut rig, &mut terminal) {
+        let held = HeldThread::control(daemon.pid());
+        lets_go(&mut rig);
+        drop(held);
+    }
+    terminal.wait_for("the announcement", |shown| shown.contains("In 3 s the rig is reset"));
+    assert_eq!(rig.force().now_n, 0.0);
+    println!("{}", terminal.written());
+    // By itself or with consent, it goes on.
+    while !pulls(&mut rig, &mut terminal) {
+        agree(&mut terminal);
+    }
 }
 
 // hazard: F20

@@ -240,6 +240,27 @@ fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() 
     }
 }
 
+#[test]
+fn the_first_answer_says_where_the_handle_lies_and_how_far_it_may_go_from_there() {
+    let mut rig = FakeRig::start(&["--hand", "free"]);
+    let (daemon, mut client) = daemon(&rig, &[]);
+    // Farther from the encoder's zero than half of the range.
+    rig.fail("jump 8000");
+    wait_for(&mut client, "the handle at 80 mm", |status| {
+        (status.device_position_m - 0.08).abs() < 1e-3
+    });
+    let_go(&mut client);
+    let mut identifier = daemon.client();
+    let _: LeaseReply = identifier
+        .request(Request::Lease { timeout_ms: 2000 })
+        .expect("a lease");
+    let reply: IdentificationReply = identifier
+        .request(Request::IdentifyBegin { range_m: Some(0.1) })
+        .expect("the rig is idle");
+    assert!((reply.position_m - 0.08).abs() < 1e-3, "{reply:?}");
+    assert!((reply.travel_limit_m - 0.05).abs() < 1e-3, "{reply:?}");
+}
+
 // hazard: F20
 #[test]
 fn a_rig_that_is_unplugged_in_an_excitation_ends_it_and_comes_back_without_force() {

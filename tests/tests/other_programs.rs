@@ -10,14 +10,14 @@ use system_tests::{binary, ctl, ctl_offline};
 const PERIOD_S: f64 = 0.01;
 
 /// A record of time (s), position (m) and force (N), as every table below holds it.
-struct Base {
+pub(crate) struct Base {
     directory: tempfile::TempDir,
-    rows: Vec<[f64; 3]>,
+    pub(crate) rows: Vec<[f64; 3]>,
 }
 
 impl Base {
     /// What a lab records of aluminium on Teflon, of which every tenth sample of 16 s is kept.
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let surface = directory.path().join("surface.csv").display().to_string();
         let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/aluminium-on-teflon.toml");
@@ -35,7 +35,7 @@ impl Base {
     }
 
     /// A file of the directory.
-    fn put(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
+    pub(crate) fn put(&self, name: &str, bytes: impl AsRef<[u8]>) -> String {
         let path = self.directory.path().join(name);
         std::fs::write(&path, bytes).expect("written");
         path.display().to_string()
@@ -50,7 +50,7 @@ impl Base {
         text
     }
 
-    fn plain(&self) -> String {
+    pub(crate) fn plain(&self) -> String {
         self.lines("t_s,position_m,force_N\n", |_, [t, x, f]| {
             format!("{t:.4},{x:.7},{f:.6}")
         })

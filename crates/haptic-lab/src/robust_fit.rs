@@ -1,6 +1,7 @@
 //! A linear fit with Huber's weights, and errors by leaving out parts.
 
 use crate::median::median;
+use crate::stats::mean::student_t_of;
 use nalgebra::{DMatrix, DVector};
 
 /// A residual counts fully up to so many robust standard deviations. Wider than Huber's 1.345: what a law does not
@@ -10,6 +11,9 @@ const FULL_WEIGHT_DEVIATIONS: f64 = 3.0;
 /// Parts that are left out one after another. So many hold the slow errors of a record of a dozen strokes,
 /// and still tell a variance.
 const PARTS: usize = 24;
+
+/// Standard deviations of a normal value that its 95 % interval reaches to either side.
+pub(crate) const NORMAL_95: f64 = 1.959_964;
 
 /// Largest condition number of the scaled normal equations.
 const LARGEST_CONDITION: f64 = 1e9;
@@ -179,26 +183,8 @@ fn robust_deviation(values: &[f64]) -> f64 {
     1.4826 * median(&mut sizes).unwrap_or(0.0)
 }
 
-/// Student's quantile for the normal quantile `z`: Cornish and Fisher's series, within 1 % from 3 degrees
-/// of freedom on at 95 %.
-pub(crate) fn student(z: f64, freedom: f64) -> f64 {
-    let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
-    z + (z3 + z) / (4.0 * freedom)
-        + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * freedom.powi(2))
-        + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * freedom.powi(3))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn students_quantiles_are_those_of_the_tables() {
-        for (freedom, quantile) in [(3.0, 3.182), (5.0, 2.571), (12.0, 2.179), (30.0, 2.042)] {
-            assert!(
-                (student(1.959_964, freedom) / quantile - 1.0).abs() < 0.012,
-                "{freedom}"
-            );
-        }
-    }
+/// How many standard errors from 0 a value certainly is not 0: once in 10,000 records it is nevertheless. What a file
+/// says by itself, as that a clock drifts, must not be said of those where it is not so.
+pub(crate) fn certain(freedom: f64) -> f64 {
+    student_t_of(0.9999, freedom)
 }

@@ -4,11 +4,8 @@
 //! of a linear fit, repeated until they stand still. A motion that leaves about the same under every shift tells
 //! nothing of it.
 
-use crate::robust_fit::student;
-
-/// A shift is certain not to be 0 beyond so many standard errors, as a normal quantile: once in 10,000 records without
-/// one.
-const SIGNIFICANT: f64 = 3.9;
+use crate::robust_fit::certain;
+use crate::stats::mean::student_t;
 
 /// The worst shift leaves at least so many times the squares that the best one leaves, or the motion says nothing of
 /// it: what is left scatters by a twentieth where nothing does.
@@ -115,8 +112,8 @@ pub(crate) fn refine(begin_s: f64, mut fit: impl FnMut(f64, f64) -> Option<Chang
     let change = last?;
     let shift = |value_s: f64, error_s: f64| Shift {
         value_s,
-        reach_95_s: student(1.959_964, change.freedom) * error_s,
-        is_significant: value_s.abs() > student(SIGNIFICANT, change.freedom) * error_s,
+        reach_95_s: student_t(change.freedom) * error_s,
+        is_significant: value_s.abs() > certain(change.freedom) * error_s,
     };
     Some(Shifts {
         middle: shift(middle_s, change.shift.1),

@@ -22,13 +22,10 @@ pub fn guarded<T>(run: impl FnOnce() -> Result<T>) -> std::result::Result<T, Str
 /// What the library says, and what to do about a compression that it was built without.
 fn with_advice(said: String) -> String {
     match said.split_once("Disabled feature at compile time: ") {
-        Some((_, codec)) => {
-            // The library names its own parts.
-            let codec = if codec == "flate2" { "gzip" } else { codec };
-            format!(
-                "it is compressed by {codec}, which is not read here: write it with snappy, lz4 or without compression"
-            )
-        }
+        Some((_, codec)) => format!(
+            "it is compressed by {codec}, which is not read here: write it with snappy, gzip, lz4 or without \
+             compression, as by `python3 -c 'import pandas; pandas.read_parquet(\"IN\").to_parquet(\"OUT\")'`"
+        ),
         None => said,
     }
 }

@@ -121,6 +121,14 @@ fn parquet(count: u32, schema: &str, with_gaps: bool) -> Vec<u8> {
     bytes
 }
 
+/// The file, whose footer says of the column of times that it is compressed by Zstandard.
+fn by_zstandard(mut file: Vec<u8>) -> Vec<u8> {
+    // The codec follows the column's name; a field is numbered by its distance from the one before.
+    let place = file.windows(5).position(|bytes| bytes == b"t_s\x15\x00");
+    file[place.expect("the codec is there") + 4] = 6 << 1;
+    file
+}
+
 const COLUMNS: &str = "message rows { required int64 tick; required double t_s; optional double position_m; \
                        required float velocity_mps; }";
 
@@ -248,6 +256,10 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
             vec!["`t_s` is missing", "`tick,time,position_m,velocity_mps`"],
         ),
         (b"PAR1 and nothing else".to_vec(), vec!["Parquet"]),
+        (
+            by_zstandard(parquet(3, COLUMNS, false)),
+            vec!["compressed by zstd", "gzip", "pandas.read_parquet"],
+        ),
         (b"t_s,position_m\n0,inf\n".to_vec(), vec!["line 2", "inf"]),
         (b"t_s,position_m\n0,2e12\n".to_vec(), vec!["line 2", "2000000000000"]),
         (

@@ -352,6 +352,7 @@ impl<'a> Session<'a> {
 /// What to do about a fault of the time.
 fn hint(why: &str) -> &'static str {
     if [
+        "control_lost",
         "device_clock",
         "stalled",
         "periods were missed",

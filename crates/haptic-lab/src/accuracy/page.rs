@@ -48,7 +48,8 @@ fn law_table(page: &mut String, laws: &[LawMeasurement]) {
         line(
             page,
             format_args!(
-                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.0e}</td><td>{:.0e}</td><td>{:.0e}</td><td>{:.0e}</td><td>{}</td><td>{:.0e}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.0e}</td><td>{:.0e}</td><td>{:.0e}</td>\
+                 <td>{:.0e}</td><td>{}</td><td>{:.0e}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
                 escaped(m.law),
                 m.scheme,
                 m.hand,
@@ -88,7 +89,8 @@ fn table(page: &mut String, measurements: &[Measurement]) {
         line(
             page,
             format_args!(
-                "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{instructions}</td><td>{}</td><td>{:.1e}</td><td>{events}</td><td>{:.1e}</td></tr>",
+                "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{instructions}</td><td>{}</td><td>{:.1e}</td>\
+                 <td>{events}</td><td>{:.1e}</td></tr>",
                 escaped(&m.case),
                 m.scheme,
                 m.cost.median_ns,

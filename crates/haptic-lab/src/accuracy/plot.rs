@@ -21,7 +21,8 @@ const COST: (f64, f64) = (1.0, 5.0);
 const ERROR: (f64, f64) = (-15.0, 3.0);
 
 /// What changes on dark ground: text, ground and grid. A style goes before what an element says of itself.
-const DARK: &str = "<style>@media (prefers-color-scheme:dark){text{fill:#e6e6e6}rect{fill:#16181b}path[stroke=\"#d5d5d5\"]{stroke:#3a3d42}}</style>";
+const DARK: &str = "<style>@media (prefers-color-scheme:dark){text{fill:#e6e6e6}rect{fill:#16181b}\
+                    path[stroke=\"#d5d5d5\"]{stroke:#3a3d42}}</style>";
 
 /// Colours of the schemes (Okabe and Ito 2008), which also those tell apart who see few.
 const COLOURS: [(&str, &str); 3] = [

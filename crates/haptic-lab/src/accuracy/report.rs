@@ -93,7 +93,8 @@ pub fn measure(case: &Case, instructions: Option<&[u64]>) -> Result<Vec<Measurem
 pub fn write_csv(measurements: &[Measurement], mut out: impl io::Write) -> io::Result<()> {
     writeln!(
         out,
-        "case,scheme,tick_ns_median,tick_instructions,position_error_m,force_error_N,relative_force_error,event_time_error_s,energy_created_J,blew_up"
+        "case,scheme,tick_ns_median,tick_instructions,position_error_m,force_error_N,relative_force_error,\
+         event_time_error_s,energy_created_J,blew_up"
     )?;
     for m in measurements {
         let instructions = m.instructions.map_or_else(String::new, |count| format!("{count:.1}"));
@@ -122,7 +123,9 @@ pub fn write_csv(measurements: &[Measurement], mut out: impl io::Write) -> io::R
 pub fn write_law_csv(measurements: &[LawMeasurement], mut out: impl io::Write) -> io::Result<()> {
     writeln!(
         out,
-        "law,scheme,hand,mass_kg,ticks,force_error_median_N,force_error_breakaway_N,force_error_reversal_N,force_error_worst_N,ticks_at_bound,force_error_at_bound_N,same_contact_changes,reference_error_N,tick_ns_median,tick_ns_dearest,tick_instructions"
+        "law,scheme,hand,mass_kg,ticks,force_error_median_N,force_error_breakaway_N,force_error_reversal_N,\
+         force_error_worst_N,ticks_at_bound,force_error_at_bound_N,same_contact_changes,reference_error_N,\
+         tick_ns_median,tick_ns_dearest,tick_instructions"
     )?;
     for m in measurements {
         let text = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1}"));

@@ -53,11 +53,10 @@ impl Aligned {
         mass_kg: Option<f64>,
     ) -> Result<Self, CompareError> {
         let signal = |record: &Record| Signal::new(record, period_s, mass_kg, Side::Rendered);
-        let as_told = Self::without_drift(first, signal(record)?);
-        let drift = as_told.growth(first);
+        let (as_told, drift) = Self::as_told(first, signal(record)?);
         let Some(drift) = drift else { return Ok(as_told) };
         let steady = steady(record, &drift, as_told.alignment.middle_s(first, &as_told.second));
-        let aligned = Self::without_drift(first, signal(&steady)?);
+        let (aligned, _) = Self::as_told(first, signal(&steady)?);
         Ok(if aligned.alignment.agreement < as_told.alignment.agreement {
             as_told
         } else {
@@ -68,31 +67,25 @@ impl Aligned {
         })
     }
 
-    fn without_drift(first: &Signal, second: Signal) -> Self {
-        let mut aligned = Self {
-            alignment: align::find(first, &second),
-            second,
-            shift: None,
-            drift: None,
-            is_any_shift_alike: false,
+    /// Takes no drift out; gives the one that is certain.
+    fn as_told(first: &Signal, second: Signal) -> (Self, Option<Drift>) {
+        let coarse = align::find(first, &second);
+        let found = find(first, &second, &coarse);
+        let alignment = match &found {
+            Ok(shifts) => Alignment::at(first, &second, shifts.middle.value_s),
+            Err(_) => coarse,
         };
-        match find(first, &aligned.second, &aligned.alignment) {
-            Ok(shifts) => {
-                aligned.alignment = Alignment::at(first, &aligned.second, shifts.middle.value_s);
-                aligned.shift = Some(shifts.middle);
-            }
-            Err(why) => aligned.is_any_shift_alike = why == NoShift::AllAlike,
-        }
-        aligned
-    }
-
-    /// The drift, where it is certain.
-    fn growth(&self, first: &Signal) -> Option<Drift> {
-        let is_blurred = self.alignment.agreement < LEAST_AGREEMENT;
-        let shifts = find(first, &self.second, &self.alignment)
-            .ok()
-            .filter(|_| !is_blurred)?;
-        Drift::of(&shifts.growth?, self.alignment.overlap_s)
+        let is_blurred = alignment.agreement < LEAST_AGREEMENT;
+        let growth = found.as_ref().ok().and_then(|shifts| shifts.growth);
+        let drift = growth.and_then(|growth| Drift::of(&growth, coarse.overlap_s));
+        let aligned = Self {
+            second,
+            alignment,
+            shift: found.as_ref().ok().map(|shifts| shifts.middle),
+            drift: None,
+            is_any_shift_alike: found == Err(NoShift::AllAlike),
+        };
+        (aligned, drift.filter(|_| !is_blurred))
     }
 }
 

@@ -16,6 +16,7 @@
 )]
 
 use super::Interval;
+use crate::robust_fit::NORMAL_95;
 use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -54,9 +55,6 @@ const AT_SPEED: f64 = 0.99;
 /// Distance in time of the positions whose second difference is the acceleration, s: longer, it would
 /// miss the shortest periods; shorter, the encoder's steps would count for more.
 const DIFFERENCE_S: f64 = 0.03;
-
-/// Normal quantile of a 95 % interval.
-const Z: f64 = 1.96;
 
 /// Coefficients beside the harmonics: a level for each direction.
 const LEVELS: usize = 2;
@@ -171,7 +169,10 @@ pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, St
             harmonics,
         },
         amplitude_n,
-        amplitude_interval_n: [(amplitude_n - Z * error_n).max(0.0), amplitude_n + Z * error_n],
+        amplitude_interval_n: [
+            (amplitude_n - NORMAL_95 * error_n).max(0.0),
+            amplitude_n + NORMAL_95 * error_n,
+        ],
         residual_rms_n: variance.sqrt(),
     })
 }

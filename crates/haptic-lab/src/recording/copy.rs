@@ -32,7 +32,8 @@ pub fn export(from: &Path, to: &Path, replace: bool) -> Result<Totals, CopyError
     copy_all(reader, copy)
 }
 
-/// Writes a recording as a Parquet file of a set of many, which is never replaced: in encodings that every reader knows.
+/// Writes a recording as a Parquet file of a set of many, which is never replaced: in encodings that every reader
+/// knows.
 ///
 /// # Errors
 /// As [`export`].

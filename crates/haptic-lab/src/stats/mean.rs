@@ -34,8 +34,12 @@ pub fn deviation(values: &[f64]) -> f64 {
 /// Student's t that a share of [`CONFIDENCE`] does not exceed in size; not a number without a degree of freedom.
 #[must_use]
 pub fn student_t(degrees_of_freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, degrees_of_freedom)
-        .map_or(f64::NAN, |student| student.inverse_cdf(0.5 * (1.0 + CONFIDENCE)))
+    student_t_of(CONFIDENCE, degrees_of_freedom)
+}
+
+/// The same for another share.
+pub(crate) fn student_t_of(share: f64, degrees_of_freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(f64::NAN, |student| student.inverse_cdf(0.5 * (1.0 + share)))
 }
 
 /// The mean of values that come in clusters, as the sequences of one subject do, and its interval.

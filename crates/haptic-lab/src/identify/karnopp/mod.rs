@@ -23,7 +23,7 @@ pub(super) use fitted::fitted;
 
 use super::grid::Grid;
 use super::{Clocks, Directions, Identified, Interval, ModelKind, Options, Record};
-use crate::robust_fit::{Unfit, student};
+use crate::robust_fit::{Unfit, certain};
 use crate::smoothing::white_noise;
 use crate::two_clocks::{Drift, NoShift};
 use haptic_core::Directional;
@@ -41,9 +41,6 @@ const LEAST_GAIN: f64 = 3.0;
 const NOISE_STRUCTURE: f64 = 0.2;
 const NOISE_EXCESS: f64 = 1.4;
 const NOISE_FALL: f64 = 1.3;
-
-/// Friction differs by direction beyond so many standard errors, as a normal quantile.
-const SIGNIFICANT: f64 = 3.9;
 
 /// No calibration is better than this share of a value, however narrow the fit's own interval.
 pub(super) const CALIBRATION_SHARE: f64 = 1e-3;
@@ -302,9 +299,9 @@ fn choose_directions(
 fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut Identified) -> bool {
     let statics_differ = statics::differ(problem, together);
     let difference = [(Unknown::Viscous(0), 1.0), (Unknown::Viscous(1), -1.0)];
-    let viscous_differs = apart.value(&difference).is_some_and(|(value, reach)| {
-        value.abs() > reach * student(SIGNIFICANT, apart.fit.found.freedom) / apart.fit.reach_95()
-    });
+    let viscous_differs = apart
+        .value(&difference)
+        .is_some_and(|(value, reach)| value.abs() > reach * certain(apart.fit.found.freedom) / apart.fit.reach_95());
     if !viscous_differs && !statics_differ {
         return false;
     }

@@ -2,8 +2,9 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
-use crate::robust_fit::{self, RobustFit, Unfit, student};
+use crate::robust_fit::{self, RobustFit, Unfit};
 use crate::smoothing::{Window, weighted};
+use crate::stats::mean::student_t;
 use nalgebra::{DMatrix, DVector};
 
 /// Most rows of a fit; of longer records every second, third ... is taken.
@@ -229,7 +230,7 @@ impl Fit {
 
     /// How far this factor of standard errors reaches to 95 %.
     pub(super) fn reach_95(&self) -> f64 {
-        student(1.959_964, self.found.freedom)
+        student_t(self.found.freedom)
     }
 
     /// The correlation of residuals whose windows do not touch: what the law misses, rather than noise.

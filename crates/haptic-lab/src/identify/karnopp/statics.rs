@@ -4,7 +4,8 @@ use super::breakaway::{self, Breakaway};
 use super::regression::Unknown;
 use super::{Problem, Slides};
 use crate::identify::{Identified, Options, Refusal};
-use crate::robust_fit::student;
+use crate::robust_fit::NORMAL_95;
+use crate::stats::mean::student_t;
 use haptic_core::Directional;
 
 const INSTEAD: &str = "let it rest, then push it by a ramp of at most 1 mm/s until it slides, several times in each \
@@ -19,12 +20,12 @@ fn level(breakaways: &[Breakaway], sense: i8) -> Option<(f64, f64)> {
     let n = slow.len() as f64;
     let mean = slow.iter().map(|each| each.force_n).sum::<f64>() / n;
     let square = |f: &dyn Fn(&Breakaway) -> f64| slow.iter().map(|each| f(each).powi(2)).sum::<f64>();
-    let read = (square(&|each| each.noise_n) / n).sqrt() * 1.96 / n.sqrt();
+    let read = (square(&|each| each.noise_n) / n).sqrt() * NORMAL_95 / n.sqrt();
     let scatter = if slow.len() < 3 {
         0.0
     } else {
         let deviation = (square(&|each| each.force_n - mean) / (n - 1.0)).sqrt();
-        student(1.959_964, (n - 1.0).max(3.0)) * deviation / n.sqrt()
+        student_t((n - 1.0).max(3.0)) * deviation / n.sqrt()
     };
     let rise = slow.iter().map(|each| each.rise_n).sum::<f64>() / n;
     (!slow.is_empty()).then_some((mean * f64::from(sense), read.max(scatter) + rise))

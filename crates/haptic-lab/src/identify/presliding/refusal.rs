@@ -49,6 +49,43 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
             "give the constant force, or zero the sensor",
         );
     }
+    short_strokes(&mut refused, farthest, deflection, step);
+    for (parameters, fewest) in [
+        (
+            &["stiffness_N_per_m", "bristle_damping_Ns_per_m"][..],
+            FEWEST_STEPS_FOR_STIFFNESS,
+        ),
+        (&["exponent"], FEWEST_STEPS_FOR_EXPONENT),
+    ] {
+        if let Some(reason) = hidden_below(fewest, prepared, estimate) {
+            refused.add(
+                parameters,
+                &reason,
+                "record with an encoder whose step is a tenth of that or finer; karnopp's model does without it",
+            );
+        }
+    }
+    if let Some(reason) = hidden_fall(prepared, estimate) {
+        refused.add(
+            &["static_force_N", "stribeck_velocity_mps"],
+            &reason,
+            "record ramps of 0.5 to 1 mm/s beside fast strokes",
+        );
+    }
+    // Each reason names what any law may have.
+    let unknown = Assumed {
+        mass_kg: None,
+        offset_n: None,
+        ..*assumed
+    };
+    let of_law = Quantity::of(estimate.law, &unknown);
+    let has = |refusal: &Refusal| of_law.iter().any(|quantity| quantity.parameter() == refusal.parameter);
+    refused.0.into_iter().filter(has).collect()
+}
+
+/// Refuses what strokes, m at the longest, do not show of a surface that gives way by a deflection, m, through an
+/// encoder of a step, m.
+fn short_strokes(refused: &mut Refusals, farthest: f64, deflection: f64, step: f64) {
     if farthest < DEFLECTIONS_TO_LIMIT * deflection {
         refused.add(
             &[
@@ -68,6 +105,11 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
         );
     }
     if farthest < LEAST_STROKE_STEPS * step {
+        let reason = format!(
+            "the longest stroke of {:.3} mm is less than {LEAST_STROKE_STEPS} steps of the encoder ({:.1} um)",
+            farthest * 1e3,
+            step * 1e6
+        );
         refused.add(
             &[
                 "dynamic_force_N",
@@ -76,66 +118,35 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
                 "stribeck_velocity_mps",
                 "offset_N",
             ],
-            &short_stroke(farthest, step),
+            &reason,
             "record strokes of 10 mm and more beside the short ones",
         );
         refused.add(
             &PRESLIDING,
-            &short_stroke(farthest, step),
+            &reason,
             "record strokes of 10 mm and more beside the short ones, or with a finer encoder",
         );
     }
-    for (parameters, fewest) in [
-        (
-            &["stiffness_N_per_m", "bristle_damping_Ns_per_m"][..],
-            FEWEST_STEPS_FOR_STIFFNESS,
-        ),
-        (&["exponent"], FEWEST_STEPS_FOR_EXPONENT),
-    ] {
-        if let Some(reason) = hidden_below(fewest, prepared, estimate) {
-            refused.add(
-                parameters,
-                &reason,
-                "record with an encoder whose step is a tenth of that or finer; karnopp's model does without it",
-            );
-        }
-    }
-    let rows = prepared.rows.moving();
-    if estimate.law == PathLaw::Lugre {
-        let fall = estimate.values[PathLaw::STRIBECK];
-        let speeds = rows.iter().map(|&row| prepared.speed(row).abs());
-        let (slow, fast) = speeds.fold((0, 0), |(slow, fast), speed| {
-            (slow + usize::from(speed < fall), fast + usize::from(speed > 2.0 * fall))
-        });
-        if slow < FEWEST_ROWS || fast < FEWEST_ROWS {
-            refused.add(
-                &["static_force_N", "stribeck_velocity_mps"],
-                &format!(
-                    "Stribeck's fall shows between sliding slower and faster than the Stribeck velocity, {:.2} mm/s by \
-                     the fit; there are {slow} moments of the one and {fast} of the other",
-                    fall * 1e3
-                ),
-                "record ramps of 0.5 to 1 mm/s beside fast strokes",
-            );
-        }
-    }
-    // Each reason names what any law may have.
-    let unknown = Assumed {
-        mass_kg: None,
-        offset_n: None,
-        ..*assumed
-    };
-    let of_law = Quantity::of(estimate.law, &unknown);
-    let has = |refusal: &Refusal| of_law.iter().any(|quantity| quantity.parameter() == refusal.parameter);
-    refused.0.into_iter().filter(has).collect()
 }
 
-fn short_stroke(farthest_m: f64, step_m: f64) -> String {
-    format!(
-        "the longest stroke of {:.3} mm is less than {LEAST_STROKE_STEPS} steps of the encoder ({:.1} um)",
-        farthest_m * 1e3,
-        step_m * 1e6
-    )
+/// Why Stribeck's fall does not show, where the law has one.
+fn hidden_fall(prepared: &Prepared, estimate: &Estimate) -> Option<String> {
+    if estimate.law != PathLaw::Lugre {
+        return None;
+    }
+    let fall = estimate.values[PathLaw::STRIBECK];
+    let rows = prepared.rows.moving();
+    let speeds = rows.iter().map(|&row| prepared.speed(row).abs());
+    let (slow, fast) = speeds.fold((0, 0), |(slow, fast), speed| {
+        (slow + usize::from(speed < fall), fast + usize::from(speed > 2.0 * fall))
+    });
+    (slow < FEWEST_ROWS || fast < FEWEST_ROWS).then(|| {
+        format!(
+            "Stribeck's fall shows between sliding slower and faster than the Stribeck velocity, {:.2} mm/s by the \
+             fit; there are {slow} moments of the one and {fast} of the other",
+            fall * 1e3
+        )
+    })
 }
 
 /// Why the encoder hides how the surface gives way; `None` where it does not. All of the law leans on that: a fit makes

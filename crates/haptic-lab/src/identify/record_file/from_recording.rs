@@ -59,30 +59,12 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
 
 /// Takes the longest stretch under one scene.
 pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, RecordFileError> {
-    let path = &source.path;
-    let has_block = !recording.metadata.scene.is_on_device();
-    let engaged: Vec<&Sample> = recording
-        .rows
-        .iter()
-        .filter(|row| row.state == RigState::Engaged)
-        .collect();
-    // What the rig's motor did by itself, where it was moved to be identified.
-    let excited: Vec<&Sample> = recording.rows.iter().filter(|row| is_excited(row)).collect();
-    let is_block = match source.moving {
-        MovingMass::Block => true,
-        MovingMass::Device => false,
-        MovingMass::Auto => has_block && !engaged.is_empty() && excited.is_empty(),
-    };
-    let rows = match (is_block, excited.is_empty()) {
-        (true, _) => engaged,
-        (false, false) => excited,
-        (false, true) => recording.rows.iter().collect(),
-    };
+    let (rows, is_block) = rows(recording, source.moving);
     let stretch = rows
         .chunk_by(|a, b| !is_block || a.revision == b.revision)
         .max_by_key(|stretch| stretch.len())
         .ok_or_else(|| RecordFileError::Empty {
-            path: path.clone(),
+            path: source.path.clone(),
             reason: if is_block {
                 "the rig was never engaged, so that no block was rendered: --moving device reads the rig's own motion"
             } else {
@@ -90,57 +72,77 @@ pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, Rec
             }
             .to_owned(),
         })?;
-    let mut loaded = Loaded {
-        offset_n: is_block.then_some(0.0),
-        has_one_clock: true,
-        ..Loaded::default()
-    };
-    loaded.notes.push(if is_block {
+    let mut record = record(stretch, is_block);
+    if is_block && let Some(stiffness) = coupling_stiffness(recording, stretch[0].revision) {
+        add_bend(&mut record, stiffness);
+    }
+    let velocities = record.velocity_mps.iter_mut().flatten();
+    for length in record.position_m.iter_mut().chain(velocities) {
+        *length *= source.position_gain.unwrap_or(1.0);
+    }
+    for force in &mut record.force_n {
+        *force *= source.force_gain.unwrap_or(1.0);
+    }
+    let what = if is_block {
         "the block: block_position_m, driven by coupling_force_N; its offset is 0, since the force is computed"
-            .to_owned()
     } else {
-        "the device: device_position_m, driven by command_force_N".to_owned()
-    });
+        "the device: device_position_m, driven by command_force_N"
+    };
+    let mut notes = vec![what.to_owned()];
     if stretch.len() < rows.len() {
-        loaded.notes.push(format!(
+        notes.push(format!(
             "the scene changed meanwhile: {} of {} rows are read, those of revision {}",
             stretch.len(),
             rows.len(),
             stretch[0].revision
         ));
     }
-    let mut record = Record {
-        velocity_mps: Some(Vec::new()),
-        ..Record::default()
+    Ok(Loaded {
+        record,
+        offset_n: is_block.then_some(0.0),
+        has_one_clock: true,
+        notes,
+    })
+}
+
+/// The rows of what moves, and whether that is the block.
+fn rows(recording: &Recording, moving: MovingMass) -> (Vec<&Sample>, bool) {
+    let of = |is: fn(&Sample) -> bool| -> Vec<&Sample> { recording.rows.iter().filter(|row| is(row)).collect() };
+    let engaged = of(|row| row.state == RigState::Engaged);
+    // What the rig's motor did by itself, where it was moved to be identified.
+    let excited = of(is_excited);
+    let is_block = match moving {
+        MovingMass::Block => true,
+        MovingMass::Device => false,
+        MovingMass::Auto => !recording.metadata.scene.is_on_device() && !engaged.is_empty() && excited.is_empty(),
     };
-    for row in stretch {
+    let rows = match (is_block, excited.is_empty()) {
+        (true, _) => engaged,
+        (false, false) => excited,
+        (false, true) => recording.rows.iter().collect(),
+    };
+    (rows, is_block)
+}
+
+/// The motion and the force of the block or of the device; rows whose time does not grow are left out.
+fn record(rows: &[&Sample], is_block: bool) -> Record {
+    let (mut record, mut velocities) = (Record::default(), Vec::with_capacity(rows.len()));
+    for row in rows {
         if record.t_s.last().is_some_and(|last| row.t_s <= *last) {
             continue;
         }
-        record.t_s.push(row.t_s);
         let (position, velocity, force) = if is_block {
             (row.block_position_m, row.block_velocity_mps, row.coupling_force_n)
         } else {
             (row.device_position_m, row.device_velocity_mps, row.command_force_n)
         };
+        record.t_s.push(row.t_s);
         record.position_m.push(position);
-        record.velocity_mps.iter_mut().for_each(|all| all.push(velocity));
+        velocities.push(velocity);
         record.force_n.push(force);
     }
-    if is_block && let Some(stiffness) = coupling_stiffness(recording, stretch[0].revision) {
-        add_bend(&mut record, stiffness);
-    }
-    for position in &mut record.position_m {
-        *position *= source.position_gain.unwrap_or(1.0);
-    }
-    for velocity in record.velocity_mps.iter_mut().flatten() {
-        *velocity *= source.position_gain.unwrap_or(1.0);
-    }
-    for force in &mut record.force_n {
-        *force *= source.force_gain.unwrap_or(1.0);
-    }
-    loaded.record = record;
-    Ok(loaded)
+    record.velocity_mps = Some(velocities);
+    record
 }
 
 /// Stiffness of the coupling of a scene, N/m, if the recording holds it.

@@ -3,8 +3,7 @@
 use super::RecordFileError;
 use crate::recording::{Place, parquet::KEY};
 use haptic_motion::guard::guarded;
-use haptic_motion::numbers::{Numbers, NumbersError};
-use parquet::basic::{LogicalType, TimeUnit};
+use haptic_motion::numbers::{Numbers, NumbersError, is_in_seconds};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -37,21 +36,16 @@ impl ParquetTable {
         schema.columns().iter().map(|column| column.path().string()).collect()
     }
 
-    /// All cells of a column, a moment in s.
+    /// Which columns are read in s, whatever their titles say.
+    pub(super) fn in_seconds(&self) -> Vec<bool> {
+        let schema = self.reader.metadata().file_metadata().schema_descr_ptr();
+        schema.columns().iter().map(|column| is_in_seconds(column)).collect()
+    }
+
+    /// All cells of a column.
     pub(super) fn column(&self, index: usize) -> Result<Vec<f64>, RecordFileError> {
         let descriptor = self.reader.metadata().file_metadata().schema_descr_ptr().column(index);
         let name = descriptor.path().string();
-        let moment = match descriptor.logical_type_ref() {
-            Some(LogicalType::Timestamp(moment)) => Some(&moment.unit),
-            Some(LogicalType::Time(moment)) => Some(&moment.unit),
-            _ => None,
-        };
-        let unit = match moment {
-            Some(TimeUnit::MILLIS) => 1e-3,
-            Some(TimeUnit::MICROS) => 1e-6,
-            Some(TimeUnit::NANOS) => 1e-9,
-            None => 1.0,
-        };
         let failed = |reason: String| RecordFileError::Parquet {
             path: self.path.clone(),
             column: name.clone(),
@@ -82,7 +76,6 @@ impl ParquetTable {
                 }
             }
         }
-        cells.iter_mut().for_each(|cell| *cell *= unit);
         Ok(cells)
     }
 }

@@ -187,6 +187,16 @@ fn layout(path: &Path, lines: &[&str]) -> Result<Layout, RecordFileError> {
 /// A column that is wanted: its place, and SI units a unit of it.
 type Wanted = Option<(usize, f64)>;
 
+/// The columns of a file.
+struct Headings<'a> {
+    path: &'a Path,
+    names: Vec<String>,
+    /// The names, with the units of a line of units.
+    titles: Vec<String>,
+    /// Which are in s, whatever their titles say; empty for none.
+    in_seconds: Vec<bool>,
+}
+
 impl Table {
     fn read(path: &Path, source: &Source, quantities: &[Quantity]) -> Result<Self, RecordFileError> {
         let mut table = match ParquetTable::open(path)? {
@@ -214,7 +224,14 @@ impl Table {
                 None => name.clone(),
             })
             .collect();
-        let (mut table, wanted) = Self::new(path, source, quantities, &names, &titles)?;
+        let headings = Headings {
+            path,
+            names,
+            titles,
+            in_seconds: Vec::new(),
+        };
+        let (mut table, wanted) = Self::new(&headings, source, quantities)?;
+        let names = headings.names;
         for (line, text) in numbers.iter().zip(&lines).skip(layout.data) {
             let row = cells(text, separator);
             let mut values = Vec::with_capacity(wanted.len());
@@ -236,7 +253,14 @@ impl Table {
         quantities: &[Quantity],
     ) -> Result<Self, RecordFileError> {
         let names = file.names();
-        let (mut table, wanted) = Self::new(path, source, quantities, &names, &names)?;
+        let headings = Headings {
+            path,
+            titles: names.clone(),
+            names,
+            in_seconds: file.in_seconds(),
+        };
+        let (mut table, wanted) = Self::new(&headings, source, quantities)?;
+        let names = headings.names;
         let columns = wanted
             .iter()
             .map(|column| column.map(|(place, unit)| Ok((file.column(place)?, unit))).transpose())
@@ -265,16 +289,15 @@ impl Table {
 
     /// An empty table, and the columns that go into it: the time and the others.
     fn new(
-        path: &Path,
+        headings: &Headings<'_>,
         source: &Source,
         quantities: &[Quantity],
-        names: &[String],
-        titles: &[String],
     ) -> Result<(Self, Vec<Wanted>), RecordFileError> {
-        let mut wanted = vec![find(path, source, Quantity::Time, names, titles)?];
+        let mut wanted = vec![headings.find(source, Quantity::Time)?];
         for quantity in quantities {
-            wanted.push(find(path, source, *quantity, names, titles)?);
+            wanted.push(headings.find(source, *quantity)?);
         }
+        let names = &headings.names;
         let shown: Vec<String> = wanted
             .iter()
             .flatten()
@@ -285,7 +308,7 @@ impl Table {
             .collect();
         let table = Self {
             values: vec![Vec::new(); quantities.len()],
-            notes: vec![format!("{}: columns {}", path.display(), shown.join(", "))],
+            notes: vec![format!("{}: columns {}", headings.path.display(), shown.join(", "))],
             ..Self::default()
         };
         Ok((table, wanted))
@@ -347,58 +370,57 @@ impl Table {
     }
 }
 
-/// Place and SI units a unit of a column; `None` where a velocity is not there.
-fn find(
-    path: &Path,
-    source: &Source,
-    quantity: Quantity,
-    names: &[String],
-    titles: &[String],
-) -> Result<Wanted, RecordFileError> {
-    let missing = || RecordFileError::MissingColumn {
-        path: path.to_path_buf(),
-        what: quantity.what(),
-        option: quantity.option(),
-        header: titles.join(","),
-        usual: quantity.usual(),
-    };
-    let places: Vec<usize> = match source.columns.named(quantity) {
-        Some(name) => (0..names.len()).filter(|place| names[*place] == name).collect(),
-        None => {
-            let rank = |place: &usize| quantity.rank(&titles[*place]);
-            let best = (0..names.len()).filter_map(|place| rank(&place)).min();
-            (0..names.len())
-                .filter(|place| best.is_some() && rank(place) == best)
-                .collect()
+impl Headings<'_> {
+    /// Place and SI units a unit of a column; `None` where a velocity is not there.
+    fn find(&self, source: &Source, quantity: Quantity) -> Result<Wanted, RecordFileError> {
+        let Some(place) = self.place(source, quantity)? else {
+            return Ok(None);
+        };
+        // A gain that is given is what a unit of the column is, whatever its name tells.
+        let gain = match quantity {
+            Quantity::Time => self.in_seconds.get(place).filter(|is_so| **is_so).map(|_| 1.0),
+            Quantity::Position | Quantity::Velocity => source.position_gain,
+            Quantity::Force => source.force_gain,
+        };
+        let unit = gain.or_else(|| quantity.unit(&self.titles[place]));
+        let unit = unit.or((quantity == Quantity::Velocity).then_some(1.0));
+        match unit {
+            Some(unit) => Ok(Some((place, unit))),
+            None => Err(RecordFileError::UnknownUnit {
+                path: self.path.to_path_buf(),
+                column: self.titles[place].clone(),
+                instead: quantity.instead_of_unit(),
+            }),
         }
-    };
-    let place = match places[..] {
-        [place] => place,
-        [] if quantity == Quantity::Velocity && source.columns.velocity.is_none() => return Ok(None),
-        [] => return Err(missing()),
-        [first, ..] => {
-            return Err(RecordFileError::DoubledColumn {
-                path: path.to_path_buf(),
-                column: names[first].clone(),
+    }
+
+    /// The place of the column that is named, or has a usual name.
+    fn place(&self, source: &Source, quantity: Quantity) -> Result<Option<usize>, RecordFileError> {
+        let all = 0..self.names.len();
+        let places: Vec<usize> = match source.columns.named(quantity) {
+            Some(name) => all.filter(|place| self.names[*place] == name).collect(),
+            None => {
+                let rank = |place: &usize| quantity.rank(&self.titles[*place]);
+                let best = all.clone().filter_map(|place| rank(&place)).min();
+                all.filter(|place| best.is_some() && rank(place) == best).collect()
+            }
+        };
+        match places[..] {
+            [place] => Ok(Some(place)),
+            [] if quantity == Quantity::Velocity && source.columns.velocity.is_none() => Ok(None),
+            [] => Err(RecordFileError::MissingColumn {
+                path: self.path.to_path_buf(),
+                what: quantity.what(),
+                option: quantity.option(),
+                header: self.titles.join(","),
+                usual: quantity.usual(),
+            }),
+            [first, ..] => Err(RecordFileError::DoubledColumn {
+                path: self.path.to_path_buf(),
+                column: self.names[first].clone(),
                 count: places.len(),
-            });
+            }),
         }
-    };
-    // A gain that is given is what a unit of the column is, whatever its name tells.
-    let gain = match quantity {
-        Quantity::Time => None,
-        Quantity::Position | Quantity::Velocity => source.position_gain,
-        Quantity::Force => source.force_gain,
-    };
-    let unit = gain.or_else(|| quantity.unit(&titles[place]));
-    let unit = unit.or((quantity == Quantity::Velocity).then_some(1.0));
-    match unit {
-        Some(unit) => Ok(Some((place, unit))),
-        None => Err(RecordFileError::UnknownUnit {
-            path: path.to_path_buf(),
-            column: titles[place].clone(),
-            instead: quantity.instead_of_unit(),
-        }),
     }
 }
 

@@ -40,19 +40,7 @@ impl<R: BufRead> Reader<R> {
             }
         };
         let (_, title) = next(&mut text)?;
-        match title.strip_prefix(TITLE) {
-            None => {
-                return Err(RecordingError::NotARecording {
-                    found: shown(title.as_bytes()),
-                });
-            }
-            Some(version) if version != VERSION.to_string() => {
-                return Err(RecordingError::Version {
-                    found: version.to_owned(),
-                });
-            }
-            Some(_) => {}
-        }
+        check_title(&title)?;
         // Metadata may be spread over several objects.
         let mut fields = serde_json::Map::new();
         let (at, header) = loop {
@@ -74,29 +62,7 @@ impl<R: BufRead> Reader<R> {
                 place: Place::Line(at),
                 reason: error.to_string(),
             })?;
-        let mut found = header.split(',');
-        for (index, column) in SAMPLE_COLUMNS.iter().enumerate() {
-            let Some(name) = found.next().map(str::trim) else {
-                if index >= FIRST_SAMPLE_COLUMNS {
-                    // An earlier version wrote it.
-                    break;
-                }
-                return Err(RecordingError::Column {
-                    place: Place::Line(at),
-                    index: index + 1,
-                    column,
-                    found: String::new(),
-                });
-            };
-            if name != *column {
-                return Err(RecordingError::Column {
-                    place: Place::Line(at),
-                    index: index + 1,
-                    column,
-                    found: shown(name.as_bytes()),
-                });
-            }
-        }
+        check_columns(at, &header)?;
         Ok(Self {
             columns: header.split(',').count(),
             input,
@@ -152,6 +118,47 @@ impl<R: BufRead> Reader<R> {
         }
         Ok(None)
     }
+}
+
+/// Whether a first line is that of a recording of this version.
+fn check_title(title: &str) -> Result<(), RecordingError> {
+    match title.strip_prefix(TITLE) {
+        None => Err(RecordingError::NotARecording {
+            found: shown(title.as_bytes()),
+        }),
+        Some(version) if version != VERSION.to_string() => Err(RecordingError::Version {
+            found: version.to_owned(),
+        }),
+        Some(_) => Ok(()),
+    }
+}
+
+/// Whether a header, at a line, names the columns of a recording.
+fn check_columns(at: u64, header: &str) -> Result<(), RecordingError> {
+    let mut found = header.split(',');
+    for (index, column) in SAMPLE_COLUMNS.iter().enumerate() {
+        let Some(name) = found.next().map(str::trim) else {
+            if index >= FIRST_SAMPLE_COLUMNS {
+                // An earlier version wrote it.
+                break;
+            }
+            return Err(RecordingError::Column {
+                place: Place::Line(at),
+                index: index + 1,
+                column,
+                found: String::new(),
+            });
+        };
+        if name != *column {
+            return Err(RecordingError::Column {
+                place: Place::Line(at),
+                index: index + 1,
+                column,
+                found: shown(name.as_bytes()),
+            });
+        }
+    }
+    Ok(())
 }
 
 enum Line {

@@ -101,7 +101,10 @@ fn any_mark() -> impl Strategy<Value = Mark> {
 proptest! {
     #[test]
     fn what_is_written_is_what_is_read(
-        entries in prop::collection::vec(prop_oneof![any_sample().prop_map(Entry::Row), any_mark().prop_map(Entry::Mark)], 0..40),
+        entries in prop::collection::vec(
+            prop_oneof![any_sample().prop_map(Entry::Row), any_mark().prop_map(Entry::Mark)],
+            0..40,
+        ),
         started in 0.0..1e11_f64,
         mass in 1e-6..100.0_f64,
         notes in prop::option::of(".{0,20}"),

@@ -81,7 +81,12 @@ proptest! {
 
     /// Answers of an observer whose function is known give it back, in whatever unit the levels are.
     #[test]
-    fn a_known_observer_is_found(threshold in 0.3..0.7_f64, width in 0.3..0.8_f64, unit in 0.01..100.0_f64, seed in 0..1000_u64) {
+    fn a_known_observer_is_found(
+        threshold in 0.3..0.7_f64,
+        width in 0.3..0.8_f64,
+        unit in 0.01..100.0_f64,
+        seed in 0..1000_u64,
+    ) {
         let truth = Psychometric { threshold, width, lapse: 0.02, deviance: 0.0 };
         let mut random = Rng::with_seed(seed);
         let levels: Vec<Level> = (0..10).map(f64::from).map(|place| place / 10.0).map(|level| Level {

@@ -51,7 +51,7 @@ pub(in crate::control) async fn begin(
              that the {name} ends if this client dies"
         ));
     }
-    rig.feed().motion = Some(Motion::new(device.resolution_m));
+    begin_observing(rig, device.resolution_m);
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
         message: Some(device.rig.key.clone()),
@@ -71,6 +71,16 @@ pub(in crate::control) async fn begin(
         work,
     });
     Ok(())
+}
+
+/// Observes the handle from the newest tick on: the first answer says where it lies, before there is another tick.
+fn begin_observing(rig: &RigHandle, resolution_m: f64) {
+    let mut feed = rig.feed();
+    let mut motion = Motion::new(resolution_m);
+    if let Some(newest) = feed.newest() {
+        motion.take(newest);
+    }
+    feed.motion = Some(motion);
 }
 
 /// The device of the current sole use, if that is active and has no motion under way.

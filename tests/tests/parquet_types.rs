@@ -1,0 +1,190 @@
+//! Tables in Parquet whose columns say by their types what their numbers stand for: no command scales them again.
+
+use crate::other_programs::Base;
+use parquet::basic::{Compression, GzipLevel};
+use parquet::data_type::{DoubleType, FixedLenByteArray, FixedLenByteArrayType, Int32Type, Int64Type};
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::parser::parse_message_type;
+use serde_json::Value;
+use std::path::Path;
+use std::sync::Arc;
+use system_tests::{ctl, ctl_offline};
+
+/// The cells of a column, as they are stored.
+enum Cells {
+    Int32(Vec<i32>),
+    Int64(Vec<i64>),
+    Double(Vec<f64>),
+    Bytes(Vec<FixedLenByteArray>),
+}
+
+impl Cells {
+    /// Whole numbers of a unit.
+    #[expect(clippy::cast_possible_truncation, reason = "a record of seconds")]
+    fn whole(values: impl Iterator<Item = f64>, unit: f64) -> Self {
+        Self::Int64(values.map(|value| (value / unit).round() as i64).collect())
+    }
+
+    /// The same in 32 bits; those beyond 2^31 are stored as an unsigned number is.
+    #[expect(clippy::cast_possible_truncation, reason = "its lower half is stored")]
+    fn halved(self) -> Self {
+        match self {
+            Self::Int64(values) => Self::Int32(values.into_iter().map(|value| value as i32).collect()),
+            other => other,
+        }
+    }
+
+    /// The same as two's complements of 8 bytes, the highest first.
+    fn bytes(self) -> Self {
+        let bytes = |value: i64| FixedLenByteArray::from(value.to_be_bytes().to_vec());
+        match self {
+            Self::Int64(values) => Self::Bytes(values.into_iter().map(bytes).collect()),
+            other => other,
+        }
+    }
+}
+
+/// A file of columns, each with its type and name.
+fn parquet(compression: Compression, columns: &[(&str, Cells)]) -> Vec<u8> {
+    let schema: String = columns
+        .iter()
+        .map(|(column, _)| format!("required {column};"))
+        .collect();
+    let schema = parse_message_type(&format!("message table {{ {schema} }}")).expect("a schema");
+    let properties = Arc::new(WriterProperties::builder().set_compression(compression).build());
+    let mut bytes = Vec::new();
+    let mut writer = SerializedFileWriter::new(&mut bytes, Arc::new(schema), properties).expect("begun");
+    let mut group = writer.next_row_group().expect("a group");
+    for (_, cells) in columns {
+        let mut column = group.next_column().expect("open").expect("as many as there are cells");
+        match cells {
+            Cells::Int32(cells) => column.typed::<Int32Type>().write_batch(cells, None, None),
+            Cells::Int64(cells) => column.typed::<Int64Type>().write_batch(cells, None, None),
+            Cells::Double(cells) => column.typed::<DoubleType>().write_batch(cells, None, None),
+            Cells::Bytes(cells) => column.typed::<FixedLenByteArrayType>().write_batch(cells, None, None),
+        }
+        .expect("written");
+        column.close().expect("closed");
+    }
+    group.close().expect("closed");
+    writer.close().expect("ended");
+    bytes
+}
+
+fn json(output: &[u8]) -> Value {
+    serde_json::from_slice(output).expect("JSON")
+}
+
+#[test]
+fn a_tables_times_and_decimals_are_what_their_types_say() {
+    /// 2026, as seconds since 1970.
+    const EPOCH_S: f64 = 1.78e9;
+    let base = Base::new();
+    let real = base.put("plain.csv", base.plain());
+    let rows = || base.rows.iter();
+    let times = |begin_s: f64, unit_s: f64| Cells::whole(rows().map(move |[t, ..]| begin_s + t), unit_s);
+    let plain_mass = json(&ctl_offline(&["identify", &real, "--json"]).stdout)["mass_kg"].as_f64();
+    let plain_mass = plain_mass.expect("a mass");
+    let (plain, gzip) = (Compression::UNCOMPRESSED, Compression::GZIP(GzipLevel::default()));
+    for (compression, time, cells) in [
+        (
+            plain,
+            "int64 timestamp_ns (TIMESTAMP(NANOS,true))",
+            times(EPOCH_S, 1e-9),
+        ),
+        // Its type counts, and not its title.
+        (gzip, "int64 time_ms (TIMESTAMP(MICROS,false))", times(EPOCH_S, 1e-6)),
+        (
+            Compression::SNAPPY,
+            "int32 time_us (TIME(MILLIS,true))",
+            times(60.0, 1e-3).halved(),
+        ),
+        (
+            Compression::LZ4_RAW,
+            "int64 time_s (TIMESTAMP_MILLIS)",
+            times(EPOCH_S, 1e-3),
+        ),
+        (plain, "int64 t_s (DECIMAL(18,6))", times(EPOCH_S, 1e-6)),
+        (plain, "int64 time_ms", times(0.0, 1e-3)),
+        // The counter of a microcontroller, which passes 2^31 on its way.
+        (plain, "int32 time_us (INTEGER(32,false))", times(2140.0, 1e-6).halved()),
+    ] {
+        // Nanometres are the last digits of such millimetres.
+        let position = Cells::whole(rows().map(|[_, x, _]| *x), 1e-9).bytes();
+        let force = Cells::whole(rows().map(|[.., f]| *f), 1e-6).halved();
+        let path = base.put(
+            "typed.parquet",
+            parquet(
+                compression,
+                &[
+                    (time, cells),
+                    ("fixed_len_byte_array(8) position_mm (DECIMAL(18,6))", position),
+                    ("int32 force_N (DECIMAL(9,6))", force),
+                ],
+            ),
+        );
+        let found = json(&ctl_offline(&["identify", &path, "--json"]).stdout);
+        let mass = found["mass_kg"].as_f64().unwrap_or_else(|| panic!("{time}: {found}"));
+        assert!(
+            (mass / plain_mass - 1.0).abs() < 1e-3,
+            "{time}: {mass} kg for {plain_mass} kg"
+        );
+        let found = json(&ctl_offline(&["compare", &real, &path, "--json", "--align", "time"]).stdout);
+        let rms = found["force_rms_difference_N"].as_f64().expect("a number");
+        assert!(rms < 0.01, "{time}: {found}");
+    }
+}
+
+#[test]
+fn a_motions_times_and_decimals_are_what_their_types_say() {
+    let base = Base::new();
+    let out = base.put("out.csv", "");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/simulated-friction.toml");
+    let simulated = |motion: &str| {
+        let arguments = ["simulate", scene, "--motion", motion, "--out", &out, "--force"];
+        drop(ctl_offline(&arguments));
+        std::fs::read_to_string(&out).expect("rows")
+    };
+    let plain = simulated(&base.put("plain.csv", base.plain()));
+    let rows = || base.rows.iter();
+    let times = |unit_s: f64| Cells::whole(rows().map(|[t, ..]| *t), unit_s);
+    let positions = || {
+        Cells::Double(
+            rows()
+                .map(|[_, x, _]| format!("{x:.7}").parse().expect("a number"))
+                .collect(),
+        )
+    };
+    for (name, time, cells) in [
+        ("ns", "int64 t_s (TIMESTAMP(NANOS,true))", times(1e-9)),
+        ("us", "int64 t_s (TIMESTAMP(MICROS,true))", times(1e-6)),
+        ("of-day", "int32 t_s (TIME(MILLIS,true))", times(1e-3).halved()),
+        ("decimal", "int64 t_s (DECIMAL(18,4))", times(1e-4)),
+    ] {
+        let tables = [(time, cells), ("double position_m", positions())];
+        let path = base.put(&format!("{name}.parquet"), parquet(Compression::SNAPPY, &tables));
+        assert!(simulated(&path) == plain, "{name}: other rows than of {path}");
+    }
+    let tables = [
+        ("int64 t_s (TIMESTAMP(MILLIS,true))", times(1e-3)),
+        (
+            "int64 position_m (DECIMAL(18,7))",
+            Cells::whole(rows().map(|[_, x, _]| *x), 1e-7),
+        ),
+    ];
+    assert!(simulated(&base.put("positions.parquet", parquet(Compression::SNAPPY, &tables))) == plain);
+    // A motion's columns have one name and one unit.
+    let tables = [("int64 time_ms", times(1e-3)), ("double position_m", positions())];
+    let path = base.put("whole.parquet", parquet(Compression::SNAPPY, &tables));
+    let refused = ctl(
+        Path::new("/nonexistent"),
+        &["simulate", scene, "--motion", &path, "--out", &out, "--force"],
+    );
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("`t_s` is missing") && said.contains("`time_ms,position_m`"),
+        "{said}"
+    );
+}
