@@ -90,4 +90,10 @@ fn main() {
         |_| {},
     );
     measure(&daemon, "Identify", usual, &["--page", "identify"], |_| {});
+    measure(&daemon, "Tune, minimised", usual, &[], |screen| {
+        let manager = screen.window_manager();
+        thread::sleep(Duration::from_secs(1));
+        screen.act(&["search", "--name", "Haptic panel", "windowminimize"]);
+        manager
+    });
 }

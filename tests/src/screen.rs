@@ -39,7 +39,7 @@ pub struct Screen {
     directory: tempfile::TempDir,
 }
 
-/// A panel on a screen. It is closed when the test ends.
+/// A panel on a screen, or another program there. It is closed when the test ends.
 #[derive(Debug)]
 pub struct Panel(Child);
 
@@ -136,6 +136,21 @@ impl Screen {
             self.act(&[&found[..], &["windowsize", &width, &height]].concat());
         }
         panel
+    }
+
+    /// Starts a window manager, without which no window can be minimised.
+    ///
+    /// # Panics
+    /// There is no openbox.
+    #[must_use]
+    pub fn window_manager(&self) -> Panel {
+        let openbox = Command::new("openbox")
+            .env("DISPLAY", &self.display)
+            .env("HOME", self.directory.path())
+            .stdin(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        Panel(openbox.expect("openbox starts (Debian: apt install openbox)"))
     }
 
     /// Moves the pointer, clicks, types: what `xdotool` takes.

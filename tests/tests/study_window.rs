@@ -7,7 +7,7 @@ use haptic_lab::studies::plan::Plan;
 use haptic_lab::studies::store::{self, About, Study};
 use haptic_lab::studies::trial::FittsTrial;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use system_tests::screen::{Panel, Screen};
 use system_tests::{Daemon, PATIENCE, pause, status, wait_for, wait_for_state};
 
@@ -49,9 +49,6 @@ const SUBJECTS_SCREEN: (usize, usize) = (15, 269);
 /// A button of the dark theme is darker than this where it cannot be pressed.
 const ENABLED: u8 = 44;
 
-/// Time after which a key that did nothing is pressed again.
-const ONE_KEY: Duration = Duration::from_secs(5);
-
 const SUBJECTS_TITLE: &str = "Subject's screen";
 
 /// Beyond this position, m, the cursor is wholly inside a target for half a second.
@@ -63,16 +60,20 @@ fn begin(screen: &Screen, daemon: &Daemon, client: &mut Client, folder: &Path) -
     let panel = screen.panel(daemon.socket(), &["--theme", "dark", "--study", study]);
     wait_for(client, "the panel", |status| status.clients == 3);
     go_on(screen);
-    press(screen, SUBJECTS_SCREEN);
-    screen.act(&[
-        "search",
-        "--sync",
-        "--onlyvisible",
-        "--name",
-        SUBJECTS_TITLE,
-        "windowfocus",
-    ]);
+    open_subjects_window(screen);
     panel
+}
+
+/// Waits until a panel shows its study, which has not begun.
+pub(crate) fn wait_until_open(screen: &Screen) {
+    wait_until_enabled(screen, GO_ON);
+}
+
+/// Opens the subject's window of a dark panel that shows its study, and gives it the keyboard.
+pub(crate) fn open_subjects_window(screen: &Screen) {
+    press(screen, SUBJECTS_SCREEN);
+    let found = ["search", "--sync", "--onlyvisible", "--name", SUBJECTS_TITLE];
+    screen.act(&[&found[..], &["windowfocus"]].concat());
 }
 
 /// Begins, or goes on, as soon as that can be done.
@@ -166,17 +167,8 @@ fn a_subject_does_a_study_in_a_window_of_its_own_and_a_killed_panel_goes_on() {
     let _panel = begin(&screen, &daemon, &mut client, &folder);
     click_until(&screen, &mut client, &folder, 5);
     // A key in the subject's window stops, and it goes on by the experimenter alone.
-    // One that has only just got the keyboard may not be told of the first.
-    let began = Instant::now();
-    let mut pressed: Option<Instant> = None;
-    while status(&mut client).state != RigState::Stopped {
-        assert!(began.elapsed() < PATIENCE, "no stop");
-        if pressed.is_none_or(|at| at.elapsed() > ONE_KEY) {
-            screen.act(&["key", "space"]);
-            pressed = Some(Instant::now());
-        }
-        pause();
-    }
+    screen.act(&["key", "space"]);
+    wait_for_state(&mut client, RigState::Stopped);
     click_until(&screen, &mut client, &folder, 6);
 
     let rows = store::trials::<FittsTrial>(&folder).expect("rows");

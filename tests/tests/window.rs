@@ -6,6 +6,7 @@
 //! seen, `HAPTIC_UPDATE_PICTURES=1 cargo test -p system-tests window::` draws the pictures anew;
 //! look at them.
 
+use crate::study_window::{open_subjects_window, wait_until_open};
 use haptic_core::{Directional, Parameter, Scene};
 use haptic_ipc::{
     Client, Description, Envelope, Event, ParameterDescription, Request, RigState, Sample, SamplesEvent, SceneReply,
@@ -283,10 +284,9 @@ fn every_page_has_stop_in_both_themes_at_three_sizes() {
 }
 
 /// How soon a key on the real window stops the rig, from the start of the program that presses it to the daemon's word,
-/// while each page draws.
+/// while each page draws, and in the subject's window.
 #[test]
-fn a_key_stops_soon_on_every_page() {
-    const PRESSES: usize = 100;
+fn a_key_stops_soon_on_every_page_and_in_the_subjects_window() {
     if !test_run::is_long_for("how soon a key stops the rig on each page of the panel") {
         return;
     }
@@ -298,7 +298,7 @@ fn a_key_stops_soon_on_every_page() {
     let mut client = daemon.client();
     let studies = studies();
     for page in PAGES {
-        let mut arguments = vec!["--page", page];
+        let mut arguments = vec!["--theme", "dark", "--page", page];
         if page == "record" {
             arguments.extend(["--open", recording.to_str().expect("a name")]);
         }
@@ -310,22 +310,33 @@ fn a_key_stops_soon_on_every_page() {
         wait_for(&mut client, "the panel", |status| status.clients == 3);
         wait_until_drawn(&screen);
         screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
-        let mut times: Vec<u64> = (0..PRESSES)
-            .map(|_| {
-                bring_to(&mut client, RigState::Engaged);
-                let pressed = Instant::now();
-                screen.act(&["key", "space"]);
-                wait_for_state(&mut client, RigState::Stopped);
-                u64::try_from(pressed.elapsed().as_nanos()).expect("it is soon")
-            })
-            .collect();
-        times.sort_unstable();
-        let ms = |per_mille| us(percentile(&times, per_mille)) * 1e-3;
-        let [half, p99, longest] = [500, 990, 1000].map(ms);
-        println!("{page}: a key stops in {half:.1} ms, p99 {p99:.1} ms, longest {longest:.1} ms");
+        press_stop(&screen, &mut client, page);
+        if page == "task" {
+            wait_until_open(&screen);
+            open_subjects_window(&screen);
+            press_stop(&screen, &mut client, "the subject's window");
+        }
         drop(panel);
         wait_for(&mut client, "the panel to go", |status| status.clients == 1);
     }
+}
+
+/// Stops the rig by many keys in the window that has the keyboard, and prints how soon it stops.
+fn press_stop(screen: &Screen, client: &mut Client, place: &str) {
+    const PRESSES: usize = 100;
+    let mut times: Vec<u64> = (0..PRESSES)
+        .map(|_| {
+            bring_to(client, RigState::Engaged);
+            let pressed = Instant::now();
+            screen.act(&["key", "space"]);
+            wait_for_state(client, RigState::Stopped);
+            u64::try_from(pressed.elapsed().as_nanos()).expect("it is soon")
+        })
+        .collect();
+    times.sort_unstable();
+    let ms = |per_mille| us(percentile(&times, per_mille)) * 1e-3;
+    let [half, p99, longest] = [500, 990, 1000].map(ms);
+    println!("{place}: a key stops in {half:.1} ms, p99 {p99:.1} ms, longest {longest:.1} ms");
 }
 
 /// Brings the rig to `state`, idle or engaged. A key stops on three ways, and the last may be late: it is reset again.

@@ -201,21 +201,21 @@ impl Writer {
         let told = self.clone();
         let kind = format.extension().to_uppercase();
         self.work_unnoticed(move || {
-            let created = match &to {
+            let written = match &to {
                 Destination::NewIn(folder) => {
                     told.tell(Update::Busy(format!("Writing {kind} into {}", folder.display())));
-                    export::create(folder, format)
+                    export::write_new(folder, format, write)
                 }
                 Destination::Asked { near } => match dialogs::ask(Wanted::Export(format), near) {
                     Ok(Some(path)) => {
                         told.tell(Update::Busy(format!("Writing {}", path.display())));
-                        export::replace(path)
+                        export::replace(path, write)
                     }
                     Ok(None) => return Update::DialogClosed(Ok(None)),
                     Err(why) => return Update::DialogClosed(Err(why)),
                 },
             };
-            Update::Exported(created.and_then(|(path, file)| export::write(path, file, write)))
+            Update::Exported(written)
         });
     }
 

@@ -1,12 +1,15 @@
 //! The keys of Stop under X11, seen beside the window's event loop: that one takes no key while it draws a frame, which
 //! lasts tens of milliseconds where the processor draws.
 //!
-//! X11 sends the keys of a window to every client that asks for them. A thread asks on a connection of its own.
+//! X11 sends the keys of a window to every client that asks for them. A thread asks on a connection of its own, for the
+//! main window and for each that is made after it, as the subject's is. A window's number tells who made it: the
+//! server gives each client a range of numbers, so that nothing is to be waited for, as a property would be.
 //! Wayland tells a window's keys to one queue alone, so a stop by key waits for the frame there.
 
 use std::io;
 use std::thread;
 use x11rb::connection::Connection as _;
+use x11rb::errors::ReplyError;
 use x11rb::protocol::Event;
 use x11rb::protocol::xproto::{
     ChangeWindowAttributesAux, ConnectionExt as _, EventMask, KeyPressEvent, Keycode, Window,
@@ -16,16 +19,19 @@ use x11rb::rust_connection::RustConnection;
 /// The keys of Stop as X11 names them (`X11/keysymdef.h`): Space and Escape.
 const STOP_KEYSYMS: [u32; 2] = [0x0020, 0xff1b];
 
-/// Calls `stop` at each press of Space or Escape in a window of X11, until the window is gone or `stop` returns false.
-/// A key that is held down is one press. The usual display is that of the environment.
+/// Calls `stop` at each press of Space or Escape in the main window of a program under X11, or in any that the same program
+/// opens later, until the main window is gone or `stop` returns false. A key that is held down is one press. The usual
+/// display is that of the environment.
 ///
 /// # Errors
 /// There is no X server, it has no such window, or the system has no thread left.
-pub(crate) fn watch(display: Option<&str>, window: Window, stop: impl Fn() -> bool + Send + 'static) -> io::Result<()> {
+pub(crate) fn watch(display: Option<&str>, main: Window, stop: impl Fn() -> bool + Send + 'static) -> io::Result<()> {
     let (server, _) = x11rb::connect(display).map_err(io::Error::other)?;
-    let mask = EventMask::KEY_PRESS | EventMask::KEY_RELEASE | EventMask::STRUCTURE_NOTIFY | EventMask::FOCUS_CHANGE;
-    let asked = server.change_window_attributes(window, &ChangeWindowAttributesAux::new().event_mask(mask));
-    asked.map_err(io::Error::other)?.check().map_err(io::Error::other)?;
+    let of_keys = EventMask::KEY_PRESS | EventMask::KEY_RELEASE | EventMask::FOCUS_CHANGE;
+    let asked = ask(&server, main, of_keys | EventMask::STRUCTURE_NOTIFY);
+    let root = asked.and_then(|()| Ok(server.get_geometry(main)?.reply()?.root));
+    let root = root.map_err(io::Error::other)?;
+    ask(&server, root, EventMask::SUBSTRUCTURE_NOTIFY).map_err(io::Error::other)?;
     let mut keys = Keys {
         stop: stop_codes(&server).map_err(io::Error::other)?,
         down: Vec::new(),
@@ -48,7 +54,12 @@ pub(crate) fn watch(display: Option<&str>, window: Window, stop: impl Fn() -> bo
                     keys.forget();
                     false
                 }
-                Event::DestroyNotify(_) => return,
+                Event::CreateNotify(event) if are_of_one_client(&server, event.window, main) => {
+                    // It fails only if the window is gone already.
+                    ask(&server, event.window, of_keys).unwrap_or(());
+                    false
+                }
+                Event::DestroyNotify(event) if event.window == main => return,
                 _ => false,
             };
             if is_stop && !stop() {
@@ -59,8 +70,19 @@ pub(crate) fn watch(display: Option<&str>, window: Window, stop: impl Fn() -> bo
     Ok(())
 }
 
+/// Asks for events of a window.
+fn ask(server: &RustConnection, window: Window, events: EventMask) -> Result<(), ReplyError> {
+    let attributes = ChangeWindowAttributesAux::new().event_mask(events);
+    server.change_window_attributes(window, &attributes)?.check()
+}
+
+/// Whether the same client made both windows.
+fn are_of_one_client(server: &RustConnection, one: Window, other: Window) -> bool {
+    (one ^ other) & !server.setup().resource_id_mask == 0
+}
+
 /// The codes of the keys of Stop on this keyboard.
-fn stop_codes(server: &RustConnection) -> Result<Vec<Keycode>, x11rb::errors::ReplyError> {
+fn stop_codes(server: &RustConnection) -> Result<Vec<Keycode>, ReplyError> {
     let (first, last) = (server.setup().min_keycode, server.setup().max_keycode);
     let mapping = server.get_keyboard_mapping(first, last - first + 1)?.reply()?;
     let of_code = mapping.keysyms.chunks(usize::from(mapping.keysyms_per_keycode.max(1)));
@@ -113,7 +135,7 @@ mod tests {
     use std::io::{BufRead as _, BufReader};
     use std::process::{Child, Command, Stdio};
     use std::sync::mpsc;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
     use x11rb::protocol::xproto::{CreateWindowAux, InputFocus, KeyButMask, WindowClass};
 
     const PATIENCE: Duration = Duration::from_secs(60);
@@ -147,41 +169,91 @@ mod tests {
         Some((Server(server), format!(":{}", number.trim())))
     }
 
-    // hazard: H5
-    #[test]
-    fn a_key_stops_while_the_window_draws_and_takes_no_event() {
-        let Some((_server, display)) = server() else { return };
-        let (client, screen) = x11rb::connect(Some(&display)).expect("a connection");
+    /// Opens a window that takes keys itself.
+    fn open_window(client: &RustConnection, screen: usize) -> Window {
         let window = client.generate_id().expect("a number");
         let (root, copied) = (client.setup().roots[screen].root, WindowClass::COPY_FROM_PARENT);
         let about = CreateWindowAux::new().event_mask(EventMask::KEY_PRESS);
         let made = client.create_window(0, window, root, 0, 0, 64, 64, 0, copied, 0, &about);
         made.expect("it is sent").check().expect("a window");
-        client
-            .map_window(window)
-            .expect("it is sent")
-            .check()
-            .expect("it is shown");
+        let shown = client.map_window(window).expect("it is sent");
+        shown.check().expect("it is shown");
+        window
+    }
+
+    /// Gives a window the keyboard.
+    fn focus(client: &RustConnection, window: Window) {
         let focus = client.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME);
         focus.expect("it is sent").check().expect("it has the keyboard");
+    }
+
+    fn press(display: &str, keys: &[&str]) {
+        let pressed = Command::new("xdotool")
+            .arg("key")
+            .args(keys)
+            .env("DISPLAY", display)
+            .status();
+        assert!(pressed.expect("it runs").success());
+    }
+
+    // hazard: H5
+    #[test]
+    fn a_key_stops_while_the_window_draws_and_takes_no_event() {
+        let Some((_server, display)) = server() else { return };
+        let (client, screen) = x11rb::connect(Some(&display)).expect("a connection");
+        let window = open_window(&client, screen);
+        focus(&client, window);
         let (stop, stops) = mpsc::channel();
         watch(Some(&display), window, move || stop.send(()).is_ok()).expect("it is watched");
         // Nobody reads the events of the window's own client.
-        let press = |keys: &[&str]| {
-            let pressed = Command::new("xdotool")
-                .arg("key")
-                .args(keys)
-                .env("DISPLAY", &display)
-                .status();
-            assert!(pressed.expect("it runs").success());
-        };
-        press(&["a", "Return", "space"]);
+        press(&display, &["a", "Return", "space"]);
         stops.recv_timeout(PATIENCE).expect("a stop");
-        press(&["Tab", "Escape"]);
+        press(&display, &["Tab", "Escape"]);
         stops.recv_timeout(PATIENCE).expect("another stop");
         assert!(stops.try_recv().is_err(), "no other key stops");
         let gone = watch(Some(&display), window + 1, || true).expect_err("there is no such window");
         assert!(gone.to_string().contains("Window"), "{gone}");
+    }
+
+    /// The subject's window comes and goes while the panel runs.
+    #[test]
+    fn a_key_stops_in_every_window_that_the_panel_opens_later_and_in_no_other() {
+        let Some((_server, display)) = server() else { return };
+        let (client, screen) = x11rb::connect(Some(&display)).expect("a connection");
+        let (stranger, _) = x11rb::connect(Some(&display)).expect("a connection");
+        let main = open_window(&client, screen);
+        let (stop, stops) = mpsc::channel();
+        watch(Some(&display), main, move || stop.send(()).is_ok()).expect("it is watched");
+        let foreign = open_window(&stranger, screen);
+        for _ in 0..2 {
+            let window = open_window(&client, screen);
+            wait_until_asked_for(&client, window);
+            focus(&client, window);
+            press(&display, &["Escape"]);
+            stops.recv_timeout(PATIENCE).expect("a stop");
+            focus(&stranger, foreign);
+            press(&display, &["Escape"]);
+            let gone = client.destroy_window(window).expect("it is sent");
+            gone.check().expect("it is gone");
+        }
+        focus(&client, main);
+        press(&display, &["space"]);
+        stops.recv_timeout(PATIENCE).expect("a stop");
+        assert!(stops.try_recv().is_err(), "another program's key stops");
+    }
+
+    /// Waits until another client hears of a window's keys.
+    fn wait_until_asked_for(client: &RustConnection, window: Window) {
+        let began = Instant::now();
+        loop {
+            let asked = client.get_window_attributes(window).expect("it is sent");
+            let asked = asked.reply().expect("it is there").all_event_masks;
+            if asked.contains(EventMask::KEY_RELEASE) {
+                return;
+            }
+            assert!(began.elapsed() < PATIENCE, "its keys are not asked for");
+            thread::yield_now();
+        }
     }
 
     #[test]

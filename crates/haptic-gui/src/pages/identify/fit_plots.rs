@@ -17,8 +17,8 @@ const DOT_CELL: f32 = 2.0;
 const DOT_RADIUS: f32 = 1.0;
 const LINE_WIDTH: f32 = 1.5;
 
-/// Height of a plot's title with the distances around it, points.
-const TITLE_HEIGHT: f32 = 28.0;
+/// Height of a plot's title and legend with the distances around them, points.
+const TITLE_HEIGHT: f32 = 46.0;
 
 /// Shows the charts, two in a row.
 pub(super) fn show(ui: &mut Ui, found: &Found) {
@@ -41,11 +41,10 @@ pub(super) fn show(ui: &mut Ui, found: &Found) {
 
 fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
     let palette = Palette::of(ui);
+    ui.add(Label::new(&chart.title).truncate()).on_hover_text(
+        "The wheel zooms, dragging moves, a double click shows all of it. Of many samples in one place one is drawn.",
+    );
     ui.horizontal(|ui| {
-        ui.label(&chart.title).on_hover_text(
-            "The wheel zooms, dragging moves, a double click shows all of it. Of many samples in one place one is \
-             drawn.",
-        );
         let entry = |(place, trace): (usize, &FitTrace)| Entry {
             name: trace.name.clone(),
             hint: "",

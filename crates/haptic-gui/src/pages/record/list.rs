@@ -8,18 +8,16 @@ use crate::model::view::View;
 use crate::recording::Listed;
 use crate::theme::Palette;
 use egui::style::ScrollStyle;
-use egui::{Button, Label, RichText, ScrollArea, TextEdit, Ui};
+use egui::{Button, Label, Response, RichText, ScrollArea, TextEdit, Ui};
 use std::path::{Path, PathBuf};
 
 /// Shows the folder, the field for any other file, and the list.
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     show_opening(ui, &mut model.view, intents);
     let Model { tapes, view, .. } = model;
+    let field = TextEdit::singleline(&mut view.folder);
+    let field = show_path(ui, "Folder", field, "folder of recordings");
     ui.horizontal(|ui| {
-        ui.label("Folder");
-        let again = ui.available_width() - 96.0 - browse::WIDTH;
-        let field = TextEdit::singleline(&mut view.folder).desired_width(again);
-        let field = ui.add(field).accessible_name("folder of recordings");
         let asked = (Wanted::Folder, view.folder.as_str());
         browse::show(ui, "Browse...", "choose folder", asked, intents);
         let is_pressed = ui
@@ -51,12 +49,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
 }
 
 fn show_opening(ui: &mut Ui, view: &mut View, intents: &mut Vec<Intent>) {
+    let field = TextEdit::singleline(&mut view.open_path).hint_text("path, or drop it on the window");
+    let field = show_path(ui, "File", field, "recording to open");
     ui.horizontal(|ui| {
-        ui.label("File");
-        let field = TextEdit::singleline(&mut view.open_path)
-            .hint_text("path")
-            .desired_width(ui.available_width() - 128.0 - browse::WIDTH);
-        let field = ui.add(field).accessible_name("recording to open");
         let path = &view.open_path;
         let near = if path.is_empty() { &view.folder } else { path };
         let asked = (Wanted::Recording, near.as_str());
@@ -68,6 +63,15 @@ fn show_opening(ui: &mut Ui, view: &mut View, intents: &mut Vec<Intent>) {
             intents.push(Intent::Open { path });
         }
     });
+}
+
+/// A field for a path, which has all the width: its buttons are below.
+fn show_path(ui: &mut Ui, label: &str, field: TextEdit<'_>, name: &str) -> Response {
+    ui.horizontal(|ui| {
+        ui.label(label);
+        ui.add(field.desired_width(f32::INFINITY)).accessible_name(name)
+    })
+    .inner
 }
 
 fn show_one(ui: &mut Ui, recording: &Listed, opened: Option<&Path>, intents: &mut Vec<Intent>) {

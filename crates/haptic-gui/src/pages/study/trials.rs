@@ -3,18 +3,16 @@
 use crate::study::{StudyRow, StudyState};
 use crate::theme::Palette;
 use egui::style::ScrollStyle;
-use egui::{Align, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
+use egui::{Align, Color32, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
 
-/// Widest column, points.
-const COLUMN: f32 = 96.0;
+/// Most of the room beside the headings that a column gets, points.
+const MOST_SPARE: f32 = 40.0;
 
 pub(super) fn show(ui: &mut Ui, state: &StudyState, rows: &[StudyRow]) {
     let palette = Palette::of(ui);
-    #[expect(clippy::cast_precision_loss, reason = "a dozen columns")]
-    let width =
-        (ui.available_width() / (state.columns.len().max(1) as f32) - ui.spacing().item_spacing.x - 1.0).min(COLUMN);
+    let widths = widths(ui, state.columns);
     let height = ui.text_style_height(&TextStyle::Small);
-    let cell = |ui: &mut Ui, text: RichText| {
+    let cell = |ui: &mut Ui, width: f32, text: RichText| {
         let layout = Layout::left_to_right(Align::Center);
         ui.allocate_ui_with_layout(vec2(width, height), layout, |ui| {
             ui.set_min_width(width);
@@ -22,8 +20,8 @@ pub(super) fn show(ui: &mut Ui, state: &StudyState, rows: &[StudyRow]) {
         });
     };
     ui.horizontal(|ui| {
-        for name in state.columns {
-            cell(ui, RichText::new(*name).weak());
+        for (name, width) in state.columns.iter().zip(&widths) {
+            cell(ui, *width, RichText::new(*name).weak());
         }
     });
     if rows.is_empty() {
@@ -40,11 +38,28 @@ pub(super) fn show(ui: &mut Ui, state: &StudyState, rows: &[StudyRow]) {
                         ui.add(Label::new(text).truncate()).on_hover_text(why);
                     }
                     None => {
-                        for text in &row.cells {
-                            cell(ui, RichText::new(text));
+                        for (text, width) in row.cells.iter().zip(&widths) {
+                            cell(ui, *width, RichText::new(text));
                         }
                     }
                 });
             }
         });
+}
+
+/// Widths of the columns, points: each has its heading whole, and a part of what is left.
+fn widths(ui: &Ui, columns: &[&str]) -> Vec<f32> {
+    let font = TextStyle::Small.resolve(ui.style());
+    let width = |name: &&str| {
+        let heading = ui
+            .painter()
+            .layout_no_wrap((*name).to_owned(), font.clone(), Color32::WHITE);
+        heading.size().x.ceil() + 1.0
+    };
+    let headings: Vec<f32> = columns.iter().map(width).collect();
+    #[expect(clippy::cast_precision_loss, reason = "a dozen columns")]
+    let count = columns.len().max(1) as f32;
+    let spare = (ui.available_width() - headings.iter().sum::<f32>()) / count - ui.spacing().item_spacing.x;
+    let spare = spare.clamp(0.0, MOST_SPARE);
+    headings.into_iter().map(|heading| heading + spare).collect()
 }

@@ -28,3 +28,46 @@ fn what_is_there_is_replaced_only_on_demand_and_the_name_says_the_format() {
         }
     }
 }
+
+/// What a progress bar shows, before each entry and at the end.
+fn shares(mut reader: Reader) -> Vec<f64> {
+    let mut shares = Vec::new();
+    loop {
+        shares.push(reader.share().expect("a file has a length"));
+        match reader.next() {
+            Some(entry) => drop(entry.expect("it is whole")),
+            None => return shares,
+        }
+    }
+}
+
+#[test]
+fn the_share_that_is_read_grows_from_nothing_to_all_of_it() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let rows: Vec<Sample> = (0..20_000).map(sample).collect();
+    for format in [Format::Csv, Format::Mcap, Format::Parquet] {
+        let (bytes, _) = written(format, &metadata(), &entries(&rows));
+        let path = directory.path().join("r").with_extension(format.ending());
+        std::fs::write(&path, &bytes).expect("written");
+        let seen = shares(open(&path).expect("opens"));
+        let (first, half, last) = (seen[0], seen[seen.len() / 2], seen[seen.len() - 1]);
+        assert!(first < 0.1 && seen.is_sorted(), "{format:?} begins with {first}");
+        assert!((0.4..0.6).contains(&half), "{format:?}: {half} after half of its rows");
+        assert!((0.999..=1.0).contains(&last), "{format:?} ends with {last}");
+
+        // It is being written, and had half of what it has at its end.
+        if format == Format::Csv {
+            let (early, late) = bytes.split_at(bytes.len() / 2);
+            std::fs::write(&path, early).expect("written");
+            let reader = open(&path).expect("opens");
+            let mut file = std::fs::File::options().append(true).open(&path).expect("opens");
+            std::io::Write::write_all(&mut file, late).expect("written");
+            assert!(
+                shares(reader).iter().all(|share| *share <= 1.0),
+                "no more than all of it"
+            );
+            let in_memory = Reader::from_bytes(bytes).expect("opens");
+            assert_eq!(in_memory.share(), None, "what is in memory has no file to be read");
+        }
+    }
+}
