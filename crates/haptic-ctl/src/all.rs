@@ -39,7 +39,7 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
             "there is no socket of a rig on this machine; --socket names one more".to_owned(),
         ));
     }
-    let ask = |socket: NamedSocket| {
+    let ask = move |socket: NamedSocket| {
         tokio::spawn(async move {
             let answer = if is_stop {
                 let told = (!json).then(|| format!("{}: ", socket.name));
