@@ -145,8 +145,9 @@ pub fn run(options: &Options) -> Result<Report, i32> {
             .map(|watched| watched.join().expect("it catches what fails"))
             .collect::<Vec<Seen>>()
     });
-    if let Some(signal) = ending::told() {
-        return Err(ending::exit_code(signal));
+    if let Some(code) = ending::told() {
+        eprintln!("a signal has ended the soak and its daemons: it has no report");
+        return Err(code);
     }
     let report = Report::of(&plan, &seen);
     report.write(&plan.folder);
