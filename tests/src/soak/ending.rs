@@ -1,4 +1,4 @@
-//! The end of a soak before its time: SIGTERM, SIGINT and SIGHUP let it end its daemons, its files and its control groups.
+//! The end of a soak before its time: by SIGTERM, SIGINT and SIGHUP it ends its daemons, files and control groups.
 #![allow(
     unsafe_code,
     reason = "a handler: a blocked signal would be blocked in every program that it starts"
