@@ -20,7 +20,7 @@ def compiled_in(manifest: Path) -> list[dict]:
     packages, needed = {}, set()
     for target in TARGETS:
         told = subprocess.run(
-            ["cargo", "metadata", "--locked", "--offline", "--format-version=1", "--filter-platform", target]
+            ["cargo", "metadata", "--locked", "--format-version=1", "--filter-platform", target]
             + ["--manifest-path", manifest],
             check=True,
             stdout=subprocess.PIPE,

@@ -18,6 +18,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::measure::{median, percentile, us};
+use system_tests::process::size_kib;
 use system_tests::screen::Screen;
 use system_tests::{Daemon, binary, processors, wait_for};
 
@@ -384,9 +385,10 @@ fn memory(minutes: u64) {
         scope.spawn(|| swallow(daemon.socket(), &over));
         println!("\n## Resident memory, with a subscriber of every tick and ten changes a second\n");
         for minute in 0..=minutes {
-            let status = fs::read_to_string(format!("/proc/{}/status", daemon.pid())).expect("it runs");
-            let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-            println!("{minute:4} min {}", resident.expect("it has memory").trim());
+            println!(
+                "{minute:4} min {} kB",
+                size_kib(daemon.pid(), "VmRSS").expect("it runs")
+            );
             if minute < minutes {
                 // What is measured is the passing of time.
                 std::thread::sleep(Duration::from_secs(60));

@@ -1,6 +1,7 @@
 //! The soak with faults: `tests/soak.sh --for 1h`, or by hand `cargo bench -p system-tests --bench soak -- --for 1h`.
 
 use clap::Parser;
+use rustix::process::{Signal, set_parent_process_death_signal};
 use std::process::ExitCode;
 use system_tests::soak::{self, Options};
 
@@ -25,7 +26,15 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let report = soak::run(&Arguments::parse().options);
+    let arguments = Arguments::parse();
+    if arguments.bench {
+        // Who ends cargo means the soak, and cargo passes nothing on.
+        set_parent_process_death_signal(Some(Signal::TERM)).expect("Linux has it");
+    }
+    let report = match soak::run(&arguments.options) {
+        Ok(report) => report,
+        Err(code) => std::process::exit(code),
+    };
     println!("{}", report.markdown());
     if report.holds() {
         ExitCode::SUCCESS

@@ -24,7 +24,8 @@ for needed in qemu-system-x86_64:qemu-system-x86 apt-get:apt cpio:cpio modprobe:
         exit 77
     fi
 done
-root=$("$here/root.sh" 2>&1) || { echo "$root" && exit 77; }
+# What is missing is skipped, and what fails has failed.
+root=$("$here/root.sh" 2>&1) || { ended=$? && echo "$root" && exit $ended; }
 cache=$(dirname "$root")
 # One at a time.
 exec 9>"$cache/boot.lock"
@@ -38,9 +39,9 @@ wakes=
 trap 'kill $wakes 2>/dev/null || true; rm -rf "$stage"' EXIT
 mkdir -p "$stage"/{proof,etc/systemd/system,usr/local/bin}
 cp "$here/guest.sh" "$here/../qemu/rig.sh" "$stage/proof/"
-cp -r "$cache/base/modules" "$stage/modules"
+cp -r "$kernel/modules" "$stage/modules"
 # A minimal Debian has no insmod.
-cp "$cache/base/busybox" "$stage/usr/local/bin/insmod"
+cp "$kernel/busybox" "$stage/usr/local/bin/insmod"
 cp "$fake_rig" "$stage/usr/local/bin/fake-rig"
 strip --strip-debug "$stage/usr/local/bin/fake-rig" 2>/dev/null || true
 # What is unpacked in emulation is not compressed.
@@ -72,7 +73,7 @@ wakes=$!
 began=$SECONDS
 timeout --kill-after=5 1500 qemu-system-x86_64 \
     -machine q35 -accel tcg -icount shift=1,sleep=off -cpu max -smp 1 -m 1536 -rtc clock=host -nodefaults -no-user-config -display none -no-reboot \
-    -kernel "$cache/vmlinuz" -initrd "$stage/initrd" \
+    -kernel "$kernel/vmlinuz" -initrd "$stage/initrd" \
     -append 'console=ttyS0 quiet panic=-1 mitigations=off rdinit=/lib/systemd/systemd systemd.show_status=0 systemd.unit=proof.service' \
     -serial stdio -monitor "unix:$stage/monitor,server=on,wait=off" \
     </dev/null 2>&1 | sed --unbuffered 's/\r//' | tee "$cache/boot.log" | grep --line-buffered -E '^(PASS|FAIL|NOTE) ' || true

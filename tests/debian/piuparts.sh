@@ -12,7 +12,8 @@ if ! command -v piuparts >/dev/null; then
     echo 'SKIPPED: piuparts is missing (Debian: apt install piuparts)'
     exit 77
 fi
-root=$("$here/root.sh" 2>&1) || { echo "$root" && exit 77; }
+# What is missing is skipped, and what fails has failed.
+root=$("$here/root.sh" 2>&1) || { ended=$? && echo "$root" && exit $ended; }
 release=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
 stage=$(mktemp -d "$(dirname "$root")/piuparts.XXXXXX")
 trap 'rm -rf "$stage"' EXIT

@@ -50,8 +50,8 @@ image() {
     local stage=$cache/stage made
     rm -rf "$stage"
     mkdir -p "$stage"/{bin,dev,etc,proc,sys,tmp,run}
-    cp -r "$cache/base/modules" "$stage/modules"
-    cp "$cache/base/busybox" "$stage/bin/busybox"
+    cp -r "$kernel/modules" "$stage/modules"
+    cp "$kernel/busybox" "$stage/bin/busybox"
     cp "$here/guest.sh" "$stage/init"
     cp "$here/rig.sh" "$stage/"
     chmod 755 "$stage/init"
@@ -78,7 +78,7 @@ began=$SECONDS
 # With -icount the guest's clock counts its instructions, so that a busy machine makes it slow but not late: a device's watchdog bites only where the programs are at fault.
 timeout --kill-after=5 330 qemu-system-x86_64 \
     -machine q35 -accel tcg -icount shift=1,sleep=off -cpu max -smp 1 -m 512 -nodefaults -no-user-config -display none -no-reboot \
-    -kernel "$cache/vmlinuz" -initrd "$cache/initrd" -append 'console=ttyS0 quiet panic=-1 mitigations=off' \
+    -kernel "$kernel/vmlinuz" -initrd "$cache/initrd" -append 'console=ttyS0 quiet panic=-1 mitigations=off' \
     -serial stdio -monitor none \
     -device qemu-xhci,id=xhci \
     -chardev "socket,id=converter,path=$sockets/line,server=on,wait=off" -device usb-serial,chardev=converter,bus=xhci.0 \
@@ -107,7 +107,7 @@ if [ -n "$report" ]; then
         echo '| | |'
         echo '|---|---|'
         echo "| date | $(date -u +%F) |"
-        echo "| kernel | $(cat "$cache/kernel"), Debian |"
+        echo "| kernel | $(cat "$kernel/version"), Debian |"
         echo "| emulator | $(qemu-system-x86_64 --version | head -1) |"
         echo "| took | $took s |"
         echo "| checks | $passed passed, $failed failed |"

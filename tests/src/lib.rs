@@ -18,6 +18,8 @@ pub mod links;
 pub mod measure;
 pub mod package;
 pub mod pid1;
+pub mod process;
+pub mod recorded;
 pub mod reference;
 pub mod schema;
 pub mod screen;

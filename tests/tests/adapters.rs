@@ -5,14 +5,15 @@ use haptic_ipc::{Client, LinkCounts, RigState, Status};
 use rustix::process::Signal;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
+use system_tests::process::Killed;
 use system_tests::{Daemon, PATIENCE, binary, pull_until, status, wait_for, wait_for_state};
 use tempfile::TempDir;
 
 /// A running fake-board. It is killed when the test ends.
 struct Board {
-    child: Child,
+    _child: Killed,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
 }
@@ -40,7 +41,7 @@ impl Board {
         let mut board = Self {
             input: child.stdin.take().expect("it is piped"),
             output: BufReader::new(child.stdout.take().expect("it is piped")),
-            child,
+            _child: Killed(child),
         };
         assert!(board.line().starts_with("fake-board: "));
         board
@@ -82,13 +83,6 @@ impl Board {
             assert!(began.elapsed() < PATIENCE, "waited in vain for {what}: {force:?}");
             system_tests::pause();
         }
-    }
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        drop(self.child.kill());
-        drop(self.child.wait());
     }
 }
 

@@ -10,11 +10,12 @@ use std::fs::{self, Permissions};
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::net::UnixStream;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::attack::{self, Attack};
+use system_tests::process::{descriptors, size_kib};
 use system_tests::{Daemon, HeldThread, PATIENCE, binary, status, wait_for, wait_for_state};
 
 const NOBODY: u32 = 65_534;
@@ -256,17 +257,11 @@ struct Held {
 
 impl Held {
     fn by(daemon: &Daemon) -> Self {
-        let of = |file: &str| PathBuf::from(format!("/proc/{}/{file}", daemon.pid()));
-        let memory = fs::read_to_string(of("status")).expect("it runs");
-        let kib = |name: &str| {
-            let line = memory.lines().find_map(|line| line.strip_prefix(name));
-            let size = line.expect("its memory").trim().trim_end_matches(" kB");
-            size.parse().expect("a size")
-        };
+        let kib = |name: &str| size_kib(daemon.pid(), name).expect("it runs");
         Self {
-            descriptors: fs::read_dir(of("fd")).expect("it runs").count(),
-            resident_kib: kib("VmRSS:"),
-            peak_kib: kib("VmHWM:"),
+            descriptors: descriptors(daemon.pid()),
+            resident_kib: kib("VmRSS"),
+            peak_kib: kib("VmHWM"),
         }
     }
 }

@@ -1,17 +1,18 @@
 //! A stop and a signal work while every output of the daemon is blocked.
 
 use haptic_ipc::{Client, Request, RigState, StateReply};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::blocked::Blocked;
+use system_tests::process::{self, Killed};
 use system_tests::{Daemon, HeldThread, PATIENCE, be_patient, binary, engage, wait_for, wait_for_state};
 
 /// A daemon that has said nothing that anybody could read.
 struct Mute {
-    child: Child,
+    child: Killed,
     socket: PathBuf,
     _directory: tempfile::TempDir,
 }
@@ -33,7 +34,7 @@ impl Mute {
             .spawn()
             .expect("hapticd starts");
         Self {
-            child,
+            child: Killed(child),
             socket,
             _directory: directory,
         }
@@ -46,7 +47,7 @@ impl Mute {
     /// Sends a signal; returns how it ended and how long that took.
     fn end(mut self, signal: Signal) -> (ExitStatus, Duration) {
         let began = Instant::now();
-        kill_process(Pid::from_child(&self.child), signal).expect("it runs");
+        process::signal(self.child.id(), signal);
         loop {
             if let Some(status) = self.child.try_wait().expect("it is ours") {
                 return (status, began.elapsed());
@@ -54,14 +55,6 @@ impl Mute {
             assert!(began.elapsed() < PATIENCE, "it does not end after {signal:?}");
             std::thread::sleep(Duration::from_millis(1));
         }
-    }
-}
-
-impl Drop for Mute {
-    fn drop(&mut self) {
-        // It may have ended already; either way nothing of it stays.
-        drop(self.child.kill());
-        drop(self.child.wait());
     }
 }
 
@@ -160,9 +153,8 @@ fn a_signal_ends_a_daemon_whose_control_thread_hangs() {
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     let held = HeldThread::control(daemon.pid());
-    let pid = Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("not zero");
     let began = Instant::now();
-    kill_process(pid, Signal::TERM).expect("it runs");
+    process::signal(daemon.pid(), Signal::TERM);
     while !held.is_killed() {
         assert!(began.elapsed() < PATIENCE, "it does not end");
         std::thread::sleep(Duration::from_millis(1));

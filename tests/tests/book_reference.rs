@@ -1,8 +1,10 @@
 //! The reference pages are drawn from the programs: their help, what they serve, and what the core knows.
 //! `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book_reference::` draws them anew.
 
+use crate::book::{pages, text};
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::parameters::TABLE;
+use haptic_core::servo::Fault;
 use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
@@ -332,7 +334,7 @@ fn every_fault() {
         })
         .collect();
     let mut page = String::from("| fault | because | message id |\n|---|---|---|\n");
-    for fault in every_kind_of_fault() {
+    for fault in Fault::KINDS {
         let id = rows.iter().find(|(code, _)| *code == fault.code());
         let (code, id) = id.unwrap_or_else(|| panic!("docs/service.md lacks {}", fault.code()));
         let said = fault.to_string();
@@ -347,55 +349,17 @@ fn every_fault() {
     drawn::part("reference/faults.md", "faults", &page);
 }
 
-fn every_kind_of_fault() -> [haptic_core::servo::Fault; 13] {
-    use haptic_core::sample::{ErrorCode, ErrorReport};
-    use haptic_core::sample_clock::ClockError;
-    use haptic_core::servo::Fault;
-    [
-        Fault::NonFiniteForce,
-        Fault::NonFinitePosition,
-        Fault::TooFast,
-        Fault::TooLate,
-        Fault::Stale,
-        Fault::Jump,
-        Fault::MotorOff { watchdog: true },
-        Fault::Device(ErrorReport {
-            code: ErrorCode::Other,
-            detail: 0,
-        }),
-        Fault::DeviceClock(ClockError::Jumped),
-        Fault::Stalled,
-        Fault::ControlLost,
-        Fault::StopButton,
-        Fault::StillEnabled,
-    ]
-}
-
 #[test]
 fn every_command_that_is_not_run() {
-    let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
     let mut rows = Vec::new();
-    for folder in ["", "how-to", "why"] {
-        let mut files: Vec<_> = fs::read_dir(docs.join(folder))
-            .expect("a folder")
-            .flatten()
-            .map(|file| file.path())
-            .collect();
-        files.sort();
-        for path in files
-            .iter()
-            .filter(|path| path.extension().is_some_and(|ending| ending == "md"))
-        {
-            let text = fs::read_to_string(path).expect("a page");
-            let name = path.strip_prefix(&docs).expect("it lies in it").display().to_string();
-            for (_, step) in steps(&text) {
-                let Step::NotRun { lines, why } = step else { continue };
-                let commands: Vec<String> = lines
-                    .iter()
-                    .map(|line| format!("`{}`", line.command.replace('\n', " ")))
-                    .collect();
-                rows.push(row(&[&format!("[{name}](../{name})"), &commands.join("<br>"), &why]));
-            }
+    for name in pages() {
+        for (_, step) in steps(&text(&name)) {
+            let Step::NotRun { lines, why } = step else { continue };
+            let commands: Vec<String> = lines
+                .iter()
+                .map(|line| format!("`{}`", line.command.replace('\n', " ")))
+                .collect();
+            rows.push(row(&[&format!("[{name}](../{name})"), &commands.join("<br>"), &why]));
         }
     }
     let page = format!("| page | commands | why |\n|---|---|---|\n{}\n", rows.join("\n"));

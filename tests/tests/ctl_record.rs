@@ -2,31 +2,19 @@
 
 use haptic_ipc::{RigState, Sample};
 use haptic_lab::recording::{self, Ending, Mark, Recording};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Instant;
 use system_tests::fake_rig::FakeRig;
+use system_tests::process::end;
+use system_tests::recorded::{wait_for_more_rows, wait_for_rows};
 use system_tests::terminal::Terminal;
 use system_tests::{Daemon, PATIENCE, binary, wait_for_state};
 
 fn read(file: &Path) -> Recording {
     recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
-}
-
-/// Waits until so many rows are on the disk.
-fn wait_for_rows(file: &Path, rows: usize) {
-    let began = Instant::now();
-    while !recording::read(file).is_ok_and(|found| found.rows.len() >= rows) {
-        assert!(began.elapsed() < PATIENCE, "waited in vain for {rows} rows");
-        system_tests::pause();
-    }
-}
-
-fn end(child: Child, signal: Signal) -> Output {
-    kill_process(Pid::from_child(&child), signal).expect("it runs");
-    child.wait_with_output().expect("it ends")
 }
 
 /// The endings of the formats.
@@ -130,7 +118,7 @@ fn an_interrupt_ends_it_as_it_should_be_and_changes_stand_before_their_rows() {
     daemon.ctl_ok(&["set", "mass=1.5"]);
     daemon.ctl_ok(&["engage", "--wait"]);
     daemon.ctl_ok(&["stop"]);
-    wait_for_rows(&file, read(&file).rows.len() + 100);
+    wait_for_more_rows(&file, 100);
     let output = end(recorder, Signal::INT);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let found = read(&file);
@@ -418,7 +406,7 @@ fn a_program_sets_markers_by_lines_where_that_is_asked_for() {
             // The program that set the markers has ended.
             recorder.wait_with_output().expect("it ends")
         } else {
-            wait_for_rows(&file, read(&file).rows.len() + 300);
+            wait_for_more_rows(&file, 300);
             end(recorder, Signal::TERM)
         };
         assert_eq!(ended.status.code(), Some(0));
@@ -457,7 +445,7 @@ fn a_rig_that_is_unplugged_is_marked_when_it_goes_and_when_it_comes_back() {
     rig.fail("hang-up 0.3");
     wait_for_state(&mut client, RigState::Disconnected);
     wait_for_state(&mut client, RigState::Idle);
-    wait_for_rows(&file, read(&file).rows.len() + 300);
+    wait_for_more_rows(&file, 300);
     assert_eq!(end(recorder, Signal::INT).status.code(), Some(0));
     let found = read(&file);
     let links: Vec<(u64, &str)> = found

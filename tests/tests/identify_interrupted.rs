@@ -8,7 +8,7 @@ use std::time::Instant;
 use system_tests::commissioning::daemon;
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, pause, status, wait_for_state};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, pause, status, wait_for, wait_for_state};
 
 /// How old a sample may be; and a device that stands still for longer, and for less than the pause before a motion is
 /// repeated.
@@ -151,8 +151,8 @@ fn a_handle_that_lies_elsewhere_after_an_interruption_is_not_moved_without_conse
     assert_eq!(status(&mut client).state, RigState::Faulted);
     terminal.type_in("n\n");
     assert_eq!(terminal.end().code(), Some(1), "{}", terminal.written());
-    while status(&mut client).commissioning.is_some() {
-        pause();
-    }
+    wait_for(&mut client, "the end of the identification", |status| {
+        status.commissioning.is_none()
+    });
     assert_eq!(rig.force().now_n, 0.0);
 }

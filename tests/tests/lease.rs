@@ -1,6 +1,6 @@
 //! A lease: the rig is released when the client that holds it dies or falls silent.
 
-use haptic_ipc::{Client, ErrorCode, LeaseReply, LogReply, Request, RigState, StateReply};
+use haptic_ipc::{Client, ErrorCode, JournalEntry, LeaseReply, LogReply, Request, RigState, StateReply};
 use serde_json::json;
 use std::time::{Duration, Instant};
 use system_tests::commissioning::let_go;
@@ -19,13 +19,17 @@ fn engaged() -> (Daemon, Client, Client) {
     (daemon, watcher, holder)
 }
 
-fn lapsed(client: &mut Client) -> Vec<String> {
+fn journal(client: &mut Client) -> Vec<JournalEntry> {
     let log = Request::Log {
         after: None,
         limit: None,
     };
     let reply: LogReply = client.request(log).expect("the journal");
-    let of_leases = reply.entries.into_iter().filter(|entry| entry.op == "lease_lapsed");
+    reply.entries
+}
+
+fn lapsed(client: &mut Client) -> Vec<String> {
+    let of_leases = journal(client).into_iter().filter(|entry| entry.op == "lease_lapsed");
     of_leases.filter_map(|entry| entry.message).collect()
 }
 
@@ -59,6 +63,55 @@ fn a_client_that_dies_lets_the_force_out_at_once() {
     drop(holder);
     wait_for_state(&mut watcher, RigState::Idle);
     assert_eq!(lapsed(&mut watcher), ["its client has closed the connection"]);
+}
+
+/// Releases in the journal, each with its message and whether a client asked for it, once there are so many.
+fn releases(client: &mut Client, count: usize) -> Vec<(Option<String>, bool)> {
+    let began = Instant::now();
+    loop {
+        let entries = journal(client);
+        let found = entries.iter().filter(|entry| entry.op == "release");
+        let found: Vec<_> = found.map(|entry| (entry.message.clone(), entry.by.is_some())).collect();
+        if found.len() >= count {
+            return found;
+        }
+        assert!(
+            began.elapsed() < PATIENCE,
+            "waited in vain for {count} releases: {entries:?}"
+        );
+        pause();
+    }
+}
+
+#[test]
+fn a_release_is_journalled_as_that_of_the_lease_or_of_the_client_and_not_of_a_button() {
+    // A ramp that is shorter than a tick: force is gone from one tick to the next, as by an enable button.
+    let daemon = Daemon::start(&["--rate=100", "--ramp-ms=1"]);
+    let mut watcher = daemon.client();
+    let engage = |watcher: &mut Client| {
+        let _: StateReply = watcher.request(Request::Engage {}).expect("it is idle");
+        wait_for_state(watcher, RigState::Engaged);
+    };
+    let (mut dies, mut falls_silent) = (daemon.client(), daemon.client());
+    lease(&mut dies, 60_000);
+    engage(&mut watcher);
+    drop(dies);
+    releases(&mut watcher, 1);
+    engage(&mut watcher);
+    lease(&mut falls_silent, 100);
+    releases(&mut watcher, 2);
+    engage(&mut watcher);
+    let _: StateReply = watcher.request(Request::Release {}).expect("it is engaged");
+    wait_for_state(&mut watcher, RigState::Idle);
+    let of_lease = |why: &str| (Some(format!("a lease has lapsed: its client has {why}")), false);
+    assert_eq!(
+        releases(&mut watcher, 3),
+        [
+            of_lease("closed the connection"),
+            of_lease("fallen silent"),
+            (None, true)
+        ]
+    );
 }
 
 #[test]

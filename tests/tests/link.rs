@@ -7,6 +7,7 @@ use haptic_ipc::{
 use std::fs;
 use std::time::{Duration, Instant};
 use system_tests::fake_rig::FakeRig;
+use system_tests::process::{descriptors, size_kib};
 use system_tests::{Daemon, PATIENCE, engage, pull_until, status, wait_for, wait_for_state};
 
 /// A rig with more arguments, and a daemon that has connected to it.
@@ -401,27 +402,16 @@ fn a_line_that_loses_doubles_damages_and_delays_is_ridden_out() {
     }
 }
 
-fn descriptors(daemon: &Daemon) -> usize {
-    fs::read_dir(format!("/proc/{}/fd", daemon.pid()))
-        .expect("it runs")
-        .count()
-}
-
-fn resident_kib(daemon: &Daemon) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{}/status", daemon.pid())).expect("it runs");
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:"))
-        .expect("it has memory");
-    line.trim().trim_end_matches(" kB").parse().expect("a size")
-}
-
 #[test]
 fn unplugged_a_thousand_times_it_leaks_nothing_and_never_pulls_by_itself() {
     let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&["--sample-rate-hz", "1000"]);
     let began = Instant::now();
     let unplugs = test_run::extent(40, 1000);
+    let held = || {
+        let resident_kib = size_kib(daemon.pid(), "VmRSS").expect("it runs");
+        (descriptors(daemon.pid()), resident_kib)
+    };
     let mut first = None;
     let mut random = 12345_u32;
     for cycle in 0..unplugs {
@@ -454,11 +444,11 @@ fn unplugged_a_thousand_times_it_leaks_nothing_and_never_pulls_by_itself() {
         assert_eq!(rig.force().largest_n, 0.0, "in cycle {cycle}");
         // By then it has touched what it will ever touch: its rings, its histograms of ten seconds.
         if cycle == unplugs * 2 / 5 {
-            first = Some((descriptors(&daemon), resident_kib(&daemon)));
+            first = Some(held());
         }
     }
     let (descriptors_before, resident_before) = first.expect("at least one cycle");
-    let (descriptors_after, resident_after) = (descriptors(&daemon), resident_kib(&daemon));
+    let (descriptors_after, resident_after) = held();
     println!(
         "{} cycles in {:?}: descriptors {descriptors_before} -> {descriptors_after}, resident {resident_before} -> {resident_after} KiB",
         unplugs,

@@ -1,14 +1,16 @@
 //! Metrics: what is scraped, what Prometheus makes of it, and the rules and the dashboard that rest on it.
 
 use crate::one_of_two;
+use haptic_core::servo::Fault;
 use haptic_ipc::{Request, RigState, StateReply};
 use serde_json::Value;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+use system_tests::process::Killed;
 use system_tests::{Daemon, PATIENCE, pause, pull_until, wait_for_state};
 
 const PACKAGED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging/monitoring");
@@ -96,9 +98,15 @@ fn a_fault_is_counted_by_its_code() {
     // A hand faster than the limit.
     let (daemon, address) = daemon(&["--hand", "sine", "--speed-limit-mps", "0.01"]);
     let mut client = daemon.client();
+    let counted = |code: &str| format!("hapticd_faults_total{{code=\"{code}\"}}");
+    // Each from the beginning: monitoring sees the first as an increase.
+    let before = scrape(address);
+    for fault in Fault::KINDS {
+        assert_eq!(value(&before, &counted(fault.code())), 0.0);
+    }
     drop(client.request::<StateReply>(Request::Engage {}));
     wait_for_state(&mut client, RigState::Faulted);
-    assert_eq!(value(&scrape(address), "hapticd_faults_total{code=\"too_fast\"}"), 1.0);
+    assert_eq!(value(&scrape(address), &counted("too_fast")), 1.0);
 }
 
 #[test]
@@ -283,7 +291,7 @@ fn promtool_has_nothing_to_say_and_rules_and_dashboard_name_only_what_is_scraped
 
 /// A Prometheus that scrapes, ended when dropped.
 struct Prometheus {
-    child: Child,
+    _child: Killed,
     address: SocketAddr,
     _directory: tempfile::TempDir,
 }
@@ -326,7 +334,7 @@ impl Prometheus {
             .spawn()
             .expect("it starts");
         Self {
-            child,
+            _child: Killed(child),
             address,
             _directory: directory,
         }
@@ -341,13 +349,6 @@ impl Prometheus {
         let (_, body) = ask(self.address, request.as_bytes());
         let answer: Value = serde_json::from_str(&body).ok()?;
         answer["data"]["result"].as_array().cloned()
-    }
-}
-
-impl Drop for Prometheus {
-    fn drop(&mut self) {
-        drop(self.child.kill());
-        drop(self.child.wait());
     }
 }
 
@@ -371,6 +372,12 @@ fn a_real_prometheus_sees_both_rigs_by_their_names_and_that_one_faults() {
     assert_eq!(seen("hapticd_state{state=\"idle\"} == 1")["metric"]["job"], "hapticd");
     seen("rate(hapticd_ticks_total[10s]) > 100");
     let mut client = daemon.client();
+    let counted = |code: &str| format!("hapticd_faults_total{{code=\"{code}\"}}");
+    // Each from the beginning: monitoring sees the first as an increase.
+    let before = scrape(address);
+    for fault in Fault::KINDS {
+        assert_eq!(value(&before, &counted(fault.code())), 0.0);
+    }
     drop(client.request::<StateReply>(Request::Engage {}));
     wait_for_state(&mut client, RigState::Faulted);
     seen("hapticd_faults_total{code=\"too_fast\",instance=\"left\"} == 1");

@@ -9,6 +9,7 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+use system_tests::process::size_kib;
 use system_tests::stalled;
 use system_tests::{Daemon, PATIENCE, binary, ctl, wait_for_state};
 
@@ -37,17 +38,6 @@ fn lay_traps(directory: &Path) -> UnixListener {
     UnixListener::bind(at("socket")).expect("a socket")
 }
 
-/// Resident memory of a process, bytes.
-fn resident(pid: u32) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("it runs");
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:"))
-        .expect("a size");
-    let kib: u64 = line.trim().trim_end_matches(" kB").parse().expect("a number");
-    kib * 1024
-}
-
 // hazard: H14
 #[test]
 fn what_is_no_scene_in_the_library_is_refused_at_once_and_the_daemon_ends() {
@@ -56,7 +46,8 @@ fn what_is_no_scene_in_the_library_is_refused_at_once_and_the_daemon_ends() {
     let mut client = daemon.client();
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
-    let before = resident(daemon.pid());
+    let resident_kib = || size_kib(daemon.pid(), "VmRSS").expect("it runs");
+    let before = resident_kib();
     let began = Instant::now();
     for (name, part) in TRAPS {
         let load = Request::load(SceneRef::Name(name.to_owned()));
@@ -77,10 +68,10 @@ fn what_is_no_scene_in_the_library_is_refused_at_once_and_the_daemon_ends() {
             "{listed:?}"
         );
     }
-    let (grown, took) = (resident(daemon.pid()).saturating_sub(before), began.elapsed());
-    println!("{} refusals and a list took {took:?} and {grown} bytes", TRAPS.len());
+    let (grown, took) = (resident_kib().saturating_sub(before), began.elapsed());
+    println!("{} refusals and a list took {took:?} and {grown} KiB", TRAPS.len());
     assert!(took < Duration::from_secs(10), "{took:?}");
-    assert!(grown < 32 << 20, "{grown} bytes");
+    assert!(grown < 32 << 10, "{grown} KiB");
     let (ended, said) = daemon.end(Signal::TERM);
     assert!(ended.success(), "{said}");
 }

@@ -24,7 +24,13 @@ fn ok(program: &str, arguments: &[&str], folder: &Path) -> String {
     String::from_utf8(output.stdout).expect("text")
 }
 
-/// A clone of this repository with this tree's way to release.
+/// No version that this project ever has, so that its changelog names it nowhere.
+const VERSION: &str = "999.0.0-rc.1";
+
+/// What is unreleased in the clone, whatever is here.
+const UNRELEASED: &str = "- What a test has changed.\n\n- And another thing.";
+
+/// A clone of this repository with this tree's way to release and an unreleased change.
 fn clone(folder: &Path) -> PathBuf {
     let clone = folder.join("hapticd");
     let to = clone.to_str().expect("a plain path");
@@ -32,6 +38,12 @@ fn clone(folder: &Path) -> PathBuf {
     for file in ["packaging/release.sh", "packaging/licences.py"] {
         fs::copy(Path::new(REPOSITORY).join(file), clone.join(file)).expect("it is there");
     }
+    let changelog = clone.join("CHANGELOG.md");
+    let text = fs::read_to_string(&changelog).expect("a changelog");
+    let (before, rest) = text.split_once("\n## Unreleased\n").expect("what is unreleased");
+    let released = rest.find("\n## ").map_or("", |at| &rest[at..]);
+    let text = format!("{before}\n## Unreleased\n\n{UNRELEASED}\n{released}");
+    fs::write(changelog, text).expect("it can be written");
     for (key, value) in [("user.name", "A test"), ("user.email", "test@localhost")] {
         ok("git", &["config", key, value], &clone);
     }
@@ -57,7 +69,7 @@ fn a_release_is_prepared_in_a_clone_and_refused_where_something_is_missing() {
     let directory = tempfile::tempdir().expect("a directory");
     let clone = clone(directory.path());
     let out = directory.path().join("out");
-    let arguments = ["1.0.0-rc.1", "--dry-run", "--out", out.to_str().expect("a plain path")];
+    let arguments = [VERSION, "--dry-run", "--out", out.to_str().expect("a plain path")];
 
     assert!(refused(&clone, &[]).contains("a version is wanted"));
     assert!(refused(&clone, &["1.0"]).contains("version 1.0: expected one as in 1.0.0 or 1.0.0-rc.1"));
@@ -65,19 +77,16 @@ fn a_release_is_prepared_in_a_clone_and_refused_where_something_is_missing() {
     assert!(refused(&clone, &arguments).contains("not committed:\n?? stray"));
     fs::remove_file(clone.join("stray")).expect("it is there");
 
-    let before = fs::read_to_string(clone.join("CHANGELOG.md")).expect("a changelog");
-    let unreleased = before.split("\n## ").nth(1).expect("a section");
-    let unreleased = unreleased.strip_prefix("Unreleased\n").expect("it comes first").trim();
     let tag = ok("packaging/release.sh", &arguments, &clone);
     assert_eq!(
         tag,
         fs::read_to_string(out.join("tag.txt")).expect("the text of the tag")
     );
-    assert_eq!(tag.trim(), format!("hapticd 1.0.0-rc.1\n\n{unreleased}"));
+    assert_eq!(tag.trim(), format!("hapticd {VERSION}\n\n{UNRELEASED}"));
 
     let source = out.join("source");
     let cut = fs::read_to_string(source.join("CHANGELOG.md")).expect("a changelog");
-    assert!(cut.contains("## Unreleased\n\n## 1.0.0-rc.1, 20"), "{}", &cut[..400]);
+    assert!(cut.contains(&format!("## Unreleased\n\n## {VERSION}, 20")), "{cut}");
     for manifest in ["Cargo.toml", "python/core/Cargo.toml"] {
         let told = ok(
             "cargo",
@@ -94,9 +103,11 @@ fn a_release_is_prepared_in_a_clone_and_refused_where_something_is_missing() {
         );
         let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
         for package in told["packages"].as_array().expect("packages") {
-            assert_eq!(package["version"], "1.0.0-rc.1", "{}", package["name"]);
+            assert_eq!(package["version"], VERSION, "{}", package["name"]);
         }
     }
+    // The lock file has followed, and cargo has nothing to add.
+    ok("cargo", &["update", "--workspace", "--locked", "--offline"], &source);
     let old = format!("v{}", env!("CARGO_PKG_VERSION"));
     for page in [
         "packaging/man/hapticd.8",
@@ -104,14 +115,15 @@ fn a_release_is_prepared_in_a_clone_and_refused_where_something_is_missing() {
         "packaging/gui/haptic-gui.1",
     ] {
         let page = fs::read_to_string(source.join(page)).expect("a manual page");
-        assert!(page.contains("v1.0.0-rc.1") && !page.contains(&old), "{page}");
+        assert!(page.contains(&format!("v{VERSION}")) && !page.contains(&old), "{page}");
     }
     // Nothing is left over there, and nothing has changed here.
     for tree in [&source, &clone] {
         assert_eq!(ok("git", &["status", "--porcelain"], tree), "");
     }
     assert!(refused(&clone, &arguments).contains("exists: move it away"));
-    assert!(refused(&source, &["1.0.0-rc.1"]).contains("CHANGELOG.md has 1.0.0-rc.1 already"));
+    let twice = format!("CHANGELOG.md has {VERSION} already");
+    assert!(refused(&source, &[VERSION]).contains(&twice));
 
     let licences = ok("packaging/licences.py", &["Cargo.toml"], &source);
     for told in ["\nserialport ", "Mozilla Public License, v. 2.0", "\ntokio "] {

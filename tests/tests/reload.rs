@@ -3,11 +3,13 @@
 use haptic_ipc::{Client, LogReply, ReloadReply, Request, RigState, Status, WireError};
 use haptic_lab::recording::{self, Mark, Recording};
 use haptic_lab::replay;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Signal, kill_process};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Instant;
+use system_tests::process;
+use system_tests::recorded::{self, wait_for_more_rows};
 use system_tests::terminal::Terminal;
 use system_tests::{Daemon, PATIENCE, binary, pause, status, wait_for, wait_for_state};
 
@@ -55,8 +57,7 @@ impl Reloaded {
     }
 
     fn hang_up(&self) {
-        let pid = i32::try_from(self.daemon.pid()).expect("a process");
-        kill_process(Pid::from_raw(pid).expect("not zero"), Signal::HUP).expect("it runs");
+        process::signal(self.daemon.pid(), Signal::HUP);
     }
 }
 
@@ -85,35 +86,18 @@ fn entries(client: &mut Client, op: &str) -> Vec<String> {
     entries.map(ToString::to_string).collect()
 }
 
-fn wait_for_rows(file: &Path, more: usize) {
-    let rows = || recording::read(file).map_or(0, |found| found.rows.len());
-    let (began, so_far) = (Instant::now(), rows());
-    while rows() < so_far + more {
-        assert!(began.elapsed() < PATIENCE, "waited in vain for {more} rows");
-        pause();
-    }
-}
-
-/// Whether rows are missing, as happens where a machine is so busy that the recorder has no turn.
-fn is_whole(recording: &Recording) -> bool {
-    !recording
-        .marks
-        .iter()
-        .any(|(_, mark)| matches!(mark, Mark::Lost { .. }))
-}
-
 /// A lower limit, a higher one, and then many in a row, while force flows and others watch.
 fn session(file: &Path) -> (Recording, ReloadReply) {
     let rig = Reloaded::start("force-limit-n = 20\nramp-ms = 200\n");
     let recorder = rig.daemon.recorder(file, &[]);
-    wait_for_rows(file, 300);
+    wait_for_more_rows(file, 300);
     let mut client = rig.daemon.client();
     pull(&mut client);
 
     rig.write("force-limit-n = 2\nramp-ms = 200\nrate = 2000\n");
     let lower = rig.ctl_reload();
     assert_eq!(limited(&mut client, 2.0).state, RigState::Engaged);
-    wait_for_rows(file, 400);
+    wait_for_more_rows(file, 400);
 
     rig.write("force-limit-n = 10\nramp-ms = 200\n");
     rig.hang_up();
@@ -131,9 +115,8 @@ fn session(file: &Path) -> (Recording, ReloadReply) {
     }
     assert_eq!(entries(&mut client, "reload").len(), 52);
     rig.daemon.ctl_ok(&["release", "--wait"]);
-    wait_for_rows(file, 100);
-    kill_process(Pid::from_child(&recorder), Signal::INT).expect("it runs");
-    assert!(recorder.wait_with_output().expect("it ends").status.success());
+    wait_for_more_rows(file, 100);
+    assert!(process::end(recorder, Signal::INT).status.success());
     (recording::read(file).expect("a recording"), lower)
 }
 
@@ -143,7 +126,7 @@ fn limits_that_change_under_a_hand_make_no_step_and_a_recording_across_them_repl
     let directory = tempfile::tempdir().expect("a directory");
     let (recording, lower) = (0..5)
         .map(|attempt| session(&directory.path().join(format!("{attempt}.mcap"))))
-        .find(|(recording, _)| is_whole(recording))
+        .find(|(recording, _)| recorded::is_whole(recording))
         .expect("a recording without a gap");
     assert_eq!(lower.needs_restart, ["rate"], "{lower:?}");
     let change = lower.limits.expect("another limit");
@@ -198,22 +181,9 @@ fn limits_that_change_under_a_hand_make_no_step_and_a_recording_across_them_repl
         told.iter().map(|(tick, _)| *tick).collect::<Vec<_>>()
     );
 
-    let report = replay::replay(&recording.metadata, replayed(&recording).map(Ok)).expect("it is replayed");
+    let report = replay::replay(&recording.metadata, recorded::entries(&recording).map(Ok)).expect("it is replayed");
     assert_eq!(report.differing, 0, "{report:?}");
     assert!(report.with_force as usize > engaged.len(), "{report:?}");
-}
-
-/// Marks and rows in the order of the file.
-fn replayed(recording: &Recording) -> impl Iterator<Item = recording::Entry> {
-    let mut marks = recording.marks.iter().peekable();
-    let mut rows = recording.rows.iter().enumerate().peekable();
-    std::iter::from_fn(move || {
-        let at = rows.peek().map_or(usize::MAX, |(index, _)| *index);
-        if let Some((_, mark)) = marks.next_if(|(before, _)| *before <= at) {
-            return Some(recording::Entry::Mark(mark.clone()));
-        }
-        rows.next().map(|(_, row)| recording::Entry::Row(*row))
-    })
 }
 
 #[test]

@@ -263,6 +263,7 @@ fn the_rigs_own_buttons_stop_it() {
     rig.fail("button 1 off");
     let told = daemon.ctl_ok(&["log"]);
     assert!(told.contains("stop_button"), "{told}");
+    assert!(told.contains("the rig's enable button was released"), "{told}");
     let _: StateReply = client.request(Request::Reset {}).expect("a reset");
     pull(&mut rig, &mut client);
 }

@@ -11,7 +11,6 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Duration;
-use tokio::task::JoinSet;
 
 /// Time after which a rig counts as not answering.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
@@ -40,9 +39,8 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
             "there is no socket of a rig on this machine; --socket names one more".to_owned(),
         ));
     }
-    let mut asked = JoinSet::new();
-    for (index, socket) in sockets.into_iter().enumerate() {
-        asked.spawn(async move {
+    let ask = move |socket: NamedSocket| {
+        tokio::spawn(async move {
             let answer = if is_stop {
                 let told = (!json).then(|| format!("{}: ", socket.name));
                 drive::ask_to_stop(Some(&socket.path), Request::Stop {}, told.as_deref())
@@ -53,15 +51,15 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
                     .await
                     .and_then(|status| Ok((status_row(&status), as_json(&status)?)))
             };
-            (index, Answered { socket, answer })
-        });
-    }
+            Answered { socket, answer }
+        })
+    };
+    // All at once, and their answers in the order of the sockets.
+    let asked: Vec<_> = sockets.into_iter().map(ask).collect();
     let mut answers = Vec::new();
-    while let Some(answered) = asked.join_next().await {
-        answers.push(answered.map_err(std::io::Error::other)?);
+    for answered in asked {
+        answers.push(answered.await.map_err(std::io::Error::other)?);
     }
-    answers.sort_by_key(|(index, _)| *index);
-    let answers: Vec<Answered> = answers.into_iter().map(|(_, answered)| answered).collect();
     let key = if is_stop { "stop" } else { "status" };
     if json {
         output::json(&answers.iter().map(|answered| answered.as_json(key)).collect::<Vec<_>>())?;

@@ -126,7 +126,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         introduce(&rig, &server);
         if demo {
             // At the first tick nothing forbids engaging; the status line shows any failure.
-            drop(rig.command(Command::Engage, rig.stops(), None).await);
+            drop(rig.engage_because("the demo begins").await);
         }
         tokio::select! {
             () = server.serve(Rc::clone(&rig)) => {}
@@ -309,7 +309,7 @@ async fn pump(rig: &RigHandle) {
 /// Releases the rig along its ramp, before the end.
 async fn release(rig: &RigHandle) {
     // A rig that is stopped or faulted refuses, and has no force.
-    if rig.command(Command::Release, rig.stops(), None).await.is_err() {
+    if rig.release_because("the daemon ends").await.is_err() {
         return;
     }
     while rig.feed().newest().is_some_and(|record| record.state.is_live()) {

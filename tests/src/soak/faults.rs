@@ -1,12 +1,12 @@
 //! The faults, each with the state in which it ends by docs/safety.md and the time by which the motor gives no force.
 
-use super::rig::{Rig, signal};
+use super::rig::Rig;
+use crate::PATIENCE;
 #[cfg(target_arch = "x86_64")]
 use crate::hung::{Hang, HungThread};
-use crate::{PATIENCE, binary};
+use crate::process::{Killed, signal};
 use haptic_ipc::{ClientError, Request, SceneSaveReply};
 use rustix::process::Signal;
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// What a fault ends in.
@@ -338,16 +338,8 @@ fn block_log(rig: &mut Rig, look: Meanwhile<'_>) {
 fn fill_disk(rig: &mut Rig, look: Meanwhile<'_>) {
     let pid = rig.daemon.pid();
     let file = rig.disk.seen_by(pid).join("full.csv");
-    let mut recorder = Command::new(binary("haptic-ctl"))
-        .arg("--socket")
-        .arg(rig.daemon.socket())
-        .arg("record")
-        .arg(&file)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("haptic-ctl starts");
+    // It says little, which its pipes hold.
+    let mut recorder = Killed(rig.daemon.recorder(&file, &[]));
     let began = Instant::now();
     while !file.metadata().is_ok_and(|file| file.len() > 20_000) {
         assert!(began.elapsed() < PATIENCE, "nothing is recorded");

@@ -2,8 +2,8 @@
 
 use super::Plan;
 use crate::Daemon;
+use crate::process::{descriptors, size_kib};
 use haptic_ipc::{Client, Request, Timing};
-use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -40,14 +40,10 @@ impl Snapshot {
     }
 
     fn of_process(plan: &Plan, pid: u32) -> Self {
-        let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
-        let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
         Self {
             time_s: plan.time_s(),
-            resident_kib: resident
-                .and_then(|size| size.trim().trim_end_matches(" kB").parse().ok())
-                .unwrap_or(0),
-            descriptors: fs::read_dir(format!("/proc/{pid}/fd")).map_or(0, Iterator::count),
+            resident_kib: size_kib(pid, "VmRSS").unwrap_or(0),
+            descriptors: descriptors(pid),
             missed_periods: 0,
             ticks: 0,
         }

@@ -7,6 +7,7 @@
 
 mod clock_step;
 mod disk;
+mod ending;
 mod faults;
 mod health;
 mod load;
@@ -110,10 +111,13 @@ struct Seen {
 
 /// Runs a soak and writes its report into [`FOLDER`].
 ///
+/// # Errors
+/// A signal has told it to end before its time: the exit code for that. Its daemons have ended.
+///
 /// # Panics
 /// A daemon does not start, or the report cannot be written.
-#[must_use]
-pub fn run(options: &Options) -> Report {
+pub fn run(options: &Options) -> Result<Report, i32> {
+    ending::listen();
     let folder = PathBuf::from(FOLDER);
     std::fs::create_dir_all(&folder).expect("a folder for the report");
     let plan = Plan {
@@ -141,9 +145,13 @@ pub fn run(options: &Options) -> Report {
             .map(|watched| watched.join().expect("it catches what fails"))
             .collect::<Vec<Seen>>()
     });
+    if let Some(code) = ending::told() {
+        eprintln!("a signal has ended the soak and its daemons: it has no report");
+        return Err(code);
+    }
     let report = Report::of(&plan, &seen);
     report.write(&plan.folder);
-    report
+    Ok(report)
 }
 
 /// Soaks one daemon.
@@ -180,7 +188,7 @@ fn soak(plan: &Plan, mut rig: Rig) -> Seen {
         user_over.store(true, Ordering::Relaxed);
         (occurrences, load, recordings, health)
     });
-    if broken.is_empty() {
+    if broken.is_empty() && ending::told().is_none() {
         health.at_the_end(&quiet, plan, &rig.daemon);
         load.check_the_end(&mut rig);
     }
@@ -202,7 +210,7 @@ fn end_a_hung_daemon(plan: &Plan, pid: u32, ended: &AtomicBool) {
     while !ended.load(Ordering::Relaxed) {
         if plan.began.elapsed() > latest {
             println!("the soak does not end: daemon {pid} is killed");
-            rig::signal(pid, rustix::process::Signal::KILL);
+            crate::process::signal(pid, rustix::process::Signal::KILL);
             return;
         }
         thread::sleep(Duration::from_millis(20));

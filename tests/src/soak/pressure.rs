@@ -1,10 +1,11 @@
 //! Too little memory for a daemon and a program that wants all of it, in a control group of their own.
 
+use crate::process::Killed;
 use rustix::process::geteuid;
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// Bytes that the group may have.
@@ -59,7 +60,7 @@ impl Group {
 
     /// Starts a program in it that wants all memory, and waits until the kernel has ended it.
     pub(super) fn exhaust(&self) {
-        let mut hungry = Hungry(
+        let mut hungry = Killed(
             Command::new("sh")
                 .arg("-c")
                 // The kernel ends the one that says so.
@@ -73,7 +74,7 @@ impl Group {
         );
         let began = Instant::now();
         loop {
-            if let Some(status) = hungry.0.try_wait().expect("it is ours") {
+            if let Some(status) = hungry.try_wait().expect("it is ours") {
                 assert_eq!(status.signal(), Some(9), "the memory was not exhausted: {status}");
                 return;
             }
@@ -90,15 +91,5 @@ impl Drop for Group {
         while fs::remove_dir(&self.folder).is_err() && began.elapsed() < crate::PATIENCE {
             crate::pause();
         }
-    }
-}
-
-struct Hungry(Child);
-
-impl Drop for Hungry {
-    fn drop(&mut self) {
-        // It has ended, unless the assertion above has failed.
-        drop(self.0.kill());
-        drop(self.0.wait());
     }
 }

@@ -1,12 +1,12 @@
 //! Recordings of a daemon, one after another in every format, each read and replayed when it has ended.
 
 use super::Plan;
-use super::rig::signal;
+use crate::process::{Killed, signal};
 use crate::{binary, ctl};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 /// Shortest and longest recording.
@@ -60,7 +60,7 @@ pub(super) fn run(plan: &Plan, rig: &'static str, socket: &Path) -> Checked {
 
 /// Makes a recording; returns whether it has ended as it should.
 fn record(plan: &Plan, file: &Path, length: Duration, socket: &Path) -> std::io::Result<bool> {
-    let mut recorder = Recorder(
+    let mut recorder = Killed(
         Command::new(binary("haptic-ctl"))
             .arg("record")
             .arg(file)
@@ -73,27 +73,17 @@ fn record(plan: &Plan, file: &Path, length: Duration, socket: &Path) -> std::io:
     let mut is_interrupted = false;
     let began = Instant::now();
     let ended: ExitStatus = loop {
-        if let Some(ended) = recorder.0.try_wait()? {
+        if let Some(ended) = recorder.try_wait()? {
             break ended;
         }
         // The first rows may still be on their way.
         if plan.is_over() && !is_interrupted && began.elapsed() > Duration::from_secs(2) {
             is_interrupted = true;
-            signal(recorder.0.id(), Signal::INT);
+            signal(recorder.id(), Signal::INT);
         }
         std::thread::sleep(Duration::from_millis(20));
     };
     Ok(ended.success() || is_interrupted)
-}
-
-struct Recorder(Child);
-
-impl Drop for Recorder {
-    fn drop(&mut self) {
-        // It has ended, unless something has failed.
-        drop(self.0.kill());
-        drop(self.0.wait());
-    }
 }
 
 impl Checked {

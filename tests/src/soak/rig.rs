@@ -7,7 +7,6 @@ use super::pressure::Group;
 use crate::fake_rig::FakeRig;
 use crate::{Daemon, PATIENCE, pull_until, status, wait_for, wait_for_state};
 use haptic_ipc::{Client, JournalEntry, LogReply, Request, RigState, StateReply, Status, Timing};
-use rustix::process::{Pid, Signal, kill_process};
 use std::time::{Duration, Instant};
 
 /// Largest force that the daemons are told to allow, N: less than the scenes give, so that it is reached.
@@ -257,14 +256,5 @@ const fn name(place: Place) -> &'static str {
     match place {
         Place::Link => "serial link",
         Place::InProcess => "in process",
-    }
-}
-
-/// Sends a signal to a process.
-pub(super) fn signal(pid: u32, signal: Signal) {
-    let pid = Pid::from_raw(i32::try_from(pid).expect("a process")).expect("a process");
-
-    if kill_process(pid, signal).is_err() {
-        // It has ended.
     }
 }

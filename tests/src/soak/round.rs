@@ -1,6 +1,7 @@
 //! Rounds of faults: each of them once, in a random order, until the time is over.
 
 use super::Plan;
+use super::ending;
 use super::faults::{ALL, Ending, Fault};
 use super::rig::Rig;
 use crate::{status, wait_for, wait_for_state};
@@ -57,7 +58,8 @@ pub(super) fn run(plan: &Plan, rig: &mut Rig, occurrences: &mut Vec<Occurrence>)
     loop {
         random.shuffle(&mut faults);
         for fault in &faults {
-            if !is_first && plan.began.elapsed() >= plan.length {
+            let is_over = !is_first && plan.began.elapsed() >= plan.length;
+            if is_over || ending::told().is_some() {
                 rig.rest();
                 return;
             }
@@ -74,7 +76,7 @@ pub(super) fn run(plan: &Plan, rig: &mut Rig, occurrences: &mut Vec<Occurrence>)
                     end,
                 });
                 rig.rest();
-                if !is_busy {
+                if !is_busy || ending::told().is_some() {
                     break;
                 }
             }

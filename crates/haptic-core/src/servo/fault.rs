@@ -1,6 +1,6 @@
 //! Why a check took the force away.
 
-use crate::sample::ErrorReport;
+use crate::sample::{ErrorCode, ErrorReport};
 use crate::sample_clock::ClockError;
 use core::fmt;
 
@@ -40,6 +40,26 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// One of each kind: what can be told of a fault is told of all of these.
+    pub const KINDS: [Self; 13] = [
+        Self::NonFiniteForce,
+        Self::NonFinitePosition,
+        Self::TooFast,
+        Self::TooLate,
+        Self::Stale,
+        Self::Jump,
+        Self::MotorOff { watchdog: true },
+        Self::Device(ErrorReport {
+            code: ErrorCode::Other,
+            detail: 0,
+        }),
+        Self::DeviceClock(ClockError::Jumped),
+        Self::Stalled,
+        Self::ControlLost,
+        Self::StopButton,
+        Self::StillEnabled,
+    ];
+
     /// Its name for machines: monitoring counts by it.
     #[must_use]
     pub fn code(self) -> &'static str {

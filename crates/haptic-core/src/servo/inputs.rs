@@ -192,6 +192,12 @@ impl InputWord {
         Events(self.byte(EVENTS) & ALL_EVENTS)
     }
 
+    /// Whether a button of the rig is pressed, by its bit; none is where the device said no sample.
+    #[must_use]
+    pub fn is_pressed(self, button: u8) -> bool {
+        self.byte(BUTTONS) & 1_u8.checked_shl(button.into()).unwrap_or(0) != 0
+    }
+
     /// The command.
     #[must_use]
     pub fn command(self) -> Option<Command> {
@@ -307,6 +313,11 @@ mod tests {
             let Measurement { sequence, time_ns, position_m, .. } = sample.unwrap_or(Measurement::new(0, 0, 0.0));
             prop_assert_eq!(word.sample(sequence, time_ns, position_m), sample);
             prop_assert_eq!((word.events(), word.command()), (events, inputs.command));
+            let buttons = sample.map_or(0, |sample| sample.buttons);
+            for button in 0..=u8::MAX {
+                let is_pressed = u32::from(buttons).checked_shr(button.into()).unwrap_or(0) & 1 == 1;
+                prop_assert_eq!(word.is_pressed(button), is_pressed);
+            }
             let bits = [stop, slept, too_late, lease_lapsed, control_lost].map(u32::from);
             for (place, bit) in bits.into_iter().enumerate() {
                 prop_assert_eq!(word.flags >> (13 + place) & 1, bit, "as the table has it");

@@ -11,7 +11,7 @@ pub(super) async fn command(
     stops_known: u64,
     by: Requester<'_>,
 ) -> Result<StateReply, WireError> {
-    let outcome = rig.command(command, stops_known, Some(by)).await?;
+    let outcome = rig.command(command, stops_known, by).await?;
     Ok(StateReply {
         state: outcome.state,
         tick: outcome.tick,

@@ -6,7 +6,6 @@ use crate::control::journal::Completion;
 use crate::control::leases::Lease;
 use crate::control::requester::Requester;
 use crate::rt::clock::now_ns;
-use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply};
 use std::time::Duration;
 
@@ -61,7 +60,7 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
     }
     // The real-time thread has already released the rig, unless the client closed its connection
     // early. A rig that is stopped or faulted has no force.
-    if let Err(error) = rig.command(Command::Release, rig.stops(), None).await
+    if let Err(error) = rig.release_because(&format!("a lease has lapsed: {why}")).await
         && error.code == ErrorCode::NotResponding
     {
         crate::say(&error.message);

@@ -2,11 +2,11 @@
 
 use crate::control::RigHandle;
 use crate::telemetry::timing::FIRST_BUCKET_NS;
+use haptic_core::servo::Fault;
 use haptic_ipc::{Bucket, LinkStatus, Percentiles, RigState, Status, Timing};
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, MetricEncoder, NoLabelSet};
 use prometheus_client::metrics::MetricType;
-use std::collections::BTreeMap;
 use std::fmt;
 
 /// Number of buckets of a histogram: those of `timing` up to a second, so that none is split.
@@ -17,7 +17,7 @@ const BUCKETS: u32 = 25;
 pub(super) struct Snapshot {
     status: Status,
     timing: Timing,
-    faults: BTreeMap<String, u64>,
+    faults: [(&'static str, u64); Fault::KINDS.len()],
 }
 
 impl Snapshot {
@@ -158,7 +158,7 @@ impl Snapshot {
             "hapticd_faults",
             "Times that a check took the force away, by its code.",
             "code",
-            self.faults.iter().map(|(code, times)| (code.as_str(), *times)),
+            self.faults,
         )?;
         families.gauge(
             "hapticd_uptime_seconds",

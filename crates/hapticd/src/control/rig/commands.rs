@@ -14,6 +14,15 @@ use haptic_core::limiter::Limits;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
 
+/// Who has a command carried out.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::control) enum Asked<'a> {
+    /// A client.
+    By(&'a Peer),
+    /// The daemon itself, and why.
+    Because(&'a str),
+}
+
 /// Withdraws a command when nobody waits for its answer any more, and enters its outcome into the
 /// journal. After the answer there is nothing to withdraw.
 struct WithdrawOnDrop<'a> {
@@ -21,7 +30,7 @@ struct WithdrawOnDrop<'a> {
     serial: u32,
     command: Command,
     before: RigState,
-    by: Option<&'a Peer>,
+    asked: Asked<'a>,
 }
 
 impl Drop for WithdrawOnDrop<'_> {
@@ -31,9 +40,14 @@ impl Drop for WithdrawOnDrop<'_> {
         let Some(outcome) = shared.answers.command(self.serial).filter(|outcome| !outcome.refused) else {
             return;
         };
+        let (by, message) = match self.asked {
+            Asked::By(peer) => (Some(peer.clone()), None),
+            Asked::Because(why) => (None, Some(why.to_owned())),
+        };
         let entry = JournalEntry {
             tick: Some(outcome.tick),
-            by: self.by.cloned(),
+            by,
+            message,
             state: Some(StateChange {
                 before: self.before,
                 after: outcome.state,
@@ -45,7 +59,7 @@ impl Drop for WithdrawOnDrop<'_> {
 }
 
 impl RigHandle {
-    /// Carries out a command of a client or of the daemon itself. `stops_known` is the count of
+    /// Carries out a command of a client. `stops_known` is the count of
     /// stops when it was asked for: a command that a later stop has overtaken is refused.
     ///
     /// # Errors
@@ -55,12 +69,12 @@ impl RigHandle {
         &self,
         command: Command,
         stops_known: u64,
-        by: Option<Requester<'_>>,
+        by: Requester<'_>,
     ) -> Result<Outcome, WireError> {
         let admission = match command {
             Command::Engage => {
                 let admission = admission::admit(self, Purpose::Scene).await?;
-                if by.is_some_and(|by| self.leases().is_absent(by.session)) {
+                if self.leases().is_absent(by.session) {
                     let message = "cannot engage: the lease of this client has expired since it asked";
                     return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
                 }
@@ -69,7 +83,26 @@ impl RigHandle {
             // A command that cannot bring force needs no admission.
             Command::Release | Command::Reset => Admission::NONE,
         };
-        self.carry_out(command, admission, stops_known, by.map(|by| by.peer))
+        self.carry_out(command, admission, stops_known, Asked::By(by.peer))
+            .await
+    }
+
+    /// Engages the rig by the daemon itself.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub(crate) async fn engage_because(&self, why: &str) -> Result<Outcome, WireError> {
+        let admission = admission::admit(self, Purpose::Scene).await?;
+        self.carry_out(Command::Engage, admission, self.stops(), Asked::Because(why))
+            .await
+    }
+
+    /// Releases the rig by the daemon itself.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub(crate) async fn release_because(&self, why: &str) -> Result<Outcome, WireError> {
+        self.carry_out(Command::Release, Admission::NONE, self.stops(), Asked::Because(why))
             .await
     }
 
@@ -82,7 +115,7 @@ impl RigHandle {
         command: Command,
         admission: Admission,
         stops_known: u64,
-        by: Option<&Peer>,
+        asked: Asked<'_>,
     ) -> Result<Outcome, WireError> {
         let _turn = self.commanding.lock().await;
         if command == Command::Engage && admission.purpose == Purpose::Scene {
@@ -105,7 +138,7 @@ impl RigHandle {
             serial,
             command,
             before,
-            by,
+            asked,
         };
         let outcome = self.answer(|shared| shared.answers.command(serial)).await?;
         drop(withdraw);

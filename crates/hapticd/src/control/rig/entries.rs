@@ -6,8 +6,8 @@ use crate::control::journal::Completion;
 use crate::control::presence;
 use crate::rt::handoff::{Heard, Stopped};
 use crate::rt::outbox::TickRecord;
+use haptic_core::servo::Fault;
 use haptic_ipc::{JournalEntry, LogReply, RigState, StateChange};
-use std::collections::BTreeMap;
 
 impl RigHandle {
     /// Enters events that no client asked for, completes the entries that waited for their tick,
@@ -29,9 +29,10 @@ impl RigHandle {
     /// lost or found.
     fn enter_own_events(&self, changes: &[TickRecord]) {
         let mut journal = self.journal.borrow_mut();
+        let enable_button = self.facts.servo.get().enable_button;
         for record in changes {
-            let before = self.observed.replace(ObservedState::of(record));
-            if let Some((op, message)) = ObservedState::of(record).news_since(before) {
+            let now = ObservedState::of(record, enable_button);
+            if let Some((op, message)) = now.news_since(self.observed.replace(now)) {
                 let entry = JournalEntry {
                     tick: Some(record.tick),
                     revision: record.revision,
@@ -112,9 +113,13 @@ impl RigHandle {
             .enter(until, JournalEntry { revision, ..entry });
     }
 
-    /// Times that each fault, or the rig's stop button, took the force away, by its code.
-    pub(crate) fn faults(&self) -> BTreeMap<String, u64> {
-        self.journal.borrow().faults().clone()
+    /// Times that each fault, or the rig's stop button, took the force away, by its code; also those that never did.
+    pub(crate) fn faults(&self) -> [(&'static str, u64); Fault::KINDS.len()] {
+        let journal = self.journal.borrow();
+        Fault::KINDS.map(|fault| {
+            let code = fault.code();
+            (code, journal.faults().get(code).copied().unwrap_or(0))
+        })
     }
 
     /// The newest entries of the journal.

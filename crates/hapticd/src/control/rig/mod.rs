@@ -8,6 +8,8 @@ mod scenes;
 pub(super) mod schedule;
 mod stops;
 
+pub(in crate::control) use commands::Asked;
+
 use crate::control::answer_timer::AnswerTimer;
 use crate::control::commission::record::Records;
 use crate::control::compile::RampPath;

@@ -4,18 +4,21 @@ use crate::rt::outbox::TickRecord;
 use haptic_core::servo::Fault;
 use haptic_ipc::RigState;
 
-/// State and fault of the newest record.
+/// State and fault of the newest record, and whether the rig's enable button is let go of in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ObservedState {
     state: Option<RigState>,
     fault: Option<Fault>,
+    is_enable_button_open: bool,
 }
 
 impl ObservedState {
-    pub(super) fn of(record: &TickRecord) -> Self {
+    /// What a record shows of a rig that force wants this button for, by its bit.
+    pub(super) fn of(record: &TickRecord, enable_button: Option<u8>) -> Self {
         Self {
             state: Some(record.state),
             fault: record.fault,
+            is_enable_button_open: enable_button.is_some_and(|button| !record.input_word.is_pressed(button)),
         }
     }
 
@@ -29,9 +32,10 @@ impl ObservedState {
             };
             return Some((op, fault.to_string()));
         }
-        // Only the enable button leads from force to idle without a ramp.
+        // A ramp that is over within a tick leads from force to idle, too: whoever asked for that release, or the lease
+        // that lapsed, has an entry of its own.
         let had_force = matches!(before.state, Some(RigState::Engaging | RigState::Engaged));
-        (had_force && self.state == Some(RigState::Idle))
+        (had_force && self.state == Some(RigState::Idle) && self.is_enable_button_open)
             .then(|| ("release", "the rig's enable button was released".to_owned()))
     }
 }

@@ -3,6 +3,7 @@
 use super::watch;
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
+use crate::control::rig::Asked;
 use crate::telemetry::feed::Feed;
 use haptic_core::servo::Command;
 use haptic_core::{PulseShape, Renderer};
@@ -57,7 +58,7 @@ async fn give(
     is_over: impl Fn(&Feed) -> bool,
 ) -> Result<(), String> {
     rest(rig);
-    rig.carry_out(Command::Engage, loan.admission, loan.stops, Some(loan.by))
+    rig.carry_out(Command::Engage, loan.admission, loan.stops, Asked::By(loan.by))
         .await
         .map_err(|error| error.message)?;
     until(rig, rig.facts.ramp + RAMP_GRACE, |state| state == RigState::Engaged).await?;
@@ -102,7 +103,7 @@ async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) 
 async fn take_back(rig: &RigHandle, by: &Peer) {
     rest(rig);
     // A rig that is stopped, faulted or disconnected refuses a release, and has no force.
-    rig.carry_out(Command::Release, Admission::NONE, rig.stops(), Some(by))
+    rig.carry_out(Command::Release, Admission::NONE, rig.stops(), Asked::By(by))
         .await
         .map_or_else(drop, drop);
     let began = Instant::now();

@@ -1,0 +1,52 @@
+//! Recordings that grow, and what a replay takes of them.
+
+use crate::{PATIENCE, pause};
+use haptic_lab::recording::{self, Entry, Mark, Recording};
+use std::path::Path;
+use std::time::Instant;
+
+/// Rows on the disk.
+#[must_use]
+pub fn rows(file: &Path) -> usize {
+    recording::read(file).map_or(0, |found| found.rows.len())
+}
+
+/// Waits until so many rows in all are on the disk.
+///
+/// # Panics
+/// They do not come.
+pub fn wait_for_rows(file: &Path, in_all: usize) {
+    let began = Instant::now();
+    while rows(file) < in_all {
+        assert!(began.elapsed() < PATIENCE, "waited in vain for {in_all} rows");
+        pause();
+    }
+}
+
+/// Waits until more rows are on the disk.
+///
+/// # Panics
+/// They do not come.
+pub fn wait_for_more_rows(file: &Path, more: usize) {
+    wait_for_rows(file, rows(file) + more);
+}
+
+/// Whether every row is there: a machine may be so busy that the recorder has no turn.
+#[must_use]
+pub fn is_whole(recording: &Recording) -> bool {
+    let is_lost = |(_, mark): &(usize, Mark)| matches!(mark, Mark::Lost { .. });
+    !recording.marks.iter().any(is_lost)
+}
+
+/// Marks and rows in the order of the file.
+pub fn entries(recording: &Recording) -> impl Iterator<Item = Entry> {
+    let mut marks = recording.marks.iter().peekable();
+    let mut rows = recording.rows.iter().enumerate().peekable();
+    std::iter::from_fn(move || {
+        let at = rows.peek().map_or(usize::MAX, |(index, _)| *index);
+        if let Some((_, mark)) = marks.next_if(|(before, _)| *before <= at) {
+            return Some(Entry::Mark(mark.clone()));
+        }
+        rows.next().map(|(_, row)| Entry::Row(*row))
+    })
+}

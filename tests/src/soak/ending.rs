@@ -1,0 +1,41 @@
+//! The end of a soak before its time: by SIGTERM, SIGINT and SIGHUP it ends its daemons, files and control groups.
+#![allow(
+    unsafe_code,
+    reason = "a handler: a blocked signal would be blocked in every program that it starts"
+)]
+
+use nix::sys::signal::{SigHandler, Signal, signal};
+use std::sync::atomic::{AtomicI32, Ordering};
+
+/// The signal that has told it to end, or 0.
+static TOLD: AtomicI32 = AtomicI32::new(0);
+
+/// Hears these signals from now on.
+///
+/// # Panics
+/// The system does not let it.
+pub(super) fn listen() {
+    for one in [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP] {
+        // SAFETY: the handler stores a number or ends the process, which it may at any moment.
+        unsafe { signal(one, SigHandler::Handler(tell)) }.expect("a handler can be set");
+    }
+}
+
+extern "C" fn tell(number: i32) {
+    // Who says so twice does not wait for what hangs.
+    if TOLD.swap(number, Ordering::SeqCst) != 0 {
+        // SAFETY: it may be called at any moment, and runs nothing of this program.
+        unsafe { libc::_exit(exit_code(number)) }
+    }
+}
+
+/// The exit code for the signal that has told it to end, if one has.
+pub(super) fn told() -> Option<i32> {
+    let number = TOLD.load(Ordering::SeqCst);
+    (number != 0).then(|| exit_code(number))
+}
+
+/// As a shell tells of a program that a signal has ended.
+const fn exit_code(number: i32) -> i32 {
+    128 + number
+}
