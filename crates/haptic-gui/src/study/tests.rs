@@ -211,8 +211,10 @@ impl Daemon {
 
     /// Waits for the next row of the table.
     fn row(&mut self) -> StudyRow {
-        while self.rows.is_empty() {
+        if self.rows.is_empty() {
             self.stage = None;
+        }
+        while self.rows.is_empty() {
             match self.updates.recv_timeout(PATIENCE).expect("a row") {
                 Update::Study(StudyNews::Row(row)) => self.rows.push(row),
                 Update::Study(StudyNews::State(state)) => self.stage = Some(state.stage),

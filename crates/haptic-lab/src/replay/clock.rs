@@ -61,7 +61,7 @@ impl Candidate {
         let mut before = self.clock;
         // From the end of all time every clock runs backwards.
         let device_ns = u64::MAX;
-        let _ = before.elapsed_s(Stamp { device_ns, ..stamp });
+        before.elapsed_s(Stamp { device_ns, ..stamp }).unwrap_or_default();
         let elapsed = { before }.elapsed_s(stamp);
         self.newest.1 = elapsed;
         (self, Time { elapsed, before })

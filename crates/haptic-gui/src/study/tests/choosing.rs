@@ -24,25 +24,27 @@ fn a_subject_whose_files_are_wrong_is_told_and_another_one_can_be_chosen() {
 fn the_rig_is_let_go_when_all_is_done_and_not_when_one_who_is_done_is_looked_at() {
     let mut daemon = Daemon::with_study(TARGETS);
     daemon.begin();
-    for segment in 0..2 {
-        if segment > 0 {
-            daemon.ticks(300);
-            daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("first target")));
+    let began = Instant::now();
+    loop {
+        match daemon.screen().begin_frame(Instant::now()).view.map(|view| view.phase) {
+            Some(Phase::Targets(targets)) if targets.is_start => {
+                let first_m = targets.active_m / 2.0;
+                daemon.click_at(first_m);
+                for position_m in [-first_m, first_m] {
+                    daemon.click_at(position_m);
+                    // A trial is on the disk before the next one begins.
+                    daemon.row();
+                }
+            }
+            Some(Phase::Rest { .. }) => {
+                daemon.ticks(5000);
+                daemon.read();
+                daemon.ticks(300);
+            }
+            Some(Phase::Done) => break,
+            phase => assert!(began.elapsed() < PATIENCE, "{phase:?}"),
         }
-        let side = |daemon: &Daemon| {
-            let view = daemon.screen().begin_frame(Instant::now()).view.map(|view| view.phase);
-            let Some(Phase::Targets(targets)) = view else {
-                panic!("{view:?}")
-            };
-            targets.active_m / 2.0
-        };
-        let first_m = side(&daemon);
-        daemon.click_at(first_m);
-        for position_m in [-first_m, first_m] {
-            daemon.click_at(position_m);
-            // A trial is on the disk before the next one begins.
-            daemon.row();
-        }
+        std::thread::yield_now();
     }
     daemon.until(|stage| *stage == Stage::Finished);
     assert_eq!(daemon.intent(), Intent::Release);
