@@ -220,7 +220,7 @@ fn a_recording_is_looked_at_without_a_daemon() {
     panel.get_by_label("cannot open /x: it is no recording");
 }
 
-fn going(path: &str) -> Update {
+pub(crate) fn going(path: &str) -> Update {
     Update::Recording(RecordingNews::Going {
         path: path.into(),
         totals: Totals {
@@ -251,6 +251,10 @@ fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_no
     assert_eq!((format, metadata.notes), (recording::Format::Mcap, None));
     let configuration = metadata.configuration.expect("the daemon's status");
     assert_eq!(configuration["velocity_estimator"], "foaw");
+    for (ending, format) in [("csv", recording::Format::Csv), ("mcap", recording::Format::Mcap)] {
+        press(&mut panel, ending);
+        assert_eq!(recorded(&mut panel).0, format);
+    }
     press(&mut panel, "parquet");
     type_into(&mut panel, "notes of the recording", "slow-pulls");
     panel.key_press(Key::Tab);

@@ -7,11 +7,12 @@ use crate::plots::{feel, rows};
 use crate::rig::status;
 use crate::scene::active_scene;
 use egui::Key;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
 use haptic_gui::{Answer, Files, Found, Intent, Page, Question, Update};
 use haptic_ipc::{ChangeReply, Difference, ErrorCode, LeaseReply, RigState, SceneSaveReply, WireError};
 use haptic_lab::identify::ModelKind;
+use haptic_lab::identify::record_file::MovingMass;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -36,7 +37,7 @@ fn foreign(folder: &Path) -> std::path::PathBuf {
     path
 }
 
-fn identify_page(mut panel: Panel) -> Panel {
+pub(crate) fn identify_page(mut panel: Panel) -> Panel {
     panel.state_mut().model.turn_to(Page::Identify);
     panel.run();
     asked(&mut panel);
@@ -83,7 +84,7 @@ static FOUND: LazyLock<Found> = LazyLock::new(|| {
 });
 
 /// A panel with the answer.
-fn answered(mut panel: Panel) -> Panel {
+pub(crate) fn answered(mut panel: Panel) -> Panel {
     let (number, _) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
     let result = Ok(Box::new(FOUND.clone()));
     hear(&mut panel, Update::Identified { number, result });
@@ -129,6 +130,45 @@ fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
     panel.get_by_label_contains("Record instead");
     assert!(!is_enabled(&panel, "Try this for 2 s"), "there is no daemon");
     assert_eq!(asked(&mut panel), [], "nobody is asked for advice");
+}
+
+#[test]
+fn every_plot_of_the_fit_is_inside_the_smallest_window_with_its_title_and_legend() {
+    let panel = answered(identify_page(panel()));
+    let window = panel.ctx.content_rect();
+    let plots: Vec<_> = panel.get_all_by_label_contains(" of the fit").collect();
+    assert_eq!(plots.len(), 4);
+    let texts = panel.get_all_by_label_contains("measured");
+    for part in plots.into_iter().chain(texts) {
+        let rect = part.rect();
+        assert!(
+            window.contains_rect(rect),
+            "{:?} at {rect:?}",
+            part.accesskit_node().label()
+        );
+    }
+}
+
+#[test]
+fn the_columns_the_gains_the_mass_that_moves_and_where_from_are_chosen() {
+    let mut panel = identify_page(panel());
+    ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
+    press(&mut panel, "cancel identification");
+    asked(&mut panel);
+    choose(&mut panel, "velocity column", "Weg");
+    type_into(&mut panel, "force gain to identify with", "9.81");
+    choose(&mut panel, "moving mass", "the device");
+    assert!(!is_enabled(&panel, "The recording, as seen"), "none is open");
+    press(&mut panel, "The rig, as seen");
+    assert!(panel.query_by_label("velocity column").is_none());
+    press(&mut panel, "A file");
+    press(&mut panel, "Identify");
+    let Some(Intent::Identify { question, .. }) = asked(&mut panel).pop() else {
+        panic!("nothing is asked");
+    };
+    let source = question.file().expect("a file");
+    assert_eq!(source.columns.velocity.as_deref(), Some("Weg"));
+    assert_eq!((source.force_gain, source.moving), (Some(9.81), MovingMass::Device));
 }
 
 #[test]

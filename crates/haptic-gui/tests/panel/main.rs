@@ -2,6 +2,7 @@
 
 mod advice;
 mod bench;
+mod controls;
 mod files;
 mod identify;
 mod layout;

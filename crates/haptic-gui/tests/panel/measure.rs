@@ -31,7 +31,7 @@ fn step(ms: u32) -> f64 {
     }
 }
 
-fn open(panel: &mut Panel, name: &str, rows: Vec<Sample>, marks: &[Mark]) {
+pub(crate) fn open(panel: &mut Panel, name: &str, rows: Vec<Sample>, marks: &[Mark]) {
     let loaded = Loaded::new(name.into(), metadata(), rows, marks, Ending::Complete);
     let (path, result) = (name.into(), Ok(Box::new(loaded)));
     hear(panel, Update::Opened { path, result });
@@ -74,6 +74,9 @@ fn the_spectrum_has_a_sine_at_its_frequency_and_tells_of_gaps() {
     assert!(svg(&panel).contains("dB over 1 N"));
     press_item(&mut panel, "Power density");
     panel.get_by_label_contains("(N)²/Hz at 50.00 Hz");
+    press_item(&mut panel, "Amplitude");
+    panel.get_by_label("Highest: 3.00 N at 50.00 Hz; one value every 0.500 Hz");
+    press_item(&mut panel, "Power density");
     choose_item(&mut panel, "signal of the spectrum", "Device velocity");
     panel.get_by_label_contains("(mm/s)²/Hz");
     let mut torn = rows(0..2000, sine);
@@ -142,6 +145,9 @@ fn any_signal_is_drawn_against_any_other_over_any_time() {
     press_item(&mut panel, "Force against velocity");
     panel.get_by_label("Force against velocity plot");
     choose_item(&mut panel, "horizontal signal", "Device position");
+    choose_item(&mut panel, "vertical signal", "Block velocity");
+    panel.get_by_label("Block velocity against device position plot");
+    choose_item(&mut panel, "vertical signal", "Coupling force");
     panel.get_by_label("Coupling force against device position plot");
     // The last second: from 40 mm on.
     let axis = |panel: &Panel| {

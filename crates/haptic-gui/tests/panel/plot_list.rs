@@ -32,6 +32,42 @@ fn any_signal_is_shown_in_any_plot() {
 }
 
 #[test]
+fn every_signal_can_be_shown_alone() {
+    let mut panel = connected(RigState::Engaged);
+    panel.set_size(egui::vec2(1280.0, 2000.0));
+    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    let menu = "signals of the Force plot";
+    press(&mut panel, menu);
+    for name in ["Coupling force", "Force on the hand"] {
+        press_item(&mut panel, name);
+    }
+    for name in [
+        "Coupling force",
+        "Force on the hand",
+        "Block position",
+        "Device position",
+        "Block velocity",
+        "Device velocity",
+        "Coupling deflection",
+        "Coupling energy",
+        "Block acceleration",
+        "Device acceleration",
+        "Power to the block",
+        "Power to the hand",
+        "Tick time",
+        "Round trip",
+        "Wake-up latency",
+    ] {
+        let lines = |panel: &Panel| svg(panel).matches(&format!(">{name}<")).count();
+        let before = lines(&panel);
+        press_item(&mut panel, name);
+        assert_eq!(lines(&panel), before + 1, "{name}");
+        press_item(&mut panel, name);
+        assert_eq!(lines(&panel), before, "{name}");
+    }
+}
+
+#[test]
 fn plots_are_added_moved_and_removed() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..3000, |_| 2.0));
@@ -50,6 +86,11 @@ fn plots_are_added_moved_and_removed() {
     press(&mut panel, "signals of the Position plot");
     press(&mut panel, "Move up");
     assert!(top_of(&panel, "Position plot") < top_of(&panel, "Force plot"));
+    press(&mut panel, "signals of the Position plot");
+    press(&mut panel, "Move down");
+    assert!(top_of(&panel, "Force plot") < top_of(&panel, "Position plot"));
+    press(&mut panel, "signals of the Position plot");
+    press(&mut panel, "Move up");
     press(&mut panel, "Plots");
     press(&mut panel, "Usual plots");
     assert!(top_of(&panel, "Force plot") < top_of(&panel, "Position plot"));

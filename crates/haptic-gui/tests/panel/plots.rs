@@ -2,6 +2,7 @@
 
 use crate::bench::{
     Panel, choose_item, connected, find_another_daemon, hear, item_of, lose_the_daemon, press, sample, type_into,
+    value_of,
 };
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
@@ -131,6 +132,9 @@ fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
         (from - 13.75).abs() < 0.01 && (to - 18.75).abs() < 0.01,
         "{from} to {to}"
     );
+    press(&mut panel, "later");
+    assert!((csv_times(&panel).0 - 15.0).abs() < 0.01);
+    press(&mut panel, "earlier");
 
     let plot = panel.get_by_label("Position plot").rect();
     wheel(&mut panel, plot.center());
@@ -210,6 +214,26 @@ fn the_axis_of_the_values_is_zoomed_moved_typed_and_fitted_again() {
 }
 
 #[test]
+fn each_axis_is_typed_and_fitted_by_its_own_controls() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..5000, |ms| f64::from(ms) * 1e-3));
+    for name in ["position", "velocity"] {
+        let end = |panel: &Panel, end: &str| value_of(panel, &format!("{name} axis {end} end"));
+        press(&mut panel, "Axes");
+        let fitted = end(&panel, "upper");
+        type_into(&mut panel, &format!("{name} axis upper end"), "77");
+        press(&mut panel, "Axes");
+        press(&mut panel, "Axes");
+        assert_ne!(end(&panel, "upper"), fitted, "{name}");
+        press(&mut panel, &format!("Fit {name}"));
+        press(&mut panel, "Axes");
+        press(&mut panel, "Axes");
+        assert_eq!(end(&panel, "upper"), fitted, "{name}");
+        press(&mut panel, "Axes");
+    }
+}
+
+#[test]
 fn a_trigger_catches_a_crossing_with_what_was_before_it() {
     let mut panel = connected(RigState::Engaged);
     choose_item(&mut panel, "trigger", "Single");
@@ -226,6 +250,8 @@ fn a_trigger_catches_a_crossing_with_what_was_before_it() {
     assert_eq!(csv_times(&panel), (from, to));
     press(&mut panel, "Arm");
     panel.get_by_label("Armed");
+    choose_item(&mut panel, "trigger", "Off");
+    assert!(panel.query_by_label("Armed").is_none());
 }
 
 /// Where the crossing is that the trigger has caught, and how much before it is seen, s.

@@ -318,6 +318,19 @@ fn histograms_and_clipping_are_shown() {
     panel.get_by_label("At the force limit 25.0 %");
 }
 
+#[test]
+fn the_devices_own_settings_are_in_a_menu() {
+    let mut panel = connected(RigState::Idle);
+    press(&mut panel, "Rig");
+    panel.get_by_label("The daemon has not told of its rig yet");
+    press(&mut panel, "Rig");
+    let status = status();
+    let limit = format!("{} N", status.device.force_limit_n);
+    hear(&mut panel, Update::Status(Ok(Box::new(status))));
+    press(&mut panel, "Rig");
+    panel.get_by_label_contains(&limit);
+}
+
 pub(crate) fn status() -> haptic_ipc::Status {
     let text = r#"{"server":"hapticd 0.1.0","state":"engaged","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
         "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,

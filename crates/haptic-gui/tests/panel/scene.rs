@@ -6,7 +6,7 @@ use crate::bench::{
     type_into, wait,
 };
 use egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::{Directional, Parameter, Scene};
 use haptic_gui::{Answer, Intent, Update};
 use haptic_ipc::{
@@ -24,7 +24,7 @@ pub(crate) fn active_scene(revision: u64, scene: &Scene) -> Update {
 }
 
 /// A scene of the library.
-fn listed(name: &str) -> ListedScene {
+pub(crate) fn listed(name: &str) -> ListedScene {
     ListedScene {
         name: name.into(),
         title: "A title".into(),
@@ -134,6 +134,63 @@ fn a_law_that_is_chosen_again_has_the_values_that_it_had_last() {
     );
 }
 
+/// Every law with parameters of its own.
+const LAWS: [&str; 8] = [
+    "viscous",
+    "dahl",
+    "lugre",
+    "elasto-plastic",
+    "hayward-armstrong",
+    "reset-integrator",
+    "salcudean-vlaar",
+    "karnopp",
+];
+
+/// Names of the parameters that a panel shows a field for.
+fn parameters(panel: &Panel) -> Vec<String> {
+    let fields = panel.get_all_by_label_contains(" value");
+    let names = fields.filter_map(|field| field.accesskit_node().label());
+    names
+        .filter_map(|name| Some(name.strip_suffix(" value")?.to_owned()))
+        .collect()
+}
+
+#[test]
+fn every_value_of_every_law_is_set_by_its_field_and_has_a_slider() {
+    let mut panel = informed();
+    panel.set_size(egui::vec2(1280.0, 3000.0));
+    for (revision, law) in (2..).zip(LAWS) {
+        let scene = turn_to_law(&mut panel, law, revision);
+        let description = Description {
+            laws: vec![],
+            law: law.into(),
+            parameters: ParameterDescription::all_of(&scene),
+            sample_columns: vec![],
+        };
+        hear(&mut panel, Update::Described(description));
+        for switch in ["dynamic force by direction", "viscous by direction"] {
+            if panel.query_by_label(switch).is_some() {
+                press(&mut panel, switch);
+            }
+        }
+        let names = parameters(&panel);
+        assert!(!names.is_empty(), "{law}");
+        for name in names {
+            panel.get_by_label(&format!("{name} slider"));
+            type_into(&mut panel, &format!("{name} value"), "0.5");
+            panel.key_press(egui::Key::Enter);
+            panel.run();
+            let parameter = name.trim_end_matches([' ', '+', '-']).replace(' ', "_");
+            let asked = asked(&mut panel);
+            let [Intent::Set { target, value: 0.5, .. }] = asked.as_slice() else {
+                panic!("{law}, {name}: {asked:?}");
+            };
+            assert_eq!(target.name, parameter, "{law}, {name}");
+            assert_eq!(target.direction.is_some(), name.ends_with(['+', '-']), "{law}, {name}");
+        }
+    }
+}
+
 #[test]
 fn undo_and_redo_show_how_far_they_reach_and_who_made_the_last_change() {
     let mut panel = connected(RigState::Engaged);
@@ -223,6 +280,7 @@ fn what_is_kept_outlives_the_daemon() {
     lose_the_daemon(&mut panel);
     find_another_daemon(&mut panel);
     assert!(is_enabled(&panel, "go to A"));
+    assert!(!is_enabled(&panel, "go to B"), "nothing is kept there");
 }
 
 #[test]

@@ -15,7 +15,7 @@ fn at_page(mut panel: Panel, page: Page) -> Panel {
     panel
 }
 
-fn state(task: Task, stage: Stage) -> StudyState {
+pub(crate) fn state(task: Task, stage: Stage) -> StudyState {
     let subject = |code: &str, progress| SubjectState {
         code: code.to_owned(),
         progress,
@@ -34,20 +34,29 @@ fn state(task: Task, stage: Stage) -> StudyState {
     }
 }
 
-fn held() -> Stage {
+#[test]
+fn the_page_of_the_other_task_leads_to_the_study_that_is_open() {
+    let mut panel = at_page(connected(RigState::Engaged), Page::Task);
+    tell(&mut panel, StudyNews::State(Box::new(state(Task::Perception, held()))));
+    let mut panel = at_page(panel, Page::Task);
+    press(&mut panel, "To the page Perception");
+    assert_eq!(panel.state().model.page(), Page::Perception);
+}
+
+pub(crate) fn held() -> Stage {
     Stage::Held {
         why: "Paused".to_owned(),
         is_trouble: false,
     }
 }
 
-fn running() -> Stage {
+pub(crate) fn running() -> Stage {
     Stage::Running {
         what: "The subject moves to the target".to_owned(),
     }
 }
 
-fn tell(panel: &mut Panel, news: StudyNews) {
+pub(crate) fn tell(panel: &mut Panel, news: StudyNews) {
     hear(panel, Update::Study(news));
 }
 

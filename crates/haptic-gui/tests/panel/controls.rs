@@ -1,0 +1,142 @@
+//! Every control of the panel has a name, and is named by a test.
+
+use crate::advice::{advised, check};
+use crate::bench::{Panel, connected, hear, is_enabled, panel, press};
+use crate::files::going;
+use crate::identify::{answered, identify_page};
+use crate::measure::open;
+use crate::plots::{feel, rows};
+use crate::rig::status;
+use crate::scene::{active_scene, listed};
+use crate::study::{held, state, tell};
+use egui::accesskit::Role;
+use egui_kittest::kittest::{By, NodeT, Queryable};
+use haptic_core::Scene;
+use haptic_gui::{Page, StudyNews, Update};
+use haptic_ipc::{RigState, SceneListReply};
+use haptic_lab::studies::plan::Task;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// The names of the controls that a panel shows, those that are disabled as well.
+fn controls(panel: &Panel) -> BTreeSet<String> {
+    let controls = panel.query_all(By::new().predicate(|node| {
+        matches!(
+            node.role(),
+            Role::Button
+                | Role::CheckBox
+                | Role::ComboBox
+                | Role::Link
+                | Role::MultilineTextInput
+                | Role::RadioButton
+                | Role::Slider
+                | Role::SpinButton
+                | Role::TextInput
+        )
+    }));
+    let name = |node: egui_kittest::Node<'_>| {
+        let node = node.accesskit_node();
+        node.label()
+            .unwrap_or_else(|| format!("a {:?} at {:?}", node.role(), node.bounding_box()))
+    };
+    controls.map(name).collect()
+}
+
+/// A panel that knows all of a rig and its scene.
+fn at_rig() -> Panel {
+    let mut panel = connected(RigState::Engaged);
+    panel.set_size([1920.0, 4000.0].into());
+    hear(&mut panel, active_scene(1, &Scene::paper()));
+    let scenes = vec![listed("paper")];
+    hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
+    hear(&mut panel, Update::Status(Ok(Box::new(status()))));
+    hear(
+        &mut panel,
+        advised(
+            1,
+            vec![
+                check("friction", 16_000.0, Some(16_000.0)),
+                check("encoder", 160_000.0, None),
+            ],
+        ),
+    );
+    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    panel
+}
+
+/// Panels that show, together, all that there is.
+fn panels() -> Vec<Panel> {
+    let mut panels = vec![panel()];
+    for page in Page::ALL {
+        let mut panel = at_rig();
+        press(&mut panel, &format!("{} page", page.name()));
+        panels.push(panel);
+    }
+    let mut recording = at_rig();
+    press(&mut recording, "Record page");
+    open(&mut recording, "/home/ada/r.mcap", rows(0..2000, |_| 1.0), &[]);
+    hear(&mut recording, going("/home/ada/now.mcap"));
+    panels.push(recording);
+    panels.push(answered(identify_page(at_rig())));
+    for task in [Task::Fitts, Task::Perception] {
+        let mut study = at_rig();
+        tell(&mut study, StudyNews::State(Box::new(state(task, held()))));
+        panels.push(study);
+    }
+    panels
+}
+
+/// What a panel shows, and what it shows when each of its controls was pressed.
+fn reached(panel: &mut Panel) -> BTreeSet<String> {
+    let first = controls(panel);
+    let mut all = first.clone();
+    for name in &first {
+        if panel.query_all_by_label(name).count() != 1 || name == "Stop" || !is_enabled(panel, name) {
+            continue;
+        }
+        panel.get_by_label(name).click();
+        panel.run_steps(3);
+        all.extend(controls(panel));
+        // It closes what is open.
+        panel.key_press(egui::Key::Escape);
+        panel.run_steps(3);
+    }
+    all
+}
+
+/// Every text in the sources of the tests, but this one; `{...}` stands for anything.
+fn texts() -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/panel");
+    let files = std::fs::read_dir(folder).expect("a folder").flatten();
+    let files = files.filter(|file| file.file_name() != "controls.rs");
+    let sources = files.map(|file| std::fs::read_to_string(file.path()).expect("a source"));
+    let texts = sources.flat_map(|source| source.split('"').map(str::to_owned).collect::<Vec<_>>());
+    texts.collect()
+}
+
+/// Whether a text of a test is a name, or makes it by filling in.
+fn is_named_by(name: &str, text: &str) -> bool {
+    match text.split_once('{').zip(text.rsplit_once('}')) {
+        Some(((before, _), (_, after))) => {
+            before.len() + after.len() > 3
+                && name.len() >= before.len() + after.len()
+                && name.starts_with(before)
+                && name.ends_with(after)
+        }
+        None => name == text,
+    }
+}
+
+#[test]
+fn every_control_has_a_name_and_is_named_by_a_test() {
+    if !test_run::is_long_for("the walk over all controls") {
+        return;
+    }
+    let texts = texts();
+    let controls: BTreeSet<String> = panels().iter_mut().flat_map(reached).collect();
+    assert!(controls.len() > 100, "{controls:?}");
+    let is_tested = |name: &String| texts.iter().any(|text| is_named_by(name, text));
+    let untested: Vec<&String> = controls.iter().filter(|name| !is_tested(name)).collect();
+    println!("{controls:#?}");
+    assert!(untested.is_empty(), "no test names {untested:#?}");
+}
