@@ -6,7 +6,8 @@ use haptic_ipc::{
     SubscribeReply, Topic, WireError,
 };
 use std::collections::BTreeMap;
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, mpsc};
 use system_tests::fake_rig::FakeRig;
 use system_tests::{Daemon, engage, status, wait_for, wait_for_state};
 
@@ -86,8 +87,9 @@ fn in_time<T>(client: &mut Client, ask: impl Fn(&mut Client, u64) -> Result<T, C
     }
 }
 
-/// A subscriber to every tick, which tells in which tick it saw each revision first.
-fn subscriber(daemon: &Daemon, last_revision: u64) -> mpsc::Receiver<BTreeMap<u64, u64>> {
+/// A subscriber to every tick up to a last revision, which tells in which tick it saw each revision first.
+fn subscriber(daemon: &Daemon, last_revision: &Arc<AtomicU64>) -> mpsc::Receiver<BTreeMap<u64, u64>> {
+    let last_revision = Arc::clone(last_revision);
     let mut client = daemon.client();
     let subscribe = Request::Subscribe {
         topics: vec![Topic::Samples],
@@ -97,8 +99,9 @@ fn subscriber(daemon: &Daemon, last_revision: u64) -> mpsc::Receiver<BTreeMap<u6
     let _: SubscribeReply = client.request(subscribe).expect("a subscription");
     let (told, heard) = mpsc::channel();
     std::thread::spawn(move || {
-        let mut first_ticks = BTreeMap::new();
-        while !first_ticks.contains_key(&last_revision) {
+        let mut first_ticks: BTreeMap<u64, u64> = BTreeMap::new();
+        let newest = |ticks: &BTreeMap<u64, u64>| ticks.keys().next_back().copied();
+        while newest(&first_ticks) < Some(last_revision.load(Ordering::Relaxed)) {
             if let Event::Samples(batch) = client.next_event().expect("the daemon goes on") {
                 assert_eq!(batch.dropped, 0, "no row is missing");
                 for row in batch.rows {
@@ -118,7 +121,9 @@ fn a_staircase_is_rendered_tick_by_tick_beside_sixteen_subscribers() {
     engage(&mut client);
     let steps = test_run::extent(50, 250);
     let mass = |step: u64| 0.5 + 0.01 * (step + 1) as f64;
-    let mut subscribers: Vec<_> = (0..16).map(|_| subscriber(&daemon, 1 + 2 * steps)).collect();
+    // It is known once a machine has been quick enough.
+    let last_revision = Arc::new(AtomicU64::new(u64::MAX));
+    let subscribers: Vec<_> = (0..16).map(|_| subscriber(&daemon, &last_revision)).collect();
     let ticks = |first: u64| (0..steps).map(move |step| first + STEP * step);
 
     let (first, scheduled): (u64, ScheduleReply) = in_time(&mut client, |client, first| {
@@ -143,10 +148,18 @@ fn a_staircase_is_rendered_tick_by_tick_beside_sixteen_subscribers() {
         assert_eq!((answer.changed, answer.at_tick, answer.tick), (true, Some(tick), None));
         wanted.insert(answer.revision, tick);
     }
-    for heard in subscribers.drain(..) {
+    let last = answers.last().expect("a step").revision;
+    last_revision.store(last, Ordering::Relaxed);
+    // Some of what a busy machine was too late for as a whole may have come in its tick before it was taken back.
+    let is_asked_again = last != 1 + 2 * steps;
+    let of_wanted = |mut ticks: BTreeMap<u64, u64>| {
+        ticks.retain(|revision, _| !is_asked_again || wanted.contains_key(revision));
+        ticks
+    };
+    for heard in subscribers {
         let mut first_ticks = heard.recv().expect("it hears all of it");
         first_ticks.remove(&1);
-        assert_eq!(first_ticks, wanted, "each in its tick, error 0");
+        assert_eq!(of_wanted(first_ticks), wanted, "each in its tick, error 0");
     }
 
     // The journal says the true tick of each, by whom, and of which schedule.
@@ -156,8 +169,8 @@ fn a_staircase_is_rendered_tick_by_tick_beside_sixteen_subscribers() {
         .iter()
         .map(|entry| (entry.revision, entry.tick.expect("it was rendered")))
         .collect();
-    assert_eq!(told, wanted);
-    for entry in &entries {
+    assert_eq!(of_wanted(told), wanted);
+    for entry in entries.iter().filter(|entry| wanted.contains_key(&entry.revision)) {
         assert_eq!(entry.at_tick, entry.tick);
         let by = entry.by.as_ref().expect("a client");
         assert_eq!(by.session, client.hello().session);
@@ -168,7 +181,7 @@ fn a_staircase_is_rendered_tick_by_tick_beside_sixteen_subscribers() {
     let undone: ChangeReply = client.request(Request::undo()).expect("a step back");
     assert_eq!(
         (undone.revision, undone.applied["mass"]),
-        (2 + 2 * steps, mass(steps - 2) + 4.0)
+        (last + 1, mass(steps - 2) + 4.0)
     );
 }
 
