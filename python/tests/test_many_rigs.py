@@ -31,11 +31,12 @@ def test_the_example_of_many_rigs_runs(tmp_path: Path, monkeypatch: pytest.Monke
         for day in ("monday", "tuesday"):
             ctl("record", f"{day}.mcap", "--for", "200ms", HAPTICD_SOCKET=str(daemon.path))
     section = PAGE.read_text().split("## Many rigs\n")[1].split("\n## ")[0]
-    shell, python = (re.findall(rf"```{kind}\n(.*?)```", section, re.DOTALL) for kind in ("sh", "python"))
-    for line in shell[0].splitlines():
-        name, *arguments = line.split()
-        assert name == "haptic-ctl"
-        ctl(*arguments)
+    # The recordings are made above, and `tests/tests/book.rs` follows the whole of it.
+    collecting = re.findall(r"^\$ haptic-ctl (recording collect .*)$", section, re.MULTILINE)
+    assert len(collecting) == 2
+    for line in collecting:
+        ctl(*line.split())
+    python = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
     names: dict[str, Any] = {}
     exec(compile(python[0], str(PAGE), "exec"), names)
     rows = names["peaks"].fetchall()
