@@ -73,6 +73,10 @@ fn replace_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -
     let folder = place.parent().unwrap_or(Path::new("."));
     let readable = Permissions::from_mode(0o666);
     let mut file = tempfile::Builder::new().permissions(readable).tempfile_in(folder)?;
+    if let Ok(replaced) = place.metadata() {
+        // Who may read it stays, too.
+        file.as_file().set_permissions(replaced.permissions())?;
+    }
     write(file.as_file_mut())?;
     file.persist(place)?;
     Ok(())
@@ -112,6 +116,7 @@ mod tests {
         assert!(error.ends_with("haptic-plot-1.png: no room"), "{error}");
         let (old, link) = (folder.path().join("old.png"), folder.path().join("link.png"));
         fs::write(&old, "precious").expect("written");
+        fs::set_permissions(&old, Permissions::from_mode(0o640)).expect("its owner");
         std::os::unix::fs::symlink(&old, &link).expect("a link");
         for path in [&old, &link] {
             let error = replace(path.clone(), break_off).expect_err("no room");
@@ -121,6 +126,7 @@ mod tests {
         assert_eq!(replace(link.clone(), |file| file.write_all(b"new")), Ok(link.clone()));
         assert!(link.is_symlink());
         assert_eq!(fs::read(&old).expect("there"), b"new");
+        assert_eq!(fs::metadata(&old).expect("there").permissions().mode() & 0o777, 0o640);
         assert_eq!(
             fs::read_dir(folder.path()).expect("a folder").count(),
             2,
