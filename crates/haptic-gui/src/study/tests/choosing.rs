@@ -24,10 +24,9 @@ fn a_subject_whose_files_are_wrong_is_told_and_another_one_can_be_chosen() {
 fn the_rig_is_let_go_when_all_is_done_and_not_when_one_who_is_done_is_looked_at() {
     let mut daemon = Daemon::with_study(TARGETS);
     daemon.begin();
-    let began = Instant::now();
     loop {
-        match daemon.screen().begin_frame(Instant::now()).view.map(|view| view.phase) {
-            Some(Phase::Targets(targets)) if targets.is_start => {
+        match phase_after(&daemon, |phase| !matches!(phase, Phase::GetReady)) {
+            Phase::Targets(targets) if targets.is_start => {
                 let first_m = targets.active_m / 2.0;
                 daemon.click_at(first_m);
                 for position_m in [-first_m, first_m] {
@@ -35,16 +34,17 @@ fn the_rig_is_let_go_when_all_is_done_and_not_when_one_who_is_done_is_looked_at(
                     // A trial is on the disk before the next one begins.
                     daemon.row();
                 }
+                phase_after(&daemon, |phase| !matches!(phase, Phase::Targets(_)));
             }
-            Some(Phase::Rest { .. }) => {
+            Phase::Rest { .. } => {
                 daemon.ticks(5000);
                 daemon.read();
                 daemon.ticks(300);
+                phase_after(&daemon, |phase| !matches!(phase, Phase::Rest { .. }));
             }
-            Some(Phase::Done) => break,
-            phase => assert!(began.elapsed() < PATIENCE, "{phase:?}"),
+            Phase::Done => break,
+            phase => panic!("{phase:?}"),
         }
-        std::thread::yield_now();
     }
     daemon.until(|stage| *stage == Stage::Finished);
     assert_eq!(daemon.intent(), Intent::Release);
@@ -61,4 +61,16 @@ fn the_rig_is_let_go_when_all_is_done_and_not_when_one_who_is_done_is_looked_at(
         Intent::Lease { timeout_ms: 0 },
         "the rig stays as it is"
     );
+}
+
+/// Waits until the subject's screen shows a phase; returns it.
+fn phase_after(daemon: &Daemon, is_wanted: impl Fn(&Phase) -> bool) -> Phase {
+    let began = Instant::now();
+    loop {
+        match daemon.screen().begin_frame(Instant::now()).view.map(|view| view.phase) {
+            Some(phase) if is_wanted(&phase) => return phase,
+            phase => assert!(began.elapsed() < PATIENCE, "{phase:?}"),
+        }
+        std::thread::yield_now();
+    }
 }
