@@ -239,3 +239,23 @@ impl ClockSearch {
         self.candidates = unlike;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No window of such a clock is ever full, so that none of the search is decided.
+    #[test]
+    fn a_clock_that_stands_still_is_searched_for_with_a_few_clocks() {
+        let mut search = ClockSearch::new(100_000_000);
+        for sequence in 0..20_000 {
+            let row = Sample {
+                elapsed_ns: 1_000_000,
+                ..Sample::default()
+            };
+            search.take(&row, &Ok(Measurement::new(sequence, 5, 0.0)));
+            assert!(search.candidates.len() < 2 * MERGE_SAMPLES as usize);
+        }
+        assert!(search.is_gathering);
+    }
+}
