@@ -95,12 +95,19 @@ fn the_watchdog_is_not_fed_while_the_real_time_thread_hangs() {
     let held = HeldThread::real_time(manager.daemon.pid());
     manager.hear_until("STATUS=the real-time thread has been hanging");
     let stood = status(&mut client);
+    let mut asked_to_restart = 0;
     for _ in 0..20 {
         // How long it hangs is said as often as the watchdog would be fed.
         let message = manager.hear();
-        assert!(message[0].contains("has been hanging"), "{message:?}");
+        assert!(
+            message.iter().any(|line| line.contains("has been hanging")),
+            "{message:?}"
+        );
         assert!(!message.iter().any(|line| line == FED), "{message:?}");
+        asked_to_restart += usize::from(message.iter().any(|line| line == "WATCHDOG=trigger"));
     }
+    // The first turns were those of a loop that may have been held up by a sleep of the machine.
+    assert!(asked_to_restart >= 17, "{asked_to_restart}");
     assert_eq!(status(&mut client).tick, stood.tick, "the control thread goes on alone");
     drop(held);
     manager.hear_until("STATUS=idle");

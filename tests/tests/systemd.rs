@@ -76,7 +76,8 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
     assert_eq!(machine.property("LimitCORE"), "0");
     assert_eq!(machine.property("OOMScoreAdjust"), "-900");
     assert_eq!(machine.property("MemoryMax"), (256 * 1024 * 1024).to_string());
-    assert_eq!(machine.property("WatchdogUSec"), "500ms");
+    // Shorter, it would kill the daemon of a machine that wakes up: its devices take seconds.
+    assert_eq!(machine.property("WatchdogUSec"), "10s");
     let own = fs::read_to_string(format!("/proc/{daemon}/oom_score_adj")).expect("it runs");
     if machine.raises_limits() {
         assert_eq!(own.trim(), "-900");
@@ -312,14 +313,14 @@ fn a_real_time_thread_that_hangs_is_restarted_by_the_watchdog() {
         "with a loop that hangs, the daemon is killed by the watchdog and back, idle, after {} ms",
         away_ms(&machine, began_ms)
     );
-    let bitten = || machine.journal().matches("Watchdog timeout").count();
-    assert_eq!(bitten(), 1, "{}", machine.journal());
+    let said = |what| machine.journal().matches(what).count();
+    assert_eq!(said("Watchdog request"), 1, "{}", machine.journal());
 
-    // And so when the whole process stands still.
+    // And so when the whole process stands still, after the manager's own time.
     pull(&machine);
     send(machine.daemon(), Signal::STOP);
     is_back_without_force(&machine, 2);
-    assert_eq!(bitten(), 2, "{}", machine.journal());
+    assert_eq!(said("Watchdog timeout"), 1, "{}", machine.journal());
 }
 
 #[test]

@@ -4,6 +4,10 @@
 //! The watchdog is fed from the control thread, and only when the loop has ticked since the last
 //! time: whichever of the two threads hangs, the manager restarts the daemon. The real-time thread
 //! does nothing for it, since its newest tick comes with the telemetry.
+//!
+//! The manager's own timeout is long: a machine that wakes up from a sleep takes seconds for its devices, in which nobody
+//! can feed it. A loop that hangs is reported to the manager long before, counted in turns of the control thread, which
+//! a sleep does not use up.
 
 use crate::control::RigHandle;
 use sd_notify::NotifyState;
@@ -11,8 +15,14 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 
-/// Times that the watchdog is fed within its timeout: one late feeding does no harm.
+/// Times that the watchdog is fed within its timeout, at least: one late feeding does no harm.
 const FEEDINGS: u32 = 4;
+
+/// Longest time between two feedings.
+const FEEDING_PERIOD: Duration = Duration::from_millis(125);
+
+/// Turns in a row without a tick after which the manager is asked to restart the daemon.
+const HANGING_TURNS: u32 = 4;
 
 /// Period of the status without a watchdog.
 const STATUS_PERIOD: Duration = Duration::from_millis(500);
@@ -60,7 +70,7 @@ impl ServiceManager {
             })?;
         Ok(Self {
             messages: Some(messages),
-            feeding: sd_notify::watchdog_enabled().map(|bites_after| bites_after / FEEDINGS),
+            feeding: sd_notify::watchdog_enabled().map(|bites_after| FEEDING_PERIOD.min(bites_after / FEEDINGS)),
         })
     }
 
@@ -75,6 +85,7 @@ impl ServiceManager {
         let mut pause = interval(self.feeding.unwrap_or(STATUS_PERIOD).max(Duration::from_millis(1)));
         pause.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let (mut last_tick, mut ticked_at, mut said, mut ready) = (None, Instant::now(), String::new(), false);
+        let mut hanging_turns = 0;
         loop {
             pause.tick().await;
             let Some(newest) = rig.feed().newest().copied() else {
@@ -99,8 +110,13 @@ impl ServiceManager {
                     "the real-time thread has been hanging for {} ms",
                     ticked_at.elapsed().as_millis()
                 );
+                hanging_turns += 1;
+                if hanging_turns >= HANGING_TURNS && self.feeding.is_some() {
+                    news.push(NotifyState::WatchdogTrigger);
+                }
             } else {
                 ticked_at = Instant::now();
+                hanging_turns = 0;
                 if self.feeding.is_some() {
                     news.push(NotifyState::Watchdog);
                 }
