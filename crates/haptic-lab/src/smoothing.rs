@@ -86,17 +86,18 @@ pub(crate) fn whole(samples: f64) -> usize {
 pub(crate) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) -> f64 {
     let reach = weights.len() / 2;
     let about = &values[at - reach..=at + reach];
-    let (mut weights, mut about) = (weights.chunks_exact(4), about.chunks_exact(4));
-    let mut sums = [0.0; 4];
-    for (weights, values) in weights.by_ref().zip(about.by_ref()) {
-        for k in 0..4 {
-            sums[k] += weights[k] * (values[k] - base);
-        }
+    let ((weights, last_weights), (about, last)) = (weights.as_chunks::<4>(), about.as_chunks::<4>());
+    let [mut a, mut b, mut c, mut d] = [0.0; 4];
+    for ([p, q, r, s], [w, x, y, z]) in weights.iter().zip(about) {
+        a += p * (w - base);
+        b += q * (x - base);
+        c += r * (y - base);
+        d += s * (z - base);
     }
-    for (weight, value) in weights.remainder().iter().zip(about.remainder()) {
-        sums[0] += weight * (value - base);
+    for (weight, value) in last_weights.iter().zip(last) {
+        a += weight * (value - base);
     }
-    sums[0] + sums[1] + sums[2] + sums[3]
+    a + b + c + d
 }
 
 /// The slope of the straight line through `2 reach + 1` samples around each one, per second: the first

@@ -55,14 +55,16 @@ impl Window {
     fn is_near(&self, counted: &[f64], at: usize, within: f64) -> bool {
         let about = &counted[at - self.half..=at + self.half];
         let base = counted[at];
-        let mut cubic = [0.0; 4];
-        for (weights, count) in self.weights.iter().zip(about) {
-            for order in 0..4 {
-                cubic[order] += weights[order] * (count - base);
-            }
+        let [mut a, mut b, mut c, mut d] = [0.0; 4];
+        for ([p, q, r, s], count) in self.weights.iter().zip(about) {
+            let count = count - base;
+            a += p * count;
+            b += q * count;
+            c += r * count;
+            d += s * count;
         }
-        about.iter().zip(&self.values).all(|(count, values)| {
-            let here = cubic[0] + cubic[1] * values[1] + cubic[2] * values[2] + cubic[3] * values[3];
+        about.iter().zip(&self.values).all(|(count, [_, linear, square, cube])| {
+            let here = a + b * linear + c * square + d * cube;
             (count - base - here).abs() <= within
         })
     }
