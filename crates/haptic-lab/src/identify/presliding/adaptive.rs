@@ -63,10 +63,13 @@ impl Window {
             c += r * count;
             d += s * count;
         }
-        about.iter().zip(&self.values).all(|(count, [_, linear, square, cube])| {
-            let here = a + b * linear + c * square + d * cube;
-            (count - base - here).abs() <= within
-        })
+        about
+            .iter()
+            .zip(&self.values)
+            .all(|(count, [_, linear, square, cube])| {
+                let here = a + b * linear + c * square + d * cube;
+                (count - base - here).abs() <= within
+            })
     }
 }
 
