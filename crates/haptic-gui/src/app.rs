@@ -16,8 +16,8 @@ use crate::x11_keys;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Shortest time between two frames without a graphics card: 15 a second.
-const SHORTEST_IN_SOFTWARE: Duration = Duration::from_nanos(1_000_000_000 / 15);
+/// Shortest time between two frames without a graphics card: 10 a second.
+const SHORTEST_IN_SOFTWARE: Duration = Duration::from_millis(100);
 
 /// The panel with its connection and its files.
 #[derive(Debug)]

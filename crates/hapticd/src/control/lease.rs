@@ -18,7 +18,14 @@ pub(super) fn lease(rig: &RigHandle, by: Requester<'_>, timeout_ms: u32) -> Leas
 
 /// Renews the lease of a client that has sent a line, if it has one.
 pub(super) fn renew(rig: &RigHandle, session: u64) {
-    if rig.leases().renew(session) {
+    let Some(until_ns) = rig.leases().renew(session) else {
+        return;
+    };
+    publish(rig);
+    if now_ns() > until_ns {
+        // The loop may have seen the end before it heard of the new one, and have released the rig: so the lease has
+        // lapsed, and the journal says so.
+        rig.leases().end_at(session, until_ns);
         publish(rig);
     }
 }

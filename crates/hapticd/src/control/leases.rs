@@ -4,6 +4,7 @@ use crate::rt::clock::now_ns;
 use haptic_ipc::Peer;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
+use std::mem::replace;
 use tokio::sync::Notify;
 
 /// The leases of all clients.
@@ -58,15 +59,21 @@ impl Leases {
         }
     }
 
-    /// A client has sent a line: restarts the timeout of its lease; false if it holds none.
-    pub(super) fn renew(&self, session: u64) -> bool {
+    /// A client has sent a line: restarts the timeout of its lease. Returns the time at which it would have expired, ns;
+    /// `None` if the client holds none.
+    pub(super) fn renew(&self, session: u64) -> Option<u64> {
         self.absent.borrow_mut().remove(&session);
         let mut held = self.held.borrow_mut();
-        let lease = held.iter_mut().find(|lease| lease.session == session);
-        lease.is_some_and(|lease| {
-            lease.until_ns = now_ns() + lease.timeout_ns;
-            true
-        })
+        let lease = held.iter_mut().find(|lease| lease.session == session)?;
+        Some(replace(&mut lease.until_ns, now_ns() + lease.timeout_ns))
+    }
+
+    /// Takes a renewal back: the lease ends at the time at which it would have ended, ns.
+    pub(super) fn end_at(&self, session: u64, until_ns: u64) {
+        let mut held = self.held.borrow_mut();
+        if let Some(lease) = held.iter_mut().find(|lease| lease.session == session) {
+            lease.until_ns = until_ns;
+        }
     }
 
     /// Removes and returns leases that have expired.
