@@ -73,7 +73,8 @@ pub fn refused(client: &mut Client, request: Request) -> WireError {
     }
 }
 
-/// Runs `haptic-ctl commission` to its end; again where a busy machine faulted the rig on the way. Returns what it printed.
+/// Runs `haptic-ctl commission` to its end; again where a busy machine faulted the rig on the way. Returns what it
+/// printed.
 ///
 /// # Panics
 /// It fails for another reason.

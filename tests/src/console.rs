@@ -1,8 +1,9 @@
 //! The commands of the documents' pages, run as a reader runs them.
 //!
-//! A page has them in fenced blocks of the kind `console`. A line that begins with `$ ` is a command, and goes on in the
-//! next line where it ends with `\`; the lines below it are what it prints, errors included. `...` within a line stands
-//! for any text, and a line `...` for any lines. A remark directly above a block says what is special about it:
+//! A page has them in fenced blocks of the kind `console`. A line that begins with `$ ` is a command, and goes on in
+//! the next line where it ends with `\`; the lines below it are what it prints, errors included. `...` within a line
+//! stands for any text, and a line `...` for any lines. A remark directly above a block says what is special about
+//! it:
 //!
 //! | remark | effect |
 //! |---|---|

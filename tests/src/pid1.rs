@@ -131,8 +131,8 @@ impl Machine {
         Some(machine)
     }
 
-    /// Replaces or adds lines of the packaged configuration. A busy machine misses periods, which no test is about: unless one
-    /// says otherwise, they are no fault.
+    /// Replaces or adds lines of the packaged configuration. A busy machine misses periods, which no test is about:
+    /// unless one says otherwise, they are no fault.
     ///
     /// # Panics
     /// The package is not installed.

@@ -1,4 +1,5 @@
-//! Changes in ticks to come, relative changes, the value of one parameter, and the library's files, from the command line.
+//! Changes in ticks to come, relative changes, the value of one parameter, and the library's files, from the command
+//! line.
 
 use serde_json::Value;
 use system_tests::{Daemon, status};

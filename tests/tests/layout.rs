@@ -1,5 +1,5 @@
-//! No test is forgotten: each file beside this one is a module of one binary, what runs alone says so, and a crate whose
-//! documents are not tested has no example in them.
+//! No test is forgotten: each file beside this one is a module of one binary, what runs alone says so, and a crate
+//! whose documents are not tested has no example in them.
 
 use std::fs;
 use std::path::Path;

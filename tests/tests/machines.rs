@@ -1,5 +1,5 @@
-//! Machines of their own: a true kernel's USB drivers (`tests/qemu/run.sh` says how), and the packages on a minimal Debian
-//! (`tests/debian/boot.sh`, `tests/debian/piuparts.sh`).
+//! Machines of their own: a true kernel's USB drivers (`tests/qemu/run.sh` says how), and the packages on a minimal
+//! Debian (`tests/debian/boot.sh`, `tests/debian/piuparts.sh`).
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -9,7 +9,8 @@ use system_tests::{binary, package};
 /// What a script that lacks a program ends with.
 const SKIPPED: i32 = 77;
 
-/// Runs a script of this folder that prints a line for each check. All must pass, and more than `most_of`: an empty run is none.
+/// Runs a script of this folder that prints a line for each check. All must pass, and more than `most_of`: an empty
+/// run is none.
 fn run(script: &str, arguments: &[&OsStr], need: &str, most_of: usize) {
     let ran = Command::new(Path::new(env!("CARGO_MANIFEST_DIR")).join(script))
         .args(arguments)

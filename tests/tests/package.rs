@@ -1,4 +1,5 @@
-//! The Debian package: what it installs, starts, keeps and removes, on a machine of its own; and the manual pages in it.
+//! The Debian package: what it installs, starts, keeps and removes, on a machine of its own; and the manual pages in
+//! it.
 
 use crate::one_of_two;
 use haptic_ipc::{RigState, Status};

@@ -1,5 +1,5 @@
-//! A study with a person in real windows: a whole subject by keys, with the panel killed in the middle. The fake rig's hand
-//! goes to and fro over both targets; the test presses the key that clicks where the hand turns.
+//! A study with a person in real windows: a whole subject by keys, with the panel killed in the middle. The fake
+//! rig's hand goes to and fro over both targets; the test presses the key that clicks where the hand turns.
 
 use crate::window::bring_to;
 use haptic_ipc::{Client, RigState};
@@ -116,8 +116,8 @@ fn wait_until_enabled(screen: &Screen, button: (usize, usize)) {
     }
 }
 
-/// Does trials until so many rows are on the disk: a key wherever the hand has come to the other side. The first presses go
-/// on from the instructions, and from the break.
+/// Does trials until so many rows are on the disk: a key wherever the hand has come to the other side. The first
+/// presses go on from the instructions, and from the break.
 fn click_until(screen: &Screen, client: &mut Client, folder: &Path, wanted: usize) {
     let began = Instant::now();
     let mut side = 0.0;

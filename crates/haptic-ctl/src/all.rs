@@ -25,7 +25,8 @@ struct Answered {
 /// Asks every rig, and that of a socket that is named besides.
 ///
 /// # Errors
-/// The subcommand is meant for one rig, there is none, or one of them fails: the exit code is that of the first that does.
+/// The subcommand is meant for one rig, there is none, or one of them fails: the exit code is that of the first that
+/// does.
 pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> Result<(), Failure> {
     let Some(request) = request(command) else {
         let message = "--all goes with `status` and `stop` alone: everything else is meant for one rig, named by \

@@ -19,9 +19,9 @@ use x11rb::rust_connection::RustConnection;
 /// The keys of Stop as X11 names them (`X11/keysymdef.h`): Space and Escape.
 const STOP_KEYSYMS: [u32; 2] = [0x0020, 0xff1b];
 
-/// Calls `stop` at each press of Space or Escape in the main window of a program under X11, or in any that the same program
-/// opens later, until the main window is gone or `stop` returns false. A key that is held down is one press. The usual
-/// display is that of the environment.
+/// Calls `stop` at each press of Space or Escape in the main window of a program under X11, or in any that the same
+/// program opens later, until the main window is gone or `stop` returns false. A key that is held down is one press.
+/// The usual display is that of the environment.
 ///
 /// # Errors
 /// There is no X server, it has no such window, or the system has no thread left.

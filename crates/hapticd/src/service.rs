@@ -5,9 +5,9 @@
 //! time: whichever of the two threads hangs, the manager restarts the daemon. The real-time thread
 //! does nothing for it, since its newest tick comes with the telemetry.
 //!
-//! The manager's own timeout is long: a machine that wakes up from a sleep takes seconds for its devices, in which nobody
-//! can feed it. A loop that hangs is reported to the manager long before, counted in turns of the control thread, which
-//! a sleep does not use up.
+//! The manager's own timeout is long: a machine that wakes up from a sleep takes seconds for its devices, in which
+//! nobody can feed it. A loop that hangs is reported to the manager long before, counted in turns of the control
+//! thread, which a sleep does not use up.
 
 use crate::control::RigHandle;
 use sd_notify::NotifyState;

@@ -29,7 +29,8 @@ pub fn extent<T>(short: T, full: T) -> T {
     if is_long() { full } else { short }
 }
 
-/// Whether this is the long run, which alone proves `what`. The short one says, once, that the calling test left it out.
+/// Whether this is the long run, which alone proves `what`. The short one says, once, that the calling test left it
+/// out.
 #[must_use]
 pub fn is_long_for(what: &str) -> bool {
     if !is_long() {

@@ -6,8 +6,8 @@ use haptic_lab::motion::{DeviceSample, usual_period_s};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
-/// A motion of the device: times, s; positions, m; velocities, m/s, which are estimated from the positions as the daemon
-/// does where there are none.
+/// A motion of the device: times, s; positions, m; velocities, m/s, which are estimated from the positions as the
+/// daemon does where there are none.
 #[pyclass(frozen, module = "hapticd_core._native")]
 pub(crate) struct Motion(pub(crate) Vec<DeviceSample>);
 

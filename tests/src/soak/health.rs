@@ -19,8 +19,8 @@ pub(super) const MOST_GROWTH_KIB: i64 = 512;
 /// Time after which the histories of a daemon are full (docs/measured.md), s.
 const HISTORIES_FULL_S: f64 = 330.0;
 
-/// Most descriptors that a daemon may have beyond those without clients: a client has one, and there is room for 32; a scene,
-/// the metrics and a look at /proc take one each for a moment.
+/// Most descriptors that a daemon may have beyond those without clients: a client has one, and there is room for 32;
+/// a scene, the metrics and a look at /proc take one each for a moment.
 pub(super) const MOST_DESCRIPTORS_MORE: usize = 40;
 
 /// A look at a daemon.
@@ -102,8 +102,8 @@ impl History {
         self.snapshots.iter().map(|one| one.descriptors).max().unwrap_or(0)
     }
 
-    /// Growth of the median memory from the third quarter of the soak to the last, KiB; nothing where the histories still
-    /// fill in these.
+    /// Growth of the median memory from the third quarter of the soak to the last, KiB; nothing where the histories
+    /// still fill in these.
     pub(super) fn growth_kib(&self) -> Option<i64> {
         let length_s = self.snapshots.last()?.time_s;
         if length_s / 2.0 < HISTORIES_FULL_S {

@@ -279,7 +279,8 @@ fn next_event(receiver: &mut Receiver) -> Option<Event> {
     }
 }
 
-/// Comes and goes: clients that ask, that send what is no request, that subscribe and hang up, and one that never reads.
+/// Comes and goes: clients that ask, that send what is no request, that subscribe and hang up, and one that never
+/// reads.
 fn visit(plan: &Plan, socket: &Path) -> u64 {
     let subscription = json!({ "id": 1, "op": "subscribe", "topics": ["state", "samples", "log"] });
     let mut deaf = UnixStream::connect(socket).expect("the daemon serves");

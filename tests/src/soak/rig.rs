@@ -162,8 +162,9 @@ impl Rig {
         self.began = Instant::now();
     }
 
-    /// Watches the motor until it gives no force; returns the time since [`Self::begin`] until then. A force that goes on
-    /// for good is an error. A motor in the daemon cannot be seen: there it waits for the time that is documented.
+    /// Watches the motor until it gives no force; returns the time since [`Self::begin`] until then. A force that
+    /// goes on for good is an error. A motor in the daemon cannot be seen: there it waits for the time that is
+    /// documented.
     pub(super) fn watch_until_zero(&mut self, documented: Duration) -> Result<Option<Duration>, String> {
         let began = self.began;
         if !self.is_on_link() {

@@ -8,8 +8,9 @@ use crate::{status, wait_for, wait_for_state};
 use haptic_ipc::{JournalEntry, RigState};
 use std::time::{Duration, Instant};
 
-/// Faults by which the force is taken away where the machine is too busy for a loop or for a line, by docs/safety.md: H7,
-/// H16, H3, H2, F8 and H9; and F9 and F10, as a hand that goes on while samples are lost has jumped when they are back.
+/// Faults by which the force is taken away where the machine is too busy for a loop or for a line, by docs/safety.md:
+/// H7, H16, H3, H2, F8 and H9; and F9 and F10, as a hand that goes on while samples are lost has jumped when they are
+/// back.
 const OF_A_BUSY_MACHINE: [&str; 8] = [
     "stalled",
     "stale",
@@ -24,7 +25,8 @@ const OF_A_BUSY_MACHINE: [&str; 8] = [
 /// How often a fault is tried while the machine gets in between.
 const ATTEMPTS: u32 = 20;
 
-/// Time after which what has happened is in the journal: an entry waits for those before it, and those for 1.5 s at most.
+/// Time after which what has happened is in the journal: an entry waits for those before it, and those for 1.5 s at
+/// most.
 const JOURNAL_WAITS: Duration = Duration::from_secs(10);
 
 /// Ticks that a rig goes on for, where it is to.
@@ -118,7 +120,8 @@ fn occur(fault: &Fault, rig: &mut Rig) -> End {
     judge(fault.ends_in, ended, zero, || rig.journal(Some(after)))
 }
 
-/// Holds a state against the documented one. The journal tells a fault from the machine's, and what was only for a moment.
+/// Holds a state against the documented one. The journal tells a fault from the machine's, and what was only for a
+/// moment.
 fn judge(
     ends_in: Ending,
     ended: RigState,

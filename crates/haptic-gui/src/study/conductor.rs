@@ -178,8 +178,8 @@ impl Conductor {
         let before = self.phase.map(|(before, _)| before);
         if before != Some(phase) {
             self.phase = Some((phase, self.newest_tick));
-            // Nobody mounts anything on a handle that has force, nor holds it for nothing when all is done. A subject who
-            // had done everything before had no force here.
+            // Nobody mounts anything on a handle that has force, nor holds it for nothing when all is done. A subject
+            // who had done everything before had no force here.
             let has_ended = self.is_done() && before.is_some();
             let lets_go = self.session.mounting().is_some() || has_ended;
             if lets_go && rig.state.is_some_and(RigState::is_live) {

@@ -48,7 +48,8 @@ pub enum StudyCommand {
 pub struct SubjectState {
     /// Its code.
     pub code: String,
-    /// Trials done, and trials in all, practice included, of the one that is chosen; a staircase may have no such number.
+    /// Trials done, and trials in all, practice included, of the one that is chosen; a staircase may have no such
+    /// number.
     pub progress: Option<(usize, Option<usize>)>,
     /// Nothing is left to be done.
     pub is_finished: bool,

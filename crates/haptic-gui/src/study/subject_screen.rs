@@ -27,8 +27,8 @@ pub enum SubjectAct {
 pub(crate) struct TaskScale {
     /// How the handle moves the cursor.
     pub(crate) mapping: RigMapping,
-    /// Largest distance from the middle that any target of the study reaches, m of the task: the scale is the same for all
-    /// of them.
+    /// Largest distance from the middle that any target of the study reaches, m of the task: the scale is the same
+    /// for all of them.
     pub(crate) reach_m: f64,
 }
 

@@ -182,8 +182,8 @@ impl Desk {
         }
     }
 
-    /// Presses Space in another window of the panel, whose keys it sees before its own next frame, and takes the news of
-    /// the stop before it draws.
+    /// Presses Space in another window of the panel, whose keys it sees before its own next frame, and takes the news
+    /// of the stop before it draws.
     pub(crate) fn press_elsewhere(&mut self) {
         self.engage();
         self.app.take_keys(&RawInput {

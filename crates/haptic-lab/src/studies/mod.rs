@@ -3,8 +3,8 @@
 //! A study is a [plan] (data), a state machine for each subject ([fitts], [perception]) that is fed with ticks, and
 //! rows, one a [trial]. The state machines know no daemon, no file and no screen, so that hits and times go by the
 //! daemon's ticks. A subject's [session] has what is around the trials: instructions, breaks, scenes, void attempts. A
-//! simulated [operator] and a [person] in front of a screen do a study through the same session; [store] keeps it on the
-//! disk, and [run] runs one of simulated operators.
+//! simulated [operator] and a [person] in front of a screen do a study through the same session; [store] keeps it on
+//! the disk, and [run] runs one of simulated operators.
 
 pub mod analysis;
 pub mod fitts;

@@ -59,7 +59,8 @@ impl Leases {
         }
     }
 
-    /// A client has sent a line: restarts the timeout of its lease. Returns the time at which it would have expired, ns;
+    /// A client has sent a line: restarts the timeout of its lease. Returns the time at which it would have expired,
+    /// ns;
     /// `None` if the client holds none.
     pub(super) fn renew(&self, session: u64) -> Option<u64> {
         self.absent.borrow_mut().remove(&session);

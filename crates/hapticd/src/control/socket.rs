@@ -7,8 +7,8 @@
 //! | `--watch-socket` | 0755 | 0666 | everybody who can reach it |
 //!
 //! An existing directory is not changed. The control socket also asks the kernel who each client
-//! is, so a widened mode admits nobody. A socket that the service manager passes (socket activation) is taken as it is, and
-//! stays when the daemon ends.
+//! is, so a widened mode admits nobody. A socket that the service manager passes (socket activation) is taken as it
+//! is, and stays when the daemon ends.
 
 use crate::control::peer::is_member;
 use haptic_ipc::Problem;
@@ -310,8 +310,8 @@ fn missing_directories(path: &Path) -> Vec<&Path> {
         .collect()
 }
 
-/// The lock beside the socket, held while the daemon runs, so that no other daemon takes the socket for stale. The kernel
-/// releases it however the process ends.
+/// The lock beside the socket, held while the daemon runs, so that no other daemon takes the socket for stale. The
+/// kernel releases it however the process ends.
 #[derive(Debug)]
 struct Lock {
     path: PathBuf,

@@ -21,7 +21,8 @@ pub(super) fn write(path: &Path, text: &str, replace: bool) -> io::Result<()> {
     Ok(())
 }
 
-/// Replaces a file that is written again and again: what it holds need not outlive a power failure, so the disk is spared.
+/// Replaces a file that is written again and again: what it holds need not outlive a power failure, so the disk is
+/// spared.
 ///
 /// # Errors
 /// The system refuses.

@@ -1,8 +1,8 @@
 //! Entries for the journal of systemd, in its own protocol: a datagram of lines `FIELD=value`
 //! (systemd.io/JOURNAL_NATIVE_PROTOCOL).
 //!
-//! A library would write from the thread that logs, or bring a subscriber with ten crates; here an entry goes through the same
-//! bounded queue and the same thread as a line on standard error.
+//! A library would write from the thread that logs, or bring a subscriber with ten crates; here an entry goes through
+//! the same bounded queue and the same thread as a line on standard error.
 
 use std::fmt::Write;
 use std::os::unix::net::UnixDatagram;

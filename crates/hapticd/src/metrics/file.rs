@@ -1,4 +1,5 @@
-//! The metrics in a file, for the textfile collector of node_exporter: written anew every few seconds, whole or not at all.
+//! The metrics in a file, for the textfile collector of node_exporter: written anew every few seconds, whole or not
+//! at all.
 
 use crate::control::RigHandle;
 use crate::control::whole_file;

@@ -22,8 +22,8 @@ fn openmetrics(rig: &RigHandle) -> String {
     text
 }
 
-/// The same in the text format of Prometheus, which node_exporter and promtool read: a counter's family has the name of its
-/// series there, and there is no mark at the end.
+/// The same in the text format of Prometheus, which node_exporter and promtool read: a counter's family has the name
+/// of its series there, and there is no mark at the end.
 fn prometheus_text(openmetrics: &str) -> String {
     let mut text = String::with_capacity(openmetrics.len() + 256);
     let mut help = "";

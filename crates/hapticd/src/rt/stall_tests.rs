@@ -31,7 +31,8 @@ const BOUND: u64 = 30_000;
 /// what follows is the same over again.
 const MOST_STEPS: u64 = 400;
 
-/// Instructions from one at which it is stopped to the next: every one, or, in a short run, as many as a lock is held for.
+/// Instructions from one at which it is stopped to the next: every one, or, in a short run, as many as a lock is held
+/// for.
 fn stride() -> usize {
     test_run::extent(7, 1)
 }

@@ -224,8 +224,8 @@ impl Feed {
     }
 
     /// Processes the records that were taken, and sends the events that are due. `scenes` holds all scenes that these
-    /// records may tell of; `servo` asks for the servo's settings, as far as they are known. Returns the first record of
-    /// each state and revision.
+    /// records may tell of; `servo` asks for the servo's settings, as far as they are known. Returns the first record
+    /// of each state and revision.
     pub(crate) fn tell_subscribers(
         &mut self,
         scenes: &VecDeque<KnownScene>,

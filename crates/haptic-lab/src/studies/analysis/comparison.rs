@@ -177,8 +177,8 @@ pub struct Comparison {
     pub pairs: Vec<Pair>,
 }
 
-/// All differences from the baseline. Where a subject has more than one segment of a resistance in a condition, the last
-/// block counts: the paper's subjects began with a round of the baseline, and were less used to the task then.
+/// All differences from the baseline. Where a subject has more than one segment of a resistance in a condition, the
+/// last block counts: the paper's subjects began with a round of the baseline, and were less used to the task then.
 pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refused>) -> Vec<Difference> {
     let last: BTreeMap<_, &Segment<'_>> = segments
         .iter()

@@ -2,8 +2,8 @@ use super::*;
 use crate::studies::trial::{Case, Method, PerceptionTrial};
 use serde_json::Value;
 
-/// A segment of two movements that end 10 mm beyond and 10 mm before the target's centre. All errors of the segment were
-/// made in its first trial; `error_size_m` is their sum.
+/// A segment of two movements that end 10 mm beyond and 10 mm before the target's centre. All errors of the segment
+/// were made in its first trial; `error_size_m` is their sum.
 fn segment(
     (subject, block, resistance, condition): (&str, u32, &str, &str),
     times_s: [f64; 2],

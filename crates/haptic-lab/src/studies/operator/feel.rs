@@ -1,10 +1,10 @@
 //! A simulated operator at the perception tests: strokes to and fro, and of each surface two forces that are felt,
 //! the breakaway and the friction of the slide. Each is felt with noise in proportion to it (Weber's law).
 //!
-//! The two are weighed as an observer does who has learned in the trials which of them the test changes: each by the change
-//! that is expected of it over the variance of its difference. Of independent noises that is the best linear weighting, and
-//! then `d'^2 = d1^2 + d2^2` ("A tutorial on cue
-//! combination and signal detection theory", doi:10.1016/j.jmp.2016.04.006); a force that the test leaves alone has no weight.
+//! The two are weighed as an observer does who has learned in the trials which of them the test changes: each by the
+//! change that is expected of it over the variance of its difference. Of independent noises that is the best linear
+//! weighting, and then `d'^2 = d1^2 + d2^2` ("A tutorial on cue combination and signal detection theory",
+//! doi:10.1016/j.jmp.2016.04.006); a force that the test leaves alone has no weight.
 
 use super::arm::Arm;
 use super::constants::Constants;
@@ -54,8 +54,8 @@ impl Felt {
         }
     }
 
-    /// Breakaway and sliding friction, N, on the average. A surface that never gave way is felt by the largest force that it
-    /// held.
+    /// Breakaway and sliding friction, N, on the average. A surface that never gave way is felt by the largest force
+    /// that it held.
     pub(super) fn forces_n(&self) -> (f64, f64) {
         let mean = |sum_n: f64, count: f64| if count > 0.0 { sum_n / count } else { self.largest_n };
         (

@@ -123,8 +123,8 @@ pub fn session(task: Task, subject: &Subject) -> Session {
     Session::new(task, subject, settings)
 }
 
-/// Does what comes next: the segment of the targeting task that the session is at, from its beginning, or a trial of the
-/// perception tests. `done` takes each trial, and ends it by `false`.
+/// Does what comes next: the segment of the targeting task that the session is at, from its beginning, or a trial of
+/// the perception tests. `done` takes each trial, and ends it by `false`.
 ///
 /// # Errors
 /// A surface cannot be rendered, or a target is not hit.

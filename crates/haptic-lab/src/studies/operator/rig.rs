@@ -74,8 +74,8 @@ pub(super) struct Rig {
 }
 
 impl Rig {
-    /// A rig at rest at a position, m, that renders a scene and moves what is mounted on it, and an arm of a mass, kg. It
-    /// engages once it has settled.
+    /// A rig at rest at a position, m, that renders a scene and moves what is mounted on it, and an arm of a mass,
+    /// kg. It engages once it has settled.
     ///
     /// # Errors
     /// The scene cannot be rendered.

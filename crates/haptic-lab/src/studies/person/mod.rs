@@ -84,8 +84,8 @@ impl PersonSession {
     /// Opens a study to go on with a subject at the trial where the subject stopped, be that days ago.
     ///
     /// # Errors
-    /// It is not a study for people, another program has it open, there is no such subject, or its rows are not those of
-    /// the plan.
+    /// It is not a study for people, another program has it open, there is no such subject, or its rows are not those
+    /// of the plan.
     pub fn open(folder: &Path, code: &str, rig: RigDescription) -> Result<Self, PersonError> {
         let study = Study::open(folder)?;
         if study.about().constants.is_some() {

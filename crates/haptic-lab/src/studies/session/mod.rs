@@ -8,9 +8,9 @@
 //!                                                   pause, stop, fault, lost tick, foreign change of the scene
 //! ```
 //!
-//! The caller gives it every tick ([`row`](Session::row)), clicks and answers with the tick at which they came, renders the
-//! scenes that it asks for ([`take_scene`](Session::take_scene), [`rendered`](Session::rendered)), shows its
-//! [`View`], and puts what becomes final on the disk ([`take_news`](Session::take_news)) before it goes on.
+//! The caller gives it every tick ([`row`](Session::row)), clicks and answers with the tick at which they came,
+//! renders the scenes that it asks for ([`take_scene`](Session::take_scene), [`rendered`](Session::rendered)), shows
+//! its [`View`], and puts what becomes final on the disk ([`take_news`](Session::take_news)) before it goes on.
 
 mod active_scene;
 mod frames;
@@ -175,8 +175,8 @@ impl Session {
         }
     }
 
-    /// Where the cursor is, m of the task, with the handle at a position, m; none in the perception tests, which have no
-    /// cursor.
+    /// Where the cursor is, m of the task, with the handle at a position, m; none in the perception tests, which have
+    /// no cursor.
     #[must_use]
     pub fn cursor_m(&self, position_m: f64) -> Option<f64> {
         match &self.task {
@@ -251,8 +251,8 @@ impl Session {
         self.active.request(&scene).then_some(scene)
     }
 
-    /// Says that the scene that was taken is active with this revision, and from this tick on rendered alone: no ramp from
-    /// the scene before is under way any more.
+    /// Says that the scene that was taken is active with this revision, and from this tick on rendered alone: no ramp
+    /// from the scene before is under way any more.
     pub fn rendered(&mut self, revision: u64, whole_tick: u64) {
         self.active.rendered(revision, whole_tick);
     }
@@ -356,8 +356,8 @@ impl Session {
         })
     }
 
-    /// Keeps a tick for the recording of the trial that is under way or comes next. A recording begins once the scene is
-    /// active, so that what holds at its beginning is known.
+    /// Keeps a tick for the recording of the trial that is under way or comes next. A recording begins once the scene
+    /// is active, so that what holds at its beginning is known.
     fn record(&mut self, row: &Sample) {
         if !matches!(self.stage, Stage::Running | Stage::GetReady) {
             self.ticks = None;
@@ -377,8 +377,8 @@ impl Session {
         }
     }
 
-    /// Takes a click by a mouse or a key at a tick, which may be one that has not come yet. It is judged by the handle's
-    /// position in that tick.
+    /// Takes a click by a mouse or a key at a tick, which may be one that has not come yet. It is judged by the
+    /// handle's position in that tick.
     pub fn click(&mut self, tick: u64) {
         if self.recent.click(tick) && self.stage == Stage::Running {
             self.click_in(tick);

@@ -28,7 +28,8 @@ pub enum Phase {
     Mounting,
     /// A break, which may be ended by `proceed` at any time.
     Rest {
-        /// What is left of it in whole seconds, rounded up: a screen need not be drawn anew for less. 0 where it is over.
+        /// What is left of it in whole seconds, rounded up: a screen need not be drawn anew for less. 0 where it is
+        /// over.
         remaining_s: u32,
     },
     /// Hold the handle, and wait: the scene changes, or no force flows yet.

@@ -33,8 +33,8 @@ pub struct FittsTrial {
     /// Diameter of the cursor, m (>= 0, below the width).
     #[serde(default)]
     pub cursor_diameter_m: Option<f64>,
-    /// Cursor's centre at the valid click, from the target's centre, m (-10 to 10): positive is overshoot, whichever way
-    /// the movement went.
+    /// Cursor's centre at the valid click, from the target's centre, m (-10 to 10): positive is overshoot, whichever
+    /// way the movement went.
     pub end_error_m: f64,
     /// From the valid click before to this one, s (> 0, at most 150: the longest trial is 120 s).
     pub movement_time_s: f64,

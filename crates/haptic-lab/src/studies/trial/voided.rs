@@ -4,8 +4,8 @@ use super::operator::Operator;
 use super::row::{OutOfRange, Trial, check, named};
 use serde::{Deserialize, Serialize};
 
-/// An attempt at a trial that was broken off: a fault, a stop, a lost tick, a foreign change of the scene or a pause. The
-/// trial was done again.
+/// An attempt at a trial that was broken off: a fault, a stop, a lost tick, a foreign change of the scene or a pause.
+/// The trial was done again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VoidedTrial {
     /// Who did it.
