@@ -5,6 +5,7 @@ use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
 use haptic_ipc::{LeaseReply, Request};
+use nix::sys::signal::{SigHandler, Signal};
 use std::ffi::OsString;
 use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;
@@ -108,7 +109,13 @@ async fn end(daemon: &mut Daemon) -> Result<(), Failure> {
 fn end_with_this_process(command: &mut Command) {
     let parent = nix::unistd::getpid();
     let before = move || {
-        nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGTERM)?;
+        // This process catches it, and so does its copy until the command has taken its place.
+        // SAFETY: no handler is installed, and nobody asks for the one before.
+        #[expect(unsafe_code, reason = "the call has no safe wrapper")]
+        unsafe {
+            nix::sys::signal::signal(Signal::SIGTERM, SigHandler::SigDfl)?;
+        }
+        nix::sys::prctl::set_pdeathsig(Signal::SIGTERM)?;
         // It may have died before the kernel was asked.
         if nix::unistd::getppid() == parent {
             Ok(())
@@ -116,7 +123,7 @@ fn end_with_this_process(command: &mut Command) {
             Err(nix::errno::Errno::ESRCH.into())
         }
     };
-    // SAFETY: between fork and exec two system calls are made, and nothing is allocated or locked.
+    // SAFETY: between fork and exec three system calls are made, and nothing is allocated or locked.
     #[expect(unsafe_code, reason = "what runs between fork and exec has no safe wrapper")]
     unsafe {
         command.pre_exec(before);
