@@ -7,7 +7,12 @@ use crate::control::leases::Lease;
 use crate::control::requester::Requester;
 use crate::rt::clock::now_ns;
 use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply};
+use std::rc::Rc;
 use std::time::Duration;
+use tokio::task::spawn_local;
+
+/// Why a lease lapses whose time is over.
+const SILENT: &str = "its client has fallen silent";
 
 /// Begins, changes or ends the lease of a client.
 pub(super) fn lease(rig: &RigHandle, by: Requester<'_>, timeout_ms: u32) -> LeaseReply {
@@ -16,17 +21,19 @@ pub(super) fn lease(rig: &RigHandle, by: Requester<'_>, timeout_ms: u32) -> Leas
     LeaseReply { timeout_ms }
 }
 
-/// Renews the lease of a client that has sent a line, if it has one.
-pub(super) fn renew(rig: &RigHandle, session: u64) {
+/// Renews the lease of a client that has sent a line, if it has one. Waits for nothing: the line may be a stop.
+pub(super) fn renew(rig: &Rc<RigHandle>, session: u64) {
     let Some(until_ns) = rig.leases().renew(session) else {
         return;
     };
     publish(rig);
     if now_ns() > until_ns {
-        // The loop may have seen the end before it heard of the new one, and have released the rig: so the lease has
-        // lapsed, and the journal says so.
-        rig.leases().end_at(session, until_ns);
-        publish(rig);
+        // The real-time thread may have seen the end before it heard of the new one, and have released the rig: so the
+        // lease has lapsed, whatever the line asks for.
+        rig.lease_until(until_ns);
+        let expired = rig.leases().take(|lease| lease.session == session);
+        let rig = Rc::clone(rig);
+        drop(spawn_local(async move { expire(&rig, expired, SILENT).await }));
     }
 }
 
@@ -47,7 +54,7 @@ pub(crate) async fn watch(rig: &RigHandle) {
         }
         let now = now_ns();
         let expired = rig.leases().take(|lease| lease.until_ns <= now);
-        expire(rig, expired, "its client has fallen silent").await;
+        expire(rig, expired, SILENT).await;
     }
 }
 
@@ -80,4 +87,42 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
 fn publish(rig: &RigHandle) {
     rig.lease_until(rig.leases().until_ns());
     rig.leases().notify();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::rig::fixture::rig;
+    use haptic_ipc::Peer;
+    use tokio::task::{LocalSet, yield_now};
+
+    /// In the moment in which the real-time thread releases the rig, and before [`watch`] hears of it.
+    #[tokio::test]
+    async fn a_lease_that_is_renewed_too_late_has_lapsed_and_the_journal_says_so() {
+        let (rig, _producer) = rig();
+        let (rig, peer) = (Rc::new(rig), Peer::default());
+        let by = Requester {
+            session: 1,
+            peer: &peer,
+        };
+        lease(&rig, by, 1);
+        let until_ns = rig.leases().until_ns();
+        while now_ns() <= until_ns {
+            std::hint::spin_loop();
+        }
+        let late = async {
+            renew(&rig, 1);
+            // What the late line asks for is another lease.
+            lease(&rig, by, 60_000);
+            yield_now().await;
+        };
+        LocalSet::new().run_until(late).await;
+        let entries = rig.journal(0, 9).entries;
+        let said: Vec<_> = entries
+            .iter()
+            .map(|entry| (&*entry.op, entry.message.as_deref()))
+            .collect();
+        assert_eq!(said, [("lease_lapsed", Some(SILENT))]);
+        assert_eq!(rig.leases().count(), 1, "and the new one holds");
+    }
 }

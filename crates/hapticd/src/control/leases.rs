@@ -59,22 +59,13 @@ impl Leases {
         }
     }
 
-    /// A client has sent a line: restarts the timeout of its lease. Returns the time at which it would have expired,
-    /// ns;
-    /// `None` if the client holds none.
+    /// A client has sent a line: restarts the timeout of its lease. Returns the time at which it would have
+    /// expired, ns; `None` if the client holds none.
     pub(super) fn renew(&self, session: u64) -> Option<u64> {
         self.absent.borrow_mut().remove(&session);
         let mut held = self.held.borrow_mut();
         let lease = held.iter_mut().find(|lease| lease.session == session)?;
         Some(replace(&mut lease.until_ns, now_ns() + lease.timeout_ns))
-    }
-
-    /// Takes a renewal back: the lease ends at the time at which it would have ended, ns.
-    pub(super) fn end_at(&self, session: u64, until_ns: u64) {
-        let mut held = self.held.borrow_mut();
-        if let Some(lease) = held.iter_mut().find(|lease| lease.session == session) {
-            lease.until_ns = until_ns;
-        }
     }
 
     /// Removes and returns leases that have expired.

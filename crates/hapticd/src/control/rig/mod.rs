@@ -3,6 +3,8 @@
 
 mod commands;
 mod entries;
+#[cfg(test)]
+pub(super) mod fixture;
 mod observed_state;
 mod scenes;
 pub(super) mod schedule;

@@ -1,0 +1,81 @@
+//! A rig without a real-time thread, for tests of what the control thread keeps of it.
+
+use crate::config::{Configuration, FrictionOptions};
+use crate::control::RigHandle;
+use crate::control::facts::{EngageRules, Facts};
+use crate::rt::handoff::Shared;
+use crate::rt::outbox::{Producer, outbox};
+use crate::rt::rig_setup::rig_setups;
+use crate::rt::schedule::schedule;
+use crate::telemetry::feed::Feed;
+use device_io::Address;
+use haptic_core::adviser::RigFacts;
+use haptic_core::limiter::Limits;
+use haptic_core::passivity::RigLosses;
+use haptic_core::servo::Settings;
+use haptic_core::velocity::Method;
+use haptic_core::{Scene, Scheme};
+use haptic_ipc::RealTimeStatus;
+use std::cell::Cell;
+use std::sync::Arc;
+use std::time::Duration;
+
+const PERIOD_S: f64 = 1e-3;
+
+fn facts() -> Facts {
+    Facts {
+        server: String::new(),
+        device: String::new(),
+        address: device_boards::Address::Native(Address::Fake),
+        servo: Cell::new(Settings {
+            period_s: PERIOD_S,
+            ramp_s: 0.1,
+            limits: Limits {
+                force_n: 20.0,
+                slew_n_per_s: 5000.0,
+                speed_mps: 5.0,
+                acceleration_mps2: 2000.0,
+            },
+            losses: RigLosses {
+                damping: 0.0,
+                friction: 0.0,
+            },
+            passivity_control_n: 0.0,
+            velocity: Method::AlphaBetaGamma,
+            stale_ns: 0,
+            stop_button: None,
+            enable_button: None,
+            compensation: None,
+        }),
+        configuration: Configuration::default(),
+        _awake: None,
+        share: None,
+        rig: RigFacts {
+            period_s: PERIOD_S,
+            sample_period_s: 0.0,
+            delay_s: 0.0,
+            damping: 0.0,
+            friction: 0.0,
+            resolution: 0.0,
+        },
+        friction: FrictionOptions::default(),
+        link: None,
+        keeper: None,
+        period_ns: 1_000_000,
+        ramp: Duration::from_millis(100),
+        rules: EngageRules::default(),
+        state_dir: "".into(),
+        scheme: Scheme::Exact,
+        scene_dir: "".into(),
+        real_time: RealTimeStatus::default(),
+    }
+}
+
+/// The rig, and where the real-time thread would put its records.
+pub(in crate::control) fn rig() -> (RigHandle, Producer) {
+    let ((producer, records), (setups, _), (sender, _)) = (outbox(), rig_setups(), schedule());
+    let feed = Feed::new(records, 1_000_000, None);
+    let shared = Arc::new(Shared::new());
+    let rig = RigHandle::new(facts(), shared, setups, sender, feed, Scene::paper(), 1);
+    (rig, producer)
+}
