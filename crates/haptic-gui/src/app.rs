@@ -25,8 +25,8 @@ pub struct App {
     model: Model,
     connection: Connection,
     files: Files,
-    /// Shortest time between two frames that show new samples.
-    shortest: Duration,
+    /// There is no graphics card.
+    is_drawn_in_software: bool,
     /// A stop was sent by key before the frame was drawn.
     stopped_by_key: bool,
     remembering: Option<Remembering>,
@@ -42,15 +42,15 @@ impl App {
             model,
             connection,
             files,
-            shortest: Duration::ZERO,
+            is_drawn_in_software: false,
             stopped_by_key: false,
             remembering: None,
         }
     }
 
-    /// Limits the frames that show new samples to those that a processor draws without strain.
+    /// Halves the frames that show new samples, and limits them to those that a processor draws without strain.
     pub fn draw_in_software(&mut self) {
-        self.shortest = SHORTEST_IN_SOFTWARE;
+        self.is_drawn_in_software = true;
     }
 
     /// Stops by key ahead of the frames, in a window of X11.
@@ -147,7 +147,11 @@ impl App {
             self.carry_out(ui.ctx(), intent);
         }
         self.stopped_by_key = false;
-        self.connection.set_pace(self.model.pace().max(self.shortest));
+        let mut pace = self.model.pace();
+        if self.is_drawn_in_software {
+            pace = (pace * 2).max(SHORTEST_IN_SOFTWARE);
+        }
+        self.connection.set_pace(pace);
     }
 
     /// Carries out an intent.

@@ -34,8 +34,9 @@ impl FrameLimiter {
         self.pace = pace.max(SHORTEST);
     }
 
-    /// How long an update that arrives `now` waits for its frame.
-    pub(crate) fn wait(&mut self, now: Instant, is_steady: bool) -> Duration {
+    /// How long an update that arrives `now` waits for its frame; `None` for one of a steady stream whose frame is
+    /// requested already: each request wakes the window.
+    pub(crate) fn wait(&mut self, now: Instant, is_steady: bool) -> Option<Duration> {
         if let Some(due) = self.due.take_if(|due| *due <= now) {
             self.drawn = Some(due);
         }
@@ -43,9 +44,12 @@ impl FrameLimiter {
         let soonest = now + GATHER;
         let wanted = self.drawn.map_or(soonest, |drawn| soonest.max(drawn + period));
         // An earlier frame that is requested shows it as well.
+        if is_steady && self.due.is_some_and(|due| due <= wanted) {
+            return None;
+        }
         let due = self.due.map_or(wanted, |due| due.min(wanted));
         self.due = Some(due);
-        due - now
+        Some(due - now)
     }
 }
 
@@ -57,9 +61,9 @@ mod tests {
     /// The frames of updates at these times, ms.
     fn frames(limiter: &mut FrameLimiter, updates_ms: impl IntoIterator<Item = u64>, is_steady: bool) -> Vec<u64> {
         let begin = Instant::now();
-        let due = updates_ms.into_iter().map(|ms| {
-            let due = Duration::from_millis(ms) + limiter.wait(begin + Duration::from_millis(ms), is_steady);
-            u64::try_from(due.as_millis()).expect("it is soon")
+        let due = updates_ms.into_iter().filter_map(|ms| {
+            let due = Duration::from_millis(ms) + limiter.wait(begin + Duration::from_millis(ms), is_steady)?;
+            Some(u64::try_from(due.as_millis()).expect("it is soon"))
         });
         due.collect::<BTreeSet<_>>().into_iter().collect()
     }
@@ -82,17 +86,21 @@ mod tests {
         let mut limiter = FrameLimiter::default();
         limiter.set_pace(Duration::from_secs(1));
         let at = |ms| begin + Duration::from_millis(ms);
-        assert_eq!(limiter.wait(at(0), true), GATHER);
-        assert_eq!(limiter.wait(at(100), true), Duration::from_millis(901));
+        let ms = |ms| Some(Duration::from_millis(ms));
+        assert_eq!(limiter.wait(at(0), true), Some(GATHER));
+        assert_eq!(limiter.wait(at(100), true), ms(901));
+        assert_eq!(limiter.wait(at(134), true), None, "it is requested");
         assert_eq!(
             limiter.wait(at(200), false),
-            GATHER,
+            Some(GATHER),
             "a change of state is shown at once"
         );
+        assert_eq!(limiter.wait(at(300), true), ms(901), "and a sample with it");
+        limiter.set_pace(Duration::from_millis(100));
         assert_eq!(
-            limiter.wait(at(300), true),
-            Duration::from_millis(901),
-            "and a sample with it"
+            limiter.wait(at(334), true),
+            Some(GATHER),
+            "what is quicker again does not wait"
         );
     }
 }

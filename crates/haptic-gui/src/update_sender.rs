@@ -51,7 +51,9 @@ impl UpdateSender {
         let is_steady = update.is_steady();
         self.send_undrawn(update)?;
         let wait = self.limiter().wait(Instant::now(), is_steady);
-        (self.repaint)(wait);
+        if let Some(wait) = wait {
+            (self.repaint)(wait);
+        }
         Ok(())
     }
 

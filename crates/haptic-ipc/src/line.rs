@@ -1,7 +1,7 @@
 //! The lines of the server.
 
 use crate::error::WireError;
-use crate::event::Event;
+use crate::event::{Event, SamplesEvent};
 use serde::{Deserialize, Serialize};
 
 /// The greeting of the server.
@@ -45,6 +45,9 @@ impl Rights {
     }
 }
 
+/// How the server begins a batch of ticks.
+const SAMPLES: &str = r#"{"event":"samples","#;
+
 /// A line from the server.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ServerLine {
@@ -75,6 +78,11 @@ impl ServerLine {
             error: Option<WireError>,
             event: Option<serde::de::IgnoredAny>,
         }
+        // Nearly all that comes. What its key tells need not be looked for, and nothing is kept twice on the way to it.
+        if line.starts_with(SAMPLES) {
+            let samples: SamplesEvent = serde_json::from_str(line)?;
+            return Ok(Self::Event(Event::Samples(samples)));
+        }
         let parsed: Line = serde_json::from_str(line)?;
         if parsed.event.is_some() {
             return Ok(Self::Event(serde_json::from_str(line)?));
@@ -97,6 +105,7 @@ impl ServerLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Sample;
     use crate::error::ErrorCode;
 
     #[test]
@@ -113,6 +122,38 @@ mod tests {
         assert_eq!(error.code, ErrorCode::Unknown);
         let line = r#"{"id":1,"ok":{"state":"idle","tick":3,"more":1},"took_ns":5}"#;
         assert!(ServerLine::parse(line).is_ok());
+    }
+
+    #[test]
+    fn a_batch_of_ticks_is_read_alike_wherever_its_key_stands() {
+        let rows = vec![
+            Sample {
+                tick: 7,
+                command_force_n: -1.5,
+                ..Sample::default()
+            };
+            3
+        ];
+        let event = Event::Samples(SamplesEvent {
+            seq: 2,
+            dropped: 1,
+            rows,
+        });
+        let line = serde_json::to_string(&event).expect("it can be written");
+        assert!(line.starts_with(SAMPLES), "{line}");
+        let key_last = format!(
+            "{}{}",
+            line.replacen(SAMPLES, "{", 1).trim_end_matches('}'),
+            r#","event":"samples"}"#
+        );
+        for line in [&line, &key_last] {
+            assert_eq!(
+                ServerLine::parse(line).expect("it reads"),
+                ServerLine::Event(event.clone())
+            );
+            let damaged = line.replacen("-1.5", "null", 1);
+            assert!(ServerLine::parse(&damaged).is_err(), "{damaged}");
+        }
     }
 
     #[test]
