@@ -2,7 +2,7 @@
 //! number, written whole or not at all.
 //!
 //! A disk may be slow and a mount may hang, so files are read and written on a [`WorkerPool`] of
-//! one thread, which nothing waits for longer than [`DISK_TIMEOUT`].
+//! one thread, which nothing waits for longer than [`READ_TIMEOUT`] or [`WRITE_TIMEOUT`].
 
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::whole_file;
@@ -15,8 +15,12 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Timeout of a disk.
-const DISK_TIMEOUT: Duration = Duration::from_secs(1);
+/// Timeout of a file that is read: somebody wants to engage.
+const READ_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Timeout of a file that is written: a busy disk can take seconds to keep it, and what was found of a rig took a person
+/// minutes. Below the 5 s for which haptic-ctl waits.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(4);
 
 /// Largest file that is read, bytes.
 const LARGEST_FILE: u64 = 64 * 1024;
@@ -117,7 +121,7 @@ impl RigFolder {
     ) -> Result<Option<T>, String> {
         let path = self.path_of(state_dir, key);
         let asked = path.clone();
-        let found = self.run(move || read(&asked)).await;
+        let found = self.run(READ_TIMEOUT, move || read(&asked)).await;
         found.map_err(|why| format!("{}: {why}", path.display()))
     }
 
@@ -133,7 +137,7 @@ impl RigFolder {
     ) -> Result<PathBuf, WireError> {
         let path = self.path_of(state_dir, key);
         let (to, heading) = (path.clone(), self.heading);
-        match self.run(move || write(&to, heading, &found)).await {
+        match self.run(WRITE_TIMEOUT, move || write(&to, heading, &found)).await {
             Ok(()) => Ok(path),
             Err(why) => Err(WireError::new(
                 ErrorCode::StateFile,
@@ -144,15 +148,13 @@ impl RigFolder {
 
     async fn run<T: Send + 'static>(
         &self,
+        limit: Duration,
         work: impl FnOnce() -> Result<T, String> + Send + 'static,
     ) -> Result<T, String> {
         if self.disk.is_busy() {
             return Err("the disk is still busy with the previous access".to_owned());
         }
-        self.disk
-            .run(DISK_TIMEOUT, work)
-            .await
-            .map_err(|error| error.to_string())?
+        self.disk.run(limit, work).await.map_err(|error| error.to_string())?
     }
 }
 
