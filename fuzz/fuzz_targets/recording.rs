@@ -6,7 +6,7 @@
 )]
 
 use haptic_ipc::Sample;
-use haptic_lab::recording::{Format, Metadata, Reader, Writer};
+use haptic_recording::{Format, Metadata, Reader, Writer};
 use libfuzzer_sys::fuzz_target;
 use std::sync::{LazyLock, Once};
 

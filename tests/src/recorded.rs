@@ -1,14 +1,14 @@
 //! Recordings that grow, and what a replay takes of them.
 
 use crate::{PATIENCE, pause};
-use haptic_lab::recording::{self, Entry, Mark, Recording};
+use haptic_recording::{Entry, Mark, Recording};
 use std::path::Path;
 use std::time::Instant;
 
 /// Rows on the disk.
 #[must_use]
 pub fn rows(file: &Path) -> usize {
-    recording::read(file).map_or(0, |found| found.rows.len())
+    haptic_recording::read(file).map_or(0, |found| found.rows.len())
 }
 
 /// Waits until so many rows in all are on the disk.

@@ -1,6 +1,6 @@
 //! Files that `haptic-ctl` writes: nothing is replaced, and one rule for the exit codes.
 
-use haptic_lab::recording::{self, Ending};
+use haptic_recording::Ending;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -135,7 +135,7 @@ fn a_recording_goes_to_standard_output_and_ends_with_its_reader() {
         assert!(output.status.success() && said.contains(" rows, "), "{said}");
         let (file, _) = file(directory.path(), &format!("piped.{format}"));
         std::fs::write(&file, &output.stdout).expect("written");
-        let recording = recording::read(&file).expect("a recording");
+        let recording = haptic_recording::read(&file).expect("a recording");
         assert_eq!(recording.ending, Ending::Complete, "{format}");
         // A tick that comes late moves the end by a row.
         let rows = recording.rows.len();

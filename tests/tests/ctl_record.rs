@@ -1,7 +1,7 @@
 //! `haptic-ctl record`.
 
 use haptic_ipc::{RigState, Sample};
-use haptic_lab::recording::{self, Ending, Mark, Recording};
+use haptic_recording::{Ending, Mark, Recording};
 use rustix::process::Signal;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use system_tests::terminal::Terminal;
 use system_tests::{Daemon, PATIENCE, binary, wait_for_state};
 
 fn read(file: &Path) -> Recording {
-    recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
+    haptic_recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
 }
 
 /// The endings of the formats.

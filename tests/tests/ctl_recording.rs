@@ -1,7 +1,7 @@
 //! `haptic-ctl recording`, and recordings as motions.
 
 use haptic_ipc::RigState;
-use haptic_lab::recording::{self, Ending, Mark, Recording};
+use haptic_recording::{Ending, Mark, Recording};
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use system_tests::{Daemon, PATIENCE, binary};
 const ENDINGS: [&str; 3] = ["mcap", "csv", "parquet"];
 
 fn read(file: &Path) -> Recording {
-    recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
+    haptic_recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
 }
 
 fn text(bytes: &[u8]) -> String {

@@ -439,7 +439,7 @@ fn haptic_ctl_measures_the_rig_itself_and_then_what_is_on_it() {
     );
     println!("{whole}");
     near(&whole, "/mass_kg", 1.2, 0.03);
-    let recording = haptic_lab::recording::read(&file).expect("it is whole");
+    let recording = haptic_recording::read(&file).expect("it is whole");
     let excited = recording
         .rows
         .iter()

@@ -1,6 +1,5 @@
 //! `haptic-ctl recording collect`: recordings of many rigs as one partitioned set.
 
-use haptic_lab::recording;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -35,7 +34,7 @@ fn recordings_are_collected_by_rig_and_date_and_none_is_ever_replaced() {
     let mut fixtures: Vec<PathBuf> = fixture.map(|entry| entry.expect("a file").path()).collect();
     fixtures.sort();
     drop(ctl_offline(&["recording", "export", path(&fixtures[0]), path(&first)]));
-    let before = recording::read(&first).expect("a recording");
+    let before = haptic_recording::read(&first).expect("a recording");
     let collect = |more: &[&str]| -> Output {
         let arguments = [&["recording", "collect", path(&set)], more].concat();
         ctl(Path::new("/nonexistent"), &arguments)
@@ -52,7 +51,7 @@ fn recordings_are_collected_by_rig_and_date_and_none_is_ever_replaced() {
         assert!(parts[2].ends_with("-a-b.parquet") && parts.len() == 3, "{name}");
     }
     // A file of the set is a recording like any other.
-    let after = recording::read(&set.join(&names[0])).expect("a recording");
+    let after = haptic_recording::read(&set.join(&names[0])).expect("a recording");
     assert_eq!((after.rows, after.marks), (before.rows.clone(), before.marks.clone()));
 
     // By default its rig is the device. None is written where one of them is there already.

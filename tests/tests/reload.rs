@@ -1,8 +1,8 @@
 //! The configuration is read again while force flows: by `haptic-ctl reload`, and by SIGHUP.
 
 use haptic_ipc::{Client, LogReply, ReloadReply, Request, RigState, Status, WireError};
-use haptic_lab::recording::{self, Mark, Recording};
 use haptic_lab::replay;
+use haptic_recording::{Mark, Recording};
 use rustix::process::{Signal, kill_process};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -117,7 +117,7 @@ fn session(file: &Path) -> (Recording, ReloadReply) {
     rig.daemon.ctl_ok(&["release", "--wait"]);
     wait_for_more_rows(file, 100);
     assert!(process::end(recorder, Signal::INT).status.success());
-    (recording::read(file).expect("a recording"), lower)
+    (haptic_recording::read(file).expect("a recording"), lower)
 }
 
 // hazard: H21

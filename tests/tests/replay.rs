@@ -3,8 +3,8 @@
 
 use haptic_core::servo::Settings;
 use haptic_ipc::RigState;
-use haptic_lab::recording::{self, Ending, Mark, Metadata, Recording};
 use haptic_lab::replay::{self, NotCompared, Report};
+use haptic_recording::{Ending, Mark, Metadata, Recording};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ fn session(file: &Path) -> Recording {
     daemon.ctl_ok(&["release", "--wait"]);
     wait_for_more_rows(file, 100);
     assert!(end(recorder, Signal::INT).status.success());
-    let recording = recording::read(file).expect("a recording");
+    let recording = haptic_recording::read(file).expect("a recording");
     let arrived = |at: u64| {
         let is_at = |(_, mark): &(usize, Mark)| matches!(mark, Mark::Scene { tick, .. } if *tick == at);
         recording.marks.iter().any(is_at)
@@ -218,7 +218,7 @@ fn a_rig_behind_a_link_gives_its_forces_again_also_after_another_one_came() {
         (&0.into(), &Value::Null),
         "{said}"
     );
-    let recording = recording::read(&file).expect("a recording");
+    let recording = haptic_recording::read(&file).expect("a recording");
     let newest = recording.marks.iter().rev().find_map(|(_, mark)| match mark {
         Mark::Servo { servo, .. } => Some(servo),
         _ => None,
@@ -367,7 +367,7 @@ fn another_scene_along_the_recorded_motion_is_felt_otherwise() {
     assert!(most["what_if_N"] != most["recorded_N"], "{drag}");
     // The file has both forces, and the motion as it was.
     let text = std::fs::read_to_string(&out).expect("it is written");
-    let recorded = recording::read(file).expect("the fixture");
+    let recorded = haptic_recording::read(file).expect("the fixture");
     assert_eq!(text.lines().count(), recorded.rows.len() + 1);
     for (line, row) in text.lines().skip(1).zip(&recorded.rows) {
         let cells: Vec<&str> = line.split(',').collect();

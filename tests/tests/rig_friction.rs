@@ -3,7 +3,6 @@
 use haptic_ipc::{
     AdviceReply, Client, ErrorCode, LossSource, Request, RigState, Status, SubscribeReply, Topic, WireError,
 };
-use haptic_lab::recording;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use system_tests::commissioning::{daemon_at, refused};
@@ -179,7 +178,7 @@ fn the_share_is_felt_told_and_recorded() {
         .stdout(Stdio::null())
         .spawn()
         .expect("it starts");
-    while !recording::read(&file).is_ok_and(|recording| recording.rows.len() > 300) {
+    while !haptic_recording::read(&file).is_ok_and(|recording| recording.rows.len() > 300) {
         assert!(recorder.try_wait().expect("a child").is_none(), "it recorded nothing");
         std::thread::yield_now();
     }

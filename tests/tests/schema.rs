@@ -3,8 +3,8 @@
 
 use haptic_core::Scene;
 use haptic_ipc::{JournalEntry, RigState, SceneArrival};
-use haptic_lab::recording::Mark;
-use haptic_lab::recording::mcap::MARK_SCHEMA;
+use haptic_recording::Mark;
+use haptic_recording::mcap::MARK_SCHEMA;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;

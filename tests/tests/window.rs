@@ -12,8 +12,8 @@ use haptic_ipc::{
     Client, Description, Envelope, Event, ParameterDescription, Request, RigState, Sample, SamplesEvent, SceneReply,
     StateEvent, StateReply, params_of,
 };
-use haptic_lab::studies::plan::{Plan, Task};
-use haptic_lab::studies::store::{About, Study};
+use haptic_studies::plan::{Plan, Task};
+use haptic_studies::store::{About, Study};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::os::unix::net::{UnixListener, UnixStream};

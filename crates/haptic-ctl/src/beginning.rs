@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_ipc::{ClientError, Request, SceneReply, Status, SubscribeReply};
-use haptic_lab::recording::{Metadata, recorded_by};
+use haptic_recording::{Metadata, recorded_by};
 use serde::Deserialize;
 use std::time::{SystemTime, UNIX_EPOCH};
 

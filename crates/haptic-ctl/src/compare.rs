@@ -7,7 +7,6 @@ use haptic_lab::compare::{self, AlignedBy, Options};
 use haptic_lab::drawing::PlotFormat;
 use haptic_lab::identify::record_file::{self, Loaded, RecordFileError, Source};
 use haptic_lab::identify::{self, ModelKind, Record};
-use haptic_lab::recording;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -130,7 +129,7 @@ fn reason(error: &RecordFileError) -> String {
 
 /// The mass of the block that was rendered, kg, where the record is a recording.
 fn rendered_mass_kg(path: &Path) -> Option<f64> {
-    let reader = recording::open(path).ok()?;
+    let reader = haptic_recording::open(path).ok()?;
     Some(reader.metadata().scene.block?.mass)
 }
 

@@ -9,8 +9,8 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::Scheme;
 use haptic_ipc::{Request, WireError};
-use haptic_lab::recording::{self, Ending, Metadata, Reader, RecordingError};
 use haptic_lab::replay::{self, Alternative, Felt, LargestDifference, Report, Summary, Tally, WhatIf};
+use haptic_recording::{Ending, Metadata, Reader, RecordingError};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -106,7 +106,7 @@ fn unreplayable(path: &Path) -> impl Fn(replay::ReplayError) -> Failure {
 }
 
 fn open(path: &Path) -> Result<(Reader, Metadata), Failure> {
-    let reader = recording::open(path).map_err(unreadable(path))?;
+    let reader = haptic_recording::open(path).map_err(unreadable(path))?;
     let metadata = reader.metadata().clone();
     Ok((reader, metadata))
 }

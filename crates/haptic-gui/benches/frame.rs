@@ -15,7 +15,7 @@ use haptic_gui::{Loaded, Model, Update, theme};
 use haptic_ipc::{
     Description, Event, Hello, ParameterDescription, RigState, SamplesEvent, SceneReply, StateEvent, params_of,
 };
-use haptic_lab::recording::Ending;
+use haptic_recording::Ending;
 use row::row;
 use std::hint::black_box;
 use std::time::{Duration, Instant};

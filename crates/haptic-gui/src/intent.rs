@@ -5,7 +5,7 @@ use crate::recording::Listed;
 use crate::study::StudyCommand;
 use haptic_core::{Direction, Scene};
 use haptic_ipc::{ChangeOptions, Request, SceneRef, Topic};
-use haptic_lab::recording::{self, Metadata};
+use haptic_recording::Metadata;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -111,7 +111,7 @@ pub enum Intent {
         /// The folder.
         folder: PathBuf,
         /// The format of the file.
-        format: recording::Format,
+        format: haptic_recording::Format,
         /// The head of the file.
         metadata: Box<Metadata>,
     },

@@ -1,7 +1,7 @@
 //! The pages of the panel.
 
 use clap::ValueEnum;
-use haptic_lab::studies::plan::Task;
+use haptic_studies::plan::Task;
 
 /// A page: one task, drawn between the top bar and the timing of the loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

@@ -7,7 +7,7 @@ use crate::recording::RecordingNews;
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::Event;
-use haptic_lab::recording::{self, Format, Kept, Mark, Metadata, RecordingThread, WaitingParts};
+use haptic_recording::{Format, Kept, Mark, Metadata, RecordingThread, WaitingParts};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, TryRecvError};
@@ -166,7 +166,7 @@ fn write(
     let failed = |error: io::Error| format!("the recording ends here: cannot write {}: {error}", path.display());
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     metadata.started_unix_s = since_1970.map_or(0.0, |time| time.as_secs_f64());
-    let recorder = recording::Recorder::new(format, file, &path, &metadata).map_err(failed)?;
+    let recorder = haptic_recording::Recorder::new(format, file, &path, &metadata).map_err(failed)?;
     let tell = |totals| {
         let path = path.clone();
         // A closed panel ends the recording by itself.
@@ -214,7 +214,7 @@ mod tests {
         let RecordingNews::Ended { path, totals } = ended(&received) else {
             panic!("not ended");
         };
-        let read = haptic_lab::recording::read(&path).expect("a recording");
+        let read = haptic_recording::read(&path).expect("a recording");
         assert_eq!((read.rows, totals.rows), (rows, 50));
         let markers = read.marks.iter().filter_map(|(before, mark)| match mark {
             Mark::Marker { text, .. } => Some((*before, text.as_str())),
@@ -264,7 +264,7 @@ mod tests {
         assert!(why.contains("still waits"), "{why}");
         // Now the disk goes on.
         let text = std::fs::read(&pipe).expect("it is written to its end");
-        let read = haptic_lab::recording::Reader::from_bytes(text).expect("a recording");
+        let read = haptic_recording::Reader::from_bytes(text).expect("a recording");
         let read = read.into_recording().expect("a recording");
         let RecordingNews::Ended { totals, .. } = ended(&received) else {
             panic!("not ended");

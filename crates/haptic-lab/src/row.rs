@@ -5,7 +5,7 @@ use haptic_core::servo::{InputWord, Inputs, Outputs, Servo};
 use haptic_ipc::Sample;
 
 /// The row with what the step gave.
-pub(crate) fn with_outputs(row: Sample, servo: &Servo, outputs: &Outputs) -> Sample {
+pub fn with_outputs(row: Sample, servo: &Servo, outputs: &Outputs) -> Sample {
     Sample {
         state: servo.state(),
         contact: outputs.contact,
@@ -20,14 +20,7 @@ pub(crate) fn with_outputs(row: Sample, servo: &Servo, outputs: &Outputs) -> Sam
 }
 
 /// The row of a step, with what it was computed from. The tick's own times are left out: nothing was timed.
-pub(crate) fn of_step(
-    tick: u64,
-    t_s: f64,
-    inputs: &Inputs,
-    word: InputWord,
-    servo: &Servo,
-    outputs: &Outputs,
-) -> Sample {
+pub fn of_step(tick: u64, t_s: f64, inputs: &Inputs, word: InputWord, servo: &Servo, outputs: &Outputs) -> Sample {
     let sample = inputs.sample.unwrap_or(Measurement::new(0, 0, 0.0));
     let row = Sample {
         tick,

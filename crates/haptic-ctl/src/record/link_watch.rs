@@ -4,7 +4,7 @@ use crate::output;
 use haptic_core::sample::DeviceError;
 use haptic_core::servo::InputWord;
 use haptic_ipc::{Event, LinkedDevice, Sample};
-use haptic_lab::recording::Mark;
+use haptic_recording::Mark;
 
 /// Notices when the device fails, comes back, and is another one.
 pub(super) struct LinkWatch {

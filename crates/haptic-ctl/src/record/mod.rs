@@ -17,7 +17,7 @@ use crate::{beginning, complete, output, progress};
 use clap::ValueHint;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, Topic, regular_file};
-use haptic_lab::recording::{Format, Mark, Metadata, Totals};
+use haptic_recording::{Format, Mark, Metadata, Totals};
 use indicatif::ProgressBar;
 use link_watch::LinkWatch;
 use person::{Input, Person};

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use haptic_ipc::Event;
-use haptic_lab::recording::{self, CreateError, Format, Mark, Metadata, Recorder, RecordingThread, Totals};
+use haptic_recording::{CreateError, Format, Mark, Metadata, Recorder, RecordingThread, Totals};
 use std::fs::File;
 use std::io;
 use std::os::fd::AsFd;
@@ -24,7 +24,7 @@ impl RecordingUnderWay {
     /// # Errors
     /// The file cannot be created, or no thread be started.
     pub(crate) fn create(path: &Path, metadata: &Metadata, replace: bool) -> Result<Self, Failure> {
-        Self::begin(recording::create(path, metadata, replace).map_err(|error| not_created(&error))?)
+        Self::begin(haptic_recording::create(path, metadata, replace).map_err(|error| not_created(&error))?)
     }
 
     /// Begins a recording on standard output.

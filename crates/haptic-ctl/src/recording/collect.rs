@@ -5,7 +5,7 @@ use super::{not_copied, unreadable};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
-use haptic_lab::recording::{self, Totals};
+use haptic_recording::Totals;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use std::collections::HashSet;
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     for Placed { from, to } in &placed {
         let directory = to.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(directory).map_err(|error| Failure::not_created(directory, &error))?;
-        let totals = recording::collect(from, to).map_err(|error| not_copied(&error))?;
+        let totals = haptic_recording::collect(from, to).map_err(|error| not_copied(&error))?;
         collected.push((to, totals));
     }
     bar.finish_and_clear();
@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
 
 /// The place of a recording in the set.
 fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placed<'a>, Failure> {
-    let reader = recording::open(from).map_err(|error| unreadable(from, &error))?;
+    let reader = haptic_recording::open(from).map_err(|error| unreadable(from, &error))?;
     let metadata = reader.metadata();
     let rig = arguments.rig.clone().unwrap_or_else(|| plain(&metadata.device));
     #[expect(clippy::cast_possible_truncation, reason = "whole milliseconds; the cast saturates")]

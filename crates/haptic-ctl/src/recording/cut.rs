@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
 use haptic_core::nearest::meant_or_semicolon;
-use haptic_lab::recording::{self, Span};
+use haptic_recording::Span;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -51,7 +51,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let Output { out, force } = &arguments.output;
     let bar = progress::busy("cutting");
     let span = Span::Time(span(arguments)?);
-    let totals = recording::cut(&arguments.file, out, &span, *force).map_err(|error| not_copied(&error))?;
+    let totals = haptic_recording::cut(&arguments.file, out, &span, *force).map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
     if json {
         return output::json(&report::as_json(out, &totals));

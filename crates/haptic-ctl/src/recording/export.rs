@@ -4,7 +4,6 @@ use super::{Output, not_copied, report};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
-use haptic_lab::recording;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -20,7 +19,7 @@ pub(crate) struct Arguments {
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let Output { out, force } = &arguments.output;
     let bar = progress::busy("exporting");
-    let totals = recording::export(&arguments.file, out, *force).map_err(|error| not_copied(&error))?;
+    let totals = haptic_recording::export(&arguments.file, out, *force).map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
     if json {
         return output::json(&report::as_json(out, &totals));

@@ -8,7 +8,7 @@ use crate::{output, progress};
 use clap::ValueHint;
 use haptic_core::passivity::RigLosses;
 use haptic_ipc::{RigState, ServoSetup};
-use haptic_lab::recording::Ending;
+use haptic_recording::Ending;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde_json::json;

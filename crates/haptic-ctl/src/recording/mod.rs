@@ -10,7 +10,7 @@ pub(crate) mod summary;
 
 use crate::failure::Failure;
 use clap::ValueHint;
-use haptic_lab::recording::{CopyError, CreateError, RecordingError};
+use haptic_recording::{CopyError, CreateError, RecordingError};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Subcommand)]

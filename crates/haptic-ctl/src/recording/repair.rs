@@ -4,7 +4,6 @@ use super::{Output, not_repaired, report};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
-use haptic_lab::recording;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -20,7 +19,7 @@ pub(crate) struct Arguments {
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let Output { out, force } = &arguments.output;
     let bar = progress::busy("repairing");
-    let repaired = recording::repair(&arguments.file, out, *force).map_err(|error| not_repaired(&error))?;
+    let repaired = haptic_recording::repair(&arguments.file, out, *force).map_err(|error| not_repaired(&error))?;
     bar.finish_and_clear();
     let (ending, dropped) = (repaired.ending.to_string(), repaired.dropped_bytes);
     if json {

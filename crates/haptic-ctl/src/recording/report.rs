@@ -1,7 +1,7 @@
 //! What is said of a recording that was written.
 
 use crate::output::count;
-use haptic_lab::recording::Totals;
+use haptic_recording::Totals;
 use serde_json::{Value, json};
 use std::path::Path;
 

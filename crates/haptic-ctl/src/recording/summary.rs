@@ -1,7 +1,7 @@
 //! What a recording holds, from one pass over it.
 
 use haptic_ipc::{RigState, ServoSetup};
-use haptic_lab::recording::{self, Ending, Entry, Format, Mark, Metadata, RecordingError};
+use haptic_recording::{Ending, Entry, Format, Mark, Metadata, RecordingError};
 use serde::Serialize;
 use std::path::Path;
 
@@ -67,7 +67,7 @@ pub(crate) enum What {
 
 impl Summary {
     pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
-        let mut reader = recording::open(path)?;
+        let mut reader = haptic_recording::open(path)?;
         let mut summary = Self {
             format: reader.format(),
             metadata: reader.metadata().clone(),

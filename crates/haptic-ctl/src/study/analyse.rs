@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
 use haptic_lab::drawing::Table;
-use haptic_lab::studies::analysis::{self, Refused, Thresholds, Trials};
+use haptic_studies::analysis::{self, Refused, Thresholds, Trials};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -5,8 +5,8 @@ use super::run::not_stored;
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, ValueHint};
-use haptic_lab::studies::store::{About, Study};
-use haptic_lab::studies::subject::numbered_codes;
+use haptic_studies::store::{About, Study};
+use haptic_studies::subject::numbered_codes;
 use serde_json::json;
 use std::path::PathBuf;
 

@@ -4,8 +4,8 @@ use crate::failure::Failure;
 use crate::output;
 use clap::Args;
 use haptic_ipc::regular_file;
-use haptic_lab::studies::operator::Constants;
-use haptic_lab::studies::plan::{Plan, Task};
+use haptic_studies::operator::Constants;
+use haptic_studies::plan::{Plan, Task};
 use serde_json::json;
 use std::path::Path;
 

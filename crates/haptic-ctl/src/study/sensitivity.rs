@@ -4,8 +4,8 @@ use super::plan;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::Args;
-use haptic_lab::studies::operator::{Constants, OperatorError};
-use haptic_lab::studies::sensitivity::{Measure, Variation, measure, variations, vary};
+use haptic_studies::operator::{Constants, OperatorError};
+use haptic_studies::sensitivity::{Measure, Variation, measure, variations, vary};
 use serde_json::{Map, Value, json};
 
 #[derive(Debug, Args)]

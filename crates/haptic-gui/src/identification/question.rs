@@ -4,7 +4,7 @@ use super::Found;
 use crate::tape::Tape;
 use haptic_lab::identify::record_file::{self, Loaded, MovingMass, Source};
 use haptic_lab::identify::{self, Clocks, Options};
-use haptic_lab::recording::{Ending, Metadata, Recording};
+use haptic_recording::{Ending, Metadata, Recording};
 use std::ops::ControlFlow;
 use std::path::Path;
 

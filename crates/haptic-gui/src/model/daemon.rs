@@ -4,7 +4,7 @@ use super::scene::SceneFacts;
 use super::stop::StopReport;
 use crate::update::{Answer, StopNews};
 use haptic_ipc::{RigState, ServoSetup, Status, Timing, WireError};
-use haptic_lab::recording::{Metadata, recorded_by};
+use haptic_recording::{Metadata, recorded_by};
 use std::path::PathBuf;
 use std::time::Duration;
 

@@ -7,7 +7,7 @@ use super::view::PlotGroup;
 use crate::notice::Notice;
 use crate::settings::Settings;
 use crate::tape::signal::Signal;
-use haptic_lab::recording::Format;
+use haptic_recording::Format;
 
 impl Model {
     /// Takes up what was remembered. What is unknown here, as the signals of a later panel, is left out.

@@ -2,8 +2,8 @@
 
 use crate::notice::Notice;
 use crate::study::{StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectScreen};
-use haptic_lab::studies::plan::Task;
-use haptic_lab::studies::subject::{check_codes, numbered_codes};
+use haptic_studies::plan::Task;
+use haptic_studies::subject::{check_codes, numbered_codes};
 use std::path::PathBuf;
 use std::sync::Arc;
 

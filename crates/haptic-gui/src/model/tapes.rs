@@ -5,7 +5,7 @@ use crate::recording::{Loaded, Opened, RecordingNews, WhatIfTape, amount};
 use crate::tape::Tape;
 use crate::tape::mark::{MarkKind, TapeMark};
 use haptic_ipc::{JournalEntry, Sample};
-use haptic_lab::recording::Totals;
+use haptic_recording::Totals;
 use std::path::PathBuf;
 
 /// Length of the past over which the share of time at the force limit is computed, s.

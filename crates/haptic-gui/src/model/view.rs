@@ -12,7 +12,7 @@ use crate::intent::Wanted;
 use crate::notice::Notice;
 use crate::page::Page;
 use egui::Rect;
-use haptic_lab::recording::Format;
+use haptic_recording::Format;
 use std::path::PathBuf;
 
 /// The user's side of the panel.
@@ -222,7 +222,7 @@ mod tests {
     use crate::recording::Loaded;
     use crate::recording::fixture::metadata;
     use crate::tape::tests::at;
-    use haptic_lab::recording::Ending;
+    use haptic_recording::Ending;
 
     #[test]
     fn a_recording_is_seen_on_its_page_alone_and_moves_nothing_of_the_rigs_view() {

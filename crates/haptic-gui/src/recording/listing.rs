@@ -1,6 +1,6 @@
 //! The recordings of a folder, read one by one.
 
-use haptic_lab::recording::{self, Ending, Entry, Format, Reader, RecordingError};
+use haptic_recording::{Ending, Entry, Format, Reader, RecordingError};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::SystemTime;
@@ -101,7 +101,7 @@ pub(crate) fn list(
             tell(same.clone());
             continue;
         }
-        match recording::open(&file.path) {
+        match haptic_recording::open(&file.path) {
             Ok(reader) => {
                 file.about = Ok(beginning(&reader));
                 tell(file.clone());
@@ -183,7 +183,7 @@ mod tests {
     use haptic_ipc::{Event, SamplesEvent};
 
     fn record(path: &Path, seconds: u32, ends: bool) {
-        let mut recorder = recording::create(path, &metadata(), false).expect("a file");
+        let mut recorder = haptic_recording::create(path, &metadata(), false).expect("a file");
         let (seq, dropped) = (0, 0);
         let rows = (0..=seconds).map(|second| at(f64::from(second))).collect();
         recorder

@@ -4,7 +4,7 @@ use crate::tape::Tape;
 use crate::tape::mark::{MarkKind, TapeMark};
 use haptic_core::{Directional, Scene};
 use haptic_ipc::{Changes, Difference, Sample, Value, params_of};
-use haptic_lab::recording::{self, Ending, Entry, Mark, Metadata, RecordingError};
+use haptic_recording::{Ending, Entry, Mark, Metadata, RecordingError};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
@@ -43,7 +43,7 @@ impl Loaded {
     /// Why it cannot be read, with the name of the file.
     pub fn read(path: &Path, mut progress: impl FnMut(Option<f64>)) -> Result<Self, String> {
         let mut read = || {
-            let mut reader = recording::open(path)?;
+            let mut reader = haptic_recording::open(path)?;
             let (mut tape, mut marks) = (Tape::default(), Vec::new());
             while let Some(entry) = reader.next().transpose()? {
                 match entry {

@@ -1,6 +1,6 @@
 //! Progress of the recording that is being written.
 
-use haptic_lab::recording::Totals;
+use haptic_recording::Totals;
 use std::path::PathBuf;
 
 /// News of the recording that is being written.

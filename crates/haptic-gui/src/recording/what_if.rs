@@ -2,7 +2,6 @@
 
 use crate::tape::Tape;
 use haptic_core::Scene;
-use haptic_lab::recording;
 use haptic_lab::replay::{Alternative, Summary, WhatIf};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,7 +24,7 @@ impl WhatIfTape {
     /// Why it cannot be read or rendered, with the name of the file.
     pub fn render(path: &Path, scene: Scene, is_over: &AtomicBool) -> Result<Self, String> {
         let failed = |error: &dyn std::fmt::Display| format!("what if along {}: {error}", path.display());
-        let mut reader = recording::open(path).map_err(|error| failed(&error))?;
+        let mut reader = haptic_recording::open(path).map_err(|error| failed(&error))?;
         let name = scene.name.clone();
         let alternative = Alternative {
             scene: Some(scene),

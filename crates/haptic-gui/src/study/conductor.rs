@@ -10,9 +10,9 @@ use super::subject_screen::SubjectAct;
 use crate::intent::Intent;
 use crate::update::{Answer, Update};
 use haptic_ipc::{ChangeReply, Event, RigState};
-use haptic_lab::studies::perception::Answer as Choice;
-use haptic_lab::studies::person::{Happening, PersonError, PersonSession};
-use haptic_lab::studies::session::{Frame, Interruption, Mounting, Phase, View};
+use haptic_studies::perception::Answer as Choice;
+use haptic_studies::person::{Happening, PersonError, PersonSession};
+use haptic_studies::session::{Frame, Interruption, Mounting, Phase, View};
 use std::mem::{Discriminant, discriminant};
 
 /// Time over which a scene changes, ms.

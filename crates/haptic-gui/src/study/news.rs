@@ -1,6 +1,6 @@
 //! What the experimenter asks of a study, and what the thread that runs it tells.
 
-use haptic_lab::studies::plan::Task;
+use haptic_studies::plan::Task;
 use std::path::PathBuf;
 
 /// Where a plan comes from.

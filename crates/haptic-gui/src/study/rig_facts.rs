@@ -2,7 +2,7 @@
 
 use crate::update::Update;
 use haptic_ipc::{Event, RigState, ServoSetup, Status};
-use haptic_lab::studies::store::RigDescription;
+use haptic_studies::store::RigDescription;
 
 /// What a study knows of the daemon and its rig.
 #[derive(Debug, Default)]

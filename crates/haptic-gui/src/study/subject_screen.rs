@@ -4,8 +4,8 @@
 use super::latency::Latencies;
 use egui::Context;
 use haptic_ipc::Sample;
-use haptic_lab::studies::plan::RigMapping;
-use haptic_lab::studies::session::{Frame, Phase, View};
+use haptic_studies::plan::RigMapping;
+use haptic_studies::session::{Frame, Phase, View};
 use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -231,7 +231,7 @@ fn repaint(window: Option<&Context>) {
 mod tests {
     use super::*;
     use crate::tape::tests::at;
-    use haptic_lab::studies::session::Targets;
+    use haptic_studies::session::Targets;
 
     fn targets() -> View {
         View {

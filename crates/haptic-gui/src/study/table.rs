@@ -1,12 +1,12 @@
 //! The trials of a subject as the experimenter's table has them, and what is done now.
 
 use super::news::StudyRow;
-use haptic_lab::studies::person::PersonSession;
-use haptic_lab::studies::plan::Task;
-use haptic_lab::studies::session::{self, Phase, Row};
-use haptic_lab::studies::store::{self, StoreError};
-use haptic_lab::studies::subject::Subject;
-use haptic_lab::studies::trial::{FittsTrial, PerceptionTrial, VoidedTrial};
+use haptic_studies::person::PersonSession;
+use haptic_studies::plan::Task;
+use haptic_studies::session::{self, Phase, Row};
+use haptic_studies::store::{self, StoreError};
+use haptic_studies::subject::Subject;
+use haptic_studies::trial::{FittsTrial, PerceptionTrial, VoidedTrial};
 use std::path::Path;
 
 /// The columns of a task.

@@ -12,9 +12,9 @@ use haptic_core::Scene;
 use haptic_ipc::{
     ErrorCode, Event, RigState, Sample, SamplesEvent, StateEvent, Status, SubscribeReply, WireError, params_of,
 };
-use haptic_lab::studies::session::Phase;
-use haptic_lab::studies::store;
-use haptic_lab::studies::trial::{FittsTrial, PerceptionTrial};
+use haptic_studies::session::Phase;
+use haptic_studies::store;
+use haptic_studies::trial::{FittsTrial, PerceptionTrial};
 use std::path::Path;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
@@ -316,7 +316,7 @@ fn a_trial_is_kept_with_its_recording_and_the_cursor_moves_by_the_plans_mapping(
         kept[0].movement_time_s
     );
     let recording = daemon.study().join(kept[0].recording.as_ref().expect("a recording"));
-    assert!(haptic_lab::recording::read(&recording).expect("it is read").rows.len() >= 202);
+    assert!(haptic_recording::read(&recording).expect("it is read").rows.len() >= 202);
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod words;
 use crate::stop_button;
 use crate::study::{SubjectAct, SubjectFrame, SubjectScreen, subject_window_id};
 use egui::{CentralPanel, Context, Key, Modifiers, Ui, ViewportBuilder, ViewportId};
-use haptic_lab::studies::session::Phase;
+use haptic_studies::session::Phase;
 use std::sync::Arc;
 use std::time::Instant;
 use surfaces::Surfaces;

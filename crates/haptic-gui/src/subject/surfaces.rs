@@ -3,7 +3,7 @@
 use super::words::line;
 use crate::theme::Palette;
 use egui::{Align2, Button, Color32, FontId, Key, Rect, Stroke, StrokeKind, Ui, pos2, vec2};
-use haptic_lab::studies::session::Phase;
+use haptic_studies::session::Phase;
 
 /// Side of a place, as a share of the smaller side of the window.
 const SIDE: f32 = 0.38;

@@ -3,7 +3,7 @@
 use crate::study::SubjectFrame;
 use crate::theme::Palette;
 use egui::{Pos2, Rect, Stroke, StrokeKind, Ui, pos2, vec2};
-use haptic_lab::studies::session::{Feedback, Targets};
+use haptic_studies::session::{Feedback, Targets};
 
 /// Height of the targets, as a share of the window's.
 const TARGET_HEIGHT: f32 = 0.56;

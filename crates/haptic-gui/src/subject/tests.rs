@@ -3,7 +3,7 @@
 use super::*;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use haptic_lab::studies::session::{Feedback, Instruction, Targets, View};
+use haptic_studies::session::{Feedback, Instruction, Targets, View};
 
 /// A window, and what the subject did there.
 struct Window {

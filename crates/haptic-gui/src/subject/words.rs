@@ -2,7 +2,7 @@
 
 use crate::theme::Palette;
 use egui::{Align, Align2, Color32, FontId, Label, Layout, Pos2, Rect, RichText, Ui, UiBuilder, pos2, vec2};
-use haptic_lab::studies::session::{Instruction, Phase, View};
+use haptic_studies::session::{Instruction, Phase, View};
 
 /// Height of the bar of progress, points.
 const BAR: f32 = 8.0;

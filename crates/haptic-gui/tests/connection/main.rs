@@ -10,7 +10,7 @@ use haptic_core::Scene;
 use haptic_gui::connection::Patience;
 use haptic_gui::{Answer, Intent, RecordingNews, Update};
 use haptic_ipc::{ErrorCode, Event, Request, params_of};
-use haptic_lab::recording::{Ending, Format, Totals};
+use haptic_recording::{Ending, Format, Totals};
 use metadata::metadata;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -206,11 +206,11 @@ fn a_recording_has_its_end_mark_when_the_window_is_closed() {
     for format in [Format::Mcap, Format::Csv, Format::Parquet] {
         let bench = Bench::new();
         let (_daemon, path, _) = recording(&bench, format);
-        let before = haptic_lab::recording::read(&path).map(|found| found.ending);
+        let before = haptic_recording::read(&path).map(|found| found.ending);
         assert_ne!(before.ok(), Some(Ending::Complete), "{format:?} goes on");
         let Bench { dir, connection } = bench;
         drop(connection);
-        let found = haptic_lab::recording::read(&path).expect("a recording");
+        let found = haptic_recording::read(&path).expect("a recording");
         assert_eq!((found.ending, found.rows.len()), (Ending::Complete, 1), "{format:?}");
         drop(dir);
     }
@@ -226,7 +226,7 @@ fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
         Update::Recording(RecordingNews::Ended { path, .. }) => Some(path),
         _ => None,
     });
-    let recording = haptic_lab::recording::read(&path).unwrap();
+    let recording = haptic_recording::read(&path).unwrap();
     assert_eq!(recording.rows[0].coupling_force_n, 3.25);
     assert!(recording.metadata.started_unix_s > 1e9, "by the clock");
 }

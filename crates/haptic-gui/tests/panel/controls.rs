@@ -14,7 +14,7 @@ use egui_kittest::kittest::{By, NodeT, Queryable};
 use haptic_core::Scene;
 use haptic_gui::{Page, StudyNews, Update};
 use haptic_ipc::{RigState, SceneListReply};
-use haptic_lab::studies::plan::Task;
+use haptic_studies::plan::Task;
 use std::collections::BTreeSet;
 use std::path::Path;
 

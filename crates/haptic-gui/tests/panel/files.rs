@@ -10,7 +10,7 @@ use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
 use haptic_gui::{About, Files, Format, Intent, Length, Listed, Loaded, RecordingNews, Update, Wanted, WhatIfTape};
 use haptic_ipc::{Event, RigState, Sample, SamplesEvent};
-use haptic_lab::recording::{self, Ending, Mark, Place, Totals};
+use haptic_recording::{Ending, Mark, Place, Totals};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -248,10 +248,13 @@ fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_no
         }
     };
     let (format, metadata) = recorded(&mut panel);
-    assert_eq!((format, metadata.notes), (recording::Format::Mcap, None));
+    assert_eq!((format, metadata.notes), (haptic_recording::Format::Mcap, None));
     let configuration = metadata.configuration.expect("the daemon's status");
     assert_eq!(configuration["velocity_estimator"], "foaw");
-    for (ending, format) in [("csv", recording::Format::Csv), ("mcap", recording::Format::Mcap)] {
+    for (ending, format) in [
+        ("csv", haptic_recording::Format::Csv),
+        ("mcap", haptic_recording::Format::Mcap),
+    ] {
         press(&mut panel, ending);
         assert_eq!(recorded(&mut panel).0, format);
     }
@@ -260,7 +263,7 @@ fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_no
     panel.key_press(Key::Tab);
     panel.run();
     let (format, metadata) = recorded(&mut panel);
-    assert_eq!(format, recording::Format::Parquet);
+    assert_eq!(format, haptic_recording::Format::Parquet);
     assert_eq!(metadata.notes.as_deref(), Some("slow-pulls"));
 }
 
@@ -375,7 +378,7 @@ fn motion() -> Vec<Sample> {
 /// A recording of [`motion`] with a marker, as a file.
 fn recorded(folder: &std::path::Path) -> PathBuf {
     let path = folder.join("motion.csv");
-    let mut recorder = recording::create(&path, &metadata(), false).expect("begun");
+    let mut recorder = haptic_recording::create(&path, &metadata(), false).expect("begun");
     recorder.mark(Mark::Marker {
         tick: 1400,
         text: "here & now".to_owned(),

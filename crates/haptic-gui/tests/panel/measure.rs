@@ -8,7 +8,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
 use haptic_gui::{Loaded, Update};
 use haptic_ipc::{RigState, Sample, SceneReply, params_of};
-use haptic_lab::recording::{Ending, Mark};
+use haptic_recording::{Ending, Mark};
 
 fn svg(panel: &Panel) -> String {
     haptic_gui::export::svg(&panel.state().model)

@@ -8,7 +8,7 @@ use egui_kittest::kittest::Queryable;
 use haptic_core::Directional;
 use haptic_gui::{Intent, Loaded, Update};
 use haptic_ipc::{Difference, Event, JournalEntry, Peer, RigState, StateChange, Value};
-use haptic_lab::recording::{Ending, Mark};
+use haptic_recording::{Ending, Mark};
 
 fn svg(panel: &Panel) -> String {
     haptic_gui::export::svg(&panel.state().model)

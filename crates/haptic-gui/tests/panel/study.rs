@@ -6,7 +6,7 @@ use egui::Key;
 use egui_kittest::kittest::Queryable;
 use haptic_gui::{Intent, Page, Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectState, Update};
 use haptic_ipc::RigState;
-use haptic_lab::studies::plan::Task;
+use haptic_studies::plan::Task;
 
 fn at_page(mut panel: Panel, page: Page) -> Panel {
     panel.state_mut().model.turn_to(page);

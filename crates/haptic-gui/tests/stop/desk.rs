@@ -6,7 +6,7 @@ use egui::{Context, Event, Key, Modifiers, RawInput, Rect, vec2};
 use haptic_gui::connection::{Connection, Patience};
 use haptic_gui::{App, Files, Intent, Loaded, Page, Update, theme};
 use haptic_ipc::{Client, Request, RigState, Sample, ServerLine, StateReply, Status, SubscribeReply, Topic};
-use haptic_lab::recording::{Ending, Format, Writer};
+use haptic_recording::{Ending, Format, Writer};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::{File, OpenOptions};
 use std::io::Read;

@@ -15,7 +15,6 @@ use haptic_core::Scene;
 use haptic_gui::{Format, Intent, Page, Question};
 use haptic_lab::identify::record_file::Source;
 use haptic_lab::identify::{ModelKind, Options};
-use haptic_lab::recording;
 use metadata::metadata;
 use std::time::{Duration, Instant};
 
@@ -35,7 +34,7 @@ fn stops(desk: &mut Desk, what: &str, count: usize) -> Vec<Duration> {
 fn record_to_a_stalled_disk(desk: &mut Desk, pipe: &Pipe) {
     desk.ask(Intent::Record {
         folder: pipe.path().to_path_buf(),
-        format: recording::Format::Csv,
+        format: haptic_recording::Format::Csv,
         metadata: Box::new(metadata()),
     });
     desk.draw_until("the pipe is full", |_| pipe.is_full());
@@ -73,7 +72,7 @@ fn a_recording_into_a_pipe_that_nobody_opens_does_not_keep_a_stop_waiting() {
     let pipe = Pipe::unopened();
     desk.ask(Intent::Record {
         folder: pipe.path().to_path_buf(),
-        format: recording::Format::Csv,
+        format: haptic_recording::Format::Csv,
         metadata: Box::new(metadata()),
     });
     stops(&mut desk, "recording into a pipe that nobody opens", 5);

@@ -3,8 +3,8 @@
 use super::error::ReplayError;
 use super::not_compared::NotCompared;
 use super::stepper::{Stepped, Stepper, is_same, word};
-use crate::recording::{Entry, Mark, Metadata};
 use haptic_ipc::{RigState, Sample};
+use haptic_recording::{Entry, Mark, Metadata};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
 //! Why a recording cannot be replayed.
 
-use crate::recording::RecordingError;
 use haptic_core::SceneError;
+use haptic_recording::RecordingError;
 use thiserror::Error;
 
 /// Why a recording cannot be replayed.

@@ -27,7 +27,7 @@ pub use scenes::Alternative;
 pub use stepper::{LONGEST_MEMORY_SAMPLES, SETTLED_TICKS};
 pub use what_if::{Felt, LargestDifference, Summary, Tally, WhatIf};
 
-use crate::recording::{Entry, Metadata, RecordingError};
+use haptic_recording::{Entry, Metadata, RecordingError};
 
 /// Steps the servo through the entries of a recording, and compares every output with what was
 /// recorded. Takes constant memory, however long the recording.

@@ -1,10 +1,10 @@
 //! The scenes of a recording, compiled as the daemon compiled them.
 
 use super::error::ReplayError;
-use crate::recording::Metadata;
 use haptic_core::servo::CompiledScene;
 use haptic_core::{ParameterKey, Renderer, Scene, SceneError, Scheme};
 use haptic_ipc::{SceneArrival, ServoSetup};
+use haptic_recording::Metadata;
 use std::collections::BTreeMap;
 
 /// What is rendered instead of what was. The default changes nothing.

@@ -4,11 +4,11 @@ use super::device::Device;
 use super::error::ReplayError;
 use super::not_compared::NotCompared;
 use super::scenes::{Alternative, Arriving, Scenes};
-use crate::recording::{Mark, Metadata};
 use crate::row::with_outputs;
 use haptic_core::sample::{DeviceError, Motor};
 use haptic_core::servo::{Command, Event, Events, InputWord, Inputs, Servo};
 use haptic_ipc::{RigState, Sample, ServoSetup};
+use haptic_recording::{Mark, Metadata};
 
 /// Ticks in a row with the recorded numbers after which a servo that began without force is known to
 /// be in the recorded one's state.

@@ -3,8 +3,8 @@
 use super::error::ReplayError;
 use super::scenes::Alternative;
 use super::stepper::{Stepped, Stepper};
-use crate::recording::{Entry, Metadata};
 use haptic_ipc::Sample;
+use haptic_recording::{Entry, Metadata};
 use serde::Serialize;
 
 /// What a hand felt over a motion, while force flowed.

@@ -5,7 +5,7 @@ use crate::recording::Loaded;
 use crate::recording::fixture::metadata;
 use crate::tape::signal::Signal;
 use crate::tape::tests::at;
-use haptic_lab::recording::Ending;
+use haptic_recording::Ending;
 use std::time::{Duration, Instant};
 
 /// A view and the tapes that it shows.

@@ -6,7 +6,7 @@ use crate::model::tapes::Tapes;
 use crate::model::view::View;
 use crate::theme::Palette;
 use egui::{Button, Key, Modifiers, RichText, TextEdit, Ui, Vec2, vec2};
-use haptic_lab::recording::{Format, Metadata};
+use haptic_recording::{Format, Metadata};
 use std::path::PathBuf;
 
 /// Size of the button that begins and ends a recording, for either name: its neighbours must not move.

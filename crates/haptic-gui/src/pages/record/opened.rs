@@ -7,7 +7,7 @@ use crate::recording::Opened;
 use crate::theme::Palette;
 use egui::{Button, Color32, Label, RichText, Ui, Vec2, vec2};
 use haptic_core::Scene;
-use haptic_lab::recording::Ending;
+use haptic_recording::Ending;
 
 /// Size of the button of a what-if, for any name.
 const WHAT_IF_SIZE: Vec2 = vec2(76.0, 0.0);

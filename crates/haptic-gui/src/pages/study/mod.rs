@@ -10,7 +10,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use egui::style::ScrollStyle;
 use egui::{CentralPanel, Panel, ScrollArea, Ui};
-use haptic_lab::studies::plan::Task;
+use haptic_studies::plan::Task;
 
 /// Width of the left side, points.
 const LEFT_WIDTH: f32 = 340.0;

@@ -5,7 +5,7 @@ use crate::model::Model;
 use crate::notice;
 use crate::page::Page;
 use egui::{Button, Label, RichText, TextEdit, Ui};
-use haptic_lab::studies::plan::Task;
+use haptic_studies::plan::Task;
 
 /// Shows what a new study needs, and the way to one that is there.
 pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {

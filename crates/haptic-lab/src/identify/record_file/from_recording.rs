@@ -3,9 +3,9 @@
 use super::parquet_table::ParquetTable;
 use super::{Loaded, MovingMass, RecordFileError, Source};
 use crate::identify::Record;
-use crate::recording::{self, Mark, Recording, RecordingError};
 use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
+use haptic_recording::{Mark, Recording, RecordingError};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -50,7 +50,7 @@ fn is_excited(row: &Sample) -> bool {
 /// Reads a file.
 pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     let path = source.path.clone();
-    let recording = recording::read(&source.path).map_err(|error| match error {
+    let recording = haptic_recording::read(&source.path).map_err(|error| match error {
         RecordingError::OtherProgram { .. } => RecordFileError::OtherMcap { path },
         source => RecordFileError::Recording { path, source },
     })?;

@@ -24,8 +24,8 @@ mod table;
 pub use columns::Columns;
 
 use super::Record;
-use crate::recording::{Place, Recording};
 use from_recording::Beginning;
+use haptic_recording::{Place, Recording};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -105,7 +105,7 @@ pub enum RecordFileError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        source: crate::recording::RecordingError,
+        source: haptic_recording::RecordingError,
     },
     /// A recording holds nothing of what was asked for.
     #[error("{}: {reason}", .path.display())]

@@ -1,9 +1,9 @@
 //! A table that another program has written as Parquet.
 
 use super::RecordFileError;
-use crate::recording::{Place, parquet::KEY};
 use haptic_motion::guard::guarded;
 use haptic_motion::numbers::{Numbers, NumbersError, is_in_seconds};
+use haptic_recording::{Place, parquet::KEY};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@ use super::layout::{Layout, cells, evened, number, on_the_same_day};
 use super::parquet_table::ParquetTable;
 use super::{Loaded, RecordFileError, Source};
 use crate::identify::Record;
-use crate::recording::Place;
+use haptic_recording::Place;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;

@@ -1,12 +1,12 @@
 //! What was recorded against what is computed.
 
 use super::session::{Happening, Session, compared, eventful, metadata, reasons};
-use crate::recording::{self, Entry, Mark};
 use crate::replay::{Comparison, NotCompared, replay};
 use haptic_core::Scene;
 use haptic_core::passivity::RigLosses;
 use haptic_core::servo::{Command, InputWord};
 use haptic_ipc::RigState;
+use haptic_recording::{Entry, Mark};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -219,7 +219,7 @@ fn what_follows_from_no_recording_is_refused() {
 fn a_replay_of_what_a_recorder_wrote_needs_no_more_than_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("session.csv");
-    let mut recorder = recording::create(&path, &metadata(), false).expect("begun");
+    let mut recorder = haptic_recording::create(&path, &metadata(), false).expect("begun");
     let mut session = Session::new();
     session.run(300).command(Command::Engage).run(300);
     let rows = session.entries.iter().map(|entry| match entry {
@@ -233,7 +233,7 @@ fn a_replay_of_what_a_recorder_wrote_needs_no_more_than_the_file() {
     };
     recorder.event(&haptic_ipc::Event::Samples(samples)).expect("written");
     recorder.finish().expect("written");
-    let reader = recording::open(&path).expect("reads");
+    let reader = haptic_recording::open(&path).expect("reads");
     let metadata = reader.metadata().clone();
     let report = replay(&metadata, reader).expect("it is replayed");
     assert!(report.is_exact() && report.with_force > 200, "{report:?}");

@@ -4,8 +4,8 @@ mod session;
 mod what_if;
 
 use super::Alternative;
-use crate::recording::Entry;
 use haptic_core::servo::Command;
+use haptic_recording::Entry;
 use proptest::prelude::*;
 use session::{Session, compared, drag};
 use what_if::felt;

@@ -1,6 +1,5 @@
 //! A rig without a daemon, and what a recording of it holds.
 
-use crate::recording::{Entry, Mark, Metadata};
 use crate::replay::{NotCompared, Report, replay};
 use crate::row::of_step;
 use haptic_core::compensation::Compensation;
@@ -12,6 +11,7 @@ use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Input
 use haptic_core::velocity::Method;
 use haptic_core::{Directional, Renderer, Scene, Scheme};
 use haptic_ipc::{RigState, SceneArrival, SceneRamp, ServoSetup};
+use haptic_recording::{Entry, Mark, Metadata};
 
 const PERIOD_NS: u64 = 1_000_000;
 

@@ -1,9 +1,9 @@
 //! Another scene along a recorded motion.
 
 use super::session::{drag, eventful, metadata};
-use crate::recording::Entry;
 use crate::replay::{Alternative, Felt, Summary, WhatIf};
 use haptic_ipc::RigState;
+use haptic_recording::Entry;
 
 pub(super) fn felt(entries: &[Entry], alternative: Alternative) -> (Vec<Felt>, Summary) {
     let mut what_if = WhatIf::new(&metadata(), alternative).expect("it can be rendered");

@@ -1,0 +1,226 @@
+//! Reads CSV, to its end or to where it was broken off.
+
+use super::{TITLE, row};
+use crate::{Ending, Entry, Mark, Metadata, Place, RecordingError, VERSION, shown};
+use haptic_ipc::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS};
+use serde::Deserialize;
+use std::io::{BufRead, Read};
+
+/// Longest line accepted, bytes: another kind of file is not read into memory whole.
+const LONGEST_LINE: u64 = 1 << 20;
+
+/// A CSV recording, read as it is needed.
+pub(crate) struct Reader<R> {
+    /// Columns of its heading.
+    columns: usize,
+    input: R,
+    metadata: Metadata,
+    line: u64,
+    text: Vec<u8>,
+    ending: Option<Ending>,
+    /// Bytes of damaged lines, so far.
+    dropped: u64,
+}
+
+impl<R: BufRead> Reader<R> {
+    /// Reads what comes before the first row.
+    ///
+    /// # Errors
+    /// It is not a recording, is of another version, or broken off before its first row.
+    pub(crate) fn new(mut input: R) -> Result<Self, RecordingError> {
+        let (mut line, mut text) = (0, Vec::new());
+        let mut next = |text: &mut Vec<u8>| -> Result<(u64, String), RecordingError> {
+            match next_line(&mut input, &mut line, text)? {
+                Line::Whole => Ok((line, String::from_utf8_lossy(trimmed(text)).into_owned())),
+                // A file of another kind may have no newline at all.
+                Line::Partial if line == 1 && !text.starts_with(TITLE.as_bytes()) => Ok((line, shown(text))),
+                Line::Partial | Line::None => Err(RecordingError::NoRows {
+                    place: Place::Line(line),
+                }),
+            }
+        };
+        let (_, title) = next(&mut text)?;
+        check_title(&title)?;
+        // Metadata may be spread over several objects.
+        let mut fields = serde_json::Map::new();
+        let (at, header) = loop {
+            let (at, read) = next(&mut text)?;
+            let Some(remark) = read.strip_prefix('#') else {
+                break (at, read);
+            };
+            if remark.trim_start().starts_with('{') {
+                let object: serde_json::Map<_, _> =
+                    serde_json::from_str(remark).map_err(|error| RecordingError::Metadata {
+                        place: Place::Line(at),
+                        reason: error.to_string(),
+                    })?;
+                fields.extend(object);
+            }
+        };
+        let metadata =
+            Metadata::deserialize(serde_json::Value::Object(fields)).map_err(|error| RecordingError::Metadata {
+                place: Place::Line(at),
+                reason: error.to_string(),
+            })?;
+        check_columns(at, &header)?;
+        Ok(Self {
+            columns: header.split(',').count(),
+            input,
+            metadata,
+            line,
+            text,
+            ending: None,
+            dropped: 0,
+        })
+    }
+
+    /// Under which circumstances it was made.
+    pub(crate) const fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    /// How it ends, once everything has been read.
+    pub(crate) const fn ending(&self) -> Option<Ending> {
+        self.ending
+    }
+
+    /// Bytes that could not be read, so far. After an error reading goes on with the next line.
+    pub(crate) const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// The next row or mark; nothing at its end.
+    ///
+    /// # Errors
+    /// A line is damaged.
+    pub(crate) fn entry(&mut self) -> Result<Option<Entry>, RecordingError> {
+        while self.ending.is_none() {
+            let next = next_line(&mut self.input, &mut self.line, &mut self.text);
+            match next.inspect_err(|_| self.dropped += self.text.len() as u64)? {
+                Line::None => self.ending = Some(Ending::Open),
+                Line::Partial => {
+                    self.ending = Some(Ending::BrokenOff {
+                        place: Place::Line(self.line),
+                        bytes: self.text.len() as u64,
+                    });
+                }
+                Line::Whole => {
+                    let entry = parse(self.line, trimmed(&self.text), self.columns)
+                        .inspect_err(|_| self.dropped += self.text.len() as u64)?;
+                    if matches!(entry, Some(Entry::Mark(Mark::End { .. }))) {
+                        self.ending = Some(Ending::Complete);
+                    }
+                    if entry.is_some() {
+                        return Ok(entry);
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Whether a first line is that of a recording of this version.
+fn check_title(title: &str) -> Result<(), RecordingError> {
+    match title.strip_prefix(TITLE) {
+        None => Err(RecordingError::NotARecording {
+            found: shown(title.as_bytes()),
+        }),
+        Some(version) if version != VERSION.to_string() => Err(RecordingError::Version {
+            found: version.to_owned(),
+        }),
+        Some(_) => Ok(()),
+    }
+}
+
+/// Whether a header, at a line, names the columns of a recording.
+fn check_columns(at: u64, header: &str) -> Result<(), RecordingError> {
+    let mut found = header.split(',');
+    for (index, column) in SAMPLE_COLUMNS.iter().enumerate() {
+        let Some(name) = found.next().map(str::trim) else {
+            if index >= FIRST_SAMPLE_COLUMNS {
+                // An earlier version wrote it.
+                break;
+            }
+            return Err(RecordingError::Column {
+                place: Place::Line(at),
+                index: index + 1,
+                column,
+                found: String::new(),
+            });
+        };
+        if name != *column {
+            return Err(RecordingError::Column {
+                place: Place::Line(at),
+                index: index + 1,
+                column,
+                found: shown(name.as_bytes()),
+            });
+        }
+    }
+    Ok(())
+}
+
+enum Line {
+    Whole,
+    Partial,
+    None,
+}
+
+fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> Result<Line, RecordingError> {
+    text.clear();
+    *line += 1;
+    let read = input
+        .by_ref()
+        .take(LONGEST_LINE)
+        .read_until(b'\n', text)
+        .map_err(|source| RecordingError::Read {
+            place: Place::Line(*line),
+            source,
+        })?;
+    Ok(match text.last() {
+        Some(b'\n') => Line::Whole,
+        None => Line::None,
+        Some(_) if read as u64 == LONGEST_LINE => {
+            return Err(RecordingError::LineTooLong {
+                line: *line,
+                longest: LONGEST_LINE,
+            });
+        }
+        Some(_) => Line::Partial,
+    })
+}
+
+/// `None` for an empty line or a remark.
+fn parse(line: u64, text: &[u8], columns: usize) -> Result<Option<Entry>, RecordingError> {
+    let place = Place::Line(line);
+    if let Some(remark) = text.strip_prefix(b"#") {
+        return parse_mark(remark).map_err(|error| RecordingError::Mark {
+            place,
+            found: shown(text),
+            reason: error.to_string(),
+        });
+    }
+    if text.is_empty() {
+        return Ok(None);
+    }
+    row::parse(text, columns)
+        .map(|row| Some(Entry::Row(row)))
+        .map_err(|reason| RecordingError::Row {
+            place,
+            found: shown(text),
+            reason,
+        })
+}
+
+fn parse_mark(remark: &[u8]) -> Result<Option<Entry>, serde_json::Error> {
+    let remark = remark.trim_ascii();
+    if !remark.starts_with(b"{") {
+        return Ok(None);
+    }
+    Ok(Mark::from_json(remark)?.map(Entry::Mark))
+}
+
+fn trimmed(text: &[u8]) -> &[u8] {
+    text.trim_ascii_end()
+}

@@ -1,0 +1,50 @@
+//! A row of CSV, read cell by cell.
+
+use crate::columns::{COLUMNS, Kind, STATES};
+use haptic_ipc::Sample;
+use std::fmt::Display;
+
+/// Reads a row of `columns` cells; those that a later version added are passed over.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) fn parse(text: &[u8], columns: usize) -> Result<Sample, String> {
+    let text = std::str::from_utf8(text).map_err(|error| error.to_string())?;
+    let mut sample = Sample::default();
+    let mut cells = text.split(',');
+    for (index, column) in COLUMNS.iter().take(columns).enumerate() {
+        let cell = cells
+            .next()
+            .ok_or_else(|| format!("{index} cells of {columns}"))?
+            .trim();
+        let bits = bits(column.kind, cell).map_err(|error| format!("{} = `{cell}`: {error}", column.name))?;
+        if !column.set(&mut sample, bits) {
+            return Err(format!("{} = `{cell}` is out of range", column.name));
+        }
+    }
+    let cells = COLUMNS.len().min(columns) + cells.count();
+    if cells < columns {
+        return Err(format!("{cells} cells of {columns}"));
+    }
+    Ok(sample)
+}
+
+fn bits(kind: Kind, cell: &str) -> Result<u64, String> {
+    fn said(error: impl Display) -> String {
+        error.to_string()
+    }
+    match kind {
+        Kind::U64 => cell.parse().map_err(said),
+        Kind::U32 => cell.parse::<u32>().map(u64::from).map_err(said),
+        Kind::F64 => cell.parse().map(f64::to_bits).map_err(said),
+        Kind::Contact => cell
+            .parse::<i8>()
+            .map(|contact| contact.cast_unsigned().into())
+            .map_err(said),
+        Kind::State => STATES
+            .iter()
+            .position(|state| *state == cell)
+            .map(|place| place as u64)
+            .ok_or_else(|| "not a state".to_owned()),
+    }
+}

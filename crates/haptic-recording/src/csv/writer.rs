@@ -1,0 +1,100 @@
+//! Writes CSV.
+
+use super::TITLE;
+use crate::{Mark, Metadata, VERSION};
+use haptic_ipc::{SAMPLE_COLUMNS, Sample};
+use serde::Serialize;
+use std::io::{self, BufWriter, Write};
+
+/// Writes rows and marks into a buffer.
+pub(crate) struct Writer<W: Write> {
+    out: Counted<BufWriter<W>>,
+}
+
+impl<W: Write> Writer<W> {
+    /// Begins a recording.
+    ///
+    /// # Errors
+    /// `out` cannot be written to.
+    pub(crate) fn new(out: W, metadata: &Metadata) -> io::Result<Self> {
+        let mut writer = Self {
+            out: Counted {
+                inner: BufWriter::new(out),
+                bytes: 0,
+            },
+        };
+        writeln!(writer.out, "{TITLE}{VERSION}")?;
+        writer.remark(metadata)?;
+        writeln!(writer.out, "{}", SAMPLE_COLUMNS.join(","))?;
+        writer.flush()?;
+        Ok(writer)
+    }
+
+    /// Writes rows. Numbers are written so that they read back exactly.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub(crate) fn rows(&mut self, rows: &[Sample]) -> io::Result<()> {
+        let mut csv = ::csv::WriterBuilder::new()
+            .has_headers(false)
+            .from_writer(&mut self.out);
+        for row in rows {
+            csv.serialize(row).map_err(io::Error::other)?;
+        }
+        csv.flush()
+    }
+
+    /// Writes what happened before the next row.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn mark(&mut self, mark: &Mark) -> io::Result<()> {
+        self.remark(mark)
+    }
+
+    /// Passes on what is in memory.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+
+    /// Passes on what is in memory; returns the bytes written in all.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn finish(mut self) -> io::Result<u64> {
+        self.flush()?;
+        Ok(self.out.bytes)
+    }
+
+    /// Bytes written.
+    pub(crate) const fn bytes(&self) -> u64 {
+        self.out.bytes
+    }
+
+    fn remark<T: Serialize>(&mut self, value: &T) -> io::Result<()> {
+        let text = serde_json::to_string(value).map_err(io::Error::other)?;
+        writeln!(self.out, "# {text}")
+    }
+}
+
+/// Counts what goes through it.
+#[derive(Debug)]
+struct Counted<W> {
+    inner: W,
+    bytes: u64,
+}
+
+impl<W: Write> Write for Counted<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.inner.write(bytes)?;
+        self.bytes += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}

@@ -1,0 +1,270 @@
+//! Reads Parquet, some rows at a time.
+
+use super::{KEY, MAGIC, MARKS, type_of};
+use crate::columns::{COLUMNS, Column, Kind, STATES};
+use crate::fields::from_fields;
+use crate::{Ending, Entry, Mark, Metadata, Place, RecordingError};
+use haptic_ipc::{FIRST_SAMPLE_COLUMNS, Sample};
+use haptic_motion::guard::{Pages, guarded};
+use parquet::column::reader::ColumnReaderImpl;
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
+use parquet::errors::Result;
+use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
+use std::collections::VecDeque;
+
+/// Rows read at once.
+const BATCH: usize = 4096;
+
+/// A Parquet recording, read some rows at a time.
+pub(crate) struct Reader {
+    file: Box<dyn FileReader>,
+    metadata: Metadata,
+    marks: VecDeque<(u64, Mark)>,
+    /// Place of each of our columns among those of the file.
+    columns: Vec<(usize, &'static Column)>,
+    /// The group that is read, and its rows that are left.
+    group: usize,
+    left: usize,
+    /// Rows before the end of that group.
+    group_end: u64,
+    open: Vec<Cells>,
+    /// Rows that were read and are not handed out, the next one last.
+    rows: Vec<Sample>,
+    handed: u64,
+    is_complete: bool,
+    ending: Option<Ending>,
+}
+
+/// A column of a group.
+enum Cells {
+    I64(ColumnReaderImpl<Int64Type>),
+    I32(ColumnReaderImpl<Int32Type>),
+    F64(ColumnReaderImpl<DoubleType>),
+    Text(ColumnReaderImpl<ByteArrayType>),
+}
+
+impl Reader {
+    /// Reads the footer.
+    ///
+    /// # Errors
+    /// The file lacks its footer, is no recording of hapticd, or one of another version.
+    pub(crate) fn new<R: ChunkReader + 'static>(input: R) -> std::result::Result<Self, RecordingError> {
+        let place = Place::Byte(input.len());
+        let is_whole = guarded(|| input.get_bytes(input.len().saturating_sub(4), 4));
+        if !is_whole.is_ok_and(|end| end == MAGIC) {
+            return Err(RecordingError::Damaged {
+                place,
+                reason: "a Parquet file without its footer, which comes last: nothing of it can be read".to_owned(),
+            });
+        }
+        let file = guarded(|| SerializedFileReader::new(input));
+        let file = file.map_err(|reason| RecordingError::Damaged { place, reason })?;
+        let failed = |reason| RecordingError::Metadata { place, reason };
+        let pairs = file.metadata().file_metadata().key_value_metadata();
+        let ours = pairs
+            .into_iter()
+            .flatten()
+            .filter_map(|pair| Some((pair.key.strip_prefix(KEY)?, pair.value.as_deref()?)));
+        let fields: Vec<(&str, &str)> = ours.collect();
+        if fields.is_empty() {
+            return Err(RecordingError::OtherProgram {
+                format: "Parquet",
+                lacking: format!("the keys `{KEY}*`"),
+            });
+        }
+        let (marks, fields): (Vec<_>, Vec<_>) = fields.into_iter().partition(|(name, _)| MARKS.ends_with(name));
+        let metadata = from_fields(place, fields)?;
+        let marks =
+            marks_of(marks.first().map_or("[]", |(_, text)| text)).map_err(|error| failed(error.to_string()))?;
+        let columns = columns_of(&file)?;
+        Ok(Self {
+            is_complete: marks.iter().any(|(_, mark)| matches!(mark, Mark::End { .. })),
+            file: Box::new(file),
+            metadata,
+            marks,
+            columns,
+            group: 0,
+            left: 0,
+            group_end: 0,
+            open: Vec::new(),
+            rows: Vec::new(),
+            handed: 0,
+            ending: None,
+        })
+    }
+
+    /// Under which circumstances it was made.
+    pub(crate) const fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    /// Rows that were handed out, and those that the footer tells of.
+    pub(crate) fn rows_read(&self) -> (u64, u64) {
+        let rows = self.file.metadata().file_metadata().num_rows();
+        (self.handed, u64::try_from(rows).unwrap_or(0))
+    }
+
+    /// How it ends, once everything has been read.
+    pub(crate) const fn ending(&self) -> Option<Ending> {
+        self.ending
+    }
+
+    /// The next row or mark; nothing at its end.
+    ///
+    /// # Errors
+    /// A group of rows is damaged.
+    pub(crate) fn entry(&mut self) -> std::result::Result<Option<Entry>, RecordingError> {
+        if self.ending.is_some() {
+            return Ok(None);
+        }
+        if let Some((_, mark)) = self.marks.pop_front_if(|(rows, _)| *rows <= self.handed) {
+            return Ok(Some(Entry::Mark(mark)));
+        }
+        if self.rows.is_empty() {
+            let place = Place::Row(self.handed + 1);
+            guarded(|| self.next_rows())
+                .and_then(std::convert::identity)
+                .map_err(|reason| {
+                    // Reading goes on with the next group.
+                    self.rows.clear();
+                    (self.left, self.handed) = (0, self.group_end);
+                    RecordingError::Damaged { place, reason }
+                })?;
+        }
+        if let Some(row) = self.rows.pop() {
+            self.handed += 1;
+            return Ok(Some(Entry::Row(row)));
+        }
+        // Marks that stand behind rows that are not there.
+        if let Some((_, mark)) = self.marks.pop_front() {
+            return Ok(Some(Entry::Mark(mark)));
+        }
+        self.ending = Some(if self.is_complete {
+            Ending::Complete
+        } else {
+            Ending::Open
+        });
+        Ok(None)
+    }
+
+    /// Reads the next rows; none at the end.
+    fn next_rows(&mut self) -> Result<std::result::Result<(), String>> {
+        while self.left == 0 {
+            if self.group == self.file.num_row_groups() {
+                return Ok(Ok(()));
+            }
+            let group = self.group;
+            self.group += 1;
+            let group = self.file.get_row_group(group)?;
+            let values = u64::try_from(group.metadata().num_rows())?;
+            self.group_end = self.group_end.saturating_add(values);
+            self.open.clear();
+            for (index, column) in &self.columns {
+                let inner = group.get_column_page_reader(*index)?;
+                let pages = Box::new(Pages { inner, values });
+                let description = group.metadata().column(*index).column_descr_ptr();
+                self.open.push(match column.kind {
+                    Kind::U64 => Cells::I64(ColumnReaderImpl::new(description, pages)),
+                    Kind::U32 | Kind::Contact => Cells::I32(ColumnReaderImpl::new(description, pages)),
+                    Kind::F64 => Cells::F64(ColumnReaderImpl::new(description, pages)),
+                    Kind::State => Cells::Text(ColumnReaderImpl::new(description, pages)),
+                });
+            }
+            self.left = usize::try_from(values)?;
+        }
+        let count = self.left.min(BATCH);
+        self.left -= count;
+        self.rows.resize(count, Sample::default());
+        for (cells, (_, column)) in self.open.iter_mut().zip(&self.columns) {
+            let bits = cells.read(count)?;
+            if bits.len() != count {
+                return Ok(Err(format!("{} has {} of {count} rows", column.name, bits.len())));
+            }
+            for (row, bits) in self.rows.iter_mut().rev().zip(bits) {
+                // A small number as a large one, with its sign.
+                let is_contact = column.kind == Kind::Contact;
+                let bits = bits
+                    ^ if is_contact && bits >= 0xffff_ff80 {
+                        0xffff_ff00
+                    } else {
+                        0
+                    };
+                if !column.set(row, bits) {
+                    return Ok(Err(format!("{} = {bits} is out of range", column.name)));
+                }
+            }
+        }
+        Ok(Ok(()))
+    }
+}
+
+impl Cells {
+    /// Reads so many cells, or those that are left, as bits.
+    fn read(&mut self, count: usize) -> Result<Vec<u64>> {
+        fn values<T: DataType>(reader: &mut ColumnReaderImpl<T>, count: usize) -> Result<Vec<T::T>> {
+            let mut values = Vec::with_capacity(count);
+            // A column that another program wrote may allow for nulls; one that has some is short here.
+            let mut levels = Vec::new();
+            reader.read_records(count, Some(&mut levels), None, &mut values)?;
+            Ok(values)
+        }
+        Ok(match self {
+            Self::I64(reader) => values(reader, count)?.into_iter().map(i64::cast_unsigned).collect(),
+            Self::F64(reader) => values(reader, count)?.into_iter().map(f64::to_bits).collect(),
+            Self::I32(reader) => {
+                let values = values(reader, count)?.into_iter();
+                values.map(|value| value.cast_unsigned().into()).collect()
+            }
+            Self::Text(reader) => values(reader, count)?.iter().map(state).collect(),
+        })
+    }
+}
+
+/// Place of a state; beyond the last one where it is none.
+fn state(name: &ByteArray) -> u64 {
+    STATES
+        .iter()
+        .position(|state| state.as_bytes() == name.data())
+        .unwrap_or(STATES.len()) as u64
+}
+
+/// The marks of this version.
+fn marks_of(text: &str) -> serde_json::Result<VecDeque<(u64, Mark)>> {
+    let all: Vec<(u64, serde_json::Value)> = serde_json::from_str(text)?;
+    let known = all.into_iter().filter_map(|(rows, mark)| {
+        Mark::from_json(mark.to_string().as_bytes())
+            .map(|mark| mark.map(|mark| (rows, mark)))
+            .transpose()
+    });
+    known.collect()
+}
+
+fn columns_of<R: ChunkReader + 'static>(
+    file: &SerializedFileReader<R>,
+) -> std::result::Result<Vec<(usize, &'static Column)>, RecordingError> {
+    let schema = file.metadata().file_metadata().schema_descr();
+    let mut columns = Vec::with_capacity(COLUMNS.len());
+    for (index, column) in COLUMNS.iter().enumerate() {
+        let failed = |found: String| RecordingError::Column {
+            place: Place::Row(0),
+            index: index + 1,
+            column: column.name,
+            found,
+        };
+        let found = (0..schema.num_columns()).find(|found| schema.column(*found).path().string() == column.name);
+        match found {
+            Some(found) => {
+                let description = schema.column(found);
+                let physical = description.physical_type().to_string();
+                if physical != type_of(column.kind).0 || description.max_rep_level() > 0 {
+                    return Err(failed(format!("{physical} {}", column.name)));
+                }
+                columns.push((found, column));
+            }
+            // An earlier version wrote it.
+            None if index >= FIRST_SAMPLE_COLUMNS => {}
+            None => return Err(failed(String::new())),
+        }
+    }
+    Ok(columns)
+}

@@ -1,0 +1,79 @@
+use super::columns::COLUMNS;
+use super::*;
+use haptic_ipc::Sample;
+use std::path::Path;
+
+mod copies;
+mod csv;
+mod every_format;
+mod mcap;
+mod parquet;
+mod random;
+mod recorder;
+
+fn scene() -> Scene {
+    Scene::paper()
+}
+
+pub(crate) fn metadata() -> Metadata {
+    Metadata {
+        server: "hapticd 0.1.0".into(),
+        device: "fake rig, \"of glass\"".into(),
+        loop_rate_hz: 1000.0,
+        rate_hz: 1000.0,
+        recorded_by: Some("haptic-ctl 0.1.0, \"ada\"".into()),
+        started_unix_s: 1.763_748_187_123e9,
+        revision: 7,
+        scene: scene(),
+        servo: None,
+        notes: None,
+        configuration: None,
+    }
+}
+
+pub(crate) fn sample(tick: u64) -> Sample {
+    Sample {
+        tick,
+        t_s: 1e-3 * f64::from(u32::try_from(tick).expect("small")),
+        state: RigState::Engaged,
+        contact: -1,
+        device_position_m: 0.1,
+        device_velocity_mps: -0.2,
+        block_position_m: 1.0 / 3.0,
+        block_velocity_mps: 0.0,
+        coupling_force_n: 5.5,
+        command_force_n: -5.5,
+        revision: 7,
+        wake_latency_ns: 100,
+        tick_ns: 200,
+        device_round_trip_ns: 0,
+        ..Sample::default()
+    }
+}
+
+/// Writes a recording; returns its bytes and totals.
+fn written(format: Format, metadata: &Metadata, entries: &[Entry]) -> (Vec<u8>, Totals) {
+    // In memory, where there is no disk to wait for.
+    let directory = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir());
+    let directory = directory.expect("a directory");
+    let path = directory.path().join("r").with_extension(format.ending());
+    let mut writer = Writer::create(&path, metadata, false).expect("begun");
+    for entry in entries {
+        writer.entry(entry).expect("written");
+    }
+    let totals = writer.finish().expect("written");
+    (std::fs::read(&path).expect("it is there"), totals)
+}
+
+fn entries(rows: &[Sample]) -> Vec<Entry> {
+    rows.iter().copied().map(Entry::Row).collect()
+}
+
+/// Every bit of a row.
+fn bits(row: &Sample) -> Vec<u64> {
+    COLUMNS.iter().map(|column| column.bits(row)).collect()
+}
+
+fn read_bytes(bytes: &[u8]) -> Result<Recording, RecordingError> {
+    Reader::from_bytes(bytes.to_vec())?.into_recording()
+}

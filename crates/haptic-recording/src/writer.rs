@@ -1,0 +1,280 @@
+//! Writes a recording in any format.
+
+use super::sync::Syncer;
+use super::{CreateError, Entry, Format, Mark, Metadata, csv, mcap, parquet};
+use haptic_ipc::Sample;
+use std::fs::File;
+use std::io;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Longest time that a row stays in memory while others follow.
+const FLUSH_EVERY: Duration = Duration::from_secs(1);
+
+/// Most rows that stay in memory: a quarter of a second at 1 kHz.
+const FLUSH_ROWS: u64 = 250;
+
+/// How much a recording holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Rows.
+    pub rows: u64,
+    /// Rows that are missing.
+    pub lost: u64,
+    /// Changes of state, scene or settings, and markers, that are missing.
+    pub lost_changes: u64,
+    /// Periods that the daemon's loop missed.
+    pub missed: u64,
+    /// Size, bytes.
+    pub bytes: u64,
+    /// Time from the first row to the last, s.
+    pub length_s: f64,
+}
+
+/// Writes rows and marks, as they come.
+pub struct Writer {
+    sink: Sink,
+    /// The file that is written now.
+    file: File,
+    syncer: Syncer,
+    totals: Totals,
+    first_s: Option<f64>,
+    unflushed: u64,
+    flushed: Instant,
+}
+
+enum Sink {
+    Csv(csv::Writer<File>),
+    Mcap(Box<mcap::Writer>),
+    /// Parquet that is read at its end alone.
+    Parquet(Box<parquet::Writer<File>>),
+    /// Parquet, and beside it what there is until its end.
+    Spool(Box<parquet::Spool>),
+}
+
+impl Writer {
+    /// Creates a recording; the ending of its name says its format.
+    ///
+    /// # Errors
+    /// The name says no format, the file cannot be written, or it is there and not to be replaced.
+    pub fn create(path: &Path, metadata: &Metadata, replace: bool) -> Result<Self, CreateError> {
+        let (format, file) = new_file(path, replace)?;
+        Self::new(format, file, path, metadata).map_err(|source| failed(path, source))
+    }
+
+    /// Begins a recording of which nothing need be readable before its end.
+    pub(crate) fn of_copy(
+        format: Format,
+        file: File,
+        path: &Path,
+        metadata: &Metadata,
+        numbers: parquet::Numbers,
+    ) -> io::Result<Self> {
+        if format == Format::Parquet {
+            let parquet = parquet::Writer::new(file.try_clone()?, metadata, numbers)?;
+            return Self::with(Sink::Parquet(Box::new(parquet)), file);
+        }
+        Self::new(format, file, path, metadata)
+    }
+
+    /// Begins a recording in a file that was created for it, and is at `path`, or in a pipe.
+    ///
+    /// # Errors
+    /// It cannot be written to, or is a pipe and the format Parquet.
+    pub fn new(format: Format, file: File, path: &Path, metadata: &Metadata) -> io::Result<Self> {
+        let copy = file.try_clone()?;
+        match format {
+            Format::Csv => Self::with(Sink::Csv(csv::Writer::new(copy, metadata)?), file),
+            Format::Mcap => Self::with(Sink::Mcap(Box::new(mcap::Writer::new(copy, metadata)?)), file),
+            Format::Parquet => {
+                let (spool, file) = parquet::Spool::new(file, path, metadata)?;
+                Self::with(Sink::Spool(Box::new(spool)), file)
+            }
+        }
+    }
+
+    fn with(sink: Sink, file: File) -> io::Result<Self> {
+        Ok(Self {
+            sink,
+            syncer: Syncer::new(&file)?,
+            file,
+            totals: Totals::default(),
+            first_s: None,
+            unflushed: 0,
+            flushed: Instant::now(),
+        })
+    }
+
+    /// Writes a row or a mark.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn entry(&mut self, entry: &Entry) -> io::Result<()> {
+        match entry {
+            Entry::Row(row) => self.rows(std::slice::from_ref(row)),
+            Entry::Mark(mark) => self.mark(mark),
+        }
+    }
+
+    /// Writes rows. Numbers are written so that they read back exactly.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub fn rows(&mut self, rows: &[Sample]) -> io::Result<()> {
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+            return Ok(());
+        };
+        match &mut self.sink {
+            Sink::Csv(csv) => csv.rows(rows)?,
+            Sink::Mcap(mcap) => mcap.rows(rows)?,
+            Sink::Parquet(parquet) => parquet.rows(rows)?,
+            Sink::Spool(spool) => spool.mcap.rows(rows)?,
+        }
+        self.totals.length_s = last.t_s - *self.first_s.get_or_insert(first.t_s);
+        self.totals.rows += rows.len() as u64;
+        self.unflushed += rows.len() as u64;
+        self.flush_in_time()
+    }
+
+    /// Writes what happened before the next row. An [`End`](Mark::End) is written by
+    /// [`finish`](Self::finish) alone.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn mark(&mut self, mark: &Mark) -> io::Result<()> {
+        match mark {
+            Mark::End { .. } => return Ok(()),
+            Mark::Lost { rows } => self.totals.lost = self.totals.lost.saturating_add(*rows),
+            Mark::LostChanges { changes } => {
+                self.totals.lost_changes = self.totals.lost_changes.saturating_add(*changes);
+            }
+            Mark::Missed { periods, .. } => self.totals.missed = self.totals.missed.saturating_add(*periods),
+            _ => {}
+        }
+        self.put_mark(mark)?;
+        self.flush_in_time()
+    }
+
+    /// Passes on what is in memory.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.unflushed = 0;
+        self.flushed = Instant::now();
+        match &mut self.sink {
+            Sink::Csv(csv) => csv.flush(),
+            Sink::Mcap(mcap) => mcap.flush(),
+            Sink::Parquet(_) => Ok(()),
+            Sink::Spool(spool) => spool.mcap.flush(),
+        }
+    }
+
+    /// Ends the recording, says in it that this is its end, and waits until it is on the disk.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn finish(mut self) -> io::Result<Totals> {
+        self.put_mark(&Mark::End {
+            rows: self.totals.rows,
+            lost: self.totals.lost,
+            missed: self.totals.missed,
+        })?;
+        self.break_off()
+    }
+
+    /// Closes the recording without an end, as one that nobody ended on purpose.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn break_off(mut self) -> io::Result<Totals> {
+        self.totals.bytes = match self.sink {
+            Sink::Csv(csv) => csv.finish()?,
+            Sink::Mcap(mcap) => mcap.finish()?,
+            Sink::Parquet(parquet) => parquet.finish()?,
+            Sink::Spool(spool) => {
+                self.totals.bytes = spool.finish()?;
+                return Ok(self.totals);
+            }
+        };
+        sync(&self.file)?;
+        Ok(self.totals)
+    }
+
+    /// How much it holds by now.
+    #[must_use]
+    pub fn totals(&self) -> Totals {
+        Totals {
+            bytes: match &self.sink {
+                Sink::Csv(csv) => csv.bytes(),
+                Sink::Mcap(mcap) => mcap.bytes(),
+                Sink::Parquet(parquet) => parquet.bytes(),
+                Sink::Spool(spool) => spool.mcap.bytes(),
+            },
+            ..self.totals
+        }
+    }
+
+    /// Time of the first row, s, once there is one.
+    #[must_use]
+    pub const fn first_s(&self) -> Option<f64> {
+        self.first_s
+    }
+
+    fn put_mark(&mut self, mark: &Mark) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Csv(csv) => csv.mark(mark),
+            Sink::Mcap(mcap) => mcap.mark(mark),
+            Sink::Spool(spool) => spool.mcap.mark(mark),
+            Sink::Parquet(parquet) => {
+                parquet.mark(mark);
+                Ok(())
+            }
+        }
+    }
+
+    fn flush_in_time(&mut self) -> io::Result<()> {
+        if self.unflushed >= FLUSH_ROWS || self.flushed.elapsed() >= FLUSH_EVERY {
+            self.flush()?;
+        }
+        self.syncer.tick()
+    }
+}
+
+/// Creates a recording's file.
+fn new_file(path: &Path, replace: bool) -> Result<(Format, File), CreateError> {
+    let format = Format::of(path)?;
+    if format == Format::Parquet {
+        let spool = parquet::spool_of(path);
+        if replace {
+            match std::fs::remove_file(&spool) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(&spool, error)),
+                _ => {}
+            }
+        } else if spool.exists() {
+            // What a recording of this name left there.
+            return Err(failed(&spool, io::ErrorKind::AlreadyExists.into()));
+        }
+    }
+    let file = if replace {
+        File::create(path)
+    } else {
+        File::create_new(path)
+    };
+    Ok((format, file.map_err(|source| failed(path, source))?))
+}
+
+fn failed(path: &Path, source: io::Error) -> CreateError {
+    CreateError::File {
+        path: path.to_path_buf(),
+        source,
+    }
+}
+
+/// Waits until a file is on the disk. A pipe is on none.
+fn sync(file: &File) -> io::Result<()> {
+    if file.metadata()?.is_file() {
+        file.sync_all()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,191 @@
+//! Just noticeable differences by case.
+
+use super::{AnalysisError, Refused, paper};
+use crate::trial::{Case, Method, Operator, PerceptionTrial};
+use haptic_lab::stats::StatsError;
+use haptic_lab::stats::mean::{Mean, clustered_mean};
+use haptic_lab::stats::psychometric::{Bootstrap, Level, Psychometric, Resampling, bootstrap, by_level, fit};
+use haptic_lab::stats::staircase::{StaircaseEstimate, staircase};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Reversals at the beginning of a staircase that do not count: it comes from far above.
+const DROPPED_REVERSALS: usize = 4;
+/// How often answers are drawn anew for an interval.
+const DRAWS: usize = 500;
+
+/// The threshold of a subject, or of all of them together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SubjectThreshold {
+    /// Code of the subject; absent for all subjects' answers together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub subject: Option<String>,
+    /// Number of answers.
+    pub trials: usize,
+    /// The answers by level, N: correct ones of so many.
+    #[serde(skip)]
+    pub levels: Vec<Level>,
+    /// The fitted function; threshold and width in N. Absent where the answers do not determine it.
+    pub fit: Option<Psychometric>,
+    /// Its intervals, N.
+    pub intervals: Option<Bootstrap>,
+    /// The mean of the reversals, N, where the levels are a staircase's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub staircase: Option<StaircaseEstimate>,
+}
+
+/// What the answers to a case say.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CaseAnalysis {
+    /// What the comparison changed.
+    pub case: Case,
+    /// How the levels were chosen.
+    pub method: Method,
+    /// The just noticeable difference: mean of the subjects' fitted thresholds, N. Absent where none is determined.
+    #[serde(rename = "jnd_N")]
+    pub jnd_n: Option<Mean>,
+    /// The same from the staircases, N.
+    #[serde(rename = "staircase_N", skip_serializing_if = "Option::is_none")]
+    pub staircase_n: Option<Mean>,
+    /// That of the paper, N.
+    #[serde(rename = "paper_jnd_N")]
+    pub paper_jnd_n: f64,
+    /// All subjects' answers together.
+    pub pooled: SubjectThreshold,
+    /// Each subject.
+    pub subjects: Vec<SubjectThreshold>,
+}
+
+/// What the answers of a perception test say.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PerceptionAnalysis {
+    /// Whether people or a model answered, where the rows tell.
+    pub operator: Option<Operator>,
+    /// Number of trials.
+    pub trials: usize,
+    /// By case and method.
+    pub cases: Vec<CaseAnalysis>,
+    /// What the answers do not tell.
+    pub refused: Vec<Refused>,
+    /// Remarks for people.
+    pub notes: Vec<String>,
+}
+
+/// The trials of a case by subject, session and number.
+type BySubject<'a> = BTreeMap<&'a str, BTreeMap<(u32, u32), &'a PerceptionTrial>>;
+
+/// Analyses the answers of a perception test, in any order. The seed is that of the intervals.
+///
+/// # Errors
+/// There are no trials, or two are the same one.
+pub fn perception(trials: &[PerceptionTrial], seed: u64) -> Result<PerceptionAnalysis, AnalysisError> {
+    let Some(first) = trials.first() else {
+        return Err(AnalysisError::NoTrials);
+    };
+    if trials.iter().any(|trial| trial.operator != first.operator) {
+        return Err(AnalysisError::MixedOperators);
+    }
+    let mut by_case: BTreeMap<_, BySubject<'_>> = BTreeMap::new();
+    for trial in trials {
+        let case = by_case.entry((trial.case, trial.method)).or_default();
+        let own = case.entry(trial.subject.as_str()).or_default();
+        if own.insert((trial.session, trial.trial), trial).is_some() {
+            return Err(AnalysisError::TwiceTheTrial {
+                trial: trial.trial,
+                sequence: format!(
+                    "subject {}, session {}, case {:?}",
+                    trial.subject, trial.session, trial.case
+                ),
+            });
+        }
+    }
+    let mut refused = Vec::new();
+    let cases = by_case
+        .into_iter()
+        .map(|((case, method), subjects)| analysed((case, method), &subjects, seed, &mut refused))
+        .collect();
+    let is_simulated = first.operator == Some(Operator::Simulated);
+    let notes = is_simulated.then(|| "a model gave these answers: they say nothing about people".to_owned());
+    Ok(PerceptionAnalysis {
+        operator: first.operator,
+        trials: trials.len(),
+        cases,
+        refused,
+        notes: notes.into_iter().collect(),
+    })
+}
+
+fn analysed(
+    (case, method): (Case, Method),
+    subjects: &BySubject<'_>,
+    seed: u64,
+    refused: &mut Vec<Refused>,
+) -> CaseAnalysis {
+    let mut refuse = |what: &str, of: String, error: &StatsError| {
+        refused.push(Refused {
+            what: format!("{what} of {of}, case {case:?}"),
+            reason: error.to_string(),
+        });
+    };
+    let everything = subjects.values().flat_map(BTreeMap::values).copied();
+    let (pooled, error) = threshold(None, everything, seed);
+    if let Some(error) = error {
+        refuse("threshold", "all subjects together".to_owned(), &error);
+    }
+    let own = subjects.iter().map(|(subject, trials)| {
+        let of = || format!("subject {subject}");
+        let (mut found, error) = threshold(Some(subject), trials.values().copied(), seed);
+        if let Some(error) = error {
+            refuse("threshold", of(), &error);
+        }
+        if method == Method::Staircase {
+            let turned: Vec<f64> = trials
+                .values()
+                .filter(|one| one.reversal)
+                .map(|one| one.level_n)
+                .collect();
+            match staircase(&turned, DROPPED_REVERSALS) {
+                Ok(estimate) => found.staircase = Some(estimate),
+                Err(error) => refuse("staircase", of(), &error),
+            }
+        }
+        found
+    });
+    let subjects: Vec<SubjectThreshold> = own.collect();
+    let mean_of = |value: &dyn Fn(&SubjectThreshold) -> Option<f64>| {
+        let clusters: Vec<Vec<f64>> = subjects.iter().filter_map(value).map(|one| vec![one]).collect();
+        (!clusters.is_empty()).then(|| clustered_mean(&clusters))
+    };
+    CaseAnalysis {
+        case,
+        method,
+        jnd_n: mean_of(&|one| one.fit.map(|fit| fit.threshold)),
+        staircase_n: mean_of(&|one| one.staircase.map(|estimate| estimate.threshold)),
+        paper_jnd_n: paper::jnd_n(case),
+        pooled,
+        subjects,
+    }
+}
+
+/// The threshold of some answers, or why they have none.
+fn threshold<'a>(
+    subject: Option<&str>,
+    trials: impl Iterator<Item = &'a PerceptionTrial>,
+    seed: u64,
+) -> (SubjectThreshold, Option<StatsError>) {
+    let answers: Vec<(f64, bool)> = trials.map(|trial| (trial.level_n, trial.correct)).collect();
+    let levels = by_level(answers.iter().copied());
+    let (fit, error) = match fit(&levels) {
+        Ok(fit) => (Some(fit), None),
+        Err(error) => (None, Some(error)),
+    };
+    let found = SubjectThreshold {
+        subject: subject.map(str::to_owned),
+        trials: answers.len(),
+        intervals: fit.map(|fit| bootstrap(&levels, &fit, Resampling::Parametric, DRAWS, seed)),
+        levels,
+        fit,
+        staircase: None,
+    };
+    (found, error)
+}

@@ -1,0 +1,305 @@
+//! The analysis as tables for people, no wider than a terminal of 80 columns.
+
+use super::comparison::{Comparison, Counts, Measure};
+use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
+use super::{FittsAnalysis, Summary};
+use haptic_lab::drawing::Table;
+
+/// Columns that the resistances of one table may take, with two blanks before each.
+const ROOM: usize = 56;
+
+/// The tables of a targeting task, each under the name of its file.
+#[must_use]
+pub fn fitts_tables(analysis: &FittsAnalysis) -> Vec<(String, Table)> {
+    let mut tables = vec![("throughput".to_owned(), throughput(analysis))];
+    for comparison in &analysis.comparisons {
+        let parts = parts(&comparison.resistances);
+        for (index, places) in parts.iter().enumerate() {
+            let part = if parts.len() > 1 {
+                format!("-{}", index + 1)
+            } else {
+                String::new()
+            };
+            tables.push((
+                format!("{}{part}", file(comparison.measure)),
+                counts(comparison, places),
+            ));
+        }
+    }
+    if !analysis.comparisons.is_empty() {
+        tables.push(("pairs".to_owned(), pairs(&analysis.comparisons)));
+    }
+    if !analysis.beside_paper.is_empty() {
+        tables.push(("beside-paper".to_owned(), beside_paper(analysis)));
+    }
+    tables.push(("difficulty".to_owned(), difficulty(analysis)));
+    tables
+}
+
+fn table(caption: &str, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Table {
+    let head = head.iter().map(|name| (*name).to_owned()).collect();
+    Table {
+        caption: caption.to_owned(),
+        rows: std::iter::once(head).chain(rows).collect(),
+    }
+}
+
+fn interval(interval: Option<[f64; 2]>, decimals: usize) -> String {
+    interval.map_or_else(
+        || "-".to_owned(),
+        |[low, high]| format!("{low:.decimals$} to {high:.decimals$}"),
+    )
+}
+
+/// A probability of a test.
+fn probability(p: f64) -> String {
+    if p < 0.001 {
+        "<0.001".to_owned()
+    } else {
+        format!("{p:.3}")
+    }
+}
+
+fn throughput(analysis: &FittsAnalysis) -> Table {
+    let row = |summary: &Summary| {
+        vec![
+            summary.resistance.clone().unwrap_or_else(|| "all".to_owned()),
+            summary.sequence_count.to_string(),
+            format!("{:.3}", summary.throughput_bit_per_s),
+            interval(summary.throughput_interval_bit_per_s, 2),
+            format!("{:.1}", 1e3 * summary.effective_amplitude_m),
+            format!("{:.1}", 1e3 * summary.effective_width_m),
+            format!("{:.3}", summary.effective_id_bit),
+            format!("{:.3}", summary.movement_time_s),
+            summary.misses.to_string(),
+        ]
+    };
+    table(
+        "Throughput by ISO 9241-411: means over n sequences",
+        &[
+            "resistance",
+            "n",
+            "TP bit/s",
+            "95 %",
+            "Ae mm",
+            "We mm",
+            "IDe bit",
+            "MT s",
+            "misses",
+        ],
+        analysis.by_resistance.iter().chain(&analysis.overall).map(row),
+    )
+}
+
+const fn file(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Time => "table-3-time",
+        Measure::Errors => "table-4-errors",
+        Measure::ErrorSize => "table-5-error-size",
+    }
+}
+
+fn caption(comparison: &Comparison) -> String {
+    let threshold = comparison.threshold;
+    match comparison.measure {
+        Measure::Time => format!("Table 3. Time of a segment, better/worse by {threshold} s"),
+        Measure::Errors => format!("Table 4. Errors of a segment, better/worse by {threshold}"),
+        Measure::ErrorSize => {
+            format!(
+                "Table 5. Mean size of the errors, better/worse by {} mm",
+                1e3 * threshold
+            )
+        }
+    }
+}
+
+/// The resistances as they fit beside one another.
+fn parts(resistances: &[String]) -> Vec<Vec<usize>> {
+    let mut parts: Vec<Vec<usize>> = Vec::new();
+    let mut taken = usize::MAX;
+    for (place, name) in resistances.iter().enumerate() {
+        let width = 2 + name.chars().count().max(6);
+        if taken.saturating_add(width) > ROOM {
+            parts.push(Vec::new());
+            taken = 0;
+        }
+        taken += width;
+        if let Some(part) = parts.last_mut() {
+            part.push(place);
+        }
+    }
+    parts
+}
+
+/// Better and worse by index of difficulty and resistance. A star marks a sign test below 0.05.
+fn counts(comparison: &Comparison, places: &[usize]) -> Table {
+    let head: Vec<&str> = ["condition", "ID bit"]
+        .into_iter()
+        .chain(places.iter().map(|&place| comparison.resistances[place].as_str()))
+        .collect();
+    let cell = |counts: &Counts| {
+        let star = if counts.sign_test_p < 0.05 { "*" } else { "" };
+        format!("{}/{}{star}", counts.better, counts.worse)
+    };
+    let rows = comparison.rows.iter().map(|row| {
+        [row.condition.clone(), format!("{:.3}", row.difficulty_bit)]
+            .into_iter()
+            .chain(places.iter().map(|&place| cell(&row.counts[place])))
+            .collect()
+    });
+    let sums = |name: &str, cell: &dyn Fn(usize) -> String| -> Vec<String> {
+        [name.to_owned(), String::new()]
+            .into_iter()
+            .chain(places.iter().map(|&place| cell(place)))
+            .collect()
+    };
+    let totals = &comparison.totals;
+    let sums = [
+        sums("sum", &|place| {
+            format!("{}/{}", totals[place].better, totals[place].worse)
+        }),
+        sums("subjects", &|place| {
+            format!("{}/{}", totals[place].subjects_better, totals[place].subjects_worse)
+        }),
+        sums("p", &|place| probability(totals[place].sign_test_p)),
+    ];
+    table(&caption(comparison), &head, rows.chain(sums))
+}
+
+fn pairs(comparisons: &[Comparison]) -> Table {
+    let rows = comparisons.iter().flat_map(|comparison| {
+        let measure = match comparison.measure {
+            Measure::Time => "time",
+            Measure::Errors => "errors",
+            Measure::ErrorSize => "error size",
+        };
+        comparison.pairs.iter().map(move |pair| {
+            vec![
+                measure.to_owned(),
+                pair.first.clone(),
+                pair.second.clone(),
+                pair.subjects_first.to_string(),
+                pair.subjects_second.to_string(),
+                probability(pair.sign_test_p),
+            ]
+        })
+    });
+    table(
+        "Subjects that did better with the one or the other",
+        &["measure", "one", "other", "with one", "with other", "p"],
+        rows,
+    )
+}
+
+fn beside_paper(analysis: &FittsAnalysis) -> Table {
+    let rows = analysis.beside_paper.iter().map(|one| {
+        let of = |[better, worse]: [u64; 2]| format!("{better}/{worse}");
+        vec![
+            one.resistance.clone(),
+            of(one.paper),
+            of(one.study),
+            probability(one.fisher_p),
+        ]
+    });
+    table(
+        "Time better/worse, beside Richard and Cutkosky's 20 people",
+        &["resistance", "paper", "this study", "Fisher p"],
+        rows,
+    )
+}
+
+fn difficulty(analysis: &FittsAnalysis) -> Table {
+    let rows = analysis.difficulty.iter().filter_map(|one| {
+        let line = one.line?;
+        Some(vec![
+            one.resistance.clone(),
+            line.count.to_string(),
+            format!("{:.3}", line.intercept),
+            interval(Some(line.intercept_interval), 2),
+            format!("{:.3}", line.slope),
+            interval(Some(line.slope_interval), 2),
+            format!("{:.3}", line.r_squared),
+        ])
+    });
+    table(
+        "Movement time = a + b ID, through the means of n conditions",
+        &["resistance", "n", "a s", "95 %", "b s/bit", "95 %", "r2"],
+        rows,
+    )
+}
+
+/// The tables of a perception test, each under the name of its file.
+#[must_use]
+pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> {
+    let cases = analysis.cases.iter().map(case_row);
+    let heads = ["case", "n", "JND N", "95 %", "stair N", "pooled N", "95 %", "paper N"];
+    let subjects = analysis
+        .cases
+        .iter()
+        .flat_map(|case| case.subjects.iter().map(move |subject| subject_row(case, subject)));
+    vec![
+        (
+            "jnd".to_owned(),
+            table(
+                "Just noticeable difference: mean of n subjects of all, and all answers together",
+                &heads,
+                cases,
+            ),
+        ),
+        (
+            "subjects".to_owned(),
+            table(
+                "By subject",
+                &[
+                    "subject", "case", "trials", "JND N", "95 %", "width N", "lapse", "stair N",
+                ],
+                subjects,
+            ),
+        ),
+    ]
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
+}
+
+fn case_row(case: &CaseAnalysis) -> Vec<String> {
+    vec![
+        format!("{:?} {}", case.case, format!("{:?}", case.method).to_lowercase()),
+        // A subject whose threshold is refused is no part of the mean.
+        format!("{}/{}", case.jnd_n.map_or(0, |mean| mean.count), case.subjects.len()),
+        number(case.jnd_n.map(|mean| mean.value)),
+        interval(case.jnd_n.and_then(|mean| mean.interval), 2),
+        number(case.staircase_n.map(|mean| mean.value)),
+        number(case.pooled.fit.map(|fit| fit.threshold)),
+        interval(case.pooled.intervals.map(|intervals| intervals.threshold_interval), 2),
+        format!("{:.2}", case.paper_jnd_n),
+    ]
+}
+
+fn subject_row(case: &CaseAnalysis, subject: &SubjectThreshold) -> Vec<String> {
+    vec![
+        subject.subject.clone().unwrap_or_default(),
+        format!("{:?}", case.case),
+        subject.trials.to_string(),
+        number(subject.fit.map(|fit| fit.threshold)),
+        interval(subject.intervals.map(|intervals| intervals.threshold_interval), 2),
+        number(subject.fit.map(|fit| fit.width)),
+        number(subject.fit.map(|fit| fit.lapse)),
+        number(subject.staircase.map(|estimate| estimate.threshold)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn resistances_that_do_not_fit_stand_in_a_table_of_their_own() {
+        let names = |lengths: &[usize]| -> Vec<String> { lengths.iter().map(|length| "x".repeat(*length)).collect() };
+        assert_eq!(parts(&names(&[4, 9, 13, 7])), [vec![0, 1, 2, 3]]);
+        assert_eq!(parts(&names(&[30, 30, 10])), [vec![0], vec![1, 2]]);
+        assert_eq!(parts(&names(&[90])), [vec![0]]);
+        assert!(parts(&[]).is_empty());
+    }
+}

@@ -1,0 +1,407 @@
+use super::*;
+use crate::trial::{Case, Method, PerceptionTrial};
+use serde_json::Value;
+
+/// A segment of two movements that end 10 mm beyond and 10 mm before the target's centre. All errors of the segment
+/// were made in its first trial; `error_size_m` is their sum.
+fn segment(
+    (subject, block, resistance, condition): (&str, u32, &str, &str),
+    times_s: [f64; 2],
+    (errors, error_size_m): (u32, f64),
+) -> Vec<FittsTrial> {
+    // Room for the cursor of 40 mm: 80 and 20 mm, so that the indices are log2(640 / 80) = 3 and log2(640 / 20) = 5.
+    let width_m = if condition == "easy" { 0.12 } else { 0.06 };
+    (1..)
+        .zip(times_s)
+        .map(|(trial, movement_time_s)| FittsTrial {
+            operator: None,
+            subject: subject.to_owned(),
+            session: 1,
+            block,
+            resistance: resistance.to_owned(),
+            condition: condition.to_owned(),
+            trial,
+            direction: None,
+            amplitude_m: 0.32,
+            width_m,
+            cursor_diameter_m: Some(0.04),
+            end_error_m: if trial == 1 { 0.01 } else { -0.01 },
+            movement_time_s,
+            errors: if trial == 1 { errors } else { 0 },
+            error_size_m: Some(if trial == 1 { error_size_m } else { 0.0 }),
+            start_tick: None,
+            end_tick: None,
+            scene_revision: None,
+            voided: 0,
+            cursor_latency_s: None,
+            cursor_latency_p95_s: None,
+            frame_rate_hz: None,
+            recording: None,
+        })
+        .collect()
+}
+
+/// Two subjects, two conditions, two resistances and the baseline.
+fn study() -> Vec<FittsTrial> {
+    [
+        // An early round of the baseline, which does not count.
+        segment(("a", 1, "baseline", "easy"), [4.0, 5.0], (7, 0.07)),
+        // a, easy: 2.0 s, 1 error of 4 mm.
+        segment(("a", 3, "baseline", "easy"), [1.0, 1.0], (1, 0.004)),
+        // -0.5 s is the threshold: better. -1 error: better. -4 mm: better.
+        segment(("a", 4, "real", "easy"), [0.7, 0.8], (0, 0.0)),
+        // +0.6 s: worse. +1 error: worse. 5 mm in the mean, +1 mm: worse.
+        segment(("a", 5, "viscous", "easy"), [1.3, 1.3], (2, 0.010)),
+        // a, hard: 3.0 s, no error.
+        segment(("a", 6, "baseline", "hard"), [1.5, 1.5], (0, 0.0)),
+        // +0.4 s: same. +1 error: worse. +0.5 mm: same.
+        segment(("a", 7, "real", "hard"), [1.6, 1.8], (1, 0.0005)),
+        // -0.6 s: better. No error more: same. Same.
+        segment(("a", 8, "viscous", "hard"), [1.0, 1.4], (0, 0.0)),
+        // b, easy: 2.2 s, no error.
+        segment(("b", 1, "baseline", "easy"), [1.1, 1.1], (0, 0.0)),
+        // -0.6 s: better. Same. Same.
+        segment(("b", 2, "real", "easy"), [0.8, 0.8], (0, 0.0)),
+        // +0.1 s: same. Same. Same.
+        segment(("b", 3, "viscous", "easy"), [1.1, 1.2], (0, 0.0)),
+        // b, hard: 4.0 s, 2 errors of 3 mm in the mean.
+        segment(("b", 4, "baseline", "hard"), [2.0, 2.0], (2, 0.006)),
+        // -0.6 s: better. -1 error: better. 1 mm, -2 mm: better.
+        segment(("b", 5, "real", "hard"), [1.7, 1.7], (1, 0.001)),
+        // +0.7 s: worse. +1 error: worse. 4 mm in the mean, +1 mm: worse.
+        segment(("b", 6, "viscous", "hard"), [2.3, 2.4], (3, 0.012)),
+    ]
+    .concat()
+}
+
+fn analysed(trials: &[FittsTrial]) -> FittsAnalysis {
+    fitts(trials, &Thresholds::PAPER).expect("an analysis")
+}
+
+#[test]
+fn every_cell_of_a_small_study_is_that_of_the_derivation_by_hand() {
+    let found = analysed(&study());
+    let cells = |comparison: &Comparison| -> Vec<[[u64; 2]; 2]> {
+        let of = |row: &Row| [0, 1].map(|place: usize| [row.counts[place].better, row.counts[place].worse]);
+        comparison.rows.iter().map(of).collect()
+    };
+    // Rows: easy (3 bit), hard (5 bit); in each real, viscous; in each better, worse.
+    for (comparison, measure, rows) in [
+        (0, Measure::Time, [[[2, 0], [0, 1]], [[1, 0], [1, 1]]]),
+        (1, Measure::Errors, [[[1, 0], [0, 1]], [[1, 1], [0, 1]]]),
+        (2, Measure::ErrorSize, [[[1, 0], [0, 1]], [[1, 0], [0, 1]]]),
+    ] {
+        let comparison = &found.comparisons[comparison];
+        assert_eq!((comparison.measure, cells(comparison)), (measure, rows.to_vec()));
+        assert_eq!(comparison.resistances, ["real", "viscous"]);
+        let indices: Vec<f64> = comparison.rows.iter().map(|row| row.difficulty_bit).collect();
+        assert!(
+            (indices[0] - 3.0).abs() < 1e-12 && (indices[1] - 5.0).abs() < 1e-12,
+            "{indices:?}"
+        );
+    }
+    let totals = |comparison: usize, place: usize| {
+        let total = &found.comparisons[comparison].totals[place];
+        [
+            total.better,
+            total.worse,
+            total.same,
+            total.subjects_better,
+            total.subjects_worse,
+        ]
+    };
+    // Time. real: a better and same, b twice better. viscous: a worse and better, which is even; b same and worse.
+    assert_eq!((totals(0, 0), totals(0, 1)), ([3, 0, 1, 2, 0], [1, 2, 1, 0, 1]));
+    // Errors. real: a better and worse, even; b same and better. viscous: a worse and same, b same and worse.
+    assert_eq!((totals(1, 0), totals(1, 1)), ([2, 1, 1, 1, 0], [0, 2, 2, 0, 2]));
+    // Size. real: a better and same, b same and better. viscous: a worse and same, b same and worse.
+    assert_eq!((totals(2, 0), totals(2, 1)), ([2, 0, 2, 2, 0], [0, 2, 2, 0, 2]));
+    // 2 of 2: 2 / 2^2. 1 of 1: 2 / 2, which is certain.
+    let times = &found.comparisons[0];
+    assert!((times.totals[0].sign_test_p - 0.5).abs() < 1e-12 && (times.totals[1].sign_test_p - 1.0).abs() < 1e-12);
+    // Both did better with real than with viscous: a by -1 - 1 + 0 + 1 = -1, b by -1 - 0 - 1 - 1 = -3.
+    let pair = &times.pairs[0];
+    assert_eq!((pair.first.as_str(), pair.second.as_str()), ("real", "viscous"));
+    assert_eq!((pair.subjects_first, pair.subjects_second), (2, 0));
+    assert!((pair.sign_test_p - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn a_study_stands_beside_the_papers_totals_with_fishers_test() {
+    let found = analysed(&study());
+    let real = &found.beside_paper[0];
+    assert_eq!(
+        (real.resistance.as_str(), real.paper, real.study),
+        ("real", [74, 50], [3, 0])
+    );
+    // Of 77 better and 50 worse, 3 are drawn in C(127,3) = 333375 ways; as unlikely as 3 better (73150) or less likely
+    // are only 3 worse (19600).
+    assert!((real.fisher_p - 92_750.0 / 333_375.0).abs() < 1e-9, "{real:?}");
+    assert_eq!(found.beside_paper.len(), 2);
+}
+
+#[test]
+fn throughput_is_the_mean_over_sequences() {
+    let found = analysed(&study());
+    // dx 10 and -10 mm: Ae = 320 + (10 - 10 + 0 + 10) / 2 = 325 mm; SDx = sqrt(200) = 14.142 mm; We = 58.446 mm;
+    // IDe = log2(325 / 58.446 + 1) = 2.713859 bit in every sequence.
+    let first = &found.sequences[0];
+    assert!((first.effective_amplitude_m - 0.325).abs() < 1e-12, "{first:?}");
+    assert!((first.effective_width_m - 0.058_445_647).abs() < 1e-8, "{first:?}");
+    assert!((first.effective_id_bit - 2.713_86).abs() < 1e-4, "{first:?}");
+    // real took 0.75, 1.7, 0.8 and 1.7 s: the mean of the inverses is 0.939951 / s.
+    let real = &found.by_resistance[1];
+    assert_eq!(
+        (real.resistance.as_deref(), real.sequence_count, real.subject_count),
+        (Some("real"), 4, 2)
+    );
+    assert!(
+        (real.throughput_bit_per_s / first.effective_id_bit - 0.939_951).abs() < 1e-6,
+        "{real:?}"
+    );
+    assert!(real.throughput_interval_bit_per_s.is_some());
+    let overall = found.overall.as_ref().expect("sequences");
+    assert_eq!((overall.sequence_count, overall.misses), (13, 0));
+}
+
+#[test]
+fn fittss_line_goes_through_the_means_of_the_conditions() {
+    // A third condition: room 80 mm at 160 mm, 2 bit. Movements of 0.4, 0.6 and 1.0 s at 2, 3 and 5 bit: 0.2 s a bit.
+    let mut trials = [
+        segment(("a", 1, "real", "easy"), [0.5, 0.7], (0, 0.0)),
+        segment(("a", 2, "real", "hard"), [0.9, 1.1], (0, 0.0)),
+        segment(("a", 3, "real", "easy"), [0.3, 0.5], (0, 0.0)),
+    ]
+    .concat();
+    for trial in &mut trials[4..] {
+        trial.condition = "short".to_owned();
+        trial.amplitude_m = 0.16;
+    }
+    let found = analysed(&trials);
+    let line = found.difficulty[0].line.expect("three conditions");
+    assert!(
+        (line.slope - 0.2).abs() < 1e-9 && line.intercept.abs() < 1e-9,
+        "{line:?}"
+    );
+    assert!(
+        found
+            .refused
+            .iter()
+            .any(|one| one.what == "comparison with the baseline")
+    );
+    // Two conditions determine no line with an interval.
+    let two = analysed(&study());
+    let refused = two
+        .refused
+        .iter()
+        .find(|one| one.what == "regression of real")
+        .expect("refused");
+    assert!(refused.reason.contains("2; at least 3"), "{refused:?}");
+}
+
+#[test]
+fn the_order_of_the_rows_does_not_matter() {
+    let mut trials = study();
+    let json = |trials: &[FittsTrial]| serde_json::to_string(&analysed(trials)).expect("JSON");
+    let ordered = json(&trials);
+    fastrand::Rng::with_seed(1).shuffle(&mut trials);
+    assert_eq!(json(&trials), ordered);
+    let value: Value = serde_json::from_str(&ordered).expect("JSON");
+    for name in [
+        "throughput_bit_per_s",
+        "effective_width_m",
+        "effective_amplitude_m",
+        "effective_id_bit",
+    ] {
+        assert!(
+            value[name].is_f64() && value["by_resistance"][0][name].is_f64(),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn rows_that_contradict_one_another_are_refused_by_name() {
+    let refused = |change: &dyn Fn(&mut Vec<FittsTrial>)| {
+        let mut trials = study();
+        change(&mut trials);
+        fitts(&trials, &Thresholds::PAPER).expect_err("refused").to_string()
+    };
+    assert_eq!(refused(&|trials| trials.clear()), "there are no trials");
+    assert_eq!(
+        refused(&|trials| trials[1].trial = 1),
+        "trial 1 of subject a, block 1, resistance baseline, condition easy is there twice"
+    );
+    assert_eq!(
+        refused(&|trials| trials[1].amplitude_m = 0.4),
+        "trial 2 of subject a, block 1, resistance baseline, condition easy has amplitude_m = 0.4 m, the trials before \
+         it 0.32 m"
+    );
+    assert_eq!(
+        refused(&|trials| trials[2..4].iter_mut().for_each(|trial| trial.width_m = 0.1)),
+        "condition `easy` has width_m = 0.1 m in subject a, block 3, resistance baseline, condition easy, and 0.12 m \
+         elsewhere"
+    );
+    assert!(
+        refused(&|trials| trials[0].operator = Some(Operator::Simulated)).contains("more than one kind of operator")
+    );
+}
+
+#[test]
+fn what_a_segment_cannot_tell_is_refused_and_the_rest_stands() {
+    let mut trials = study();
+    // One trial of a's easy segment under the real friction is missing.
+    trials.remove(5);
+    let found = analysed(&trials);
+    let reason = |what: &str| {
+        let name = format!("{what} of subject a, block 4, resistance real, condition easy");
+        found
+            .refused
+            .iter()
+            .find(|one| one.what == name)
+            .expect("refused")
+            .reason
+            .clone()
+    };
+    assert_eq!(reason("throughput"), "movements: 1; at least 2 are needed");
+    assert_eq!(
+        reason("comparison"),
+        "it has 1 trials, and the baseline (block 3) has 2"
+    );
+    assert_eq!(found.comparisons[0].rows[0].counts[0].better, 1);
+    // Without sizes there is no Table 5.
+    trials.iter_mut().for_each(|trial| trial.error_size_m = None);
+    let measures: Vec<Measure> = analysed(&trials).comparisons.iter().map(|one| one.measure).collect();
+    assert_eq!(measures[..2], [Measure::Time, Measure::Errors]);
+}
+
+#[test]
+fn the_files_have_every_table_and_every_figure() {
+    let found = analysed(&study());
+    let tables = fitts_tables(&found);
+    let names: Vec<&str> = tables.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "throughput",
+            "table-3-time",
+            "table-4-errors",
+            "table-5-error-size",
+            "pairs",
+            "beside-paper",
+            "difficulty"
+        ]
+    );
+    let times = &tables[1].1.rows;
+    assert_eq!(times[1], ["easy", "3.000", "2/0", "0/1"]);
+    assert_eq!(times[3], ["sum", "", "3/0", "1/2"]);
+    let files = fitts_files(&found, &[], "A study");
+    let text = |name: &str| {
+        let (_, bytes) = files.iter().find(|(found, _)| found == name).expect(name);
+        String::from_utf8(bytes.clone()).expect("text")
+    };
+    assert!(text("table-3-time.csv").starts_with("condition,ID bit,real,viscous\neasy,3.000,2/0,0/1\n"));
+    assert_eq!(text("sequences.csv").lines().count(), 1 + 13);
+    assert!(
+        text("differences.csv")
+            .starts_with("subject,resistance,condition,difficulty_bit,time_s,errors,error_size_m\na,real,easy,3")
+    );
+    assert!(text("difficulty.svg").contains("Movement time against") && text("quadrants.svg").contains("viscous"));
+    assert!(
+        !files.iter().any(|(name, _)| name == "trajectories.svg"),
+        "there are no recordings"
+    );
+    let page = text("analysis.html");
+    for part in [
+        "Table 3",
+        "real: time against errors",
+        "viscous: time against size",
+        "Movement time against",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+}
+
+fn answers(case: Case, method: Method, answers: &[(f64, bool, bool)]) -> Vec<PerceptionTrial> {
+    (1..)
+        .zip(answers)
+        .map(|(trial, (level_n, correct, reversal))| PerceptionTrial {
+            operator: None,
+            subject: "01".to_owned(),
+            session: 1,
+            case,
+            method,
+            trial,
+            base_static_n: 4.0,
+            base_dynamic_n: 3.5,
+            comparison_static_n: 4.0 + level_n,
+            comparison_dynamic_n: 3.5 + level_n,
+            level_n: *level_n,
+            comparison_first: true,
+            answer: if *correct { 1 } else { 2 },
+            correct: *correct,
+            response_time_s: None,
+            reversal: *reversal,
+            start_tick: None,
+            end_tick: None,
+            voided: 0,
+            recording: None,
+        })
+        .collect()
+}
+
+#[test]
+fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
+    let levels = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8]
+        .into_iter()
+        .zip([21, 24, 27, 32, 35, 37, 39]);
+    let constant: Vec<(f64, bool, bool)> = levels
+        .flat_map(|(level, correct)| (0..40).map(move |place| (level, place < correct, false)))
+        .collect();
+    // Reversals at 3.0 2.0 2.6 2.2 | 2.8 2.4 2.6 2.2: the first four do not count, and the mean of the rest is 2.5.
+    let staircase: Vec<(f64, bool, bool)> = [3.0, 2.0, 2.6, 2.2, 2.8, 2.4, 2.6, 2.2]
+        .into_iter()
+        .enumerate()
+        .map(|(place, level)| (level, place % 2 == 0, true))
+        .collect();
+    let mut trials = [
+        answers(Case::A, Method::Constant, &constant),
+        answers(Case::B, Method::Staircase, &staircase),
+    ]
+    .concat();
+    let found = perception(&trials, 1).expect("an analysis");
+    let [a, b] = &found.cases[..] else { panic!("two cases") };
+    let threshold = a.jnd_n.expect("a threshold").value;
+    assert!(
+        (threshold - 0.3548).abs() < 1e-4 && a.paper_jnd_n == 0.78,
+        "{threshold}"
+    );
+    let intervals = a.subjects[0].intervals.expect("intervals").threshold_interval;
+    assert!(intervals[0] < threshold && threshold < intervals[1], "{intervals:?}");
+    assert_eq!(a.pooled.fit, a.subjects[0].fit);
+    assert!((b.staircase_n.expect("reversals").value - 2.5).abs() < 1e-12);
+    // Its answers do not get better with the level.
+    assert_eq!(b.jnd_n, None);
+    assert!(
+        found
+            .refused
+            .iter()
+            .any(|one| one.what == "threshold of subject 01, case B")
+    );
+    let files = perception_files(&found, "Cases");
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["analysis.html", "jnd.csv", "subjects.csv", "psychometric.svg"]);
+    let picture = String::from_utf8_lossy(&files[3].1);
+    assert!(picture.starts_with("<svg") && picture.contains("Case A"));
+    let page = String::from_utf8(files[0].1.clone()).expect("text");
+    assert!(page.contains("threshold 0.355 N") && page.contains("Case B"));
+    fastrand::Rng::with_seed(1).shuffle(&mut trials);
+    assert_eq!(perception(&trials, 1).expect("an analysis"), found);
+    trials.push(trials[0].clone());
+    assert!(
+        perception(&trials, 1)
+            .expect_err("twice")
+            .to_string()
+            .contains("is there twice")
+    );
+}

@@ -1,0 +1,323 @@
+//! A person's session at a study on the disk, for a program with a screen.
+//!
+//! ```text
+//! events, clicks, answers --> Session --finished trial--> thread --fsync--> study's folder
+//!                                ^                           |
+//!                                +------ what came since ----+   once it is on the disk
+//! ```
+//!
+//! No call waits for the disk. While a row is on its way to it, what comes is put aside, and goes into the session once
+//! the row is there: no trial ends before the one before it is kept. Clicks, answers and ticks carry their ticks, so
+//! that this changes no time.
+
+mod writer;
+
+use super::perception::Answer;
+use super::session::{Frame, Interruption, Mounting, News, Row, Session, Task, View};
+use super::store::{Keeper, RigDescription, StoreError, Study};
+use super::subject::Subject;
+use super::trial::VoidedTrial;
+use haptic_core::Scene;
+use haptic_ipc::Event;
+use haptic_recording::StateMarks;
+use std::collections::VecDeque;
+use std::io;
+use std::path::Path;
+use writer::{Kept, WriterThread};
+
+/// Why a person's session cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum PersonError {
+    /// The study cannot be read or written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// Simulated operators do this study.
+    #[error("simulated operators do this study, and no people: `haptic-ctl study resume` goes on with it")]
+    Simulated,
+    /// No thread can be started.
+    #[error("no thread can be started: {0}")]
+    Thread(#[from] io::Error),
+}
+
+/// What happened in a person's session.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Happening {
+    /// A trial is on the disk, with this row.
+    Kept(Row),
+    /// A trial under way is void, and done again.
+    Voided(VoidedTrial),
+    /// All trials of this subject are done, and the study's trials are in one file.
+    Finished,
+}
+
+/// What waits until the row before it is on the disk.
+#[derive(Debug)]
+enum Input {
+    Event(Event),
+    Click(u64),
+    Answer(Answer, u64),
+    Frame(Frame),
+    NewLink,
+    Pause,
+    Interrupt(Interruption),
+    Rendered { revision: u64, whole_tick: u64 },
+    Refused(String),
+    Proceed,
+}
+
+/// A person's session. It holds the study's lock while it is there, so that no other program goes on with the study.
+#[derive(Debug)]
+pub struct PersonSession {
+    session: Session,
+    subject: Subject,
+    state_marks: StateMarks,
+    writer: WriterThread,
+    /// Rows and voided attempts on their way to the disk.
+    unkept: usize,
+    waiting: VecDeque<Input>,
+    happenings: VecDeque<Happening>,
+    /// The study's trials are in one file, or on their way there, since all of this subject's are done.
+    is_collected: bool,
+}
+
+impl PersonSession {
+    /// Opens a study to go on with a subject at the trial where the subject stopped, be that days ago.
+    ///
+    /// # Errors
+    /// It is not a study for people, another program has it open, there is no such subject, or its rows are not those
+    /// of the plan.
+    pub fn open(folder: &Path, code: &str, rig: RigDescription) -> Result<Self, PersonError> {
+        let study = Study::open(folder)?;
+        if study.about().constants.is_some() {
+            return Err(PersonError::Simulated);
+        }
+        let subject = study.subject_of(code)?;
+        let (keeper, session) = Keeper::open(&study, &subject, rig)?;
+        let mut opened = Self {
+            session,
+            subject,
+            state_marks: StateMarks::default(),
+            writer: WriterThread::spawn(study, keeper)?,
+            unkept: 0,
+            waiting: VecDeque::new(),
+            happenings: VecDeque::new(),
+            is_collected: false,
+        };
+        // The program may have been killed after the last row.
+        opened.pass_on();
+        Ok(opened)
+    }
+
+    /// The subject.
+    #[must_use]
+    pub fn subject(&self) -> &Subject {
+        &self.subject
+    }
+
+    /// What the subject's screen shows.
+    #[must_use]
+    pub fn view(&self) -> View {
+        self.session.view()
+    }
+
+    /// Where the cursor is, m of the task, with the handle at a position, m; none in the perception tests.
+    #[must_use]
+    pub fn cursor_m(&self, position_m: f64) -> Option<f64> {
+        self.session.cursor_m(position_m)
+    }
+
+    /// The task, for the experimenter.
+    #[must_use]
+    pub fn task(&self) -> &Task {
+        self.session.task()
+    }
+
+    /// What the experimenter does at the handle now.
+    #[must_use]
+    pub fn mounting(&self) -> Option<Mounting> {
+        self.session.mounting()
+    }
+
+    /// Why it is interrupted, while it is.
+    #[must_use]
+    pub fn interruption(&self) -> Option<&Interruption> {
+        self.session.interruption()
+    }
+
+    /// Takes an event of the subscription to the topics `state` and `samples`, at the loop's whole rate.
+    pub fn event(&mut self, event: &Event) {
+        if matches!(event, Event::Samples(_) | Event::State(_) | Event::Servo(_)) {
+            self.put(Input::Event(event.clone()));
+        }
+    }
+
+    /// Takes a click by a mouse or a key at a tick, which may be one that has not come yet.
+    pub fn click(&mut self, tick: u64) {
+        self.put(Input::Click(tick));
+    }
+
+    /// Takes an answer at a tick.
+    pub fn answer(&mut self, answer: Answer, tick: u64) {
+        self.put(Input::Answer(answer, tick));
+    }
+
+    /// Takes a frame that showed the cursor.
+    pub fn frame(&mut self, frame: Frame) {
+        self.put(Input::Frame(frame));
+    }
+
+    /// Goes on: from instructions, from a break, after mounting, after an interruption. The last is the experimenter's.
+    pub fn proceed(&mut self) {
+        self.put(Input::Proceed);
+    }
+
+    /// Pauses. A trial under way is void.
+    pub fn pause(&mut self) {
+        self.put(Input::Pause);
+    }
+
+    /// Interrupts where a trial, or the wait for one, is under way.
+    pub fn interrupt(&mut self, why: Interruption) {
+        self.put(Input::Interrupt(why));
+    }
+
+    /// Says that the daemon was started again, or connected to anew.
+    pub fn new_link(&mut self) {
+        self.put(Input::NewLink);
+    }
+
+    /// The scene that the rig is to change to, once; none where it is active, or on its way. Not for the subject.
+    pub fn take_scene(&mut self) -> Option<Scene> {
+        if self.unkept > 0 {
+            return None;
+        }
+        self.session.take_scene()
+    }
+
+    /// Says that the scene that was taken is active with this revision, and from this tick on rendered alone.
+    pub fn rendered(&mut self, revision: u64, whole_tick: u64) {
+        self.put(Input::Rendered { revision, whole_tick });
+    }
+
+    /// Says that the scene that was taken could not be set.
+    pub fn refused(&mut self, why: &str) {
+        self.put(Input::Refused(why.to_owned()));
+    }
+
+    /// Goes on with what waited for the disk, and says what happened. Call it in every frame.
+    ///
+    /// # Errors
+    /// A row cannot be written. The session is at its end: close it; one that is opened again goes on at that trial.
+    pub fn poll(&mut self) -> Result<Vec<Happening>, PersonError> {
+        while let Some(kept) = self.writer.take() {
+            self.kept(kept?);
+        }
+        Ok(self.happenings.drain(..).collect())
+    }
+
+    /// The same, but waits for the disk first.
+    ///
+    /// # Errors
+    /// As of [`poll`](Self::poll).
+    pub fn wait(&mut self) -> Result<Vec<Happening>, PersonError> {
+        while self.unkept > 0 {
+            let Some(kept) = self.writer.wait() else { break };
+            self.kept(kept?);
+        }
+        self.poll()
+    }
+
+    /// Ends it: what became final is on the disk, and another program may go on with the study, when this returns.
+    ///
+    /// # Errors
+    /// A row cannot be written.
+    pub fn close(mut self) -> Result<(), PersonError> {
+        let kept = self.wait().map(drop);
+        self.writer.join();
+        kept
+    }
+
+    fn kept(&mut self, kept: Kept) {
+        self.unkept = self.unkept.saturating_sub(1);
+        match kept {
+            Kept::News(Some(row)) => self.happenings.push_back(Happening::Kept(row)),
+            Kept::News(None) => {}
+            Kept::Collected => self.happenings.push_back(Happening::Finished),
+        }
+        while self.unkept == 0 {
+            let Some(input) = self.waiting.pop_front() else { return };
+            self.take(input);
+        }
+    }
+
+    fn put(&mut self, input: Input) {
+        if self.unkept > 0 {
+            self.waiting.push_back(input);
+        } else {
+            self.take(input);
+        }
+    }
+
+    fn take(&mut self, input: Input) {
+        match input {
+            Input::Event(event) => return self.take_event(event),
+            Input::Click(tick) => self.session.click(tick),
+            Input::Answer(answer, tick) => self.session.answer(answer, tick),
+            Input::Frame(frame) => self.session.frame(frame),
+            Input::NewLink => {
+                self.state_marks = StateMarks::default();
+                self.session.new_link();
+            }
+            Input::Pause => self.session.pause(),
+            Input::Interrupt(why) => self.session.interrupt(why),
+            Input::Rendered { revision, whole_tick } => self.session.rendered(revision, whole_tick),
+            Input::Refused(why) => self.session.refused(&why),
+            Input::Proceed => self.session.proceed(),
+        }
+        self.pass_on();
+    }
+
+    fn take_event(&mut self, event: Event) {
+        match event {
+            Event::State(state) => {
+                for mark in self.state_marks.of(&state) {
+                    self.session.mark(mark);
+                }
+            }
+            Event::Servo(event) => self.session.mark((*event).into()),
+            Event::Samples(mut samples) => {
+                let mut rows = samples.rows.iter();
+                while let Some(row) = rows.next() {
+                    self.session.row(row);
+                    self.pass_on();
+                    if self.unkept > 0 {
+                        // The rest of the batch comes first once the row is kept.
+                        samples.rows = rows.copied().collect();
+                        self.waiting.push_front(Input::Event(Event::Samples(samples)));
+                        return;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Passes on what became final.
+    fn pass_on(&mut self) {
+        while let Some(news) = self.session.take_news() {
+            if let News::Voided(voided) = &news {
+                self.happenings.push_back(Happening::Voided(voided.clone()));
+            }
+            self.unkept += 1;
+            self.writer.keep(news);
+        }
+        if self.session.is_done() && !self.is_collected {
+            self.is_collected = true;
+            self.unkept += 1;
+            self.writer.collect();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

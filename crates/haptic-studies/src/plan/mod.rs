@@ -1,0 +1,210 @@
+//! Plans: what a study consists of, as data.
+
+mod check;
+mod fitts;
+mod perception;
+
+pub use check::PlanError;
+pub use fitts::{Condition, Cursor, FittsPlan, Mounted, Resistance, RigMapping};
+pub use perception::{Constant, PerceptionPlan, Staircase, Test};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// The task of a study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Task {
+    /// Targets to be clicked.
+    Fitts,
+    /// Surfaces to be told apart.
+    Perception,
+}
+
+impl Task {
+    /// All tasks.
+    pub const ALL: [Self; 2] = [Self::Fitts, Self::Perception];
+
+    /// Its name, in plans and in names of files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fitts => "fitts",
+            Self::Perception => "perception",
+        }
+    }
+
+    /// The plan that every program has for it, as TOML.
+    #[must_use]
+    pub const fn built_in_plan(self) -> &'static str {
+        match self {
+            Self::Fitts => include_str!("../../../../studies/fitts.toml"),
+            Self::Perception => include_str!("../../../../studies/perception.toml"),
+        }
+    }
+}
+
+/// What a study consists of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Plan {
+    /// Targets to be clicked.
+    Fitts(FittsPlan),
+    /// Surfaces to be told apart.
+    Perception(PerceptionPlan),
+}
+
+impl Plan {
+    /// Reads a plan, and checks it.
+    ///
+    /// # Errors
+    /// It is not a plan, or a value of it is out of range.
+    pub fn read(text: &str) -> Result<Self, PlanError> {
+        #[derive(Deserialize)]
+        struct Head {
+            task: Task,
+        }
+        match parse::<Head>(text)?.task {
+            Task::Fitts => {
+                let plan: FittsPlan = parse(text)?;
+                plan.check()?;
+                Ok(Self::Fitts(plan))
+            }
+            Task::Perception => {
+                let plan: PerceptionPlan = parse(text)?;
+                plan.check()?;
+                Ok(Self::Perception(plan))
+            }
+        }
+    }
+
+    /// The task.
+    #[must_use]
+    pub const fn task(&self) -> Task {
+        match self {
+            Self::Fitts(_) => Task::Fitts,
+            Self::Perception(_) => Task::Perception,
+        }
+    }
+
+    /// The plan's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Fitts(plan) => &plan.name,
+            Self::Perception(plan) => &plan.name,
+        }
+    }
+}
+
+fn parse<T: DeserializeOwned>(text: &str) -> Result<T, PlanError> {
+    toml::from_str(text).map_err(|error| PlanError::Toml(error.to_string().trim_end().to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_plans_are_those_of_the_paper() {
+        let Ok(Plan::Fitts(fitts)) = Plan::read(Task::Fitts.built_in_plan()) else {
+            panic!("a plan")
+        };
+        assert_eq!((fitts.conditions.len(), fitts.resistances.len()), (9, 5));
+        let mm = |value: f64| (value * 1e3).round();
+        let printed: Vec<(f64, f64)> = fitts
+            .conditions
+            .iter()
+            .map(|condition| (mm(condition.amplitude_m), mm(condition.width_m)))
+            .collect();
+        let amplitudes = [342.0, 450.0, 570.0];
+        let table = amplitudes.map(|amplitude| [18.0, 60.0, 102.0].map(|width| (amplitude, width)));
+        assert_eq!(printed, table.concat());
+        assert!(matches!(
+            Plan::read(Task::Perception.built_in_plan()),
+            Ok(Plan::Perception(_))
+        ));
+    }
+
+    #[test]
+    fn a_wrong_plan_is_told_by_field_value_limit_and_unit() {
+        let fitts = Task::Fitts.built_in_plan();
+        let perception = Task::Perception.built_in_plan();
+        for (text, was, is, message) in [
+            (
+                fitts,
+                "gain = 3",
+                "gain = 0",
+                "rig.gain = 0 is out of range: 0.01 to 100",
+            ),
+            (
+                fitts,
+                "diameter_m = 0.006",
+                "diameter_m = 0.02",
+                "cursor.diameter_m = 0.02 m is out of range: 0 m to 0.017 m",
+            ),
+            (
+                fitts,
+                "gain = 3",
+                "gain = 2",
+                "conditions.9: its targets take 0.168 m of the handle to either side of rig.center_m, and rig.range_m leaves \
+                 0.12 m: raise rig.gain to 2.8 or more",
+            ),
+            (
+                fitts,
+                "center_m = 0",
+                "center_m = 0.12",
+                "conditions.9: its targets take 0.112 m of the handle to either side of rig.center_m, and rig.range_m leaves \
+                 0 m: move rig.center_m towards the middle of rig.range_m",
+            ),
+            (
+                fitts,
+                "name = \"2\"",
+                "name = \"1\"",
+                "conditions: `1` stands there twice",
+            ),
+            (
+                fitts,
+                "baseline = \"baseline\"",
+                "baseline = \"none\"",
+                "baseline = `none` is not the name of a resistance; there are baseline, real, simulated",
+            ),
+            (
+                fitts,
+                "[resistances.mounted]",
+                "[resistances.scene.friction]\nlaw = \"viscous\"\nviscous = 1\n[resistances.mounted]",
+                "resistances.real: either `scene` or `mounted` is needed, and not both",
+            ),
+            (
+                fitts,
+                "viscous = 35",
+                "viscous = -1",
+                "resistances.viscous: viscous = -1 N s/m is out of range",
+            ),
+            (fitts, "rest_s = 60", "rest_h = 60", "unknown field `rest_h`"),
+            (fitts, "task = \"fitts\"", "task = \"golf\"", "unknown variant `golf`"),
+            (
+                perception,
+                "levels_N = [0.1, ",
+                "levels_N = [4.1, ",
+                "case C: a level of 4.1 N leaves less friction than none: the base has 3.5 N",
+            ),
+            (
+                perception,
+                "correct_before_harder = 2",
+                "correct_before_harder = 0",
+                "tests.B.staircase.correct_before_harder = 0 is out of range: 1 to 10",
+            ),
+            (
+                perception,
+                "stop_after_trials = 120\nstop_after_reversals = 14",
+                "",
+                "tests.B.staircase: `stop_after_trials` or `stop_after_reversals` is needed",
+            ),
+        ] {
+            let changed = text.replacen(was, is, 1);
+            assert_ne!(changed, text, "{was}");
+            let error = Plan::read(&changed).expect_err(message).to_string();
+            assert!(error.contains(message), "{error}\n{message}");
+        }
+    }
+}

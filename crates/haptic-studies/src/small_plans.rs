@@ -1,0 +1,26 @@
+//! Short plans for tests.
+
+use super::plan::Task;
+
+/// Two conditions and two resistances, of two trials a segment.
+pub(crate) fn small_fitts() -> String {
+    let text = Task::Fitts
+        .built_in_plan()
+        .replace("trials_per_segment = 8", "trials_per_segment = 2");
+    let (head, rest) = text
+        .split_once("[[conditions]]\nname = \"3\"")
+        .expect("a third condition");
+    let (_, resistances) = rest.split_once("[[resistances]]").expect("resistances");
+    let (two, _) = resistances.split_once("# 0.5 kg with").expect("a third resistance");
+    format!("{head}[[resistances]]{two}")
+}
+
+/// Two levels once each, and a staircase of two trials, of short intervals.
+pub(crate) fn small_perception() -> String {
+    let text = Task::Perception.built_in_plan();
+    let (head, _) = text.split_once("[[tests]]\ncase = \"C\"").expect("a second test");
+    head.replace("[0.2, 0.4, 0.6, 0.8, 1.0, 1.4, 2.0]", "[0.5, 1.5]")
+        .replace("trials_per_level = 20", "trials_per_level = 1")
+        .replace("practice_trials = 4", "practice_trials = 1")
+        .replace("interval_s = 3 ", "interval_s = 0.8 ")
+}

@@ -1,0 +1,500 @@
+//! A study on the disk, in the layout of Psych-DS.
+//!
+//! ```text
+//! DIR/dataset_description.json          what Psych-DS asks for
+//!     plan.toml                         the plan, as it was given
+//!     study.json                        seed, subjects, operator
+//!     .lock                             held by the program that runs the study
+//!     data/subject-01/session-01/
+//!         subject-01_session-01_task-fitts_data.csv        a row a trial
+//!         subject-01_session-01_task-fitts_data.json       what is known of the subject's screen
+//!         subject-01_session-01_task-fitts_practice.csv    the same rows of practice
+//!         recordings/trial-0001.mcap    every tick of the trial
+//!         subject-01_session-01_task-fitts_voided.csv      attempts that do not count
+//!     notes.csv                         the experimenter's notes
+//!     trials.parquet                    all rows
+//! ```
+//!
+//! A trial is done once its row is on the disk, and the next one begins after that; its recording is there before its
+//! row. A row that was cut off in the middle is taken away when the study is opened again, and a recording without a
+//! row is kept as `....unscored-1.mcap`. Nothing is overwritten.
+
+mod disk;
+mod keeper;
+mod notes;
+mod parquet;
+mod sidecar;
+mod subject_files;
+
+pub use keeper::{Keeper, RigDescription};
+pub use notes::note;
+pub use subject_files::SubjectFiles;
+
+use super::operator::Constants;
+use super::plan::{Plan, PlanError, Task};
+use super::resume::NotThisStudy;
+use super::session;
+use super::subject::{CodeError, Subject, check_codes, numbered_codes};
+use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial, TrialError};
+use disk::{at, replace, sync_folder, write_new};
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+const PLAN: &str = "plan.toml";
+const STUDY: &str = "study.json";
+const DESCRIPTION: &str = "dataset_description.json";
+const LOCK: &str = ".lock";
+const DATA: &str = "data";
+const ALL_TRIALS: &str = "trials.parquet";
+
+/// The version of the layout.
+const VERSION: u32 = 1;
+
+/// Why a study cannot be stored, or gone on with.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The folder has something in it.
+    #[error("{}: {what}", .path.display())]
+    Taken {
+        /// The folder.
+        path: PathBuf,
+        /// What is there.
+        what: String,
+    },
+    /// There is no study.
+    #[error("{}: there is no study: it has no {STUDY}", .0.display())]
+    NotAStudy(PathBuf),
+    /// Another program runs it.
+    #[error("{}: another program is running this study", .0.display())]
+    Locked(PathBuf),
+    /// A later version made it.
+    #[error("{}: its version is {found}, and this program knows up to {VERSION}", .path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+    },
+    /// The plan is not the one that the study began with.
+    #[error("{}: the plan was changed since the study began: its checksum was {expected:08x} and is {found:08x}", .path.display())]
+    PlanChanged {
+        /// The file.
+        path: PathBuf,
+        /// Checksum at the beginning.
+        expected: u32,
+        /// Checksum now.
+        found: u32,
+    },
+    /// A plan cannot be used.
+    #[error("{}: {source}", .path.display())]
+    Plan {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: PlanError,
+    },
+    /// The subjects cannot take part under these codes.
+    #[error(transparent)]
+    Codes(#[from] CodeError),
+    /// There is no such subject.
+    #[error("`{code}` is not a subject of this study; there are {known}")]
+    NoSubject {
+        /// The code.
+        code: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// A file of rows has a column that no row of this program has.
+    #[error("{}: the column `{column}` is none of this program's, and would be lost: keep it in another file, or finish the \
+             study with the version that began it", .path.display())]
+    Column {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// A row of the other task.
+    #[error("a row of the other task is no row of this study")]
+    OtherTask,
+    /// The rows are not those of the plan.
+    #[error(transparent)]
+    NotThisStudy(#[from] NotThisStudy),
+    /// A file of trials cannot be read.
+    #[error("{}: {source}", .path.display())]
+    Trials {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TrialError,
+    },
+    /// A file cannot be read or written.
+    #[error("{}: {source}", .path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// What a study is beside its plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// Version of the layout.
+    pub version: u32,
+    /// Program that began it.
+    pub program: String,
+    /// The task.
+    pub task: Task,
+    /// Seed of every random order.
+    pub seed: u64,
+    /// The subjects' codes; a subject's number, which decides on its random orders, is its place here.
+    pub subjects: Vec<String>,
+    /// Who takes part.
+    pub operator: Operator,
+    /// Constants of a simulated operator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constants: Option<Constants>,
+    /// Whether the ticks of each trial are kept.
+    pub recordings: bool,
+    /// CRC-32 of the plan.
+    pub plan_crc32: u32,
+}
+
+impl About {
+    /// A study by people.
+    #[must_use]
+    pub fn people(plan: &Plan, plan_text: &str, seed: u64, subjects: Vec<String>) -> Self {
+        Self {
+            version: VERSION,
+            program: concat!("hapticd ", env!("CARGO_PKG_VERSION")).to_owned(),
+            task: plan.task(),
+            seed,
+            subjects,
+            operator: Operator::Human,
+            constants: None,
+            recordings: true,
+            plan_crc32: crc32fast::hash(plan_text.as_bytes()),
+        }
+    }
+
+    /// A study by simulated operators.
+    #[must_use]
+    pub fn simulated(
+        plan: &Plan,
+        plan_text: &str,
+        seed: u64,
+        subjects: u32,
+        constants: Constants,
+        recordings: bool,
+    ) -> Self {
+        Self {
+            operator: Operator::Simulated,
+            constants: Some(constants),
+            recordings,
+            ..Self::people(plan, plan_text, seed, numbered_codes(subjects))
+        }
+    }
+
+    /// The subjects.
+    pub fn all_subjects(&self) -> impl Iterator<Item = Subject> {
+        (1..)
+            .zip(&self.subjects)
+            .map(|(number, code)| Subject::new(number, code))
+    }
+}
+
+/// A study on the disk, which this program alone may go on with.
+#[derive(Debug)]
+pub struct Study {
+    folder: PathBuf,
+    plan: Plan,
+    about: About,
+    _lock: Lock,
+}
+
+impl Study {
+    /// Creates a study in a folder that is not there, or empty. It is there as a whole or not at all.
+    ///
+    /// # Errors
+    /// The folder has something in it, or cannot be written.
+    pub fn create(folder: &Path, plan_text: &str, about: &About) -> Result<Self, StoreError> {
+        if folder.join(STUDY).exists() {
+            return Err(StoreError::Taken {
+                path: folder.to_owned(),
+                what: difference(folder, about),
+            });
+        }
+        let plan = Plan::read(plan_text).map_err(|source| StoreError::Plan {
+            path: folder.join(PLAN),
+            source,
+        })?;
+        check_codes(&about.subjects)?;
+        let parent = match folder.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let made = tempfile::Builder::new().prefix(".study-").tempdir_in(parent);
+        let made = made.map_err(at(parent))?;
+        // A temporary folder is closed to everybody else; a study is as open as other folders.
+        let inside = made.path().join("study");
+        fs::create_dir(&inside).map_err(at(&inside))?;
+        write_new(&inside.join(PLAN), plan_text.as_bytes())?;
+        write_new(&inside.join(DESCRIPTION), description(&plan, about)?.as_bytes())?;
+        write_new(&inside.join(LOCK), b"")?;
+        let text = serde_json::to_string_pretty(about).map_err(io::Error::from);
+        write_new(&inside.join(STUDY), text.map_err(at(folder))?.as_bytes())?;
+        sync_folder(&inside)?;
+        fs::rename(&inside, folder).map_err(|error| match error.kind() {
+            io::ErrorKind::DirectoryNotEmpty | io::ErrorKind::NotADirectory => StoreError::Taken {
+                path: folder.to_owned(),
+                what: "it is there already, and not an empty folder; nothing is overwritten".to_owned(),
+            },
+            _ => at(folder)(error),
+        })?;
+        sync_folder(parent)?;
+        Self::open(folder)
+    }
+
+    /// Opens a study to go on with it.
+    ///
+    /// # Errors
+    /// There is none, another program runs it, or its plan was changed.
+    pub fn open(folder: &Path) -> Result<Self, StoreError> {
+        let (plan, about) = read(folder)?;
+        let path = folder.join(LOCK);
+        let lock = File::options()
+            .append(true)
+            .create(true)
+            .open(&path)
+            .map_err(at(&path))?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(StoreError::Locked(folder.to_owned())),
+            Err(TryLockError::Error(error)) => return Err(at(&path)(error)),
+        }
+        Ok(Self {
+            folder: folder.to_owned(),
+            plan,
+            about,
+            _lock: Lock(lock),
+        })
+    }
+
+    /// The plan.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// What it is beside the plan.
+    #[must_use]
+    pub fn about(&self) -> &About {
+        &self.about
+    }
+
+    /// Its folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Its subjects.
+    pub fn subjects(&self) -> impl Iterator<Item = Subject> {
+        self.about.all_subjects()
+    }
+
+    /// The subject of a code.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn subject_of(&self, code: &str) -> Result<Subject, StoreError> {
+        let found = self.subjects().find(|subject| subject.code == code);
+        found.ok_or_else(|| StoreError::NoSubject {
+            code: code.to_owned(),
+            known: self.about.subjects.join(", "),
+        })
+    }
+
+    /// The files of a subject.
+    ///
+    /// # Errors
+    /// They cannot be read, or mended where the program was killed.
+    pub fn subject<T: Trial>(&self, subject: &Subject) -> Result<SubjectFiles<T>, StoreError> {
+        SubjectFiles::open(&self.folder, subject, self.about.task)
+    }
+
+    /// Trials that a subject has done, and trials in all or the most that there can be, practice included.
+    ///
+    /// # Errors
+    /// Its files cannot be read, or are not those of the plan.
+    pub fn progress(&self, subject: &Subject) -> Result<(usize, Option<usize>), StoreError> {
+        // No tick comes, so that its length does not matter.
+        let mut task = session::Task::new(&self.plan, self.about.seed, subject, self.about.operator, 1.0);
+        match &mut task {
+            session::Task::Fitts(task) => task.resume(&self.rows(subject, true)?, &self.rows(subject, false)?)?,
+            session::Task::Perception(task) => task.resume(&self.rows(subject, true)?, &self.rows(subject, false)?)?,
+        }
+        Ok(task.progress())
+    }
+
+    /// The whole rows of a subject, of practice or of the others.
+    fn rows<T: Trial>(&self, subject: &Subject, is_practice: bool) -> Result<Vec<T>, StoreError> {
+        subject_files::trials(&self.folder, subject, self.about.task, is_practice)
+    }
+
+    /// Writes all trials that are done into one file, in place of an earlier one, and what is known of the subjects'
+    /// screen beside the rows of each; returns that file, or nothing where no trial is done.
+    ///
+    /// # Errors
+    /// They cannot be read, or it cannot be written.
+    pub fn collect(&self) -> Result<Option<PathBuf>, StoreError> {
+        match self.about.task {
+            Task::Fitts => {
+                self.describe_screens()?;
+                self.collect_rows::<FittsTrial>()
+            }
+            Task::Perception => self.collect_rows::<PerceptionTrial>(),
+        }
+    }
+
+    fn collect_rows<T: Trial>(&self) -> Result<Option<PathBuf>, StoreError> {
+        let path = self.folder.join(ALL_TRIALS);
+        let trials = trials::<T>(&self.folder)?;
+        if trials.is_empty() {
+            return Ok(None);
+        }
+        replace(&path, &self.folder.join(STUDY), |file| parquet::write(&trials, file))?;
+        Ok(Some(path))
+    }
+
+    fn describe_screens(&self) -> Result<(), StoreError> {
+        for subject in self.subjects() {
+            let trials = trials_of(&self.folder, &subject, Task::Fitts)?;
+            let path = subject_files::sidecar(&self.folder, &subject, Task::Fitts);
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let Some(described) = sidecar::of_trials(&name, &trials) else {
+                continue;
+            };
+            let text = serde_json::to_vec_pretty(&described).map_err(|error| at(&path)(error.into()))?;
+            replace(&path, &self.folder.join(STUDY), |file| file.write_all(&text))?;
+        }
+        Ok(())
+    }
+}
+
+/// A locked file. A program that is being started has the files of the one that starts it until it runs, and a lock
+/// that ended with the file alone would last so long, too.
+#[derive(Debug)]
+struct Lock(File);
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Else it ends with the file.
+        drop(self.0.unlock());
+    }
+}
+
+/// Reads what a study is, without a lock.
+///
+/// # Errors
+/// There is no study, or its plan was changed.
+pub fn read(folder: &Path) -> Result<(Plan, About), StoreError> {
+    let path = folder.join(STUDY);
+    let text = match fs::read_to_string(&path) {
+        Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+            return Err(StoreError::NotAStudy(folder.to_owned()));
+        }
+        read => read.map_err(at(&path))?,
+    };
+    let about: About = serde_json::from_str(&text).map_err(|error| at(&path)(error.into()))?;
+    if about.version > VERSION {
+        let found = about.version;
+        return Err(StoreError::Version { path, found });
+    }
+    let path = folder.join(PLAN);
+    let text = fs::read_to_string(&path).map_err(at(&path))?;
+    let (expected, found) = (about.plan_crc32, crc32fast::hash(text.as_bytes()));
+    if expected != found {
+        return Err(StoreError::PlanChanged { path, expected, found });
+    }
+    let plan = Plan::read(&text).map_err(|source| StoreError::Plan { path, source })?;
+    Ok((plan, about))
+}
+
+/// All trials of a study, subject by subject, without those of practice. The study may be under way.
+///
+/// # Errors
+/// There is no study, or a file of it cannot be read.
+pub fn trials<T: Trial>(folder: &Path) -> Result<Vec<T>, StoreError> {
+    let (_, about) = read(folder)?;
+    let mut trials = Vec::new();
+    for subject in about.all_subjects() {
+        trials.extend(trials_of(folder, &subject, about.task)?);
+    }
+    Ok(trials)
+}
+
+/// All trials of one subject of a study, without those of practice. The study may be under way.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn trials_of<T: Trial>(folder: &Path, subject: &Subject, task: Task) -> Result<Vec<T>, StoreError> {
+    subject_files::trials(folder, subject, task, false)
+}
+
+/// How the study that is there differs from the one that is to be created.
+fn difference(folder: &Path, about: &About) -> String {
+    let Ok((_, found)) = read(folder) else {
+        return "there is a study already".to_owned();
+    };
+    let mut differing = Vec::new();
+    for (name, differs) in [
+        ("plan", found.plan_crc32 != about.plan_crc32),
+        ("seed", found.seed != about.seed),
+        ("subjects", found.subjects != about.subjects),
+        (
+            "operator",
+            (found.operator, &found.constants) != (about.operator, &about.constants),
+        ),
+    ] {
+        if differs {
+            differing.push(name);
+        }
+    }
+    if differing.is_empty() {
+        "there is this study already; `haptic-ctl study resume` goes on with it".to_owned()
+    } else {
+        let differing = differing.join(" and ");
+        format!("there is another study already, which differs in {differing}; nothing is overwritten")
+    }
+}
+
+/// What Psych-DS asks for.
+fn description(plan: &Plan, about: &About) -> Result<String, StoreError> {
+    let who = match about.operator {
+        Operator::Human => "people",
+        Operator::Simulated => "a simulated operator, and no people",
+    };
+    let columns = match about.task {
+        Task::Fitts => FittsTrial::COLUMNS,
+        Task::Perception => PerceptionTrial::COLUMNS,
+    };
+    let description = serde_json::json!({
+        "@context": "https://schema.org/",
+        "@type": "Dataset",
+        "name": plan.name(),
+        "description": format!(
+            "{}, done by {who}, on a one-axis force-feedback rig of {}. Lengths in m, times in s, forces in N.",
+            plan.name(), about.program
+        ),
+        "schemaVersion": "Psych-DS 0.4.0",
+        "variableMeasured": columns,
+    });
+    serde_json::to_string_pretty(&description).map_err(|error| at(Path::new(DESCRIPTION))(error.into()))
+}
+
+#[cfg(test)]
+mod tests;

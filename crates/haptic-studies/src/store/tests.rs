@@ -1,0 +1,145 @@
+use super::super::run::{Progress, run};
+use super::super::small_plans::{small_fitts, small_perception};
+use super::*;
+use std::collections::BTreeMap;
+
+fn about(text: &str, seed: u64, recordings: bool) -> About {
+    let plan = Plan::read(text).expect("a plan");
+    About::simulated(&plan, text, seed, 2, Constants::default(), recordings)
+}
+
+/// Every file of a folder, but the lock.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            found.extend(files(&path));
+        } else {
+            found.insert(path.clone(), fs::read(&path).expect("a file"));
+        }
+    }
+    found
+}
+
+fn relative(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let strip = |path: PathBuf| path.strip_prefix(folder).expect("inside").to_owned();
+    files(folder)
+        .into_iter()
+        .map(|(path, bytes)| (strip(path), bytes))
+        .collect()
+}
+
+#[test]
+fn a_study_is_free_at_once_though_a_program_that_is_being_started_has_its_files() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let folder = parent.path().join("study");
+    let text = small_fitts();
+    let study = Study::create(&folder, &text, &about(&text, 1, false)).expect("created");
+    let inherited = study._lock.0.try_clone().expect("a descriptor");
+    assert!(matches!(Study::open(&folder), Err(StoreError::Locked(_))));
+    drop(study);
+    drop(Study::open(&folder).expect("it is free"));
+    drop(inherited);
+}
+
+#[test]
+fn threads_change_nothing_and_nothing_is_overwritten() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let [one, two] = ["one", "two"].map(|name| parent.path().join(name));
+    for (text, threads) in [(small_fitts(), [1, 2]), (small_perception(), [2, 1])] {
+        for (folder, threads) in [&one, &two].into_iter().zip(threads) {
+            let study = Study::create(folder, &text, &about(&text, 1, true)).expect("created");
+            run(&study, threads, &Progress::default()).expect("run");
+        }
+        let done = relative(&one);
+        assert!(
+            done.contains_key(Path::new("trials.parquet")) && done.len() > 9,
+            "{:?}",
+            done.keys()
+        );
+        assert!(done == relative(&two));
+        for (seed, message) in [
+            (
+                1,
+                "there is this study already; `haptic-ctl study resume` goes on with it",
+            ),
+            (
+                2,
+                "there is another study already, which differs in seed; nothing is overwritten",
+            ),
+        ] {
+            let error = Study::create(&one, &text, &about(&text, seed, true))
+                .expect_err("it is there")
+                .to_string();
+            assert!(error.ends_with(message), "{error}");
+        }
+        let study = Study::open(&one).expect("opened");
+        let error = Study::open(&one).expect_err("it is open").to_string();
+        assert!(error.ends_with("another program is running this study"), "{error}");
+        drop(study);
+        let study = Study::open(&one).expect("the lock ended");
+        let progress = Progress::default();
+        run(&study, 1, &progress).expect("nothing is left");
+        assert_eq!(progress.trials(), 0);
+        assert!(relative(&one) == done, "a study that is done stays as it is");
+        for folder in [&one, &two] {
+            fs::remove_dir_all(folder).expect("removed");
+        }
+    }
+}
+
+/// The rows up to any byte, as a program that was killed leaves them, lead to the same study.
+#[test]
+fn a_row_that_was_cut_off_is_done_again() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let folder = parent.path().join("study");
+    let text = small_fitts();
+    let study = Study::create(&folder, &text, &about(&text, 3, false)).expect("created");
+    run(&study, 1, &Progress::default()).expect("run");
+    drop(study);
+    let whole = relative(&folder);
+    let data = folder.join("data/subject-02/session-01/subject-02_session-01_task-fitts_data.csv");
+    let bytes = fs::read(&data).expect("rows");
+    let header = bytes.iter().position(|byte| *byte == b'\n').expect("a header");
+    let cuts = [0, header / 2, header + 1, header + 40, bytes.len() / 2, bytes.len() - 1];
+    for cut in &cuts[..test_run::extent(4, cuts.len())] {
+        fs::write(&data, &bytes[..*cut]).expect("cut");
+        fs::remove_file(folder.join("trials.parquet")).expect("it was done");
+        let read = trials::<FittsTrial>(&folder).expect("read while it is under way");
+        assert!(read.len() < 24, "{}", read.len());
+        run(&Study::open(&folder).expect("opened"), 1, &Progress::default()).expect("run");
+        assert!(relative(&folder) == whole, "cut at {cut}");
+    }
+}
+
+#[test]
+fn what_is_not_this_study_is_refused() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let folder = parent.path().join("study");
+    let text = small_fitts();
+    let error = Study::open(&folder).expect_err("none").to_string();
+    assert!(error.ends_with("there is no study: it has no study.json"), "{error}");
+    let study = Study::create(&folder, &text, &about(&text, 3, false)).expect("created");
+    let progress = Progress::default();
+    progress.stop();
+    run(&study, 1, &progress).expect("stopped");
+    drop(study);
+    fs::write(folder.join("plan.toml"), text.replace("rest_s = 60", "rest_s = 61")).expect("written");
+    let error = Study::open(&folder).expect_err("another plan").to_string();
+    assert!(
+        error.contains("plan.toml: the plan was changed since the study began"),
+        "{error}"
+    );
+    let other = parent.path().join("other");
+    fs::create_dir(&other).expect("created");
+    fs::write(other.join("thesis.tex"), "mine").expect("written");
+    let error = Study::create(&other, &text, &about(&text, 3, false))
+        .expect_err("taken")
+        .to_string();
+    assert!(
+        error.ends_with("not an empty folder; nothing is overwritten"),
+        "{error}"
+    );
+    assert_eq!(fs::read_dir(&other).expect("a folder").count(), 1);
+}
