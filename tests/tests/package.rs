@@ -183,6 +183,9 @@ fn removed_and_purged_it_leaves_nothing() {
 
 #[test]
 fn lintian_finds_no_error() {
+    if !test_run::is_long_for("the packages under lintian") {
+        return;
+    }
     if Command::new("lintian").arg("--version").output().is_err() {
         return test_run::skip("lintian", "Debian: apt install lintian");
     }

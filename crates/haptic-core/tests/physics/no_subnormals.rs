@@ -26,8 +26,11 @@ fn nothing_that_comes_to_rest_decays_through_the_subnormal_range() {
     for (name, scene) in scenes() {
         // So much damping that whatever decays does so within the test.
         let scene = scene.with(&[(heavy_grip, 300.0)]).unwrap_or(scene);
-        for scheme in [Scheme::Exact, Scheme::Implicit, Scheme::LITERAL] {
-            let mut surface = Renderer::new(&scene, scheme, 1e-3).expect("a valid scene");
+        for scheme in test_run::extent(
+            &[Scheme::Exact][..],
+            &[Scheme::Exact, Scheme::Implicit, Scheme::LITERAL],
+        ) {
+            let mut surface = Renderer::new(&scene, *scheme, 1e-3).expect("a valid scene");
             surface.start_at(0.0, 0.0);
             let mut hand = Hand::new();
             for tick in 0..300 {

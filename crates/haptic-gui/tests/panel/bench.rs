@@ -44,10 +44,21 @@ pub(crate) fn panel() -> Panel {
     // The smallest supported window.
     let mut panel = Harness::builder()
         .with_size([1024.0, 640.0])
-        .with_context_setup(haptic_gui::theme::install)
+        .with_context_setup(|ctx| {
+            haptic_gui::theme::install(ctx);
+            draw_glyphs_once(ctx);
+        })
         .build_ui_state(draw, bench);
     panel.run();
     panel
+}
+
+/// Nobody looks at the pixels, and a new context draws each glyph, unoptimised, for each fraction of a pixel.
+fn draw_glyphs_once(ctx: &egui::Context) {
+    ctx.all_styles_mut(|style| {
+        style.visuals.text_options.subpixel_binning = false;
+        style.visuals.text_options.font_hinting = false;
+    });
 }
 
 /// The daemon's greeting.
