@@ -16,8 +16,14 @@ use crate::x11_keys;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+/// How much longer the time between two frames is without a graphics card.
+const SLOWER_IN_SOFTWARE: u32 = 3;
+
 /// Shortest time between two frames without a graphics card: 10 a second.
 const SHORTEST_IN_SOFTWARE: Duration = Duration::from_millis(100);
+
+/// Longest time between two frames without a graphics card, in which numbers get no older.
+const LONGEST_IN_SOFTWARE: Duration = Duration::from_secs(2);
 
 /// The panel with its connection and its files.
 #[derive(Debug)]
@@ -48,7 +54,7 @@ impl App {
         }
     }
 
-    /// Halves the frames that show new samples, and limits them to those that a processor draws without strain.
+    /// Draws so few frames with new samples that a processor does it without strain.
     pub fn draw_in_software(&mut self) {
         self.is_drawn_in_software = true;
     }
@@ -149,7 +155,7 @@ impl App {
         self.stopped_by_key = false;
         let mut pace = self.model.pace();
         if self.is_drawn_in_software {
-            pace = (pace * 2).max(SHORTEST_IN_SOFTWARE);
+            pace = (pace * SLOWER_IN_SOFTWARE).clamp(SHORTEST_IN_SOFTWARE, LONGEST_IN_SOFTWARE);
         }
         self.connection.set_pace(pace);
     }
