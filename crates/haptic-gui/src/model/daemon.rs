@@ -170,7 +170,7 @@ impl Daemon {
         if before != Some(state) {
             self.refusal = None;
         }
-        self.stop.take_state(before, state);
+        self.stop.take_state(before, state, tick);
     }
 
     /// Takes the answer to a command to the rig, except a stop.

@@ -18,8 +18,8 @@ pub(crate) enum StopReport {
     Waiting { since: Instant },
     /// A daemon's socket has it. Late when the answer is overdue.
     Sent { since: Option<Instant>, is_late: bool },
-    /// The daemon has carried it out, this long after the press if that is known.
-    Confirmed { after: Option<Duration> },
+    /// The daemon has carried it out in a tick, this long after the press if that is known.
+    Confirmed { after: Option<Duration>, tick: u64 },
     /// The daemon did not carry it out.
     Failed { reason: String },
     /// The daemon has carried it out, but there was no device to receive it.
@@ -64,9 +64,14 @@ impl StopReport {
         }
     }
 
-    /// The state of the rig has changed.
-    pub(crate) fn take_state(&mut self, before: Option<RigState>, now: RigState) {
-        let is_told = matches!(self, Self::Unheard { .. } | Self::Confirmed { .. });
+    /// The state of the rig has changed in a tick. The answer to a stop can be here before the event of what it ended, which
+    /// may be of the same tick.
+    pub(crate) fn take_state(&mut self, before: Option<RigState>, now: RigState, tick: u64) {
+        let is_told = match self {
+            Self::Confirmed { tick: stopped, .. } => tick > *stopped,
+            Self::Unheard { .. } => true,
+            _ => false,
+        };
         let is_reset = before.is_some_and(is_halted) && !is_halted(now);
         // The force is off after all, by another client or a check.
         let is_off = is_halted(now) && matches!(self, Self::Failed { .. });
@@ -131,12 +136,15 @@ impl StopReport {
             && is_halted(state)
         {
             let known = match self {
-                Self::Confirmed { after } => *after,
+                Self::Confirmed { after, .. } => *after,
                 // The rig was reset since.
                 Self::Settled if known_tick.is_some_and(|known| known > tick) => return None,
                 _ => None,
             };
-            *self = Self::Confirmed { after: known.or(after) };
+            *self = Self::Confirmed {
+                after: known.or(after),
+                tick,
+            };
             return Some((state, tick));
         }
         if matches!(self, Self::Confirmed { .. }) {

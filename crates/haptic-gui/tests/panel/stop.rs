@@ -162,6 +162,10 @@ fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
     };
     hear(&mut panel, Update::Stop(answered));
     panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
+    // The events of the tick come after the answer, on the other connection: it was engaged in that tick and stopped.
+    hear(&mut panel, in_state(RigState::Engaged, 4711));
+    hear(&mut panel, in_state(RigState::Stopped, 4711));
+    panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
     hear(&mut panel, in_state(RigState::Idle, 5000));
     assert!(panel.query_by_label_contains("at tick 4711").is_none(), "it was reset");
     hear(&mut panel, in_state(RigState::Stopped, 6000));
