@@ -22,10 +22,10 @@ const MEASURED_S: u64 = 20;
 const COMING_UP_S: u64 = 6;
 
 /// Where Freeze is in a window of any size, pixels.
-const FREEZE: [&str; 2] = ["410", "175"];
+const FREEZE: (usize, usize) = (410, 175);
 
 /// Where the time that is seen is typed, pixels.
-const SPAN: [&str; 2] = ["588", "175"];
+const SPAN: (usize, usize) = (588, 175);
 
 /// Share of a core that a panel takes, in percent.
 fn share(panel: &Panel) -> f64 {
@@ -54,8 +54,8 @@ fn measure<T>(
     wait_for(&mut daemon.client(), "the panel to go", |status| status.clients == 1);
 }
 
-fn click(screen: &Screen, [x, y]: [&str; 2]) {
-    screen.act(&["mousemove", x, y, "click", "1"]);
+fn click(screen: &Screen, place: (usize, usize)) {
+    screen.click(place);
     // Out of the way, so that nothing is drawn for the pointer.
     screen.act(&["mousemove", "1", "1"]);
 }

@@ -22,7 +22,7 @@ const SLOWER_IN_SOFTWARE: u32 = 3;
 /// Shortest time between two frames without a graphics card: 10 a second.
 const SHORTEST_IN_SOFTWARE: Duration = Duration::from_millis(100);
 
-/// Longest time between two frames without a graphics card, in which numbers get no older.
+/// Longest time between two frames without a graphics card: no number in sight is older.
 const LONGEST_IN_SOFTWARE: Duration = Duration::from_secs(2);
 
 /// The panel with its connection and its files.

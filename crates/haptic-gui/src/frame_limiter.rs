@@ -44,12 +44,9 @@ impl FrameLimiter {
         let soonest = now + GATHER;
         let wanted = self.drawn.map_or(soonest, |drawn| soonest.max(drawn + period));
         // An earlier frame that is requested shows it as well.
-        if is_steady && self.due.is_some_and(|due| due <= wanted) {
-            return None;
-        }
         let due = self.due.map_or(wanted, |due| due.min(wanted));
-        self.due = Some(due);
-        Some(due - now)
+        let is_requested = self.due.replace(due) == Some(due);
+        (!is_steady || !is_requested).then(|| due - now)
     }
 }
 

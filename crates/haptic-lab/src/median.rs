@@ -11,7 +11,7 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 }
 
 /// The median time between samples, s; 1 ms if there are fewer than two.
-pub fn usual_period_s(t_s: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(crate) fn usual_period_s(t_s: impl Iterator<Item = f64> + Clone) -> f64 {
     let mut periods: Vec<f64> = t_s.clone().skip(1).zip(t_s).map(|(end, start)| end - start).collect();
     median(&mut periods).unwrap_or(1e-3)
 }

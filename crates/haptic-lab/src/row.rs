@@ -5,7 +5,7 @@ use haptic_core::servo::{InputWord, Inputs, Outputs, Servo};
 use haptic_ipc::Sample;
 
 /// The row with what the step gave.
-pub fn with_outputs(row: Sample, servo: &Servo, outputs: &Outputs) -> Sample {
+pub(crate) fn with_outputs(row: Sample, servo: &Servo, outputs: &Outputs) -> Sample {
     Sample {
         state: servo.state(),
         contact: outputs.contact,
