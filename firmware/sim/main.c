@@ -16,6 +16,7 @@
 #include <getopt.h>
 #include <math.h>
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,9 +33,9 @@
 #define STEP_S ((double)STEP_CYCLES / BOARD_HZ)
 /* How much is simulated between two looks at the clock and the line: 192 us. */
 #define STEPS_TO_A_SLICE 6
-/* Largest lag; beyond it the lost time is given up: making up for it in a rush would look to the
- * host like a rig that runs ahead. */
-#define LARGEST_LAG_NS 10000000LL
+/* Largest lag that is made up for: to the host it is a line that was held up for so long, and then has all at once. Time
+ * that is given up looks like a clock that runs too slowly, which hapticd refuses. */
+#define LARGEST_LAG_NS 500000000LL
 
 static struct plant plant = {
     .mass_kg = 1.4,
@@ -294,8 +295,11 @@ int main(int argc, char **argv)
     signal(SIGINT, on_signal);
     signal(SIGTERM, on_signal);
     prctl(PR_SET_TIMERSLACK, 1);
-    /* A microcontroller is never late; where that is not permitted, this one is as late as the machine is busy. */
-    setpriority(PRIO_PROCESS, 0, -20);
+    /* A microcontroller is never late; where that is not permitted, this one is as late as the machine is busy. Its host's loop
+     * and the fake rig come first. */
+    struct sched_param priority = { .sched_priority = 50 };
+    if (sched_setscheduler(0, SCHED_FIFO, &priority) != 0)
+        setpriority(PRIO_PROCESS, 0, -20);
     bool runs = true;
     while (!ended && runs) {
         exchange(line);
