@@ -40,9 +40,9 @@ pub fn firmware_folder() -> PathBuf {
 /// the tools are missing.
 fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
     let missing = [
-        ("avr-gcc", "gcc-avr", has_command("avr-gcc")),
-        ("make", "make", has_command("make")),
-        ("cc", "gcc", has_command("cc")),
+        ("avr-gcc", "gcc-avr", test_run::is_there("avr-gcc")),
+        ("make", "make", test_run::is_there("make")),
+        ("cc", "gcc", test_run::is_there("cc")),
         (
             "avr-libc",
             "avr-libc",
@@ -73,15 +73,6 @@ fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
         folder.join("simulator"),
         folder.join(encoder.name()).with_extension("elf"),
     ))
-}
-
-fn has_command(name: &str) -> bool {
-    let found = Command::new(name)
-        .arg("--version")
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    found.is_ok_and(|status| status.success())
 }
 
 /// A running simulated rig. It ends with the test, and there is one at a time.

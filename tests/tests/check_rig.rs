@@ -7,8 +7,7 @@ use system_tests::simulated_rig::firmware_folder;
 
 /// What the checker says of a rig, by one check; nothing, said aloud, where it cannot be run.
 fn checked(rig: &FakeRig, check: &str) -> Option<(bool, String)> {
-    if Command::new("python3").arg("--version").output().is_err() {
-        test_run::skip("python3", "Debian: apt install python3");
+    if !test_run::has(&["python3"]) {
         return None;
     }
     let output = Command::new("python3")

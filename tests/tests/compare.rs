@@ -141,9 +141,7 @@ fn a_surface_needs_a_block_and_sensible_sensors() {
 /// Aluminium on Teflon: what docs/identification.md claims of it.
 #[test]
 fn the_example_renders_what_a_lab_has_recorded() {
-    let has_bash = Command::new("bash").arg("--version").stdout(Stdio::null()).status();
-    if !has_bash.is_ok_and(|status| status.success()) {
-        test_run::skip("bash", "Debian: apt install bash");
+    if !test_run::has(&["bash"]) {
         return;
     }
     let directory = tempfile::tempdir().expect("a directory");

@@ -9,21 +9,6 @@ fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name)
 }
 
-/// Whether the programs are there; says so aloud where one is not.
-fn has(programs: &[&str]) -> bool {
-    programs.iter().all(|program| {
-        let found = Command::new("sh")
-            .args(["-c", &format!("command -v {program}")])
-            .stdout(Stdio::null())
-            .status();
-        let found = found.is_ok_and(|status| status.success());
-        if !found {
-            test_run::skip(program, &format!("Debian: apt install {program}"));
-        }
-        found
-    })
-}
-
 fn run(mut command: Command) -> Output {
     command.stdin(Stdio::null()).output().expect("it starts")
 }
@@ -55,7 +40,7 @@ fn the_one_in_python_is_short_and_drives_the_rig() {
     let path = example("client.py");
     let lines = std::fs::read_to_string(&path).expect("text").lines().count();
     assert!(lines < 60, "{lines} lines");
-    if !has(&["python3"]) {
+    if !test_run::has(&["python3"]) {
         return;
     }
     let daemon = Daemon::start(&["--ramp-ms", "20"]);
@@ -67,7 +52,7 @@ fn the_one_in_python_is_short_and_drives_the_rig() {
 
 #[test]
 fn the_one_in_python_is_a_module_that_tells_why_it_is_refused() {
-    if !has(&["python3"]) {
+    if !test_run::has(&["python3"]) {
         return;
     }
     let daemon = Daemon::start(&[]);
@@ -98,7 +83,7 @@ print('in order' if ticks == list(range(ticks[0], ticks[0] + len(ticks))) else t
 
 #[test]
 fn the_one_for_the_shell_drives_the_rig_and_says_why_it_cannot() {
-    if !has(&["bash", "socat", "jq"]) {
+    if !test_run::has(&["bash", "socat", "jq"]) {
         return;
     }
     let daemon = Daemon::start(&["--ramp-ms", "20"]);
@@ -123,7 +108,7 @@ fn the_one_for_the_shell_drives_the_rig_and_says_why_it_cannot() {
 fn without_a_daemon_each_says_so_in_one_line() {
     let nowhere = Path::new("/nonexistent/control.sock");
     for (program, name) in [("python3", "client.py"), ("bash", "client.sh")] {
-        if !has(&[program]) {
+        if !test_run::has(&[program]) {
             continue;
         }
         let mut command = Command::new(program);
@@ -143,7 +128,7 @@ fn each_looks_where_the_command_line_looks() {
     let directory = tempfile::tempdir().expect("a directory");
     let daemon = Daemon::start_at(&directory.path().join("hapticd/control.sock"), &["--ramp-ms", "20"]);
     for (programs, name) in [(&["python3"][..], "client.py"), (&["bash", "socat", "jq"], "client.sh")] {
-        if !has(programs) {
+        if !test_run::has(programs) {
             continue;
         }
         for (variable, value) in [

@@ -173,8 +173,7 @@ fn pulling(encoder: Encoder) -> Option<(SimulatedRig, Host)> {
 /// Whether a device is as the protocol wants it, by the checker for writers of firmware; nothing,
 /// said aloud, where that cannot be run.
 fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
-    if Command::new("python3").arg("--version").output().is_err() {
-        test_run::skip("python3", "Debian: apt install python3");
+    if !test_run::has(&["python3"]) {
         return None;
     }
     // A fault of a device is there each time; a checker that a busy machine held up for 50 ms has

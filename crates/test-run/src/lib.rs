@@ -54,6 +54,23 @@ pub fn skip(need: &str, remedy: &str) {
     note(&line);
 }
 
+/// Whether there are programs that Debian packages of the same names bring; a [`skip`] for each that is not.
+#[must_use]
+pub fn has(programs: &[&str]) -> bool {
+    let missing: Vec<_> = programs.iter().filter(|program| !is_there(program)).collect();
+    for program in &missing {
+        skip(program, &format!("Debian: apt install {program}"));
+    }
+    missing.is_empty()
+}
+
+/// Whether a program is in one of the folders of `PATH`.
+#[must_use]
+pub fn is_there(program: &str) -> bool {
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&paths).any(|folder| folder.join(program).is_file())
+}
+
 /// The name of the calling test.
 fn caller() -> String {
     std::thread::current().name().unwrap_or("a thread").to_owned()
