@@ -16,7 +16,6 @@
 #include <getopt.h>
 #include <math.h>
 #include <poll.h>
-#include <sched.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -295,11 +294,9 @@ int main(int argc, char **argv)
     signal(SIGINT, on_signal);
     signal(SIGTERM, on_signal);
     prctl(PR_SET_TIMERSLACK, 1);
-    /* A microcontroller is never late; where that is not permitted, this one is as late as the machine is busy. Its host's loop
-     * and the fake rig come first. */
-    struct sched_param priority = { .sched_priority = 50 };
-    if (sched_setscheduler(0, SCHED_FIFO, &priority) != 0)
-        setpriority(PRIO_PROCESS, 0, -20);
+    /* A microcontroller is never late; this one is as late as the machine is busy, for a real-time priority would keep the threads
+     * of its host waiting, which it simulates for a third of a processor. */
+    setpriority(PRIO_PROCESS, 0, -20);
     bool runs = true;
     while (!ended && runs) {
         exchange(line);

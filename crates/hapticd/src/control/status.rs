@@ -13,9 +13,10 @@ pub(super) async fn status(rig: &RigHandle) -> Status {
 impl RigHandle {
     /// The status, but for what keeps the rig from being engaged: that waits for files.
     pub(crate) fn status_without_admission(&self) -> Status {
-        let (newest, uptime_s, link) = {
+        // All of one tick: a rig without force shows none.
+        let (newest, state, uptime_s, link) = {
             let feed = self.feed();
-            (feed.newest().copied(), feed.uptime_s(), feed.link())
+            (feed.newest().copied(), feed.state(), feed.uptime_s(), feed.link())
         };
         let scheduled = self.schedule_status();
         let facts = &self.facts;
@@ -24,7 +25,7 @@ impl RigHandle {
         let (undo_depth, redo_depth) = self.history().depth();
         Status {
             server: facts.server.clone(),
-            state: self.state(),
+            state,
             fault: newest.and_then(|record| record.fault).map(|fault| fault.to_string()),
             tick: newest.map_or(0, |record| record.tick),
             uptime_s,

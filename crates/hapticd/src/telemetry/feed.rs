@@ -167,6 +167,15 @@ impl Feed {
         self.link.as_ref().map(link::status)
     }
 
+    /// The rig's state in the newest record; before the first one that of a rig which is waited for, or idle.
+    pub(crate) fn state(&self) -> RigState {
+        match self.newest() {
+            Some(record) => record.state,
+            None if self.link().is_some() => RigState::Disconnected,
+            None => RigState::Idle,
+        }
+    }
+
     /// The newest record; `None` before the first.
     pub(crate) fn newest(&self) -> Option<&TickRecord> {
         self.newest.as_ref()

@@ -89,7 +89,7 @@ proptest! {
     ) {
         let truth = Psychometric { threshold, width, lapse: 0.02, deviance: 0.0 };
         let mut random = Rng::with_seed(seed);
-        let levels: Vec<Level> = (0..10).map(f64::from).map(|place| place / 10.0).map(|level| Level {
+        let levels: Vec<Level> = (0..16).map(f64::from).map(|place| place / 10.0).map(|level| Level {
             level: level * unit,
             trials: 2000,
             correct: (0..2000).map(|_| u32::from(random.f64() < truth.probability(level))).sum(),

@@ -235,12 +235,7 @@ impl RigHandle {
 
     /// The rig's state in the newest record.
     pub(crate) fn state(&self) -> RigState {
-        let feed = self.feed();
-        match feed.newest() {
-            Some(record) => record.state,
-            None if feed.link().is_some() => RigState::Disconnected,
-            None => RigState::Idle,
-        }
+        self.feed().state()
     }
 
     /// Sets the time at which the real-time thread releases the rig, unless it is postponed.
