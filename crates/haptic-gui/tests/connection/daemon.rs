@@ -46,10 +46,13 @@ impl Daemon {
     pub(crate) fn accept(listener: &UnixListener) -> Self {
         let mut for_stops: Vec<(BufReader<UnixStream>, VecDeque<String>)> = Vec::new();
         listener.set_nonblocking(true).expect("it can be");
-        let began = Instant::now();
+        let (began, mut accepted) = (Instant::now(), None);
         loop {
             assert!(began.elapsed() < LIMIT, "no conversation in time");
-            if let Ok((mut stream, _)) = listener.accept() {
+            // A conversation speaks soon; the connection for stops, which comes after it, is left to who waits for it.
+            let is_silent = accepted.is_none_or(|at: Instant| at.elapsed() > Duration::from_millis(500));
+            if is_silent && let Ok((mut stream, _)) = listener.accept() {
+                accepted = Some(Instant::now());
                 stream.set_nonblocking(false).expect("it can be");
                 writeln!(
                     stream,
