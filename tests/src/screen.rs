@@ -68,13 +68,8 @@ impl Screen {
     /// The server does not come up.
     #[must_use]
     pub fn of_size(size: (usize, usize)) -> Option<Self> {
-        for (program, argument, package) in [("Xvfb", "-help", "xvfb"), ("xdotool", "version", "xdotool")] {
-            let runs = Command::new(program)
-                .arg(argument)
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .status();
-            if runs.is_err() {
+        for (program, package) in [("Xvfb", "xvfb"), ("xdotool", "xdotool")] {
+            if !test_run::is_there(program) {
                 test_run::skip(
                     program,
                     &format!("Debian: apt install {package} libgl1-mesa-dri libegl1 libgl1"),

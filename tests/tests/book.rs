@@ -39,7 +39,7 @@ pub(crate) fn text(page: &str) -> String {
 /// Follows a page, again where the machine was too busy for it.
 fn follow(page: &str) {
     const ATTEMPTS: usize = 3;
-    if !test_run::has(&["bash"]) {
+    if !test_run::has(&["bash", "timeout"]) {
         return;
     }
     let mut told = String::new();

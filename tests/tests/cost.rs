@@ -2,7 +2,6 @@
 //! `haptic-ctl cost` prints them.
 
 use std::collections::BTreeMap;
-use std::process::Command;
 use system_tests::ctl_offline;
 
 /// Instructions a tick of each scene of the table, in the profile that the tests are built with,
@@ -33,7 +32,7 @@ const BUDGETS: [(&str, f64); 21] = [
 
 #[test]
 fn a_scene_never_pays_for_what_it_lacks() {
-    if Command::new("valgrind").arg("--version").output().is_err() {
+    if !test_run::is_there("valgrind") {
         test_run::skip("valgrind", "Debian: apt install valgrind libc6-dbg");
         return;
     }

@@ -434,9 +434,10 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     assert!(travel_m > 0.02 * time_s, "{stats}");
     let felt_n = -work_j / travel_m;
     assert!((felt_n - KINETIC_N).abs() < 0.4, "{felt_n} N: {stats}");
-    // The limit is 5 N; the simulator sees the PWM's two edges at whole instructions, and the force goes by the square.
+    // The firmware's limit, 5 N, is high for 454 of the 512 cycles of two periods; the simulator may see the end of each by an
+    // instruction of 4 cycles late, and the force goes by the square.
     assert!(
-        number(&stats, "/motor/largest_force_n") < 5.3,
+        number(&stats, "/motor/largest_force_n") < 5.17,
         "beyond the firmware's limit: {stats}"
     );
 

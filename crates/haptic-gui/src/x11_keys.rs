@@ -151,16 +151,16 @@ mod tests {
 
     /// A server without a screen, and the name of its display.
     fn server() -> Option<(Server, String)> {
-        let spawned = Command::new("Xvfb")
+        if !["Xvfb", "xdotool"].into_iter().all(test_run::is_there) {
+            test_run::skip("Xvfb", "Debian: apt install xvfb xdotool");
+            return None;
+        }
+        let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", "64x64x24"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
-            .spawn();
-        let has_keys = Command::new("xdotool").arg("version").stdout(Stdio::null()).status();
-        let (Ok(mut server), Ok(_)) = (spawned, has_keys) else {
-            test_run::skip("Xvfb", "Debian: apt install xvfb xdotool");
-            return None;
-        };
+            .spawn()
+            .expect("Xvfb starts");
         let said = server.stdout.take().expect("it is piped");
         let mut number = String::new();
         BufReader::new(said)

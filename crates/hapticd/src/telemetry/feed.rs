@@ -171,7 +171,7 @@ impl Feed {
     pub(crate) fn state(&self) -> RigState {
         match self.newest() {
             Some(record) => record.state,
-            None if self.link().is_some() => RigState::Disconnected,
+            None if self.link.is_some() => RigState::Disconnected,
             None => RigState::Idle,
         }
     }
