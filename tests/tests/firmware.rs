@@ -398,12 +398,11 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     let stats = rig.live(time_s);
 
     let seen = status(&mut client);
-    // A simulator that cannot keep up is let go of, or found to have a clock that does not run as ours does.
-    let clock_is_off = seen
-        .fault
-        .as_deref()
-        .is_some_and(|fault| fault.starts_with("device_clock"));
-    if clock_is_off || (seen.state == RigState::Idle && number(&stats, "/lags") > 0.0) {
+    // A simulator that cannot keep up is let go of, or found to have a clock that does not run as ours does; and hapticd itself may
+    // have been stopped for its second of patience.
+    let fault = seen.fault.as_deref().unwrap_or_default();
+    let is_of_a_busy_machine = ["device_clock", "stalled"].iter().any(|code| fault.starts_with(code));
+    if is_of_a_busy_machine || (seen.state == RigState::Idle && number(&stats, "/lags") > 0.0) {
         return false;
     }
     assert_eq!(seen.state, RigState::Engaged, "{seen:?}");
