@@ -36,8 +36,11 @@ const USUAL_MOST_N: f64 = 2.0;
 /// Force of a pulse that surely moves the handle, as a multiple of the force that first moved it.
 const SURE_FACTOR: f64 = 1.5;
 
-/// Pulses in each direction from which friction is averaged.
+/// Pulses in each direction for friction alone.
 const FRICTION_PULSES: usize = 2;
+
+/// Share of the range at either end where a pulse tells no friction: the end may have taken up its energy.
+const END_SHARE: f64 = 0.05;
 
 /// Travel of a pulse below which the handle is at its end, m.
 const AT_THE_END_M: f64 = 2e-4;
@@ -120,6 +123,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         console,
         largest_n,
         ramp: Duration::from_secs_f64(begun.ramp_ms.max(0.0) * 1e-3),
+        slides: Vec::new(),
         findings: Findings::new(&begun),
     };
     // The end of the connection ends the commissioning, should these requests fail.
@@ -139,7 +143,16 @@ struct Work<'a> {
     /// Largest force of a pulse, N.
     largest_n: f64,
     ramp: Duration,
+    slides: Vec<Slide>,
     findings: Findings,
+}
+
+/// What a pulse that surely moved the handle tells of its friction.
+struct Slide {
+    sign: f64,
+    friction_n: f64,
+    /// Where the handle came to rest, m.
+    to_m: f64,
 }
 
 impl Work<'_> {
@@ -162,7 +175,7 @@ impl Work<'_> {
             FRICTION_PULSES, sure_force_n[0], sure_force_n[1]
         ))
         .await?;
-        self.friction().await?;
+        self.friction_pulses().await?;
         match range {
             Range::Pulses => {
                 self.agree("3. Range: pulses as before, to one end and then to the other. Go on?")
@@ -173,6 +186,7 @@ impl Work<'_> {
             Range::Skip => {}
         }
         let found = self.status().await?;
+        self.friction(&found);
         self.findings.step_m = found.step_m;
         self.findings.pulses = found.pulses;
         self.agree(&format!("Found:\n{}\nKeep this?", self.findings.table()))
@@ -223,8 +237,8 @@ impl Work<'_> {
         }
     }
 
-    /// Gives a pulse, and waits until the rig is idle again.
-    async fn pulse(&mut self, force_n: f64) -> Result<PulseReport, Failure> {
+    /// Gives a pulse, and waits until the rig is idle again. Returns the report, and where the handle is, m.
+    async fn pulse(&mut self, force_n: f64) -> Result<(PulseReport, f64), Failure> {
         // A machine that is held up for seconds may lose records; the pulse itself was sound.
         for _ in 0..3 {
             let _: CommissionReply = self
@@ -250,14 +264,14 @@ impl Work<'_> {
                     }
                     return Err(Failure::BadRig(format!("the commissioning has ended: {why}")));
                 }
-                break status.last;
+                break status.last.zip(Some(status.position_m));
             };
-            let Some(report) = report else {
+            let Some((report, position_m)) = report else {
                 return Err(Failure::BadRig("the daemon has no report of the pulse".to_owned()));
             };
             if report.end != PulseEnd::Unrecorded {
                 self.console.say(&summary(&report));
-                return Ok(report);
+                return Ok((report, position_m));
             }
         }
         Err(Failure::BadRig(
@@ -300,18 +314,36 @@ impl Work<'_> {
         breakaway_n.map_or(self.largest_n, |force_n| (SURE_FACTOR * force_n).min(self.largest_n))
     }
 
-    async fn friction(&mut self) -> Result<(), Failure> {
-        let mut found = [Vec::new(), Vec::new()];
+    /// Gives a pulse that surely moves the handle.
+    async fn sure_pulse(&mut self, sign: f64) -> Result<PulseReport, Failure> {
+        let (report, to_m) = self.pulse(sign * self.sure_force_n(sign)).await?;
+        let slide = |friction_n| Slide { sign, friction_n, to_m };
+        self.slides.extend(report.friction_n.map(slide));
+        Ok(report)
+    }
+
+    async fn friction_pulses(&mut self) -> Result<(), Failure> {
         for _ in 0..FRICTION_PULSES {
-            for (sign, found) in [1.0, -1.0].into_iter().zip(&mut found) {
-                let report = self.pulse(sign * self.sure_force_n(sign)).await?;
-                found.extend(report.friction_n);
+            for sign in [1.0, -1.0] {
+                self.sure_pulse(sign).await?;
             }
         }
-        for (sign, found) in [1.0, -1.0].into_iter().zip(found) {
-            *self.findings.friction_n.of_mut(sign) = findings::mean(&found);
-        }
         Ok(())
+    }
+
+    /// The friction of all pulses that ended away from the ends of the range.
+    fn friction(&mut self, found: &CommissionReply) {
+        let margin_m = match self.findings.range_m {
+            Some(range_m) => (END_SHARE * range_m).max(AT_THE_END_M),
+            None => 0.0,
+        };
+        let inner = found.least_m + margin_m..=found.greatest_m - margin_m;
+        for sign in [1.0, -1.0] {
+            let told = self.slides.iter();
+            let told = told.filter(|slide| slide.sign.total_cmp(&sign).is_eq() && inner.contains(&slide.to_m));
+            let told: Vec<f64> = told.map(|slide| slide.friction_n).collect();
+            *self.findings.friction_n.of_mut(sign) = findings::mean(&told);
+        }
     }
 
     async fn range_by_pulses(&mut self) -> Result<(), Failure> {
@@ -323,7 +355,7 @@ impl Work<'_> {
                     return Ok(());
                 }
                 pulses += 1;
-                let report = self.pulse(sign * self.sure_force_n(sign)).await?;
+                let report = self.sure_pulse(sign).await?;
                 at_the_end = if report.forward_m < AT_THE_END_M {
                     at_the_end + 1
                 } else {
@@ -331,6 +363,8 @@ impl Work<'_> {
                 };
             }
         }
+        // Away from the end: that tells friction also of a handle that was near the first end.
+        self.sure_pulse(1.0).await?;
         let found = self.status().await?;
         self.findings.range_m = Some(found.greatest_m - found.least_m);
         Ok(())
