@@ -30,7 +30,7 @@ fn daemon(scene: &str) -> Daemon {
 
 /// How long the loops are watched altogether.
 fn watched() -> Duration {
-    Duration::from_secs(test_run::extent(3, 20))
+    Duration::from_secs(test_run::extent(2, 20))
 }
 
 /// The real-time thread, as the kernel knows it.

@@ -7,7 +7,7 @@ use haptic_lab::accuracy::{
 
 /// Samples of each motion, and single ticks of each law: beginnings of what the report takes.
 fn extents() -> (usize, usize) {
-    test_run::extent((20, 20), (150, 300))
+    test_run::extent((10, 10), (150, 300))
 }
 
 fn exact(all: Vec<LawMeasurement>) -> LawMeasurement {

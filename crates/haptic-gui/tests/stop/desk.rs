@@ -288,12 +288,12 @@ pub(crate) fn percentiles(times: &[Duration]) -> String {
     format!("p50 {}, p99 {}, longest {}", at(50), at(99), at(100))
 }
 
-/// An hour at 1 kHz; in a short run ten minutes.
+/// An hour at 1 kHz; in a short run five minutes.
 pub(crate) fn an_hour() -> Loaded {
     Loaded::new(
         "hour.csv".into(),
         metadata(),
-        (0..test_run::extent(600_000, 3_600_000)).map(row),
+        (0..test_run::extent(300_000, 3_600_000)).map(row),
         &[],
         Ending::Complete,
     )

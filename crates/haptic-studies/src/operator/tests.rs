@@ -117,7 +117,7 @@ fn a_trial_that_cannot_be_done_ends_with_a_reason() {
 #[test]
 fn one_who_feels_without_noise_tells_every_change_apart() {
     // 8 N more are so much that a stroke does not break the block away.
-    for static_level_n in [0.6, 8.0] {
+    for &static_level_n in test_run::extent(&[0.6][..], &[0.6, 8.0]) {
         tells_apart(static_level_n);
     }
 }

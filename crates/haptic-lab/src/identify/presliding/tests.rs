@@ -125,6 +125,9 @@ fn dahl_that_differs_by_direction_is_found_within_its_intervals() {
 
 #[test]
 fn strokes_that_an_encoder_bends_report_nothing() {
+    if !is_long_for("strokes that an encoder bends") {
+        return;
+    }
     let short = case("strokes of 0.3 mm");
     let found = found(&short.experiment.record(1).expect("the scene is sound"), short.model);
     for parameter in ["dynamic_force_N", "stiffness_N_per_m", "exponent"] {
@@ -135,6 +138,9 @@ fn strokes_that_an_encoder_bends_report_nothing() {
 
 #[test]
 fn lugre_is_found_within_its_intervals() {
+    if !is_long_for("the LuGre law, found") {
+        return;
+    }
     let most_errors = [
         ("mass_kg", 0.01),
         ("dynamic_force_N.positive", 0.005),
@@ -159,6 +165,9 @@ fn motion_one_way_refuses_what_looks_like_a_constant_force() {
 
 #[test]
 fn few_turns_refuse_what_shows_after_a_turn() {
+    if !is_long_for("few turns") {
+        return;
+    }
     let stroke = Movement::Ramp {
         speed_mps: 0.02,
         stroke_m: 0.06,
@@ -193,6 +202,9 @@ fn a_coarse_encoder_refuses_what_it_hides() {
 
 #[test]
 fn short_strokes_refuse_the_mass() {
+    if !is_long_for("strokes too short for the mass") {
+        return;
+    }
     let short = Movement::Chirp {
         from_hz: 0.5,
         to_hz: 1.5,
@@ -240,6 +252,9 @@ fn fast_strokes_alone_refuse_stribecks_fall() {
 
 #[test]
 fn slow_ramps_alone_refuse_the_bristles_damping() {
+    if !is_long_for("ramps alone of the LuGre law") {
+        return;
+    }
     let found = found_of_lugre(Movement::Ramp {
         speed_mps: 0.001,
         stroke_m: 0.0015,
@@ -360,6 +375,9 @@ fn the_same_record_and_seed_give_the_same_numbers() {
 
 #[test]
 fn the_model_that_made_the_record_is_chosen() {
+    if !is_long_for("the choice between Dahl and LuGre") {
+        return;
+    }
     let movements = [
         STROKES,
         Movement::Ramp {
