@@ -351,7 +351,7 @@ fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
         } else {
             2
         };
-        test_run::extent(Duration::from_millis(300), Duration::from_secs(at_length_s))
+        test_run::extent(Duration::from_millis(100), Duration::from_secs(at_length_s))
     };
     // The allocator keeps what a busy moment once needed, so the first rounds may still take
     // memory. A leak takes some in every round.

@@ -84,6 +84,9 @@ fn a_surface_is_identified() {
 
 #[test]
 fn a_study_is_run() {
+    if !test_run::is_long_for("the how-to of studies") {
+        return;
+    }
     follow("how-to/study.md");
 }
 

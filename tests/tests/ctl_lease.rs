@@ -120,7 +120,7 @@ fn a_request_to_end_goes_on_to_the_command() {
 fn a_haptic_ctl_that_is_killed_takes_the_command_with_it() {
     let daemon = Daemon::start(&[]);
     // Among others in the moment in which the command takes the place of haptic-ctl's copy.
-    for attempt in 0..test_run::extent(100, 500) {
+    for attempt in 0..test_run::extent(50, 500) {
         let mut holder = lease(&daemon, TIMEOUT, &["sleep", "1000"]);
         let children = format!("/proc/{0}/task/{0}/children", holder.id());
         let command = found("the command", || {

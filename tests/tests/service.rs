@@ -5,7 +5,7 @@ use rustix::process::Signal;
 use std::os::unix::net::UnixDatagram;
 use std::process::Command;
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, status};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, pause, status};
 
 /// A manager with the daemon that it started.
 struct Manager {
@@ -126,6 +126,7 @@ fn a_manager_that_does_not_listen_keeps_nobody_waiting() {
         < 3000
     {
         assert!(began.elapsed() < PATIENCE, "its loop is slow");
+        pause();
     }
     let stopped = manager.daemon.ctl(&["stop"]);
     assert!(stopped.status.success(), "{stopped:?}");

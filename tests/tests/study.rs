@@ -115,7 +115,7 @@ fn a_study_that_is_killed_at_any_moment_resumes_at_that_trial() {
     let all_bytes = rows(&whole);
     let resume = ["study", "resume", plain(&killed)].map(str::to_owned);
     let mut seed = 1;
-    let mut moments: Vec<f64> = (0..test_run::extent(6, 50)).map(|_| random(&mut seed)).collect();
+    let mut moments: Vec<f64> = (0..test_run::extent(3, 50)).map(|_| random(&mut seed)).collect();
     moments.sort_by(f64::total_cmp);
     for share in moments {
         // Killed while it is made there is nothing yet to resume, and it is begun anew.

@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn no_terminal_is_too_small_to_draw_on() {
         let model = busy();
-        for width in (1..100).step_by(test_run::extent(7, 1)) {
+        for width in (1..100).step_by(test_run::extent(23, 1)) {
             for height in [1, 2, 3, 5, 8, 13, 24, 60] {
                 shown(&model, width, height);
                 shown(&Model::new(String::new()), width, height);

@@ -217,6 +217,9 @@ fn short_strokes_refuse_the_mass() {
 
 #[test]
 fn strokes_within_presliding_refuse_the_limits() {
+    if !is_long_for("strokes within presliding") {
+        return;
+    }
     let soft = Dahl {
         contact_stiffness: 3e3,
         ..DAHL
@@ -240,6 +243,9 @@ fn found_of_lugre(movement: Movement) -> Identified {
 
 #[test]
 fn fast_strokes_alone_refuse_stribecks_fall() {
+    if !is_long_for("fast strokes alone of the LuGre law") {
+        return;
+    }
     let found = found_of_lugre(Movement::Chirp {
         from_hz: 2.0,
         to_hz: 3.0,
@@ -276,7 +282,7 @@ fn a_force_that_has_nothing_to_do_with_the_motion_gives_no_numbers() {
         force += 0.05 * (random.f64() - 0.5) - 0.001 * force;
         *value = 4.0 * force;
     }
-    for model in [ModelKind::Dahl, ModelKind::Lugre] {
+    for &model in extent(&[ModelKind::Dahl][..], &[ModelKind::Dahl, ModelKind::Lugre]) {
         let found = found(&record, model);
         assert!(found.intervals.is_empty() && found.mass_kg.is_none(), "{found:#?}");
         assert_refused(&found, "dynamic_force_N", "", "belong together");

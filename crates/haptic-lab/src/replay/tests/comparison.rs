@@ -242,7 +242,7 @@ fn a_replay_of_what_a_recorder_wrote_needs_no_more_than_the_file() {
 /// Prints how long the steps of an hour take, with a ramp every five seconds.
 #[test]
 fn the_steps_of_an_hour_take_seconds() {
-    let wanted = test_run::extent(60_000, 3_600_000);
+    let wanted = test_run::extent(20_000, 3_600_000);
     let stickier = Scene::paper()
         .with(&[("Fs".parse().expect("a key"), 8.0)])
         .expect("a scene");
