@@ -74,6 +74,8 @@ fn main() {
     }
     measure(&daemon, "Tune, 60 s in sight", usual, &[], |screen| {
         click(screen, SPAN);
+        // The number becomes a text field in the frame after the click: what is typed before is lost.
+        thread::sleep(Duration::from_secs(1));
         for keys in [&["key", "ctrl+a"][..], &["type", "60"], &["key", "Return"]] {
             screen.act(keys);
         }

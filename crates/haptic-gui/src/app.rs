@@ -23,7 +23,7 @@ const SLOWER_IN_SOFTWARE: u32 = 3;
 const SHORTEST_IN_SOFTWARE: Duration = Duration::from_millis(100);
 
 /// Longest time between two frames without a graphics card: no number in sight is older.
-const LONGEST_IN_SOFTWARE: Duration = Duration::from_secs(2);
+const LONGEST_IN_SOFTWARE: Duration = Duration::from_secs(3);
 
 /// The panel with its connection and its files.
 #[derive(Debug)]
