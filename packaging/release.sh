@@ -142,6 +142,20 @@ wheels() {
         --no-deps --wheel-dir "$out/dist" ./python ./python/core
 }
 
+# What names this folder has other bytes when it is made elsewhere.
+name_no_folder() {
+    local file unpacked=$out/unpacked
+    for file in "$out"/dist/*.deb "$out"/dist/*.whl; do
+        mkdir "$unpacked"
+        case $file in
+            *.deb) dpkg-deb --extract "$file" "$unpacked" ;;
+            *.whl) python3 -m zipfile --extract "$file" "$unpacked" ;;
+        esac
+        ! grep -raF -m 1 -- "$out" "$unpacked" | cut -c 1-300 | grep . >&2 || fail "${file##*/} names the folder of its build"
+        rm -r "$unpacked"
+    done
+}
+
 set_version
 cut_changelog
 commit
@@ -153,6 +167,7 @@ licences
 compile_alike
 debian_packages
 wheels
+name_no_folder
 (cd "$out/dist" && sha256sum -- * >SHA256SUMS)
 cat "$out/dist/SHA256SUMS"
 cat <<END
