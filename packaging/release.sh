@@ -15,7 +15,8 @@ Prepares a release of what is committed, in a clone; this repository is not chan
 
 DIR/source is the clone, with a commit that sets the version and cuts the changelog; DIR/tag.txt the text of its tag;
 DIR/dist the Debian packages, the Python wheels, the licences of all dependencies and SHA256SUMS. The same commit gives
-the same bytes with the same compiler, in whatever folder.
+the same bytes with the same compiler, in whatever folder; but the wheel of the core (hapticd_core) in the same folder
+alone: Cargo reckons the absolute path of crates outside a workspace into the names of their symbols, and it orders by them.
 END
 }
 
@@ -117,7 +118,7 @@ licences() {
     cp "$out/dist/licences-of-hapticd.txt" packaging/licences.txt
 }
 
-# No path of this machine is in what is compiled: the same bytes come out of every folder.
+# No path of this machine is in what is compiled: the same bytes come out of every folder, but for the wheel of the core.
 compile_alike() {
     local toolchain
     toolchain=$(rustc --print sysroot)
