@@ -1,7 +1,7 @@
 //! A rig is commissioned by small pulses before it is engaged: the real programs, a fake rig with a
 //! firmware of somebody's own behind a pseudo-terminal.
 
-use haptic_ipc::{CommissionReply, ErrorCode, Request, RigState};
+use haptic_ipc::{CommissionReply, ErrorCode, LeaseReply, Request, RigState};
 use serde_json::Value;
 use std::process::Command;
 use std::time::Instant;
@@ -48,20 +48,22 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
 
     // A handle that is not in the middle: the first pulses of its friction meet an end, which takes up their energy.
     let mut mover = begun(&daemon);
-    loop {
-        let _: CommissionReply = mover.request(pulse(PUSH_N, 100.0)).expect("it is at rest");
-        if after_the_pulse(&mut mover).position_m > 0.007 {
+    for _ in 0..10 {
+        // A fault of a busy machine leaves it where it is.
+        let ended = mover.request::<CommissionReply>(pulse(PUSH_N, 100.0)).is_err();
+        if ended || after_the_pulse(&mut mover).position_m > 0.007 {
             break;
         }
     }
-    drop(mover);
+    drop(mover.request::<CommissionReply>(Request::CommissionEnd {}));
+    drop(mover.request::<LeaseReply>(Request::Lease { timeout_ms: 0 }));
     let found = commission(daemon.socket(), &mut client, &[]);
     println!("{found}");
     let number = |pointer: &str| found.pointer(pointer).and_then(Value::as_f64).expect(pointer);
     assert_eq!(found["sign"], 1);
     for direction in ["positive", "negative"] {
         let friction_n = number(&format!("/friction_N/{direction}"));
-        assert!((friction_n - 0.8).abs() <= 0.2 * 0.8, "{friction_n} N");
+        assert!((friction_n - 0.8).abs() <= 0.1 * 0.8, "{friction_n} N");
         let breakaway_n = number(&format!("/breakaway_N/{direction}"));
         assert!((0.8..=0.8 * 1.5).contains(&breakaway_n), "{breakaway_n} N");
     }

@@ -112,9 +112,6 @@ fn clippy_says(source: &str) -> Option<(bool, String)> {
 // hazard: P16
 #[test]
 fn a_lock_planted_in_such_a_module_is_refused_by_clippy() {
-    if !test_run::is_long_for("clippy over a planted lock") {
-        return;
-    }
     let Some((passed, said)) = clippy_says(&format!("{DENIAL}\npub fn tick(force_n: f64) -> f64 {{ force_n }}\n"))
     else {
         return;

@@ -237,8 +237,8 @@ impl Work<'_> {
         }
     }
 
-    /// Gives a pulse, and waits until the rig is idle again. Returns the report, and where the handle is, m.
-    async fn pulse(&mut self, force_n: f64) -> Result<(PulseReport, f64), Failure> {
+    /// Gives a pulse, and waits until the rig is idle again.
+    async fn pulse(&mut self, force_n: f64) -> Result<PulseReport, Failure> {
         // A machine that is held up for seconds may lose records; the pulse itself was sound.
         for _ in 0..3 {
             let _: CommissionReply = self
@@ -264,14 +264,14 @@ impl Work<'_> {
                     }
                     return Err(Failure::BadRig(format!("the commissioning has ended: {why}")));
                 }
-                break status.last.zip(Some(status.position_m));
+                break status.last;
             };
-            let Some((report, position_m)) = report else {
+            let Some(report) = report else {
                 return Err(Failure::BadRig("the daemon has no report of the pulse".to_owned()));
             };
             if report.end != PulseEnd::Unrecorded {
                 self.console.say(&summary(&report));
-                return Ok((report, position_m));
+                return Ok(report);
             }
         }
         Err(Failure::BadRig(
@@ -316,9 +316,11 @@ impl Work<'_> {
 
     /// Gives a pulse that surely moves the handle.
     async fn sure_pulse(&mut self, sign: f64) -> Result<PulseReport, Failure> {
-        let (report, to_m) = self.pulse(sign * self.sure_force_n(sign)).await?;
-        let slide = |friction_n| Slide { sign, friction_n, to_m };
-        self.slides.extend(report.friction_n.map(slide));
+        let report = self.pulse(sign * self.sure_force_n(sign)).await?;
+        if let Some(friction_n) = report.friction_n {
+            let to_m = self.status().await?.position_m;
+            self.slides.push(Slide { sign, friction_n, to_m });
+        }
         Ok(report)
     }
 
@@ -338,9 +340,9 @@ impl Work<'_> {
             None => 0.0,
         };
         let inner = found.least_m + margin_m..=found.greatest_m - margin_m;
+        self.slides.retain(|slide| inner.contains(&slide.to_m));
         for sign in [1.0, -1.0] {
-            let told = self.slides.iter();
-            let told = told.filter(|slide| slide.sign.total_cmp(&sign).is_eq() && inner.contains(&slide.to_m));
+            let told = self.slides.iter().filter(|slide| slide.sign * sign > 0.0);
             let told: Vec<f64> = told.map(|slide| slide.friction_n).collect();
             *self.findings.friction_n.of_mut(sign) = findings::mean(&told);
         }

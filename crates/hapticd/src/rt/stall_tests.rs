@@ -34,7 +34,7 @@ const MOST_STEPS: u64 = 400;
 /// Instructions from one at which it is stopped to the next: every one, or, in a short run, as many as a lock is held
 /// for.
 fn stride() -> usize {
-    test_run::extent(23, 1)
+    test_run::extent(7, 1)
 }
 
 const IDLE: u64 = 0;
