@@ -86,7 +86,7 @@ pub(crate) fn report(ui: &Ui, daemon: &Daemon) -> Option<(String, Color32)> {
                 palette.error_text,
             ));
         }
-        StopReport::Confirmed { after, .. } => after.map(|after| format!(" (confirmed, {} ms)", after.as_millis())),
+        StopReport::Confirmed { after, .. } => Some(format!(" (confirmed, {} ms)", after.as_millis())),
         StopReport::Settled => None,
     };
     let rig = daemon.rig().filter(|rig| is_halted(rig.state))?;

@@ -149,7 +149,7 @@ pub enum Answer {
     /// To [`Intent::Set`], [`Intent::Load`], [`Intent::Try`], [`Intent::TrialScene`], [`Intent::Foresee`],
     /// [`Intent::Undo`], [`Intent::Redo`] and [`Intent::TakeBack`].
     Changed(ChangeReply),
-    /// To [`Intent::Engage`], [`Intent::Release`], [`Intent::Stop`] and [`Intent::Reset`].
+    /// To [`Intent::Engage`], [`Intent::Release`] and [`Intent::Reset`].
     State(StateReply),
     /// To [`Intent::Lease`].
     Leased(LeaseReply),

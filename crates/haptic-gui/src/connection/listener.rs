@@ -7,7 +7,7 @@ use crate::intent::Intent;
 use crate::recorder::Recorder;
 use crate::stop_path::{Guide, Stops};
 use crate::study::StudyLink;
-use crate::update::{Answer, Update};
+use crate::update::{Answer, StopNews, Update};
 use crate::update_sender::{PanelGone, UpdateSender};
 use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, ServerLine, StateEvent, WireError};
 use serde::de::DeserializeOwned;
@@ -189,14 +189,13 @@ impl Listener {
                     Some(Asked::Advise) => self.following.advice.answered(&result),
                     Some(Asked::Scene) => self.following.scene.answered(&result),
                     Some(Asked::Describe) => self.following.description.answered(&result),
-                    Some(Asked::Stop(number)) => self.stops.settle(*number),
                     Some(Asked::Intent(Intent::Save { .. })) if result.is_ok() => {
                         self.ask(Request::SceneList {}, Asked::Library);
                     }
                     _ => {}
                 }
                 self.follow();
-                asked.map_or(Ok(None), |asked| answered(asked, result))
+                asked.map_or(Ok(None), |asked| self.answered(asked, result))
             }
             Ok(ServerLine::Hello(_)) => Ok(None),
             Err(ClientError::BadAnswer(error)) => Ok(Some(Update::Unreadable {
@@ -210,6 +209,60 @@ impl Listener {
             }
             Err(error) => Err(error.into()),
         }
+    }
+
+    /// The update that an answer causes.
+    fn answered(&self, asked: Asked, result: Result<serde_json::Value, WireError>) -> Result<Option<Update>, End> {
+        match asked {
+            Asked::Subscribe => {
+                let reply =
+                    result.map_err(|error| End::Lost(format!("the daemon refused the subscription: {error}")))?;
+                let reply = serde_json::from_value(reply).map_err(ClientError::BadAnswer)?;
+                Ok(Some(Update::Subscribed(Box::new(reply))))
+            }
+            Asked::Describe => {
+                let description = result
+                    .map_err(|error| End::Lost(format!("the daemon refused to describe its parameters: {error}")))?;
+                let description = serde_json::from_value(description).map_err(ClientError::BadAnswer)?;
+                Ok(Some(Update::Described(description)))
+            }
+            Asked::Advise => Ok(Some(Update::Advised(read(result, "a request for advice")))),
+            Asked::Scene => Ok(Some(Update::Scene(
+                read(result, "a request for the scene").map(Box::new),
+            ))),
+            Asked::Library => Ok(Some(Update::Library(read(result, "a request for the library")))),
+            Asked::Journal => Ok(Some(Update::Journal(read(result, "a request for the log")))),
+            Asked::Status => Ok(Some(Update::Status(
+                read(result, "a request for the status").map(Box::new),
+            ))),
+            Asked::Stop(number) => Ok(self.stopped(number, result)),
+            Asked::Intent(intent) => {
+                let answer = match intent {
+                    Intent::Set { .. }
+                    | Intent::Load { .. }
+                    | Intent::Try { .. }
+                    | Intent::TrialScene { .. }
+                    | Intent::Foresee { .. }
+                    | Intent::Undo
+                    | Intent::Redo
+                    | Intent::TakeBack { .. } => read(result, &intent).map(Answer::Changed),
+                    Intent::Lease { .. } => read(result, &intent).map(Answer::Leased),
+                    Intent::Save { .. } => read(result, &intent).map(Answer::Saved),
+                    Intent::Compare { .. } => read(result, &intent).map(Answer::Differs),
+                    _ => read(result, &intent).map(Answer::State),
+                };
+                Ok(Some(Update::Answered { intent, result: answer }))
+            }
+        }
+    }
+
+    /// Takes the answer to a stop: once it is here, the path of stops has nothing left to tell.
+    fn stopped(&self, number: u64, result: Result<serde_json::Value, WireError>) -> Option<Update> {
+        self.stops.settle(number);
+        let after = self.stops.pressed_at().elapsed();
+        let result = read(result, Intent::Stop);
+        // The outcome of an older stop says nothing of the newest.
+        (number == self.stops.pressed()).then(|| Update::Stop(StopNews::Answered { after, result }))
     }
 
     /// Notes the active scene.
@@ -260,53 +313,6 @@ fn introduction() -> Vec<(Request, Asked)> {
     requests.extend(subscribe.map(|subscribe| (subscribe, Asked::Subscribe)));
     requests.extend([(Request::SceneList {}, Asked::Library), (log, Asked::Journal)]);
     requests
-}
-
-/// The update that an answer causes.
-fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Result<Option<Update>, End> {
-    match asked {
-        Asked::Subscribe => {
-            let reply = result.map_err(|error| End::Lost(format!("the daemon refused the subscription: {error}")))?;
-            let reply = serde_json::from_value(reply).map_err(ClientError::BadAnswer)?;
-            Ok(Some(Update::Subscribed(Box::new(reply))))
-        }
-        Asked::Describe => {
-            let description =
-                result.map_err(|error| End::Lost(format!("the daemon refused to describe its parameters: {error}")))?;
-            let description = serde_json::from_value(description).map_err(ClientError::BadAnswer)?;
-            Ok(Some(Update::Described(description)))
-        }
-        Asked::Advise => Ok(Some(Update::Advised(read(result, "a request for advice")))),
-        Asked::Scene => Ok(Some(Update::Scene(
-            read(result, "a request for the scene").map(Box::new),
-        ))),
-        Asked::Library => Ok(Some(Update::Library(read(result, "a request for the library")))),
-        Asked::Journal => Ok(Some(Update::Journal(read(result, "a request for the log")))),
-        Asked::Status => Ok(Some(Update::Status(
-            read(result, "a request for the status").map(Box::new),
-        ))),
-        Asked::Stop(_) => Ok(Some(Update::Answered {
-            intent: Intent::Stop,
-            result: read(result, Intent::Stop).map(Answer::State),
-        })),
-        Asked::Intent(intent) => {
-            let answer = match intent {
-                Intent::Set { .. }
-                | Intent::Load { .. }
-                | Intent::Try { .. }
-                | Intent::TrialScene { .. }
-                | Intent::Foresee { .. }
-                | Intent::Undo
-                | Intent::Redo
-                | Intent::TakeBack { .. } => read(result, &intent).map(Answer::Changed),
-                Intent::Lease { .. } => read(result, &intent).map(Answer::Leased),
-                Intent::Save { .. } => read(result, &intent).map(Answer::Saved),
-                Intent::Compare { .. } => read(result, &intent).map(Answer::Differs),
-                _ => read(result, &intent).map(Answer::State),
-            };
-            Ok(Some(Update::Answered { intent, result: answer }))
-        }
-    }
 }
 
 fn read<T: DeserializeOwned>(

@@ -6,7 +6,6 @@ use crate::update::{Answer, StopNews};
 use haptic_ipc::{RigState, ServoSetup, Status, Timing, WireError};
 use haptic_recording::{Metadata, recorded_by};
 use std::path::PathBuf;
-use std::time::Duration;
 
 /// What the panel knows of the daemon and its rig.
 #[derive(Debug, Default)]
@@ -185,16 +184,13 @@ impl Daemon {
     /// Takes news of a stop.
     pub(crate) fn take_stop(&mut self, news: StopNews) {
         match news {
-            StopNews::Answered { after, result } => self.take_stop_answer(Some(after), result.map(Answer::State)),
+            StopNews::Answered { after, result } => {
+                let known_tick = self.rig.as_ref().map(|rig| rig.tick);
+                if let Some((state, tick)) = self.stop.take_answer(after, result, known_tick) {
+                    self.take_state(state, None, tick);
+                }
+            }
             news => self.stop.take_progress(news),
-        }
-    }
-
-    /// Takes the answer to a stop, of either connection.
-    pub(crate) fn take_stop_answer(&mut self, after: Option<Duration>, result: Result<Answer, WireError>) {
-        let known_tick = self.rig.as_ref().map(|rig| rig.tick);
-        if let Some((state, tick)) = self.stop.take_answer(after, result, known_tick) {
-            self.take_state(state, None, tick);
         }
     }
 }

@@ -261,10 +261,6 @@ impl Model {
     }
 
     fn take_answer(&mut self, intent: &Intent, result: Result<Answer, WireError>) {
-        if *intent == Intent::Stop {
-            self.daemon.take_stop_answer(None, result);
-            return;
-        }
         let change = match &result {
             Ok(Answer::Changed(reply)) if !reply.dry_run => self.daemon.scene.take_reply(reply),
             _ => SceneChange::default(),

@@ -1,6 +1,6 @@
 //! The outcome of the user's last stop. The panel claims only what it knows.
 
-use crate::update::{Answer, StopNews};
+use crate::update::StopNews;
 use haptic_ipc::{ErrorCode, RigState, StateReply, WireError};
 use std::time::{Duration, Instant};
 
@@ -18,8 +18,8 @@ pub(crate) enum StopReport {
     Waiting { since: Instant },
     /// A daemon's socket has it. Late when the answer is overdue.
     Sent { since: Option<Instant>, is_late: bool },
-    /// The daemon has carried it out in a tick, this long after the press if that is known.
-    Confirmed { after: Option<Duration>, tick: u64 },
+    /// The daemon has carried it out in a tick, and answered this long after the press.
+    Confirmed { after: Duration, tick: u64 },
     /// The daemon did not carry it out.
     Failed { reason: String },
     /// The daemon has carried it out, but there was no device to receive it.
@@ -103,7 +103,7 @@ impl StopReport {
         None
     }
 
-    /// Takes news of the stop's own connection, except its answer.
+    /// Takes news of the stop's own connection, except an answer.
     pub(crate) fn take_progress(&mut self, news: StopNews) {
         if !self.is_open() {
             // The daemon has answered on the other connection.
@@ -128,34 +128,28 @@ impl StopReport {
     /// Returns the state that a confirmation brings.
     pub(crate) fn take_answer(
         &mut self,
-        after: Option<Duration>,
-        result: Result<Answer, WireError>,
+        after: Duration,
+        result: Result<StateReply, WireError>,
         known_tick: Option<u64>,
     ) -> Option<(RigState, u64)> {
-        if let Ok(Answer::State(StateReply { state, tick })) = result
+        if let Ok(StateReply { state, tick }) = result
             && is_halted(state)
         {
-            let known = match self {
+            let after = match self {
                 Self::Confirmed { after, .. } => *after,
                 // The rig was reset since.
                 Self::Settled if known_tick.is_some_and(|known| known > tick) => return None,
-                _ => None,
+                _ => after,
             };
-            *self = Self::Confirmed {
-                after: known.or(after),
-                tick,
-            };
+            *self = Self::Confirmed { after, tick };
             return Some((state, tick));
         }
         if matches!(self, Self::Confirmed { .. }) {
             return None;
         }
         *self = match result {
-            Ok(Answer::State(StateReply { state, .. })) => Self::Failed {
+            Ok(StateReply { state, .. }) => Self::Failed {
                 reason: format!("the daemon answered that the rig is {state}"),
-            },
-            Ok(_) => Self::Failed {
-                reason: "the daemon's answer is not that to a stop".to_owned(),
             },
             Err(error) if error.code == ErrorCode::NoDevice => Self::Unheard { reason: error.message },
             Err(error) => Self::Failed { reason: error.message },

@@ -60,7 +60,7 @@ impl Stops {
     }
 
     /// Time of the newest press.
-    pub(super) fn pressed_at(&self) -> Instant {
+    pub(crate) fn pressed_at(&self) -> Instant {
         self.began + Duration::from_nanos(self.pressed_at_ns.load(Ordering::Acquire))
     }
 

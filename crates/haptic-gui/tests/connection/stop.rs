@@ -44,10 +44,7 @@ fn a_stop_that_was_not_answered_is_sent_again() {
     daemon.answer(stop.id, r#"{"state":"stopped","tick":9}"#);
     daemon.introduce();
     bench.until(|update| match update {
-        Update::Answered {
-            intent: Intent::Stop,
-            result,
-        } => Some(result.unwrap()),
+        Update::Stop(StopNews::Answered { result, .. }) => Some(result.unwrap()),
         _ => None,
     });
 }
