@@ -61,19 +61,20 @@ impl Problem<'_> {
 
     /// The signed root of a level's deviance, and how it changes with the probability of a correct answer.
     fn residual(&self, level: &Level) -> (f64, f64) {
-        /// Shares that are this near to what was seen are taken as the same.
-        const NEAR: f64 = 1e-9;
+        /// Below this share of the variance of one answer, the first order of the root is exact to 1e-4, and the
+        /// deviance, a difference of logarithms, loses its digits.
+        const NEAR: f64 = 1e-4;
         let (correct, wrong) = self.shares(level);
         let (correct, wrong) = (correct.max(SURE), wrong.max(SURE));
         let trials = f64::from(level.trials);
         let over = f64::from(level.correct) - trials * correct;
+        let variance = correct * wrong;
+        if over.abs() <= NEAR * trials * variance {
+            let slope = -(trials / variance).sqrt();
+            return (-slope * over / trials, slope);
+        }
         let residual = deviance(level, correct, wrong).sqrt().copysign(over);
-        let slope = if over.abs() < NEAR * trials {
-            -(trials / (correct * wrong)).sqrt()
-        } else {
-            -over / (correct * wrong * residual)
-        };
-        (residual, slope)
+        (residual, -over / (variance * residual))
     }
 }
 

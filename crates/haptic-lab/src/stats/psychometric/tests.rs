@@ -45,6 +45,38 @@ fn the_interval_holds_what_psignifit_finds() {
     assert!(bootstrap(&worked(), &found, Resampling::Parametric, 200, 1).worse_fits > 0.3);
 }
 
+/// 2000 answers at each of 16 levels.
+fn answers_of(truth: &Psychometric, unit: f64, seed: u64) -> Vec<Level> {
+    let mut random = Rng::with_seed(seed);
+    let levels = (0..16).map(f64::from).map(|place| place / 10.0);
+    let of = |level| Level {
+        level: level * unit,
+        trials: 2000,
+        correct: (0..2000)
+            .map(|_| u32::from(random.f64() < truth.probability(level)))
+            .sum(),
+    };
+    levels.map(of).collect()
+}
+
+#[test]
+fn a_level_with_exactly_half_correct_does_not_end_the_search() {
+    // The search begins where the function is at a half there but for its last digits.
+    let truth = Psychometric {
+        threshold: 0.488_458_554_154_208_1,
+        width: 0.3,
+        lapse: 0.02,
+        deviance: 0.0,
+    };
+    let levels = answers_of(&truth, 1.0, 691);
+    assert_eq!(levels[1].correct, 1000);
+    let found = fit(&levels).expect("a fit");
+    assert!(
+        found.deviance < 30.0 && (found.threshold - truth.threshold).abs() < 0.01,
+        "{found:?}"
+    );
+}
+
 #[test]
 fn what_has_no_threshold_is_refused_by_name() {
     let refused = |correct: &[u32]| {
@@ -88,13 +120,7 @@ proptest! {
         seed in 0..1000_u64,
     ) {
         let truth = Psychometric { threshold, width, lapse: 0.02, deviance: 0.0 };
-        let mut random = Rng::with_seed(seed);
-        let levels: Vec<Level> = (0..16).map(f64::from).map(|place| place / 10.0).map(|level| Level {
-            level: level * unit,
-            trials: 2000,
-            correct: (0..2000).map(|_| u32::from(random.f64() < truth.probability(level))).sum(),
-        }).collect();
-        let found = fit(&levels).expect("a fit");
+        let found = fit(&answers_of(&truth, unit, seed)).expect("a fit");
         prop_assert!((found.threshold / unit - threshold).abs() < 0.05, "{:?} of {:?}", found, truth);
         prop_assert!((found.width / unit / width - 1.0).abs() < 0.25, "{:?} of {:?}", found, truth);
     }
