@@ -27,14 +27,18 @@ use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering::SeqCst};
 /// Instructions after which the real-time side counts as stuck: some ten times what its tick takes.
 const BOUND: u64 = 30_000;
 
-/// Instructions of the control side at which it is stopped, at most: more than one whole hand-over;
-/// what follows is the same over again.
-const MOST_STEPS: u64 = 400;
+/// Instructions of the control side at which it is stopped, at most: more than one whole hand-over, which is
+/// longer in the tests' profile; what follows is the same over again.
+const MOST_STEPS: u64 = if cfg!(debug_assertions) { 1300 } else { 400 };
 
-/// Instructions from one at which it is stopped to the next: every one, or, in a short run, as many as a lock is held
-/// for.
+/// Instructions from one at which it is stopped to the next: every one of an optimised build, as the gate does; else as
+/// many as a lock is held for, or fewer.
 fn stride() -> usize {
-    test_run::extent(7, 1)
+    if cfg!(debug_assertions) {
+        test_run::extent(21, 7)
+    } else {
+        1
+    }
 }
 
 const IDLE: u64 = 0;
