@@ -61,7 +61,6 @@ fn click(screen: &Screen, place: (usize, usize)) {
 }
 
 fn main() {
-    system_tests::screen::build_panel();
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     client.request::<StateReply>(Request::Engage {}).expect("it engages");

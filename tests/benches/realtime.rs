@@ -291,7 +291,6 @@ fn clients() {
 
 /// What the panel, open on a screen and drawing, does to the loop of the daemon that it watches.
 fn panel() {
-    system_tests::screen::build_panel();
     let Some(screen) = Screen::open() else {
         return;
     };

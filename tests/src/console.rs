@@ -224,7 +224,7 @@ impl Reader {
         for name in ["", "../.home", "../.run"] {
             fs::create_dir(programs.join(name)).expect("a folder");
         }
-        for name in ["haptic-ctl", "fake-board", "fake-rig", "haptic-gui"] {
+        for name in ["haptic-ctl", "fake-board", "fake-rig"] {
             symlink(binary(name), programs.join(name)).expect("a link");
         }
         // The daemon of a page that a busy machine follows may stand still for longer than that of a hand.

@@ -12,17 +12,6 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Builds the panel as users run it: benchmarks build the default members alone, of which it is none.
-///
-/// # Panics
-/// It cannot be built.
-pub fn build_panel() {
-    let built = Command::new(env!("CARGO"))
-        .args(["build", "--quiet", "--release", "-p", "haptic-gui"])
-        .status();
-    assert!(built.is_ok_and(|status| status.success()), "the panel is built");
-}
-
 /// Width and height of the usual screen, pixels: what the panel opens with.
 pub const SIZE: (usize, usize) = (1280, 800);
 

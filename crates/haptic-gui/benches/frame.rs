@@ -4,17 +4,17 @@
 //! A frame includes the reading of the daemon's lines, the layout of the whole window and its
 //! triangles, without the work of the graphics card. Run with `cargo bench -p haptic-gui`.
 
-#[path = "../tests/fixture/metadata.rs"]
+#[path = "../../haptic-panel/tests/fixture/metadata.rs"]
 mod metadata;
-#[path = "../tests/fixture/row.rs"]
+#[path = "../../haptic-panel/tests/fixture/row.rs"]
 mod row;
 
 use egui::{Context, RawInput, Rect, vec2};
 use haptic_core::Scene;
-use haptic_gui::{Loaded, Model, Update, theme};
 use haptic_ipc::{
     Description, Event, Hello, ParameterDescription, RigState, SamplesEvent, SceneReply, StateEvent, params_of,
 };
+use haptic_panel::{Loaded, Model, Update, theme};
 use haptic_recording::Ending;
 use row::row;
 use std::hint::black_box;
@@ -79,7 +79,7 @@ fn draw(ctx: &Context, model: &mut Model) {
         ..RawInput::default()
     };
     let mut output = ctx.run_ui(input, |ui| {
-        black_box(haptic_gui::ui(ui, model, Instant::now()));
+        black_box(haptic_panel::ui(ui, model, Instant::now()));
     });
     // There is no graphics card for the fonts.
     output.textures_delta.clear();

@@ -1,11 +1,12 @@
 //! The live tuning panel of hapticd, in a window.
 
 mod window;
+mod x11_keys;
 
 use clap::{CommandFactory, Parser};
-use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::{App, Files, Page, Settings, Theme, theme};
 use haptic_ipc::socket_path;
+use haptic_panel::connection::{Connection, Patience};
+use haptic_panel::{App, Files, Page, Settings, Theme, theme};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use window::{Window, is_drawn_in_software, x11_window};
@@ -84,7 +85,7 @@ fn main() -> ExitCode {
             let locate = move || socket_path::for_client(socket.as_deref());
             let mut app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
             if let Some(window) = x11_window(creation)
-                && let Err(error) = app.watch_keys(window)
+                && let Err(error) = x11_keys::watch(None, window, app.stopper())
             {
                 eprintln!("haptic-gui: a stop by key waits for the frame that is being drawn: {error}");
             }

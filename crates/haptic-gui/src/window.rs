@@ -1,7 +1,7 @@
 //! The panel in a window.
 
 use eframe::glow::{self, HasContext as _};
-use haptic_gui::{App, theme};
+use haptic_panel::{App, theme};
 use raw_window_handle::{HasWindowHandle as _, RawWindowHandle};
 
 /// What renderers call themselves that draw without a graphics card: those of Mesa and of Chromium.

@@ -137,28 +137,43 @@ fn journal() -> PathBuf {
     std::env::current_exe().unwrap_or_default().with_file_name("not-done")
 }
 
+/// The panel, of whose libraries only its window has need: no other test waits until they are compiled.
+const PANEL: &str = "haptic-gui";
+
+/// The other programs.
+const PROGRAMS: [&str; 4] = ["hapticd", "haptic-ctl", "fake-rig", "fake-board"];
+
 /// The path of one of the workspace's binaries, built as the tests are if it is not up to date.
 ///
 /// # Panics
 /// It cannot be built.
 #[must_use]
 pub fn binary(name: &str) -> PathBuf {
-    static BUILT: OnceLock<()> = OnceLock::new();
+    static PROGRAMS_BUILT: OnceLock<()> = OnceLock::new();
+    static PANEL_BUILT: OnceLock<()> = OnceLock::new();
     // The test itself is target/PROFILE/deps/NAME-HASH.
     let test = std::env::current_exe().expect("a test has a path");
     let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
-    BUILT.get_or_init(|| {
-        let what: &[&str] = if directory.ends_with("release") {
-            // A benchmark measures what users run.
-            &["--release", "--bins"]
-        } else {
+    let (built, programs) = if name == PANEL {
+        (&PANEL_BUILT, &[PANEL][..])
+    } else {
+        (&PROGRAMS_BUILT, &PROGRAMS[..])
+    };
+    built.get_or_init(|| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--quiet"]);
+        if !directory.ends_with("release") {
             // With the tests, so that the features are those of the whole test run and nothing is
             // compiled twice.
-            &["--workspace", "--bins", "--tests"]
-        };
-        let built = Command::new(env!("CARGO"))
-            .args(["build", "--quiet"])
-            .args(what)
+            cargo.args(["--workspace", "--tests"]);
+        } else if name == PANEL {
+            // A benchmark measures what users run.
+            cargo.args(["--release", "--package", PANEL]);
+        } else {
+            cargo.arg("--release");
+        }
+        cargo.args(programs.iter().flat_map(|program| ["--bin", *program]));
+        let built = cargo
             .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
             .status()
             .expect("cargo runs");

@@ -199,7 +199,6 @@ pub(crate) fn stops() {
         "| rig | meanwhile | confirmed | p50 | p99 | longest | p99, daemon's own | longest, daemon's own | not confirmed | not answered |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
-    system_tests::screen::build_panel();
     let screen = Screen::open();
     let rows = std::env::var("HAPTICD_STOPS_ROWS").unwrap_or_default();
     for (name, serial) in [("fake, in process", false), ("serial, a pseudo-terminal", true)] {

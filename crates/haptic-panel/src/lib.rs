@@ -3,7 +3,7 @@
 //!
 //! The panel is a function: [`ui`] draws a [`Model`] and returns the user's [`Intent`]s. It knows neither a
 //! window nor a socket nor a clock, so the tests drive it without a display. [`connection`] is the daemon
-//! behind two channels; the binary ties both to a window:
+//! behind two channels; the program haptic-gui ties both to a window:
 //!
 //! ```text
 //! daemon -> Connection -> Update -> Model::apply -> ui -> Intent -> Connection -> daemon
@@ -51,7 +51,6 @@ mod top_bar;
 mod update;
 mod update_sender;
 mod wording;
-mod x11_keys;
 
 pub use app::App;
 pub use files::Files;

@@ -7,8 +7,8 @@ use crate::bench::{
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
-use haptic_gui::Update;
 use haptic_ipc::{Bucket, Event, Percentiles, RigState, Sample, SamplesEvent, Timing, TimingHistogram, TimingWindow};
+use haptic_panel::Update;
 
 pub(crate) fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<Sample> {
     ms.map(|ms| Sample {
@@ -32,7 +32,7 @@ pub(crate) fn feel(panel: &mut Panel, rows: &[Sample]) {
 }
 
 pub(crate) fn csv_times(panel: &Panel) -> (f64, f64) {
-    let text = haptic_gui::export::csv(&panel.state().model);
+    let text = haptic_panel::export::csv(&panel.state().model);
     let times: Vec<f64> = text
         .lines()
         .skip(1)

@@ -8,8 +8,8 @@ use crate::scene::active_scene;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
-use haptic_gui::{About, Files, Format, Intent, Length, Listed, Loaded, RecordingNews, Update, Wanted, WhatIfTape};
 use haptic_ipc::{Event, RigState, Sample, SamplesEvent};
+use haptic_panel::{About, Files, Format, Intent, Length, Listed, Loaded, RecordingNews, Update, Wanted, WhatIfTape};
 use haptic_recording::{Ending, Mark, Place, Totals};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -347,7 +347,7 @@ fn a_marker_is_set_by_its_key_and_its_button_and_is_on_the_time_axis() {
     panel.key_press_modifiers(Modifiers::COMMAND, Key::M);
     panel.run();
     assert_eq!(asked(&mut panel), [], "another key");
-    let svg = haptic_gui::export::svg(&panel.state().model);
+    let svg = haptic_panel::export::svg(&panel.state().model);
     for text in ["marker 1", "my-turn"] {
         assert_eq!(svg.matches(&format!(">{text}</text>")).count(), 1, "{text}");
     }
@@ -416,7 +416,7 @@ fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
     let mut panel = looking_at(&path, &stickier());
-    let svg = |panel: &Panel| haptic_gui::export::svg(&panel.state().model);
+    let svg = |panel: &Panel| haptic_panel::export::svg(&panel.state().model);
     assert!(svg(&panel).contains(">here &amp; now</text>"), "the marker");
     assert!(!svg(&panel).contains("What if"));
     press(&mut panel, "What if...");

@@ -6,12 +6,12 @@ use crate::plots::{csv_times, drag, feel, rows};
 use egui::{Key, OutputCommand};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Directional;
-use haptic_gui::{Intent, Loaded, Update};
 use haptic_ipc::{Difference, Event, JournalEntry, Peer, RigState, StateChange, Value};
+use haptic_panel::{Intent, Loaded, Update};
 use haptic_recording::{Ending, Mark};
 
 fn svg(panel: &Panel) -> String {
-    haptic_gui::export::svg(&panel.state().model)
+    haptic_panel::export::svg(&panel.state().model)
 }
 
 fn top_of(panel: &Panel, plot: &str) -> f32 {

@@ -1,11 +1,11 @@
 //! A small daemon made of a socket and ready answers, and a connection to it.
 
 use haptic_core::Scene;
-use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::{StopNews, Update};
 use haptic_ipc::{
     AdviceReply, Envelope, Event, Request, RigState, SceneReply, StateEvent, Topic, WireError, params_of,
 };
+use haptic_panel::connection::{Connection, Patience};
+use haptic_panel::{StopNews, Update};
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::{UnixListener, UnixStream};

@@ -100,7 +100,7 @@ fn quickest<T>(mut work: impl FnMut() -> T) -> (Duration, T) {
     runs.min_by_key(|(time, _)| *time).expect("there are runs")
 }
 
-/// `cargo test --release -p haptic-gui --lib an_hour -- --ignored --nocapture` prints the times.
+/// `cargo test --release -p haptic-panel --lib an_hour -- --ignored --nocapture` prints the times.
 #[test]
 #[ignore = "measures"]
 fn an_hour_is_frozen_and_outlined_within_5_ms() {

@@ -1,7 +1,7 @@
 //! Stops from the key to the daemon: the whole panel without a window, at a real daemon with its rig
 //! engaged, while disks stall and an hour's recording is open.
 //!
-//! `cargo test --release -p haptic-gui --test stop -- --ignored --nocapture` prints the table of
+//! `cargo test --release -p haptic-panel --test stop -- --ignored --nocapture` prints the table of
 //! docs/measured.md.
 
 mod desk;
@@ -12,9 +12,9 @@ mod row;
 
 use desk::{Desk, Pipe, an_hour, percentiles};
 use haptic_core::Scene;
-use haptic_gui::{Format, Intent, Page, Question};
 use haptic_lab::identify::record_file::Source;
 use haptic_lab::identify::{ModelKind, Options};
+use haptic_panel::{Format, Intent, Page, Question};
 use metadata::metadata;
 use std::time::{Duration, Instant};
 

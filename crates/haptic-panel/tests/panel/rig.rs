@@ -6,8 +6,8 @@ use crate::bench::{
 use crate::plots::{feel, rows, timing};
 use egui::{Key, Modifiers, ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable;
-use haptic_gui::{Intent, Update};
 use haptic_ipc::{Bucket, Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Sample, SamplesEvent, Timing};
+use haptic_panel::{Intent, Update};
 use std::time::Duration;
 
 #[test]

@@ -8,11 +8,11 @@ use crate::bench::{
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::{Directional, Parameter, Scene};
-use haptic_gui::{Answer, Intent, Update};
 use haptic_ipc::{
     ChangeReply, Description, Difference, ErrorCode, Event, JournalEntry, ListedScene, ParameterDescription, Peer,
     RigState, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value, WireError, params_of,
 };
+use haptic_panel::{Answer, Intent, Update};
 use std::time::{Duration, Instant};
 
 pub(crate) fn active_scene(revision: u64, scene: &Scene) -> Update {
@@ -336,7 +336,7 @@ fn a_try_lasts_two_seconds_of_the_systems_clock_whoever_asks() {
         };
         let mut drawn = Vec::new();
         let mut output = ctx.run_ui(input, |ui| {
-            drawn = haptic_gui::ui(ui, &mut panel.state_mut().model, now);
+            drawn = haptic_panel::ui(ui, &mut panel.state_mut().model, now);
         });
         output.textures_delta.clear();
         wait_ms.extend(intents.iter().chain(&drawn).map(|intent| (ms, intent.clone())));

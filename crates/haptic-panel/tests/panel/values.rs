@@ -4,8 +4,8 @@ use crate::bench::{Panel, asked, connected, hear, in_state, of_depth, set, state
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Directional;
-use haptic_gui::{Answer, Intent, Update};
 use haptic_ipc::{ChangeReply, ErrorCode, Event, RigState, WireError};
+use haptic_panel::{Answer, Intent, Update};
 
 #[test]
 fn a_typed_value_is_set_on_enter() {

@@ -2,9 +2,9 @@
 //! they are not.
 
 use crate::daemon::{Bench, Daemon, LIMIT, StopLine, connected, greet, is_stop};
-use haptic_gui::connection::Patience;
-use haptic_gui::{Intent, StopNews, Update};
 use haptic_ipc::Request;
+use haptic_panel::connection::Patience;
+use haptic_panel::{Intent, StopNews, Update};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixListener;
 use std::time::Duration;
@@ -128,7 +128,7 @@ fn what_was_asked_before_a_stop_does_not_bring_the_force_back_after_it() {
     let bench = Bench::new();
     let (_listener, mut daemon, mut stops) = connected(&bench);
     // The daemon reads nothing of the conversation, until its socket is full and the rest waits in the panel.
-    let target = haptic_gui::Target {
+    let target = haptic_panel::Target {
         name: "mass".into(),
         direction: None,
     };

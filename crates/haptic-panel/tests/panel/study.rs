@@ -4,8 +4,10 @@ use crate::bench::{Panel, asked, connected, hear, is_enabled, panel, press, type
 use crate::plots::{feel, rows};
 use egui::Key;
 use egui_kittest::kittest::Queryable;
-use haptic_gui::{Intent, Page, Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectState, Update};
 use haptic_ipc::RigState;
+use haptic_panel::{
+    Intent, Page, Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectState, Update,
+};
 use haptic_studies::plan::Task;
 
 fn at_page(mut panel: Panel, page: Page) -> Panel {

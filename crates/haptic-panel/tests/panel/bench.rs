@@ -5,10 +5,10 @@ use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
-use haptic_gui::{Intent, Model, Target, Update};
 use haptic_ipc::{
     Description, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, StateEvent, params_of,
 };
+use haptic_panel::{Intent, Model, Target, Update};
 use std::time::{Duration, Instant};
 
 pub(crate) const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
@@ -33,7 +33,7 @@ pub(crate) type Panel = Harness<'static, Bench>;
 pub(crate) fn panel() -> Panel {
     let draw = |ui: &mut egui::Ui, bench: &mut Bench| {
         let now = bench.now(ui);
-        let asked = haptic_gui::ui(ui, &mut bench.model, now);
+        let asked = haptic_panel::ui(ui, &mut bench.model, now);
         bench.asked.extend(asked);
     };
     let bench = Bench {
@@ -45,7 +45,7 @@ pub(crate) fn panel() -> Panel {
     let mut panel = Harness::builder()
         .with_size([1024.0, 640.0])
         .with_context_setup(|ctx| {
-            haptic_gui::theme::install(ctx);
+            haptic_panel::theme::install(ctx);
             draw_glyphs_once(ctx);
         })
         .build_ui_state(draw, bench);

@@ -3,9 +3,9 @@
 use crate::metadata::metadata;
 use crate::row::row;
 use egui::{Context, Event, Key, Modifiers, RawInput, Rect, vec2};
-use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::{App, Files, Intent, Loaded, Page, Update, theme};
 use haptic_ipc::{Client, Request, RigState, Sample, ServerLine, StateReply, Status, SubscribeReply, Topic};
+use haptic_panel::connection::{Connection, Patience};
+use haptic_panel::{App, Files, Intent, Loaded, Page, Update, theme};
 use haptic_recording::{Ending, Format, Writer};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::{File, OpenOptions};

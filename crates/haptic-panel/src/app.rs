@@ -12,7 +12,6 @@ use crate::shell;
 use crate::stop_button::is_stop_key;
 use crate::study::StudyCommand;
 use crate::update::Update;
-use crate::x11_keys;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -59,12 +58,9 @@ impl App {
         self.is_drawn_in_software = true;
     }
 
-    /// Stops by key ahead of the frames, in a window of X11.
-    ///
-    /// # Errors
-    /// Why the keys cannot be seen there; the window's own still stop.
-    pub fn watch_keys(&self, window: u32) -> std::io::Result<()> {
-        x11_keys::watch(None, window, self.connection.stopper())
+    /// A stop for any thread: each call sends one, and returns false once the panel is closed. Waits for nothing.
+    pub fn stopper(&self) -> impl Fn() -> bool + Send + use<> {
+        self.connection.stopper()
     }
 
     /// Opens a study, and turns to its page once it is open.

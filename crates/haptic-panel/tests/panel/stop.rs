@@ -4,8 +4,8 @@ use crate::bench::{Panel, asked, connected, hear, in_state, press, type_into, va
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
-use haptic_gui::{Intent, Page, StopNews, Update};
 use haptic_ipc::{ErrorCode, RigState, StateReply, WireError};
+use haptic_panel::{Intent, Page, StopNews, Update};
 use std::time::Duration;
 
 #[test]

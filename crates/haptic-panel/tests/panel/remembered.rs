@@ -3,8 +3,8 @@
 use crate::bench::{Panel, connected, press, press_item};
 use crate::plots::{feel, rows};
 use egui_kittest::kittest::{NodeT, Queryable};
-use haptic_gui::Settings;
 use haptic_ipc::RigState;
+use haptic_panel::Settings;
 
 fn settings(panel: &Panel) -> Settings {
     panel.state().model.settings()

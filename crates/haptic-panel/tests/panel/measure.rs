@@ -6,12 +6,12 @@ use crate::plots::{drag, feel, rows, wheel};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
-use haptic_gui::{Loaded, Update};
 use haptic_ipc::{RigState, Sample, SceneReply, params_of};
+use haptic_panel::{Loaded, Update};
 use haptic_recording::{Ending, Mark};
 
 fn svg(panel: &Panel) -> String {
-    haptic_gui::export::svg(&panel.state().model)
+    haptic_panel::export::svg(&panel.state().model)
 }
 
 /// The label that begins so.
@@ -87,7 +87,7 @@ fn the_spectrum_has_a_sine_at_its_frequency_and_tells_of_gaps() {
     crate::bench::asked(&mut panel);
     panel.key_press(Key::Space);
     panel.run();
-    assert_eq!(crate::bench::asked(&mut panel), [haptic_gui::Intent::Stop]);
+    assert_eq!(crate::bench::asked(&mut panel), [haptic_panel::Intent::Stop]);
 }
 
 #[test]

@@ -4,8 +4,8 @@ use crate::bench::{Panel, asked, connected, find_another_daemon, hear, in_state,
 use crate::plots::{feel, rows, timing};
 use egui::{Rect, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable;
-use haptic_gui::{Page, Update};
 use haptic_ipc::{Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Timing};
+use haptic_panel::{Page, Update};
 use std::time::Duration;
 
 /// Widgets from all over the page that changes the scene.

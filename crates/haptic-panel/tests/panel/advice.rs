@@ -2,8 +2,8 @@
 
 use crate::bench::{asked, connected, hear, press, set, state_event, value_of};
 use egui_kittest::kittest::Queryable;
-use haptic_gui::{Answer, Intent, Update};
 use haptic_ipc::{Advice, AdviceReply, ChangeReply, ErrorCode, Event, Finding, RigState, WireError};
+use haptic_panel::{Answer, Intent, Update};
 
 /// A check of the stiffness, of 25000 N/m in the paper's scene; broken when the bound is below that.
 pub(crate) fn check(name: &str, bound: f64, mending: Option<f64>) -> Advice {

@@ -7,9 +7,9 @@ mod stop;
 
 use daemon::{Bench, Daemon, advised, of_revision};
 use haptic_core::Scene;
-use haptic_gui::connection::Patience;
-use haptic_gui::{Answer, Intent, RecordingNews, Update};
 use haptic_ipc::{ErrorCode, Event, Request, params_of};
+use haptic_panel::connection::Patience;
+use haptic_panel::{Answer, Intent, RecordingNews, Update};
 use haptic_recording::{Ending, Format, Totals};
 use metadata::metadata;
 use std::path::PathBuf;
