@@ -85,7 +85,7 @@ fn main() -> ExitCode {
         .resolve()
         .map_err(Failure::from)
         .and_then(|config| match self_test {
-            Some(turn_s) => run_self_test(config, turn_s),
+            Some(turn_s) => run_self_test(config, Duration::from_secs(turn_s)),
             None => run(config, demo),
         });
     match done {
@@ -240,7 +240,7 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
 }
 
 /// Measures the loop beside a bare one, without clients.
-fn run_self_test(config: Config, turn_s: u64) -> Result<(), Failure> {
+fn run_self_test(config: Config, turn: Duration) -> Result<(), Failure> {
     let prepared = prepare(config)?;
     // Engaged, as in use.
     prepared.shared.send(1, Command::Engage, prepared.shared.stops());
@@ -252,7 +252,7 @@ fn run_self_test(config: Config, turn_s: u64) -> Result<(), Failure> {
     let period_ns = prepared.settings.period_ns;
     let mut tick = prepared.tick;
     let measure =
-        move |waiting| self_test::compare(&mut tick, serving, turn_s, period_ns, waiting).report(period_ns, waiting);
+        move |waiting| self_test::compare(&mut tick, serving, turn, period_ns, waiting).report(period_ns, waiting);
     let (report, status) = rt::thread::on_prepared_thread(prepared.settings, prepared.status, measure)?;
     for problem in &status.problems {
         say_problem(problem);

@@ -20,6 +20,7 @@ use std::sync::atomic::{
     Ordering::{Acquire, Release},
 };
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// Turns of each loop.
 const TURNS: usize = 5;
@@ -60,7 +61,7 @@ impl Turn {
 /// What both loops saw.
 #[derive(Clone, Debug)]
 pub(crate) struct Comparison {
-    turn_s: u64,
+    turn: Duration,
     ticks_a_turn: u64,
     bare: Vec<Turn>,
     hapticd: Vec<Turn>,
@@ -126,18 +127,18 @@ impl Serving {
     }
 }
 
-/// Runs both loops, turn by turn of so many seconds, on the calling thread, which is prepared already.
+/// Runs both loops, turn by turn of so long, on the calling thread, which is prepared already.
 pub(crate) fn compare(
     tick: &mut Tick<dyn Device>,
     serving: Serving,
-    turn_s: u64,
+    turn: Duration,
     period_ns: u64,
     waiting: Waiting,
 ) -> Comparison {
-    let ticks_a_turn = turn_s * 1_000_000_000 / period_ns;
+    let ticks_a_turn = u64::try_from(turn.as_nanos()).unwrap_or(u64::MAX) / period_ns;
     // All of it beforehand, so that nothing is allocated while the loops run.
     let mut comparison = Comparison {
-        turn_s,
+        turn,
         ticks_a_turn,
         bare: vec![Turn::new(); TURNS],
         hapticd: vec![Turn::new(); TURNS],
@@ -272,7 +273,7 @@ impl Comparison {
             "{TURNS} turns of {} s each, every {} us, spinning for the last {} us of each wait; medians of the \
              turns\n\n\
              {:24}{:>12}{:>12}\n",
-            self.turn_s,
+            self.turn.as_secs_f64(),
             us(period_ns).trim_end_matches('0').trim_end_matches('.'),
             waiting.spin_ns / 1000,
             "wake-up latency, us",
@@ -345,7 +346,7 @@ mod tests {
         let rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(motion));
         let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
         let shared = Arc::new(Shared::new());
-        // Room for a second, where the turns take five.
+        // Room for a second, where the turns take longer.
         let (producer, records) = outbox::with_capacity(1000);
         let mut tick: Tick<dyn Device> = Tick::new(
             Box::new(rig),
@@ -358,7 +359,8 @@ mod tests {
         shared.send(1, Command::Engage, shared.stops());
         let control = ControlSide { shared, records };
         let serving = control.serve(None, Vec::new()).expect("a thread");
-        let comparison = compare(&mut tick, serving, 1, 1_000_000, Waiting { spin_ns: 0 });
+        let turn = Duration::from_millis(300);
+        let comparison = compare(&mut tick, serving, turn, 1_000_000, Waiting { spin_ns: 0 });
         println!("{}", comparison.report(1_000_000, Waiting { spin_ns: 0 }));
         assert_eq!(comparison.dropped, 0, "the daemon's ring is emptied all the time");
     }
