@@ -6,12 +6,21 @@
 //! waits: if the control thread does not react to the signal, or does not end in time, the overseer
 //! ends the loop with zero force, and then the process. So a signal is obeyed even if the control
 //! thread is blocked by a file, a descriptor or a lock.
+//!
+//! A thread that hangs may hold any lock, that of a channel, of the log or of the allocator. So the way from a signal to
+//! the end of the loop has none: it is a word, a wake-up and a byte on a socket that never blocks. What comes after, the
+//! last line of the log, may wait for one: the kernel's alarm then ends the process.
 
 use crate::log::{self, Level};
 use nix::sys::signal::{SigSet, Signal};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::time::Duration;
-use tokio::sync::watch;
+use nix::unistd::alarm;
+use std::io::{ErrorKind, Write as _};
+use std::os::unix::net::UnixStream as Socket;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
+use tokio::net::UnixStream;
 
 /// The signals that are heard.
 const SIGNALS: [Signal; 3] = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP];
@@ -29,13 +38,65 @@ const LONGEST_END: Duration = Duration::from_millis(2500);
 /// Stack of each thread, bytes; all of it is locked in memory.
 const STACK_BYTES: usize = 128 * 1024;
 
-/// Messages to the overseer.
-#[derive(Clone, Copy, Debug)]
-enum News {
+/// Time in which an enforced end may say why, s; then the kernel ends the process by SIGALRM.
+const LAST_WORDS_S: u32 = 1;
+
+/// How far the end is.
+#[derive(Debug, Default)]
+struct Progress {
     /// A signal has come.
-    Asked,
+    asked: AtomicBool,
     /// The control thread has begun to end the daemon.
-    Begun,
+    begun: AtomicBool,
+}
+
+/// Tells the overseer. Waits for nothing.
+#[derive(Clone, Debug)]
+struct Oversight {
+    progress: Arc<Progress>,
+    overseer: Thread,
+}
+
+impl Oversight {
+    fn tell(&self, of: impl Fn(&Progress) -> &AtomicBool) {
+        of(&self.progress).store(true, Ordering::Release);
+        self.overseer.unpark();
+    }
+}
+
+/// The control thread's end of a wake-up by a signal.
+#[derive(Debug)]
+pub(crate) struct Woken(UnixStream);
+
+impl Woken {
+    /// A wake-up from any thread; called on the control thread.
+    fn new() -> std::io::Result<(Socket, Self)> {
+        let (waker, woken) = Socket::pair()?;
+        waker.set_nonblocking(true)?;
+        woken.set_nonblocking(true)?;
+        Ok((waker, Self(UnixStream::from_std(woken)?)))
+    }
+
+    /// Waits until there was another wake-up, or several. There is none any more if this fails.
+    pub(crate) async fn next(&self) -> std::io::Result<()> {
+        let mut bytes = [0; 64];
+        loop {
+            self.0.readable().await?;
+            match self.0.try_read(&mut bytes) {
+                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+                // As many as fit: more are another wake-up.
+                Ok(_) => return Ok(()),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
+/// Wakes the other end.
+fn wake(mut waker: &Socket) {
+    // It does not block. Without room, a wake-up is pending already.
+    drop(waker.write(&[0]));
 }
 
 /// The signals, blocked in this thread and in the threads that it starts.
@@ -49,8 +110,8 @@ pub(crate) struct BlockedSignals {
 /// The signals that ask the daemon to end.
 #[derive(Debug)]
 pub(crate) struct StopSignals {
-    heard: watch::Receiver<u64>,
-    news: Sender<News>,
+    heard: Woken,
+    oversight: Oversight,
 }
 
 impl BlockedSignals {
@@ -68,128 +129,150 @@ impl BlockedSignals {
     }
 
     /// Begins to wait for the signals. `end_loop` ends the loop with zero force, from any thread;
-    /// the ramp of the release takes `ramp`. Returns those that ask for the end, and the count of those that ask for a
-    /// reload.
+    /// the ramp of the release takes `ramp`. Returns those that ask for the end, and those that ask for a
+    /// reload. Called on the control thread.
     ///
     /// # Errors
-    /// The system has no thread left.
+    /// The system has no thread or descriptor left.
     pub(crate) fn watch(
         self,
         ramp: Duration,
         end_loop: impl Fn() + Send + 'static,
-    ) -> std::io::Result<(StopSignals, watch::Receiver<u64>)> {
-        let (passed_on, heard) = watch::channel(0);
-        let (reload, reloads) = watch::channel(0);
-        let (news, to_oversee) = channel();
-        thread("overseer", move || oversee(&to_oversee, ramp + LONGEST_END, end_loop))?;
-        let first = news.clone();
-        thread("signals", move || {
+    ) -> std::io::Result<(StopSignals, Woken)> {
+        let (end, heard) = Woken::new()?;
+        let (reload, reloads) = Woken::new()?;
+        let progress = Arc::new(Progress::default());
+        let overseen = Arc::clone(&progress);
+        let overseer = start("overseer", move || oversee(&overseen, ramp + LONGEST_END, end_loop))?;
+        let oversight = Oversight { progress, overseer };
+        let told = oversight.clone();
+        start("signals", move || {
             loop {
                 match self.set.wait() {
-                    Ok(Signal::SIGHUP) if !self.has_terminal => {
-                        reload.send_modify(|count| *count += 1);
-                        continue;
+                    Ok(Signal::SIGHUP) if !self.has_terminal => wake(&reload),
+                    Ok(_) => {
+                        told.tell(|progress| &progress.asked);
+                        wake(&end);
                     }
-                    Ok(_) => {}
                     // The wait can only be interrupted.
-                    Err(_) => continue,
+                    Err(_) => {}
                 }
-                passed_on.send_modify(|count| *count += 1);
-                // The overseer outlives this thread.
-                first.send(News::Asked).unwrap_or_default();
             }
         })?;
-        Ok((StopSignals { heard, news }, reloads))
+        Ok((StopSignals { heard, oversight }, reloads))
     }
 }
 
 impl StopSignals {
     /// Waits for the next signal.
-    pub(crate) async fn wait(&mut self) {
-        if self.heard.changed().await.is_err() {
+    pub(crate) async fn wait(&self) {
+        if self.heard.next().await.is_err() {
             std::future::pending::<()>().await;
         }
     }
 
     /// Tells the overseer that the daemon has begun to end, for whatever reason.
     pub(crate) fn begun(&self) {
-        // The overseer lives as long as the process.
-        self.news.send(News::Begun).unwrap_or_default();
+        self.oversight.tell(|progress| &progress.begun);
     }
 }
 
-fn thread(name: &str, run: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
+fn start(name: &str, run: impl FnOnce() + Send + 'static) -> std::io::Result<Thread> {
     // The thread is never joined: it ends with the process.
-    std::thread::Builder::new()
+    thread::Builder::new()
         .name(name.to_owned())
         .stack_size(STACK_BYTES)
         .spawn(run)
-        .map(drop)
+        .map(|started| started.thread().clone())
 }
 
 /// Waits for the end of the daemon, and enforces it if it does not come in time.
-fn oversee(news: &Receiver<News>, longest_end: Duration, end_loop: impl Fn()) {
-    let why = match overdue(news, longest_end) {
-        Some(why) => why,
-        None => return,
-    };
+fn oversee(progress: &Progress, longest_end: Duration, end_loop: impl Fn()) {
+    let why = overdue(progress, longest_end);
     // The force first: nothing may delay it.
     end_loop();
-    std::thread::sleep(FINAL_ZERO_TIME);
+    // Not even a lock, from here on.
+    SigSet::from_iter([Signal::SIGALRM])
+        .thread_unblock()
+        .unwrap_or_default();
+    alarm::set(LAST_WORDS_S);
+    thread::sleep(FINAL_ZERO_TIME);
     log::say_at(Level::Error, why);
     log::flush(FINAL_ZERO_TIME);
     std::process::exit(1);
 }
 
 /// Waits until the end must be enforced; returns the reason.
-fn overdue(news: &Receiver<News>, longest_end: Duration) -> Option<&'static str> {
-    let reaction_time = match news.recv().ok()? {
-        News::Asked => REACTION_TIME,
-        News::Begun => Duration::ZERO,
-    };
-    if !reaction_time.is_zero() {
-        let mut left = reaction_time;
-        loop {
-            let began = std::time::Instant::now();
-            match news.recv_timeout(left) {
-                Ok(News::Begun) => break,
-                // The same signal once more.
-                Ok(News::Asked) => left = left.saturating_sub(began.elapsed()),
-                Err(RecvTimeoutError::Timeout) => {
-                    return Some(
-                        "the control thread hangs: the loop was ended without its ramp, and the daemon with it",
-                    );
-                }
-                Err(RecvTimeoutError::Disconnected) => return None,
-            }
-        }
+fn overdue(progress: &Progress, longest_end: Duration) -> &'static str {
+    let is = |word: &AtomicBool| word.load(Ordering::Acquire);
+    while !is(&progress.asked) && !is(&progress.begun) {
+        thread::park();
     }
-    std::thread::sleep(longest_end);
-    Some("the daemon did not come to an end in time: cut the power of the motor if it still pulls")
+    let deadline = Instant::now() + REACTION_TIME;
+    while !is(&progress.begun) {
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return "the control thread hangs: the loop was ended without its ramp, and the daemon with it";
+        }
+        thread::park_timeout(left);
+    }
+    thread::sleep(longest_end);
+    "the daemon did not come to an end in time: cut the power of the motor if it still pulls"
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Instant;
+    use std::os::unix::process::ExitStatusExt as _;
+    use std::process::Command;
 
     #[test]
     fn an_end_that_is_ignored_or_takes_too_long_is_enforced() {
-        let long = Duration::from_secs(3600);
-        let (news, heard) = channel();
-        news.send(News::Asked).expect("it is heard");
-        news.send(News::Asked).expect("it is heard");
+        let progress = |asked: bool, begun: bool| Progress {
+            asked: asked.into(),
+            begun: begun.into(),
+        };
         let asked = Instant::now();
-        let why = overdue(&heard, long).expect("the signal is ignored");
+        let why = overdue(&progress(true, false), Duration::from_secs(3600));
         assert!(why.contains("the control thread hangs"), "{why}");
         assert!(asked.elapsed() >= REACTION_TIME, "{:?}", asked.elapsed());
 
-        for begun in [&[News::Asked, News::Begun][..], &[News::Begun]] {
-            for told in begun {
-                news.send(*told).expect("it is heard");
-            }
-            let why = overdue(&heard, Duration::from_millis(1)).expect("it does not end");
+        for was_asked in [true, false] {
+            let why = overdue(&progress(was_asked, true), Duration::from_millis(1));
             assert!(why.contains("did not come to an end"), "{why}");
         }
+    }
+
+    // hazard: H1, H2
+    #[test]
+    fn an_end_is_enforced_though_a_thread_that_hangs_holds_the_log() {
+        let this = std::env::current_exe().expect("a test has a path");
+        let output = Command::new(this)
+            .args([
+                "--ignored",
+                "--exact",
+                "--nocapture",
+                "ending::tests::oversees_while_the_log_is_held",
+            ])
+            .output()
+            .expect("it starts");
+        assert_eq!(output.status.signal(), Some(Signal::SIGALRM as i32), "{output:?}");
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(said.contains("the loop was ended"), "{said}");
+    }
+
+    #[test]
+    #[ignore = "the test above runs it in a process of its own"]
+    fn oversees_while_the_log_is_held() {
+        let _held = std::io::stderr().lock();
+        let (told, heard) = std::sync::mpsc::channel();
+        let overseer = thread::spawn(move || {
+            let progress = Progress::default();
+            progress.asked.store(true, Ordering::Release);
+            oversee(&progress, Duration::ZERO, || told.send(()).expect("it is heard"));
+        });
+        heard.recv().expect("the loop is ended");
+        println!("the loop was ended");
+        overseer.join().expect("it waits for the log");
     }
 }

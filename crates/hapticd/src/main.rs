@@ -118,7 +118,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         let ramp = Duration::from_secs_f64(config.ramp_s);
         let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
-        let (mut stop_signals, reloads) = stop_signals.watch(ramp, rig.end_of_loop())?;
+        let (stop_signals, reloads) = stop_signals.watch(ramp, rig.end_of_loop())?;
         let manager = ServiceManager::of_process()?;
         if let Some(address) = metrics.as_ref().and_then(metrics::Server::address) {
             say(&format!("metrics at http://{address}/metrics"));

@@ -8,13 +8,14 @@ use crate::control::RigHandle;
 use crate::control::journal::Completion;
 use crate::control::library;
 use crate::control::worker_pool::WorkError;
+use crate::ending::Woken;
 use crate::service::ServiceManager;
 use haptic_ipc::{ErrorCode, JournalEntry, LimitsChange, Peer, ReloadReply, WireError};
 use std::cell::{Ref, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::{Mutex, watch};
+use tokio::sync::Mutex;
 
 /// Timeout of the disk.
 const DISK_TIMEOUT: Duration = Duration::from_secs(2);
@@ -117,8 +118,8 @@ fn refused(error: &ConfigError) -> WireError {
 }
 
 /// Reloads whenever a signal asks for it, for ever. Signals that come during a reload ask for one more.
-pub(crate) async fn on_signal(rig: &Rc<RigHandle>, manager: &ServiceManager, mut asked: watch::Receiver<u64>) {
-    while asked.changed().await.is_ok() {
+pub(crate) async fn on_signal(rig: &Rc<RigHandle>, manager: &ServiceManager, asked: Woken) {
+    while asked.next().await.is_ok() {
         manager.reloading();
         // The journal has what came of it.
         drop(reload(rig, None).await);
