@@ -72,6 +72,8 @@ fn main() {
         measure(&daemon, "Tune, 5 s in sight", size, &[], |_| {});
     }
     measure(&daemon, "Tune, 60 s in sight", usual, &[], |screen| {
+        // Without a window manager nobody gives it the keyboard.
+        screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
         click(screen, SPAN);
         // The number becomes a text field in the frame after the click: what is typed before is lost.
         thread::sleep(Duration::from_secs(1));

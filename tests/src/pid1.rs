@@ -146,7 +146,7 @@ impl Machine {
         fs::write(path, configured(&shipped, lines)).expect("written");
     }
 
-    /// Whether the unit's limits are in force; where they cannot be, capabilities stand in for them.
+    /// Whether the unit's limits take effect; where they cannot be, capabilities stand in for them.
     #[must_use]
     pub fn raises_limits(&self) -> bool {
         self.raises_limits

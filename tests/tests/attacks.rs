@@ -127,7 +127,7 @@ fn a_member_of_the_group_tunes_and_nobody_else_does() {
     }
     let changes = AtomicU8::new(0);
     let change = || {
-        // Another mass each time: what is so already is no change.
+        // Another mass each time: setting the current one is a no-op.
         let mass_kg = 1.0 + f64::from(changes.fetch_add(1, Ordering::Relaxed)) / 100.0;
         Client::connect(&socket)?.request::<ChangeReply>(of_mass(mass_kg))
     };

@@ -189,7 +189,8 @@ fn lintian_finds_no_error() {
     if !test_run::has(&["lintian"]) {
         return;
     }
-    let built = match package::hapticd() {
+    let built = package::hapticd().and_then(|hapticd| Ok([hapticd.as_ref(), package::haptic_gui()?]));
+    let built: [&Path; 2] = match built {
         Ok(built) => built,
         Err((need, remedy)) => return test_run::skip(need, &remedy),
     };
@@ -201,11 +202,39 @@ fn lintian_finds_no_error() {
             "--suppress-tags",
             "maintainer-script-calls-systemctl",
         ])
-        .arg(built)
+        .args(built)
         .output();
     let output = output.expect("it was asked for its version");
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{said}");
+}
+
+#[test]
+fn a_desktop_can_show_the_panel() {
+    let metadata = Path::new(PACKAGING).join("gui");
+    let checks = [
+        (
+            "desktop-file-utils",
+            "desktop-file-validate",
+            &[][..],
+            "haptic-gui.desktop",
+        ),
+        (
+            "appstream",
+            "appstreamcli",
+            &["validate", "--no-net"],
+            "io.github.hapticd.haptic-gui.metainfo.xml",
+        ),
+    ];
+    for (package, program, arguments, file) in checks {
+        if !test_run::is_there(program) {
+            test_run::skip(package, &format!("Debian: apt install {package}"));
+            continue;
+        }
+        let output = Command::new(program).args(arguments).arg(metadata.join(file)).output();
+        let output = output.expect("it starts");
+        assert!(output.status.success(), "{program}: {output:?}");
+    }
 }
 
 #[test]

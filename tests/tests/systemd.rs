@@ -361,10 +361,14 @@ fn a_wrong_configuration_is_not_tried_again() {
         "{}",
         machine.journal()
     );
+    // What can be taken is, while it pulls, by the same process.
+    pull(&machine);
     write("force-limit-n = 5");
     assert!(reload(), "{}", machine.journal());
-    assert_eq!(status(&mut machine.client()).device.force_limit_n, 5.0);
-    assert_eq!(machine.daemon(), daemon);
+    let reloaded = status(&mut machine.client());
+    assert_eq!(reloaded.device.force_limit_n, 5.0);
+    assert_eq!((machine.daemon(), reloaded.state), (daemon, RigState::Engaged));
+    let _: StateReply = machine.client().request(Request::Release {}).expect("it is engaged");
     machine.eventually("the status", || {
         (machine.property("StatusText") == "idle").then_some(())
     });

@@ -87,7 +87,7 @@ impl<D: Dialect> Conversation<D> {
         self.dialect.sensor_error().map_or(Ok(sample), Err)
     }
 
-    /// Writes what is to be sent for a force on the hand, N.
+    /// Writes the commands for a force on the hand, N.
     pub(crate) fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64, out: &mut Text) -> CommandState {
         let mut state = CommandState::NotSent;
         if !enabled {

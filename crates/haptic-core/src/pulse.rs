@@ -179,7 +179,7 @@ impl Moving for Pulse {
     }
 
     /// None, for whatever follows: the force of a pulse that is replaced ends at once and does not fade.
-    fn felt(&self) -> f64 {
+    fn coupling_force(&self) -> f64 {
         0.0
     }
 

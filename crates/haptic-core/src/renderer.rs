@@ -164,11 +164,11 @@ impl Renderer {
         let state = old.state();
         match (self.held, old.held) {
             (Some(now), Some(was)) => self.take_over_block(state, old.surface.friction(), now, was),
-            (Some(now), None) => self.take_up_block(state, old.surface.felt(), now),
+            (Some(now), None) => self.take_up_block(state, old.surface.coupling_force(), now),
             (None, _) => {
                 self.set_state(state);
-                self.surface.seat(old.surface.felt());
-                old.surface.felt() - self.surface.felt()
+                self.surface.seat(old.surface.coupling_force());
+                old.surface.coupling_force() - self.surface.coupling_force()
             }
         }
     }

@@ -19,7 +19,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Document whose tables are to be made anew, in place
+    /// Document whose tables are replaced in place
     #[arg(long, value_name = "FILE.md", requires = "out")]
     document: Option<PathBuf>,
 

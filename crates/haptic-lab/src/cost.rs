@@ -13,7 +13,7 @@ pub use scenes::{excitations, scenes};
 
 use crate::accuracy::cases::{self, Case, ToAndFro};
 use crate::accuracy::{Extent, INSTRUCTIONS_ON, LawCase, law_cases, schemes_by_law};
-use crate::motion::{DeviceSample, usual_period_s};
+use crate::motion::{DeviceSample, per_tick, usual_period_s};
 use crate::simulate::{Start, measure_cost, renderer};
 use haptic_core::{BoundError, Excitation, Renderer, SceneError, Scheme};
 use std::fmt;
@@ -107,14 +107,6 @@ pub fn measure(instructions: Option<&[u64]>) -> Result<Vec<SceneCost>, SceneErro
             })
         })
         .collect()
-}
-
-/// A total over a motion as a number a tick.
-#[must_use]
-pub fn per_tick(total: u64, motion: &[DeviceSample]) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    let (total, ticks) = (total as f64, (motion.len() - 1) as f64);
-    total / ticks
 }
 
 /// What is measured: a function of its own, so that callgrind can tell it from the rest of the program.

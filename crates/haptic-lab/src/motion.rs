@@ -17,6 +17,14 @@ pub struct DeviceSample {
     pub velocity_mps: f64,
 }
 
+/// A total over a motion as a number a tick.
+#[must_use]
+pub fn per_tick(total: u64, motion: &[DeviceSample]) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    let (total, ticks) = (total as f64, (motion.len() - 1) as f64);
+    total / ticks
+}
+
 /// Samples read at a time: memory does not grow with the motion.
 const STRETCH: usize = 10_000;
 

@@ -2,7 +2,8 @@
 //! it.
 
 use haptic_lab::accuracy::LIMITS;
-use haptic_lab::cost::{CountError, Probe, count, limited_cases, per_tick};
+use haptic_lab::cost::{CountError, Probe, count, limited_cases};
+use haptic_lab::motion::per_tick;
 
 #[test]
 fn laws_are_held_to_their_instructions_under_hands() {

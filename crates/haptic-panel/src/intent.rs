@@ -9,6 +9,9 @@ use haptic_recording::Metadata;
 use std::fmt;
 use std::path::PathBuf;
 
+/// Time between batches of samples, ms: that of the quickest frames.
+pub(crate) const BATCH_MS: u32 = 34;
+
 /// Time over which a scene is tried, ms: a hand has time to notice that the surface changes.
 const TRY_RAMP_MS: f64 = 200.0;
 

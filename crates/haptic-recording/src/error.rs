@@ -90,7 +90,7 @@ pub enum RecordingError {
         reason: String,
     },
     /// A column is missing.
-    #[error("{place}: column {index} is to be `{column}`, and is `{found}`")]
+    #[error("{place}: expected column {index} to be `{column}`, found `{found}`")]
     Column {
         /// Where.
         place: Place,

@@ -63,7 +63,7 @@ pub struct Metadata {
     pub recorded_by: Option<String>,
     /// When it began, in seconds since 1970 (UTC).
     pub started_unix_s: f64,
-    /// Revision of the scene in force when it began.
+    /// Revision of the scene that was active when it began.
     pub revision: u64,
     /// That scene.
     pub scene: Scene,

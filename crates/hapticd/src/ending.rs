@@ -2,7 +2,7 @@
 //!
 //! A thread waits for SIGINT, SIGTERM and SIGHUP, and passes them on to the control thread, which
 //! releases the rig along its ramp and ends the loop. SIGHUP ends only a daemon with a terminal, which is gone then; to
-//! a service it says that its configuration is to be read again. Meanwhile the overseer, a third thread,
+//! a service it asks to read its configuration again. Meanwhile the overseer, a third thread,
 //! waits: if the control thread does not react to the signal, or does not end in time, the overseer
 //! ends the loop with zero force, and then the process. So a signal is obeyed even if the control
 //! thread is blocked by a file, a descriptor or a lock.

@@ -48,7 +48,7 @@ fn engaged(arguments: &[&str]) -> Daemon {
 }
 
 fn change(turn: u64) -> Request {
-    // The first differs from what is in force: what is so already would be no change.
+    // The first differs from the active value: setting that would be a no-op.
     let mass = if turn.is_multiple_of(2) { 0.6 } else { 0.5 };
     Request::set([("M", mass)].into_iter().collect::<Changes>())
 }

@@ -96,7 +96,7 @@ impl Mailbox {
     }
 }
 
-/// What is to be sent, in this order.
+/// The frames to send, in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Messages {
     pub(super) enable: Option<FromHost>,

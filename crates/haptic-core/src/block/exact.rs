@@ -378,7 +378,7 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
         }
     }
 
-    fn felt(&self) -> f64 {
+    fn coupling_force(&self) -> f64 {
         self.coupled.coupling_force()
     }
 

@@ -141,7 +141,7 @@ impl Moving for LinearBlock {
         Contact::Sliding(Direction::Positive)
     }
 
-    fn felt(&self) -> f64 {
+    fn coupling_force(&self) -> f64 {
         self.coupling.force(&self.state)
     }
 

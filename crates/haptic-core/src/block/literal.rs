@@ -278,7 +278,7 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
             self.set_state(BlockState::new(position, 0.0, position, velocity));
         }
         Rendered {
-            coupling_force: self.felt(),
+            coupling_force: self.coupling_force(),
             events,
             work_exhausted: false,
         }
@@ -300,14 +300,14 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
         self.law.at_rest()
     }
 
-    fn felt(&self) -> f64 {
+    fn coupling_force(&self) -> f64 {
         self.coupling.force(&self.state)
     }
 
     fn friction(&self) -> f64 {
         match self.state.contact {
-            Contact::Stuck if self.law.stored_energy() == 0.0 => self.felt(),
-            _ => self.law.friction(self.state.velocity, self.felt()),
+            Contact::Stuck if self.law.stored_energy() == 0.0 => self.coupling_force(),
+            _ => self.law.friction(self.state.velocity, self.coupling_force()),
         }
     }
 

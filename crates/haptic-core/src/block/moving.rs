@@ -79,7 +79,7 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
     fn at_rest(&self) -> Contact;
 
     /// The force of the last sample, N, as [`Rendered::coupling_force`] had it.
-    fn felt(&self) -> f64;
+    fn coupling_force(&self) -> f64;
 
     /// Friction at the last sample, N, signed.
     fn friction(&self) -> f64;

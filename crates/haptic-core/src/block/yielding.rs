@@ -263,7 +263,7 @@ impl<C: PiecewiseContact> Moving for YieldingBlock<C> {
         self.contact.contact(0.0)
     }
 
-    fn felt(&self) -> f64 {
+    fn coupling_force(&self) -> f64 {
         self.coupled.coupling_force()
     }
 

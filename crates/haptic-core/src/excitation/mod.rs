@@ -278,7 +278,7 @@ impl Moving for Follower {
 
     /// None, for whatever follows: the force of an excitation that is replaced ends at once and does
     /// not fade.
-    fn felt(&self) -> f64 {
+    fn coupling_force(&self) -> f64 {
         0.0
     }
 

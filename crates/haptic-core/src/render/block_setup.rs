@@ -70,8 +70,8 @@ impl<M: Moving> Moving for ImplicitScheme<M> {
         self.0.at_rest()
     }
 
-    fn felt(&self) -> f64 {
-        self.0.felt()
+    fn coupling_force(&self) -> f64 {
+        self.0.coupling_force()
     }
 
     fn friction(&self) -> f64 {

@@ -36,7 +36,7 @@ impl Moving for ViscousSurface {
     ) -> Rendered {
         (self.position, self.velocity) = (position, velocity);
         Rendered {
-            coupling_force: self.felt(),
+            coupling_force: self.coupling_force(),
             ..Rendered::default()
         }
     }
@@ -55,12 +55,12 @@ impl Moving for ViscousSurface {
         Contact::Sliding(Direction::Positive)
     }
 
-    fn felt(&self) -> f64 {
+    fn coupling_force(&self) -> f64 {
         self.viscous.get(Direction::of(self.velocity)) * self.velocity
     }
 
     fn friction(&self) -> f64 {
-        self.felt()
+        self.coupling_force()
     }
 
     fn seat(&mut self, _force: f64) {
@@ -145,7 +145,7 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
         }
         (self.position, self.velocity) = (position, velocity);
         Rendered {
-            coupling_force: self.felt(),
+            coupling_force: self.coupling_force(),
             events,
             work_exhausted,
         }
@@ -167,7 +167,7 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
         self.law.contact(0.0)
     }
 
-    fn felt(&self) -> f64 {
+    fn coupling_force(&self) -> f64 {
         if self.velocity == 0.0 {
             self.law.force_at_rest()
         } else {
@@ -176,7 +176,7 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
     }
 
     fn friction(&self) -> f64 {
-        self.felt()
+        self.coupling_force()
     }
 
     fn seat(&mut self, force: f64) {

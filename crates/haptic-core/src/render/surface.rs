@@ -30,8 +30,8 @@ pub(crate) trait Surface: Debug + Send + Sync {
     fn set_state(&mut self, state: BlockState);
     /// See [`Moving::at_rest`].
     fn at_rest(&self) -> Contact;
-    /// See [`Moving::felt`].
-    fn felt(&self) -> f64;
+    /// See [`Moving::coupling_force`].
+    fn coupling_force(&self) -> f64;
     /// See [`Moving::friction`].
     fn friction(&self) -> f64;
     /// See [`Moving::seat`].
@@ -75,8 +75,8 @@ impl<M: Moving> Surface for M {
         Moving::at_rest(self)
     }
 
-    fn felt(&self) -> f64 {
-        Moving::felt(self)
+    fn coupling_force(&self) -> f64 {
+        Moving::coupling_force(self)
     }
 
     fn friction(&self) -> f64 {

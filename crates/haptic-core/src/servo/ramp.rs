@@ -73,7 +73,7 @@ mod tests {
     }
 
     /// The force of a stuck block at 0.1 mm, N.
-    fn felt(renderer: &Renderer) -> f64 {
+    fn coupling_force(renderer: &Renderer) -> f64 {
         let mut renderer = renderer.clone();
         renderer.start_at(0.0, 0.0);
         renderer.tick(1e-3, 1e-4, 0.0).coupling_force
@@ -94,12 +94,12 @@ mod tests {
             let on_the_way = stiff(1000.0).toward(&stiff(3000.0), f64::from(step) / 10.0);
             let on_the_way = on_the_way.expect("both are of one law");
             let expected = Renderer::new(&on_the_way, Scheme::Exact, 1e-3).expect("it is valid");
-            assert_eq!(felt(&renderer), felt(&expected), "step {step}");
+            assert_eq!(coupling_force(&renderer), coupling_force(&expected), "step {step}");
             steps.advance(0.951e-3, &mut renderer);
         }
         assert_eq!(
-            felt(&renderer),
-            felt(&Renderer::new(&stiff(3000.0), Scheme::Exact, 1e-3).expect("valid"))
+            coupling_force(&renderer),
+            coupling_force(&Renderer::new(&stiff(3000.0), Scheme::Exact, 1e-3).expect("valid"))
         );
     }
 

@@ -221,7 +221,7 @@ pub fn measure_law(
                 cost,
                 instructions: instructions
                     .and_then(|totals| totals.get(index))
-                    .map(|total| crate::cost::per_tick(*total, &case.motion)),
+                    .map(|total| crate::motion::per_tick(*total, &case.motion)),
             })
         })
         .collect()

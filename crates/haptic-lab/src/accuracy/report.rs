@@ -4,7 +4,7 @@ use super::by_law::LawMeasurement;
 use super::cases::Case;
 use super::error::{RunError, compare};
 use super::reference;
-use crate::cost::per_tick;
+use crate::motion::per_tick;
 use crate::simulate::{Cost, measure_cost, simulate};
 use haptic_core::{SceneError, Scheme};
 use std::io;

@@ -3,7 +3,7 @@
 use super::asker::Job;
 use super::follow::Follow;
 use super::shared::{Asked, Patience, Shared};
-use crate::intent::Intent;
+use crate::intent::{BATCH_MS, Intent};
 use crate::recorder::Recorder;
 use crate::stop_path::{Guide, Stops};
 use crate::study::StudyLink;
@@ -16,9 +16,6 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
-
-/// Time between batches of samples, ms: that of the quickest frames.
-pub(crate) const BATCH_MS: u32 = 34;
 
 /// Entries of the journal that the panel asks for at first.
 const PAST_CHANGES: usize = 20;

@@ -22,7 +22,6 @@ use crate::study::{StudyLink, SubjectScreen};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use asker::{Asker, Job};
-pub(crate) use listener::BATCH_MS;
 use listener::Listener;
 use shared::Shared;
 use std::io;

@@ -1,4 +1,4 @@
-//! What is to be identified, and from which samples.
+//! What to identify, and from which samples.
 
 use super::Found;
 use crate::tape::Tape;

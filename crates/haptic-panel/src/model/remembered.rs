@@ -36,7 +36,7 @@ impl Model {
         }
     }
 
-    /// What is to be remembered of the view.
+    /// What the panel remembers of the view.
     #[must_use]
     pub fn settings(&self) -> Settings {
         let view = &self.view;

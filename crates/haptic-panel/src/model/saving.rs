@@ -1,4 +1,4 @@
-//! What the daemon answers to a scene that is to be saved.
+//! The daemon's answer to saving a scene.
 
 use crate::notice::Notice;
 use haptic_ipc::{ErrorCode, SceneSaveReply, WireError};

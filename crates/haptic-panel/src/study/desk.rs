@@ -6,7 +6,7 @@ use super::news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyState, Subject
 use super::rig_facts::RigFacts;
 use super::subject_screen::{SubjectScreen, TaskScale};
 use super::table;
-use crate::intent::Intent;
+use crate::intent::{BATCH_MS, Intent};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::Event;
@@ -333,7 +333,7 @@ impl Desk {
         if self.study.is_none() {
             return;
         }
-        let (timeout_ms, batch_ms) = (0, crate::connection::BATCH_MS);
+        let (timeout_ms, batch_ms) = (0, BATCH_MS);
         self.ask([Intent::Lease { timeout_ms }, Intent::Stream { batch_ms }]);
         self.stand_up();
         self.tell(StudyNews::Closed);

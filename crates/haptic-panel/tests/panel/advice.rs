@@ -52,7 +52,7 @@ fn a_broken_bound_is_shown_and_fixed_by_a_button() {
     );
     press(&mut panel, "set stiffness to 16000 N/m");
     assert_eq!(asked(&mut panel), [set("stiffness", 16_000.0)]);
-    assert_eq!(value_of(&panel, "stiffness value"), "16000", "wanted, not in force yet");
+    assert_eq!(value_of(&panel, "stiffness value"), "16000", "wanted, not active yet");
 
     let refusal = "stiffness = 16000 N/m is refused";
     let refused = Update::Answered {

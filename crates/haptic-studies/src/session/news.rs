@@ -23,7 +23,7 @@ pub struct FinishedTrial {
     pub ticks: Option<Ticks>,
 }
 
-/// What is to be put on the disk.
+/// What the disk must get.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
     /// A trial is done.

@@ -1,17 +1,18 @@
 //! The daemon's configuration: the command line, a file of the same options, and the defaults, all
 //! checked.
 
+mod engage_rules;
 mod error;
 mod options;
 mod rig;
 mod source;
 
+pub(crate) use engage_rules::EngageRules;
 pub(crate) use error::ConfigError;
 pub(crate) use options::Options;
 pub(crate) use rig::{FrictionOptions, RigChoice};
 pub(crate) use source::{Configuration, Reread};
 
-use crate::control::EngageRules;
 use crate::control::history::LONGEST_TITLE;
 use crate::control::socket::Group;
 use crate::rt::lateness::LatePolicy;
@@ -40,7 +41,7 @@ pub(crate) struct Watches {
     pub(crate) enable_button: Option<u8>,
 }
 
-/// Where metrics are to be found.
+/// Where metrics are published.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MetricsOptions {
     pub(crate) address: Option<SocketAddr>,

@@ -4,10 +4,10 @@
 //! which engages no other: a device that takes the place of the checked one is refused, however
 //! late the command arrives.
 
+use crate::config::EngageRules;
 use crate::control::RigHandle;
 use crate::control::commission::record::CommissionState;
 use crate::control::connected_device::ConnectedDevice;
-use crate::control::facts::EngageRules;
 use crate::control::rig_friction::record::KnownFriction;
 use crate::rt::handoff::ANY_CONNECTION;
 use haptic_ipc::{ErrorCode, Problem, WireError};

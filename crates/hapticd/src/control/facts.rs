@@ -1,6 +1,6 @@
 //! Constants of a run: the rig's limits, the loop's rate, and the directories.
 
-use crate::config::{Configuration, FrictionOptions};
+use crate::config::{Configuration, EngageRules, FrictionOptions};
 use crate::processor_share::ProcessorShare;
 use crate::rt::rig_setup::RigSetup;
 use crate::telemetry::link;
@@ -14,15 +14,6 @@ use haptic_ipc::{ForceLimitBy, RealTimeStatus, ServoSetup};
 use std::cell::Cell;
 use std::path::PathBuf;
 use std::time::Duration;
-
-/// Checks of a device that the configuration waives.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct EngageRules {
-    /// Engages a rig that was not commissioned.
-    pub(crate) uncommissioned: bool,
-    /// Engages a device whose watchdog is missing or too long.
-    pub(crate) allow_no_watchdog: bool,
-}
 
 /// Constants of a run.
 #[derive(Debug)]

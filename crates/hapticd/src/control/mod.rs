@@ -38,5 +38,5 @@ mod timing;
 pub(crate) mod whole_file;
 pub(crate) mod worker_pool;
 
-pub(crate) use facts::{EngageRules, Facts};
+pub(crate) use facts::Facts;
 pub(crate) use rig::RigHandle;

@@ -11,30 +11,12 @@ use crate::control::worker_pool::WorkError;
 use crate::ending::Woken;
 use crate::service::ServiceManager;
 use haptic_ipc::{ErrorCode, JournalEntry, LimitsChange, Peer, ReloadReply, WireError};
-use std::cell::{Ref, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::Mutex;
 
 /// Timeout of the disk.
 const DISK_TIMEOUT: Duration = Duration::from_secs(2);
-
-/// What is kept of reloads.
-#[derive(Debug, Default)]
-pub(super) struct Reloads {
-    /// One at a time.
-    turn: Arc<Mutex<()>>,
-    /// Why the newest one was refused, if it was.
-    refusal: RefCell<Option<String>>,
-}
-
-impl RigHandle {
-    /// Why the newest reload was refused, if it was.
-    pub(crate) fn refused_reload(&self) -> Ref<'_, Option<String>> {
-        self.reloads().refusal.borrow()
-    }
-}
 
 /// Reloads, for a client or for a signal.
 ///

@@ -1,8 +1,9 @@
 //! A rig without a real-time thread, for tests of what the control thread keeps of it.
 
+use crate::config::EngageRules;
 use crate::config::{Configuration, FrictionOptions};
 use crate::control::RigHandle;
-use crate::control::facts::{EngageRules, Facts};
+use crate::control::facts::Facts;
 use crate::rt::handoff::Shared;
 use crate::rt::outbox::{Producer, outbox};
 use crate::rt::rig_setup::rig_setups;

@@ -6,9 +6,11 @@ mod entries;
 #[cfg(test)]
 pub(super) mod fixture;
 mod observed_state;
+mod reloads;
 mod scenes;
 pub(super) mod schedule;
 mod stops;
+mod waiting_changes;
 
 pub(in crate::control) use commands::Asked;
 
@@ -20,9 +22,9 @@ use crate::control::history::History;
 use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
-use crate::control::reload::Reloads;
 use crate::control::rig::observed_state::ObservedState;
-use crate::control::rig::schedule::Schedule;
+use crate::control::rig::reloads::Reloads;
+use crate::control::rig::waiting_changes::Schedule;
 use crate::control::rig_friction::record::RigFrictions;
 use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
@@ -204,6 +206,11 @@ impl RigHandle {
     /// Workers that search for devices.
     pub(super) fn devices(&self) -> &WorkerPool {
         &self.devices
+    }
+
+    /// Why the newest reload was refused, if it was.
+    pub(crate) fn refused_reload(&self) -> Ref<'_, Option<String>> {
+        self.reloads.refusal.borrow()
     }
 
     pub(in crate::control) fn reloads(&self) -> &Reloads {

@@ -4,19 +4,18 @@
 //! All that wait belong to one client, each built on the one before it. So no other change may come
 //! between, and taking one back takes back those after it.
 
+use super::waiting_changes::{Schedule, WaitingChange};
 use super::{Ramp, RigHandle};
-use crate::control::compile::{Compiled, RampPath};
+use crate::control::compile::Compiled;
 use crate::control::history::Move;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
 use crate::rt::claim::{Claim, Fate};
-use crate::rt::schedule::{ScheduleSender, ScheduledScene};
+use crate::rt::schedule::ScheduledScene;
 use haptic_core::Scene;
 use haptic_ipc::{
-    ErrorCode, JournalEntry, MOST_SCHEDULED_CHANGES, Peer, RigState, SceneRamp, ScheduleStatus, WireError,
-    quantity::number,
+    ErrorCode, JournalEntry, MOST_SCHEDULED_CHANGES, Peer, RigState, ScheduleStatus, WireError, quantity::number,
 };
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Most compiled scenes that wait, in all: a ramp has up to 250, and one takes up to 11 KB.
@@ -44,47 +43,6 @@ impl NewChange {
     /// The first tick after it and its ramp.
     fn over_tick(&self) -> u64 {
         self.at_tick + self.compiled.ramp_ticks().unwrap_or(0).max(1)
-    }
-}
-
-/// A scheduled change that the loop has not rendered, as far as is known here.
-#[derive(Debug)]
-struct WaitingChange {
-    at_tick: u64,
-    /// The first tick after it and its ramp.
-    over_tick: u64,
-    revision: u64,
-    scene: Scene,
-    ramp: Option<SceneRamp>,
-    path: Option<RampPath>,
-    step: Move,
-    entry: JournalEntry,
-    /// Compiled scenes that it holds.
-    compiled: usize,
-    claim: Arc<Claim>,
-}
-
-/// The changes that wait, and their way to the loop.
-#[derive(Debug)]
-pub(super) struct Schedule {
-    sender: ScheduleSender,
-    waiting: VecDeque<WaitingChange>,
-    /// The client whose changes wait.
-    session: u64,
-    by: Peer,
-    /// Whether they stay when that client ends.
-    keep: bool,
-}
-
-impl Schedule {
-    pub(super) fn new(sender: ScheduleSender) -> Self {
-        Self {
-            sender,
-            waiting: VecDeque::new(),
-            session: 0,
-            by: Peer::default(),
-            keep: false,
-        }
     }
 }
 
@@ -116,7 +74,12 @@ impl RigHandle {
     fn waiting_status(&self) -> Option<ScheduleStatus> {
         let schedule = self.schedule.borrow();
         let (first, last) = (schedule.waiting.front()?, schedule.waiting.back()?);
-        let mut names: Vec<String> = schedule.waiting.iter().filter_map(name_of).map(str::to_owned).collect();
+        let mut names: Vec<String> = schedule
+            .waiting
+            .iter()
+            .filter_map(WaitingChange::name)
+            .map(str::to_owned)
+            .collect();
         names.dedup();
         Some(ScheduleStatus {
             by: schedule.by.clone(),
@@ -359,10 +322,10 @@ impl RigHandle {
                 Some(name) => schedule
                     .waiting
                     .iter()
-                    .position(|waiting| name_of(waiting) == Some(name))?,
+                    .position(|waiting| waiting.name() == Some(name))?,
                 None => 0,
             };
-            withdraw(&mut schedule, first)
+            schedule.withdraw(first)
         };
         self.settle_schedule();
         if cancelled > 0 {
@@ -399,30 +362,10 @@ impl RigHandle {
 /// Removes all that waits, because the loop has discarded its first.
 fn drop_all(rig: &RigHandle, mut schedule: std::cell::RefMut<'_, Schedule>, why: &str) {
     let dropped = schedule.waiting.len();
-    withdraw(&mut schedule, 0);
+    schedule.withdraw(0);
     schedule.waiting.clear();
     drop(schedule);
     rig.enter_cancelled(dropped, None, why);
-}
-
-/// Takes back the changes from one on, and removes them; the loop may have rendered some of them by now.
-fn withdraw(schedule: &mut Schedule, first: usize) -> usize {
-    let mut cancelled = 0;
-    // The last one first: none is rendered whose predecessor was taken back.
-    while schedule.waiting.len() > first
-        && schedule
-            .waiting
-            .back()
-            .is_some_and(|last| last.claim.decide(Fate::Withdrawn))
-    {
-        schedule.waiting.pop_back();
-        cancelled += 1;
-    }
-    cancelled
-}
-
-fn name_of(waiting: &WaitingChange) -> Option<&str> {
-    waiting.entry.schedule.as_deref()
 }
 
 #[cfg(test)]
