@@ -398,8 +398,8 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     let stats = rig.live(time_s);
 
     let seen = status(&mut client);
-    // A simulator that cannot keep up is let go of, or found to have a clock that does not run as ours does; and hapticd itself may
-    // have been stopped for its second of patience.
+    // A simulator that cannot keep up is let go of, or found to have a clock that does not run as ours does; and
+    // hapticd itself may have been stopped for its second of patience.
     let fault = seen.fault.as_deref().unwrap_or_default();
     let is_of_a_busy_machine = ["device_clock", "stalled"].iter().any(|code| fault.starts_with(code));
     if is_of_a_busy_machine || (seen.state == RigState::Idle && number(&stats, "/lags") > 0.0) {
@@ -433,8 +433,8 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     assert!(travel_m > 0.02 * time_s, "{stats}");
     let felt_n = -work_j / travel_m;
     assert!((felt_n - KINETIC_N).abs() < 0.4, "{felt_n} N: {stats}");
-    // The firmware's limit, 5 N, is high for 454 of the 512 cycles of two periods; the simulator may see the end of each by an
-    // instruction of 4 cycles late, and the force goes by the square.
+    // The firmware's limit, 5 N, is high for 454 of the 512 cycles of two periods; the simulator may see the end of
+    // each by an instruction of 4 cycles late, and the force goes by the square.
     assert!(
         number(&stats, "/motor/largest_force_n") < 5.17,
         "beyond the firmware's limit: {stats}"

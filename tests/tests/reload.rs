@@ -13,8 +13,8 @@ use system_tests::recorded::{self, wait_for_more_rows};
 use system_tests::terminal::Terminal;
 use system_tests::{Daemon, PATIENCE, binary, pause, status, wait_for, wait_for_state};
 
-/// A hand that soon moves steadily (from rest, as every motion of a file begins), so that the paper's block slides and the
-/// force is its kinetic friction, 3.5 N.
+/// A hand that soon moves steadily (from rest, as every motion of a file begins), so that the paper's block slides
+/// and the force is its kinetic friction, 3.5 N.
 const STEADY: &str = "t_s,position_m\n0,0\n1,0.05\n2,0.1\n1000,50\n";
 
 /// A daemon without a terminal and with a configuration file, whose hand moves steadily.

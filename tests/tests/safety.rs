@@ -42,8 +42,8 @@ fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
     }
 }
 
-/// Has the control thread of an engaged daemon hang in some way, and sees the rig let go of. Where a busy machine keeps the
-/// commands back for so long that the device does that first, once more.
+/// Has the control thread of an engaged daemon hang in some way, and sees the rig let go of. Where a busy machine
+/// keeps the commands back for so long that the device does that first, once more.
 fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) {
     let began = Instant::now();
     while !is_released(what, stdout, &hang) {

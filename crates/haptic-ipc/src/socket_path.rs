@@ -5,7 +5,8 @@
 //! as in a cron job), `~/.local/state/hapticd/control.sock` (an account without a session),
 //! `/run/hapticd/control.sock` (the service, and root). Never a directory that others can write to.
 //!
-//! A rig with a name has a service of its own, `hapticd@NAME`, and its socket in directories of that name instead of `hapticd`.
+//! A rig with a name has a service of its own, `hapticd@NAME`, and its socket in directories of that name instead of
+//! `hapticd`.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -160,7 +161,8 @@ fn first_that_exists(mut paths: Vec<PathBuf>) -> PathBuf {
     paths.swap_remove(found)
 }
 
-/// Whether a rig can have this name: letters, digits, `_`, `.` and `-`, since it becomes part of names of units and files.
+/// Whether a rig can have this name: letters, digits, `_`, `.` and `-`, since it becomes part of names of units and
+/// files.
 #[must_use]
 pub fn is_rig_name(name: &str) -> bool {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_.-".contains(c);

@@ -7,9 +7,9 @@
 //! ends the loop with zero force, and then the process. So a signal is obeyed even if the control
 //! thread is blocked by a file, a descriptor or a lock.
 //!
-//! A thread that hangs may hold any lock, that of a channel, of the log or of the allocator. So the way from a signal to
-//! the end of the loop has none: it is a word, a wake-up and a byte on a socket that never blocks. What comes after, the
-//! last line of the log, may wait for one: the kernel's alarm then ends the process.
+//! A thread that hangs may hold any lock, that of a channel, of the log or of the allocator. So the way from a
+//! signal to the end of the loop has none: it is a word, a wake-up and a byte on a socket that never blocks. What
+//! comes after, the last line of the log, may wait for one: the kernel's alarm then ends the process.
 
 use crate::log::{self, Level};
 use nix::sys::signal::{SigSet, Signal};

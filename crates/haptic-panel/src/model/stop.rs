@@ -64,8 +64,8 @@ impl StopReport {
         }
     }
 
-    /// The state of the rig has changed in a tick. The answer to a stop can be here before the event of what it ended, which
-    /// may be of the same tick.
+    /// The state of the rig has changed in a tick. The answer to a stop can be here before the event of what it
+    /// ended, which may be of the same tick.
     pub(crate) fn take_state(&mut self, before: Option<RigState>, now: RigState, tick: u64) {
         let is_told = match self {
             Self::Confirmed { tick: stopped, .. } => tick > *stopped,

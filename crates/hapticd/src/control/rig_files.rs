@@ -18,8 +18,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 /// Timeout of a file that is read: somebody wants to engage.
 const READ_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Timeout of a file that is written: a busy disk can take seconds to keep it, and what was found of a rig took a person
-/// minutes. Below the 5 s for which haptic-ctl waits.
+/// Timeout of a file that is written: a busy disk can take seconds to keep it, and what was found of a rig took a
+/// person minutes. Below the 5 s for which haptic-ctl waits.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(4);
 
 /// Largest file that is read, bytes.
