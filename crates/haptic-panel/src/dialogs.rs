@@ -31,8 +31,8 @@ pub(crate) fn ask(wanted: Wanted, near: &Path) -> Result<Option<PathBuf>, String
             .add_filter("Recordings", &["mcap", "csv", "parquet"])
             .add_filter("All files", &["*"])
             .pick_file(),
-        Wanted::FileToIdentify => dialog.pick_file(),
-        Wanted::Folder => dialog.pick_folder(),
+        Wanted::FileToIdentify | Wanted::StudyPlan => dialog.pick_file(),
+        Wanted::Folder | Wanted::StudyFolder => dialog.pick_folder(),
         Wanted::Export(format) => {
             let extension = format.extension();
             dialog

@@ -206,6 +206,10 @@ pub enum Wanted {
     FileToIdentify,
     /// The folder of recordings and exports.
     Folder,
+    /// The folder of a study.
+    StudyFolder,
+    /// The plan of a study.
+    StudyPlan,
     /// The file that the plots are exported to.
     Export(Format),
 }
@@ -218,6 +222,8 @@ impl Wanted {
             Self::Recording => "Open a recording",
             Self::FileToIdentify => "Choose a file to identify",
             Self::Folder => "Choose the folder for recordings and exports",
+            Self::StudyFolder => "Choose the folder of the study",
+            Self::StudyPlan => "Choose the plan of the study",
             Self::Export(_) => "Export the plots",
         }
     }

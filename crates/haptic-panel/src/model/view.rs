@@ -201,6 +201,8 @@ impl View {
     pub(crate) fn close_dialog(&mut self, outcome: Result<Option<(Wanted, PathBuf)>, String>) {
         match outcome {
             Ok(Some((Wanted::Folder, path))) => self.folder = path.display().to_string(),
+            Ok(Some((Wanted::StudyFolder, path))) => self.studying.form.folder = path.display().to_string(),
+            Ok(Some((Wanted::StudyPlan, path))) => self.studying.form.plan = path.display().to_string(),
             Ok(Some((Wanted::FileToIdentify, path))) => self.fitting.choose_file(&path),
             // It is read, or written, already.
             Ok(Some((Wanted::Recording | Wanted::Export(_), _)) | None) => {}

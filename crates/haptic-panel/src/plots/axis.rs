@@ -1,4 +1,6 @@
-//! The numbers at an axis, and its range.
+//! The lines of an axis, the numbers at it, and its range.
+
+use egui_plot::GridMark;
 
 /// Width of the numbers of the vertical axes, points: the same for all, so that the plots are aligned.
 pub(crate) const AXIS_WIDTH: f32 = 64.0;
@@ -56,6 +58,32 @@ pub(crate) fn steps((low, high): (f64, f64), count: f64) -> [f64; 3] {
     let (round, parts) = ROUND[nearest..].iter().copied().find(fits).unwrap_or(FINEST);
     let major = round * power;
     [major / parts, major, major * 10.0]
+}
+
+/// The lines of an axis, both ends included: egui's own grid has none at the right end, where the newest sample is.
+pub(crate) fn grid((low, high): (f64, f64), count: f64) -> Vec<GridMark> {
+    let distances = steps((low, high), count);
+    let [finest, ..] = distances;
+    // A rounding error must not remove a line at an end.
+    let (first, last) = ((low / finest - 1e-6).ceil(), (high / finest + 1e-6).floor());
+    if !(first.is_finite() && last.is_finite()) {
+        return Vec::new();
+    }
+    let is_multiple = |value: f64, step: f64| ((value / step).round() * step - value).abs() < 1e-6 * finest;
+    // No more lines than a screen has pixels.
+    (0..5000)
+        .map(|line| (first + f64::from(line)) * finest)
+        .take_while(|value| *value <= (last + 0.5) * finest)
+        .map(|value| {
+            let widest = distances.iter().rev().copied().find(|step| is_multiple(value, *step));
+            let step_size = widest.unwrap_or(finest);
+            GridMark {
+                // What is a multiple of a wider distance is that to the last digit.
+                value: (value / step_size).round() * step_size,
+                step_size,
+            }
+        })
+        .collect()
 }
 
 /// The places of an axis that have a number: at most twenty, also where a step is lost in rounding.
@@ -128,6 +156,21 @@ mod tests {
             let different: std::collections::BTreeSet<_> = texts.iter().collect();
             prop_assert!((2..=16).contains(&texts.len()) && different.len() == texts.len(), "{bounds:?}: {texts:?}");
         }
+    }
+
+    #[test]
+    fn an_axis_has_a_line_at_either_end_and_wider_ones_where_there_is_a_number() {
+        let numbered = |bounds| -> Vec<f64> {
+            let lines = grid(bounds, USUAL_COUNT).into_iter();
+            lines
+                .filter(|line| line.step_size >= steps(bounds, USUAL_COUNT)[1])
+                .map(|line| line.value)
+                .collect()
+        };
+        assert_eq!(numbered((-5.0, 0.0)), [-5.0, -4.0, -3.0, -2.0, -1.0, 0.0]);
+        assert_eq!(numbered((-4.5, 4.5)), [-4.0, -2.0, 0.0, 2.0, 4.0]);
+        assert_eq!(grid((-5.0, 0.0), USUAL_COUNT).len(), 26);
+        assert!(grid((f64::NEG_INFINITY, f64::INFINITY), USUAL_COUNT).is_empty());
     }
 
     #[test]

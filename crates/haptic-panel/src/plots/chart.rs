@@ -43,8 +43,13 @@ impl Ink {
 pub(crate) enum Across {
     /// Time: the extremes of each column of pixels are drawn.
     Time,
-    /// Another signal: of so many samples one is drawn, if it is with force.
-    Signal { signal: Signal, stride: usize },
+    /// Another signal: of so many samples one is drawn.
+    Signal {
+        signal: Signal,
+        stride: usize,
+        /// Only samples with force are drawn.
+        with_force: bool,
+    },
 }
 
 /// A line that a chart reads from its tape.
@@ -198,10 +203,14 @@ fn curves(tape: &Tape, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<
             }
             points
         }
-        Across::Signal { signal: across, stride } => {
+        Across::Signal {
+            signal: across,
+            stride,
+            with_force,
+        } => {
             let samples = tape.pairs_every(stride, seen.from_s, seen.to_s);
-            let with_force = samples.filter(|(_, sample)| sample.state.is_live());
-            with_force
+            samples
+                .filter(|(_, sample)| !with_force || sample.state.is_live())
                 .map(|(before, sample)| [across.of(before, sample), trace.signal.of(before, sample)])
                 .collect()
         }

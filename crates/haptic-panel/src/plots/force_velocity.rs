@@ -96,9 +96,11 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
     let stride = stride(tapes, scope, &drawn);
     let tape = scope.tape(tapes);
     let samples = tape.pairs_every(stride, drawn.from_s, drawn.to_s);
-    let with_force = samples.filter(|(_, sample)| sample.state.is_live());
+    // The law says nothing of samples without force.
+    let with_force = scope.against.shows_law();
+    let samples = samples.filter(|(_, sample)| !with_force || sample.state.is_live());
     let (mut low, mut high, mut newest) = (f64::INFINITY, f64::NEG_INFINITY, None);
-    for (before, sample) in with_force {
+    for (before, sample) in samples {
         let value = across.of(before, sample);
         (low, high) = (low.min(value), high.max(value));
         newest = Some([value, up.of(before, sample)]);
@@ -138,7 +140,11 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
     // Fainter than the block's line, so that the law and the dot stand out.
     let trail = Trace {
         name: "Trail".into(),
-        across: Across::Signal { signal: across, stride },
+        across: Across::Signal {
+            signal: across,
+            stride,
+            with_force,
+        },
         signal: up,
         ink: Ink {
             opacity: 0.5,

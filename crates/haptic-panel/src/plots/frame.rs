@@ -1,7 +1,7 @@
 //! The frame of every plot, and how a chart is drawn in it. The panel moves the plots together, so each
 //! of them ignores the pointer, and their axes are aligned.
 
-use super::axis::{count_for, marks, number, steps};
+use super::axis::{count_for, grid, marks, number, steps};
 use super::chart::{Chart, Curve, Overlay};
 use super::labels::Labels;
 use crate::model::scope::value_axis::Reach;
@@ -9,7 +9,6 @@ use crate::theme::Palette;
 use egui::{Align2, Color32, Rect, RichText, TextStyle, Ui, Vec2};
 use egui_plot::{
     AxisHints, HLine, Line, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, PlotUi, Points, Text, VLine,
-    uniform_grid_spacer,
 };
 
 /// Room at the right of a plot, points: half of the last number of its axis.
@@ -64,8 +63,8 @@ pub(crate) fn plot<'a>(name: &str, height: f32, inner: f32, count: f64, aside: f
         .allow_drag(false)
         .allow_axis_zoom_drag(false)
         .allow_double_click_reset(false)
-        .x_grid_spacer(uniform_grid_spacer(move |grid| steps(grid.bounds, count)))
-        .y_grid_spacer(uniform_grid_spacer(move |grid| steps(grid.bounds, count_for(inner))))
+        .x_grid_spacer(move |input| grid(input.bounds, count))
+        .y_grid_spacer(move |input| grid(input.bounds, count_for(inner)))
         .custom_x_axes(vec![numbers(AxisHints::new_x(), count)])
         .custom_y_axes(vec![numbers(AxisHints::new_y(), count_for(inner)).min_thickness(aside)])
 }

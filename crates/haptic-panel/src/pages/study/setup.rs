@@ -1,6 +1,7 @@
 //! Making a study, and opening one.
 
-use crate::intent::Intent;
+use crate::browse;
+use crate::intent::{Intent, Wanted};
 use crate::model::Model;
 use crate::notice;
 use crate::page::Page;
@@ -20,13 +21,14 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
     }
     let studying = &mut view.studying;
     let form = &mut studying.form;
-    for (label, name, text, hint, about) in [
+    for (label, name, text, hint, about, wanted) in [
         (
             "Folder",
             "folder of the study",
             &mut form.folder,
             "path of a new or an existing study",
             "A new study needs a folder that is not there yet, or empty; nothing is overwritten",
+            Some(Wanted::StudyFolder),
         ),
         (
             "Plan",
@@ -34,6 +36,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
             &mut form.plan,
             "the built-in one, or the path of a file",
             "`haptic-ctl study plan` prints the built-in plans, to be changed",
+            Some(Wanted::StudyPlan),
         ),
         (
             "Subjects",
@@ -41,6 +44,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
             &mut form.subjects,
             "a number, or codes with commas",
             "A number gives the codes 01, 02, ...; no name is asked for, and none is stored",
+            None,
         ),
         (
             "Seed",
@@ -48,11 +52,26 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
             &mut form.seed,
             "a whole number",
             "Every random order follows from the seed and the subject's number",
+            None,
         ),
     ] {
         ui.label(label);
-        let field = TextEdit::singleline(text).hint_text(hint).desired_width(f32::INFINITY);
-        ui.add(field).accessible_name(name).on_hover_text(about);
+        ui.horizontal(|ui| {
+            let button_width = wanted.map_or(0.0, |_| browse::WIDTH);
+            let field = TextEdit::singleline(text)
+                .hint_text(hint)
+                .desired_width(ui.available_width() - button_width);
+            ui.add(field).accessible_name(name).on_hover_text(about);
+            if let Some(wanted) = wanted {
+                browse::show(
+                    ui,
+                    "Browse...",
+                    &format!("choose {name}"),
+                    (wanted, text.as_str()),
+                    intents,
+                );
+            }
+        });
     }
     ui.add_space(8.0);
     let (create, open) = (form.create(task), form.open());
