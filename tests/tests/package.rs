@@ -189,7 +189,7 @@ fn lintian_finds_no_error() {
     if !test_run::has(&["lintian"]) {
         return;
     }
-    let built = package::hapticd().and_then(|hapticd| Ok([hapticd.as_ref(), package::haptic_gui()?]));
+    let built = package::hapticd().and_then(|hapticd| Ok([hapticd, package::haptic_gui()?]));
     let built: [&Path; 2] = match built {
         Ok(built) => built,
         Err((need, remedy)) => return test_run::skip(need, &remedy),
