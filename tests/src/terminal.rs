@@ -4,7 +4,7 @@ use crate::PATIENCE;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
+use rustix::termios::{Action, LocalModes, Winsize, tcflow, tcgetattr, tcsetwinsize};
 use std::fs::File;
 use std::io::{Read, Write};
 use std::num::NonZeroU16;
@@ -77,6 +77,22 @@ impl Terminal {
     /// The terminal is gone.
     pub fn type_in(&mut self, keys: &str) {
         self.master.write_all(keys.as_bytes()).expect("typed");
+    }
+
+    /// Takes nothing that is written from here on, as when somebody selects text or the network stands still.
+    ///
+    /// # Panics
+    /// The terminal is gone.
+    pub fn stop_output(&self) {
+        tcflow(&self.slave, Action::OOff).expect("it stops");
+    }
+
+    /// Takes again what is written.
+    ///
+    /// # Panics
+    /// The terminal is gone.
+    pub fn resume_output(&self) {
+        tcflow(&self.slave, Action::OOn).expect("it goes on");
     }
 
     /// What is on the screen.

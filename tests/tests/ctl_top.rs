@@ -1,5 +1,6 @@
 //! `haptic-ctl top` on a real terminal.
 
+use haptic_ipc::RigState;
 use rustix::process::{Signal, kill_process};
 use std::process::Command;
 use system_tests::terminal::Terminal;
@@ -41,7 +42,7 @@ fn everything_that_moves_is_on_a_small_screen_and_keys_drive_the_rig() {
     });
     top.type_in("e");
     top.wait_for("engaged", |screen| screen.contains("ENGAGED"));
-    wait_for_state(&mut client, haptic_ipc::RigState::Engaged);
+    wait_for_state(&mut client, RigState::Engaged);
     top.type_in("?");
     top.wait_for("the help", |screen| screen.contains("clear a stop or a fault"));
     // Even now the largest key stops.
@@ -51,7 +52,7 @@ fn everything_that_moves_is_on_a_small_screen_and_keys_drive_the_rig() {
             .iter()
             .all(|part| screen.contains(part))
     });
-    wait_for_state(&mut client, haptic_ipc::RigState::Stopped);
+    wait_for_state(&mut client, RigState::Stopped);
     top.type_in("e");
     top.wait_for("the refusal", |screen| {
         screen.contains("cannot engage while the rig is stopped")
@@ -59,12 +60,46 @@ fn everything_that_moves_is_on_a_small_screen_and_keys_drive_the_rig() {
     top.type_in("R");
     top.wait_for("idle", |screen| screen.contains("IDLE"));
     top.type_in("e");
-    wait_for_state(&mut client, haptic_ipc::RigState::Engaged);
+    wait_for_state(&mut client, RigState::Engaged);
     top.type_in("r");
-    wait_for_state(&mut client, haptic_ipc::RigState::Idle);
+    wait_for_state(&mut client, RigState::Idle);
     top.type_in("q");
     assert!(top.end().success());
     assert!(top.is_as_a_shell_wants_it());
+}
+
+#[test]
+fn a_terminal_that_takes_no_picture_keeps_no_key_waiting() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    let mut top = top(&daemon, "");
+    top.stop_output();
+    top.type_in("e");
+    wait_for_state(&mut client, RigState::Engaged);
+    top.type_in(" ");
+    wait_for_state(&mut client, RigState::Stopped);
+    top.resume_output();
+    top.wait_for("the stop", |screen| screen.contains("stop confirmed at tick"));
+    top.stop_output();
+    top.type_in("q");
+    assert!(top.end().success());
+}
+
+#[test]
+fn a_change_of_the_terminals_size_swallows_no_key() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let mut top = top(&daemon, "");
+    // Where keys are waited for by an edge, one of eight is lost.
+    for _ in 0..30 {
+        for (key, state) in [(" ", RigState::Stopped), ("R", RigState::Idle)] {
+            for _ in 0..3 {
+                kill_process(top.pid(), Signal::WINCH).expect("it runs");
+            }
+            top.type_in(key);
+            wait_for_state(&mut client, state);
+        }
+    }
 }
 
 #[test]

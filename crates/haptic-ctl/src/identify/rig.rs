@@ -87,7 +87,8 @@ pub(super) async fn run(
 }
 
 impl Findings {
-    fn table(&self) -> String {
+    /// The values with their intervals, as columns.
+    fn rows(&self) -> Vec<Vec<String>> {
         let found = &self.identified;
         let interval = |name: &str| {
             found
@@ -145,11 +146,16 @@ impl Findings {
             ];
             rows.push(period);
         }
+        rows
+    }
+
+    fn table(&self) -> String {
+        let found = &self.identified;
         let mut text = format!(
             "{} itself, residual {:.4} N rms\n{}",
             self.rig,
             found.residual_rms_n,
-            output::table(&rows)
+            output::table(&self.rows())
         );
         for (parameters, reason, instead) in report::refusals(found) {
             text.push_str(&format!("\nrefused: {parameters}: {reason}; record instead: {instead}"));

@@ -1,28 +1,30 @@
 //! `top`: everything that moves, live on a terminal, with keys to stop, engage and release.
 //!
-//! One connection listens; another asks, in a task of its own, so that no answer that is late keeps
-//! the keys or the picture waiting.
+//! Nothing here keeps a stop waiting. One connection listens, one asks and one is for stops alone,
+//! each in a task of its own; the picture has a thread ([`picture`]), for a terminal may take none
+//! for as long as it likes.
 
 mod curve;
 mod draw;
 mod loops;
 mod model;
+mod picture;
 mod theme;
 
-use crate::colour;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
+use crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
+use crossterm::terminal::enable_raw_mode;
 use haptic_ipc::{Request, StateReply, Status, SubscribeReply, Topic};
 use model::{Intent, Model};
-use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
+use picture::Picture;
 use std::io::IsTerminal;
 use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc;
 
-/// Pictures a second that a person can still follow.
-const REDRAW_EVERY: Duration = Duration::from_millis(100);
 /// How often it is asked for what no event tells: the link, the thread, the clients.
 const STATUS_EVERY: Duration = Duration::from_millis(500);
 
@@ -41,7 +43,7 @@ pub(crate) fn requests() -> Vec<Request> {
 enum Answer {
     Status(Box<Status>),
     Moved(Intent, StateReply),
-    Refused(Failure),
+    Refused(Intent, Failure),
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<(), Failure> {
@@ -56,65 +58,65 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<()
     for request in requests().into_iter().take(1) {
         let _: SubscribeReply = daemon.ask(request).await?;
     }
-    let (asking, asked) = mpsc::channel(8);
     let (answering, mut answers) = mpsc::channel(8);
-    tokio::spawn(answer(Daemon::connect(socket).await?, asked, answering));
-    let mut model = Model::new(daemon.hello().server.clone());
-    // Also puts the terminal back if anything panics.
-    let mut terminal = ratatui::try_init()?;
-    let _restored = Restore;
+    let asking = answered(Daemon::connect(socket).await?, answering.clone());
+    let stopping = answered(Daemon::connect(socket).await?, answering);
+    let model = Arc::new(Mutex::new(Model::new(daemon.hello().server.clone())));
+    // No key is lost to the shell's line while the terminal does not yet take a picture.
+    enable_raw_mode()?;
+    let mut picture = Picture::start(Arc::clone(&model));
     let (typing, mut keys) = mpsc::channel(8);
     std::thread::spawn(move || read_keys(&typing));
-    let mut redraw = tokio::time::interval(REDRAW_EVERY);
     let mut status = tokio::time::interval(STATUS_EVERY);
     let mut status_pending = false;
-    loop {
+    let ended = loop {
         tokio::select! {
-            event = daemon.regular_event() => {
-                model.take(event?);
-                continue;
-            }
-            Some(key) = keys.recv() => match model.key(key) {
-                Some(Intent::Quit) => return Ok(()),
-                Some(intent) if asking.try_send(intent).is_err() => model.hung(),
-                Some(_) => {}
-                None => {}
+            event = daemon.regular_event() => match event {
+                Ok(event) => lock(&model).take(event),
+                Err(failure) => break Err(failure),
             },
+            Some(key) = keys.recv() => {
+                let intent = Intent::of(key);
+                let way = if intent == Some(Intent::Stop) { &stopping } else { &asking };
+                match intent {
+                    Some(Intent::Quit) => break Ok(()),
+                    Some(intent) if way.try_send(intent).is_err() => lock(&model).hung(),
+                    Some(_) => {}
+                    None => lock(&model).help_key(key),
+                }
+                picture.draw_now();
+            }
             Some(answer) = answers.recv() => match answer {
                 Answer::Status(newest) => {
                     status_pending = false;
-                    model.status = Some(*newest);
-                    continue;
+                    lock(&model).status = Some(*newest);
                 }
-                Answer::Moved(intent, reply) => model.moved(intent, &reply),
-                Answer::Refused(failure) => {
-                    status_pending = false;
-                    model.refused(&failure);
+                Answer::Moved(intent, reply) => {
+                    lock(&model).moved(intent, &reply);
+                    picture.draw_now();
+                }
+                Answer::Refused(intent, failure) => {
+                    status_pending &= intent != Intent::Look;
+                    lock(&model).refused(&failure);
+                    picture.draw_now();
                 }
             },
-            _ = status.tick() => {
-                if !status_pending {
-                    status_pending = asking.try_send(Intent::Look).is_ok();
-                }
-                continue;
-            }
-            _ = redraw.tick() => {}
-            _ = interrupt.recv() => return Err(Failure::Interrupted),
-            _ = terminate.recv() => return Err(Failure::Silent(128 + 15)),
-            _ = hang_up.recv() => return Err(Failure::Silent(128 + 1)),
+            _ = status.tick() => if !status_pending {
+                status_pending = asking.try_send(Intent::Look).is_ok();
+            },
+            failure = picture.failed() => break Err(failure),
+            _ = interrupt.recv() => break Err(Failure::Interrupted),
+            _ = terminate.recv() => break Err(Failure::Silent(128 + 15)),
+            _ = hang_up.recv() => break Err(Failure::Silent(128 + 1)),
         }
-        let theme = theme::Theme::new(!colour::is_forbidden());
-        terminal.draw(|frame| draw::draw(frame, &model, theme))?;
-    }
+    };
+    picture.end().await;
+    ended
 }
 
-/// Puts the terminal back, however the program is left.
-struct Restore;
-
-impl Drop for Restore {
-    fn drop(&mut self) {
-        ratatui::restore();
-    }
+/// The model, whatever became of a thread that had it.
+fn lock(model: &Mutex<Model>) -> MutexGuard<'_, Model> {
+    model.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn read_keys(typing: &mpsc::Sender<event::KeyEvent>) {
@@ -128,17 +130,23 @@ fn read_keys(typing: &mpsc::Sender<event::KeyEvent>) {
     }
 }
 
-async fn answer(mut daemon: Daemon, mut asked: mpsc::Receiver<Intent>, answering: mpsc::Sender<Answer>) {
-    while let Some(intent) = asked.recv().await {
-        let answer = match intent.request() {
-            None => continue,
-            Some(request @ Request::Status {}) => {
-                daemon.ask(request).await.map(|status| Answer::Status(Box::new(status)))
+/// Asks on a connection of its own what is sent to it, one request after the other.
+fn answered(mut daemon: Daemon, answering: mpsc::Sender<Answer>) -> mpsc::Sender<Intent> {
+    let (asking, mut asked) = mpsc::channel::<Intent>(8);
+    tokio::spawn(async move {
+        while let Some(intent) = asked.recv().await {
+            let answer = match intent.request() {
+                None => continue,
+                Some(request @ Request::Status {}) => {
+                    daemon.ask(request).await.map(|status| Answer::Status(Box::new(status)))
+                }
+                Some(request) => daemon.ask(request).await.map(|reply| Answer::Moved(intent, reply)),
+            };
+            let answer = answer.unwrap_or_else(|failure| Answer::Refused(intent, failure));
+            if answering.send(answer).await.is_err() {
+                return;
             }
-            Some(request) => daemon.ask(request).await.map(|reply| Answer::Moved(intent, reply)),
-        };
-        if answering.send(answer.unwrap_or_else(Answer::Refused)).await.is_err() {
-            return;
         }
-    }
+    });
+    asking
 }

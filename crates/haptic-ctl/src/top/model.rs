@@ -1,8 +1,8 @@
 //! What is shown, and what the keys mean.
 
 use crate::failure::Failure;
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use haptic_ipc::{Event, Request, Sample, StateEvent, StateReply, Status, Timing};
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use std::collections::VecDeque;
 
 /// Samples a second that are shown, Hz.
@@ -23,6 +23,21 @@ pub(super) enum Intent {
 }
 
 impl Intent {
+    /// What a key asks for. Every key that a hand in a hurry may hit for a stop is one.
+    pub(super) fn of(key: KeyEvent) -> Option<Self> {
+        if key.modifiers.contains(KeyModifiers::CONTROL) {
+            return (key.code == KeyCode::Char('c')).then_some(Self::Quit);
+        }
+        match key.code {
+            KeyCode::Char(' ') | KeyCode::Esc => Some(Self::Stop),
+            KeyCode::Char('q') => Some(Self::Quit),
+            KeyCode::Char('e') => Some(Self::Engage),
+            KeyCode::Char('r') => Some(Self::Release),
+            KeyCode::Char('R') => Some(Self::Reset),
+            _ => None,
+        }
+    }
+
     pub(super) const fn request(self) -> Option<Request> {
         match self {
             Self::Quit => None,
@@ -84,21 +99,9 @@ impl Model {
         }
     }
 
-    /// What a key asks for. Every key that a hand in a hurry may hit for a stop is one.
-    pub(super) fn key(&mut self, key: KeyEvent) -> Option<Intent> {
-        if key.modifiers.contains(KeyModifiers::CONTROL) {
-            return (key.code == KeyCode::Char('c')).then_some(Intent::Quit);
-        }
-        match key.code {
-            KeyCode::Char(' ') | KeyCode::Esc => return Some(Intent::Stop),
-            KeyCode::Char('q') => return Some(Intent::Quit),
-            KeyCode::Char('e') => return Some(Intent::Engage),
-            KeyCode::Char('r') => return Some(Intent::Release),
-            KeyCode::Char('R') => return Some(Intent::Reset),
-            KeyCode::Char('?' | 'h') => self.help = !self.help,
-            _ => self.help = false,
-        }
-        None
+    /// A key that asks the daemon for nothing.
+    pub(super) fn help_key(&mut self, key: KeyEvent) {
+        self.help = matches!(key.code, KeyCode::Char('?' | 'h')) && !self.help;
     }
 
     pub(super) fn moved(&mut self, intent: Intent, reply: &StateReply) {
@@ -131,16 +134,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_stop_keys_stop_even_while_the_help_is_shown() {
-        let mut model = Model::new(String::new());
-        let mut press = |code| model.key(KeyEvent::new(code, KeyModifiers::NONE));
-        assert_eq!(press(KeyCode::Char('?')), None);
+    fn every_key_that_a_hand_in_a_hurry_may_hit_stops() {
+        let press = |code| Intent::of(KeyEvent::new(code, KeyModifiers::NONE));
         assert_eq!(press(KeyCode::Char(' ')), Some(Intent::Stop));
         assert_eq!(press(KeyCode::Esc), Some(Intent::Stop));
         assert_eq!(press(KeyCode::Char('r')), Some(Intent::Release));
         assert_eq!(press(KeyCode::Char('R')), Some(Intent::Reset));
-        assert_eq!(press(KeyCode::Char('x')), None);
+        assert_eq!(press(KeyCode::Char('?')), None);
         let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-        assert_eq!(model.key(interrupt), Some(Intent::Quit));
+        assert_eq!(Intent::of(interrupt), Some(Intent::Quit));
     }
 }

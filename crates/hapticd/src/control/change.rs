@@ -159,7 +159,7 @@ fn begin(
         ..JournalEntry::of(op)
     };
     let ramp_ticks = compiled.ramp_ticks();
-    let (revision, ramp_ends_tick) = match options.at_tick {
+    let done = match options.at_tick {
         Some(at_tick) => {
             let change = NewChange {
                 at_tick,
@@ -168,25 +168,24 @@ fn begin(
                 step: on_its_own(step),
                 entry,
             };
-            if options.dry_run || is_noop {
-                rig.check_schedule(by.session, &[change])?;
-                return Ok(unchanged(reply));
-            }
-            sole_use::keep_out(rig, "change the scene")?;
-            let revision = rig.schedule(by, false, newest, vec![change])?;
-            (revision, ramp_ticks.map(|ticks| at_tick + ticks))
+            schedule(rig, by, newest, change, options.dry_run || is_noop)?
         }
+        None if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) => None,
         None => {
-            if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) {
-                return Ok(unchanged(reply));
-            }
             sole_use::keep_out(rig, "change the scene")?;
             rig.keep_out_of_schedule("change the scene")?;
             // The last scheduled change may have been rendered just now.
             check_revision(Some(newest), rig.revision())?;
-            (rig.apply(scene, compiled, step, entry), None)
+            Some(rig.apply(scene, compiled, step, entry))
         }
     };
+    let Some(revision) = done else {
+        return Ok(PendingChange {
+            reply,
+            ramp_ticks: None,
+        });
+    };
+    let ramp_ends_tick = options.at_tick.zip(ramp_ticks).map(|(at_tick, ticks)| at_tick + ticks);
     Ok(PendingChange {
         reply: ChangeReply {
             revision,
@@ -199,12 +198,20 @@ fn begin(
     })
 }
 
-/// The answer to a change that changes nothing.
-fn unchanged(reply: ChangeReply) -> PendingChange {
-    PendingChange {
-        reply,
-        ramp_ticks: None,
+/// Schedules a change, and returns its revision; one that is only tried, or changes nothing, has none.
+fn schedule(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    newest: u64,
+    change: NewChange,
+    is_only_tried: bool,
+) -> Result<Option<u64>, WireError> {
+    if is_only_tried {
+        rig.check_schedule(by.session, &[change])?;
+        return Ok(None);
     }
+    sole_use::keep_out(rig, "change the scene")?;
+    rig.schedule(by, false, newest, vec![change]).map(Some)
 }
 
 /// The effect on the history of a change that other changes may come before: it is no part of a drag.

@@ -265,7 +265,6 @@ impl Feed {
         changes
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
     fn process(
         &mut self,
         record: &TickRecord,
@@ -303,7 +302,23 @@ impl Feed {
         }
         let lost = record.dropped - self.ring_dropped;
         self.ring_dropped = record.dropped;
-        let sample = Sample {
+        let sample = self.sample(record);
+        for subscriber in &mut self.subscribers {
+            if subscriber.wants(Topic::Samples) {
+                subscriber.dropped += lost / subscriber.subscription.every;
+                if record.tick.is_multiple_of(subscriber.subscription.every) {
+                    subscriber.rows.push(sample);
+                    if subscriber.rows.len() >= MOST_ROWS {
+                        subscriber.flush();
+                    }
+                }
+            }
+        }
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
+    fn sample(&self, record: &TickRecord) -> Sample {
+        Sample {
             tick: record.tick,
             t_s: (record.began_ns - self.started_ns) as f64 * 1e-9,
             state: record.state,
@@ -324,17 +339,6 @@ impl Feed {
             sample_position_m: record.sample_position,
             input_flags: record.input_word.flags,
             error_detail: record.input_word.detail,
-        };
-        for subscriber in &mut self.subscribers {
-            if subscriber.wants(Topic::Samples) {
-                subscriber.dropped += lost / subscriber.subscription.every;
-                if record.tick.is_multiple_of(subscriber.subscription.every) {
-                    subscriber.rows.push(sample);
-                    if subscriber.rows.len() >= MOST_ROWS {
-                        subscriber.flush();
-                    }
-                }
-            }
         }
     }
 
