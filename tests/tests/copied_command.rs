@@ -50,6 +50,13 @@ fn copied_commands_lead_another_daemon_to_the_same_scene() {
     set(&mut client, &[("Fs+", 5.5), ("Fs-", 4.25)], None);
     set(&mut client, &[("mass", 2.0), ("K", 12345.678)], None);
     client.request::<ChangeReply>(Request::undo()).expect("undone");
+    // Another law, as the panel loads it.
+    let another = scene(&mut client).with_law("dahl").expect("a law").expect("a scene");
+    let load = Request::SceneLoad {
+        scene: SceneRef::Scene(Box::new(another)),
+        options: ChangeOptions::default(),
+    };
+    client.request::<ChangeReply>(load).expect("loaded");
     let log = Request::Log {
         after: None,
         limit: None,
@@ -58,7 +65,7 @@ fn copied_commands_lead_another_daemon_to_the_same_scene() {
     let library: SceneListReply = client.request(Request::SceneList {}).expect("a library");
     let commands = log.entries.iter().filter_map(|entry| entry.command(&library.scenes));
     let commands: Vec<String> = commands.collect();
-    assert_eq!(commands.len(), 5, "{commands:?}");
+    assert_eq!(commands.len(), 6, "{commands:?}");
     for command in &commands {
         run(command, second.socket());
     }

@@ -18,9 +18,9 @@ pub fn set_command<'a>(values: impl IntoIterator<Item = (&'a str, Directional)>)
 }
 
 impl JournalEntry {
-    /// The command that does the same again, with its ramp; `None` where no single command does: a whole
-    /// scene whose name is that of no scene in the library, or of several, or something that the daemon did by
-    /// itself.
+    /// The command that does the same again, with its ramp; `None` for what the daemon did by itself. A whole scene
+    /// that no name in the library, or the name of several, stands for is loaded by its revision, which the same run
+    /// of the daemon remembers: so are another law, and a scene that a client sent.
     #[must_use]
     pub fn command(&self, library: &[ListedScene]) -> Option<String> {
         self.by.as_ref()?;
@@ -31,24 +31,29 @@ impl JournalEntry {
         let command = match self.op.as_str() {
             op @ ("engage" | "release" | "stop" | "reset") => format!("haptic-ctl {op}"),
             op @ ("undo" | "redo") => format!("haptic-ctl {op}{ramp}"),
-            "set" | "scene.load" => match self.changes.iter().find(|change| change.param == "name") {
-                Some(Difference {
-                    after: Some(Value::Word(name)),
-                    ..
-                }) => {
-                    let mut named = library.iter().filter(|listed| listed.title == *name);
-                    let listed = named.next().filter(|_| named.next().is_none())?;
-                    format!("haptic-ctl scene load {}{ramp}", quoted(&listed.name))
+            "set" | "scene.load" => {
+                let values: Option<Vec<_>> = self.changes.iter().map(value_of).collect();
+                match (values, self.loaded(library)) {
+                    (Some(values), _) if values.is_empty() => return None,
+                    (Some(values), _) => set_command(values) + &ramp,
+                    (None, Some(name)) => format!("haptic-ctl scene load {}{ramp}", quoted(name)),
+                    (None, None) => format!("haptic-ctl scene load @{}{ramp}", self.revision),
                 }
-                _ => {
-                    let values: Option<Vec<_>> = self.changes.iter().map(value_of).collect();
-                    let values = values.filter(|values| !values.is_empty())?;
-                    set_command(values) + &ramp
-                }
-            },
+            }
             _ => return None,
         };
         Some(command)
+    }
+
+    /// The name of the scene that came in, if it is that of a single scene in the library.
+    fn loaded<'a>(&self, library: &'a [ListedScene]) -> Option<&'a str> {
+        let change = self.changes.iter().find(|change| change.param == "name")?;
+        let Some(Value::Word(title)) = &change.after else {
+            return None;
+        };
+        let mut named = library.iter().filter(|listed| listed.title == *title);
+        let listed = named.next().filter(|_| named.next().is_none())?;
+        Some(&listed.name)
     }
 }
 

@@ -6,6 +6,7 @@ use crate::files::Files;
 use crate::intent::{Format, Intent, Wanted};
 use crate::model::Model;
 use crate::page::Page;
+use crate::plots::picture_taking;
 use crate::remembering::Remembering;
 use crate::settings::Settings;
 use crate::shell;
@@ -148,6 +149,7 @@ impl App {
         for intent in intents {
             self.carry_out(ui.ctx(), intent);
         }
+        picture_taking::count_frame(ui.ctx());
         self.stopped_by_key = false;
         let mut pace = self.model.pace();
         if self.is_drawn_in_software {
@@ -169,7 +171,7 @@ impl App {
             Intent::Choose { wanted, near } => self.files.choose(wanted, near),
             Intent::Open { path } => self.files.open(path),
             Intent::List { folder, known } => self.files.list(folder, known),
-            Intent::WhatIf { number, path, scene } => self.files.what_if(number, path, *scene),
+            Intent::WhatIf { number, path, scene } => self.files.what_if(number, path, scene.map(|scene| *scene)),
             Intent::CancelWhatIf => self.files.cancel_what_if(),
             Intent::ReadHeadings { path } => self.files.read_headings(path),
             Intent::Identify { number, question } => self.files.identify(number, *question),
@@ -183,6 +185,7 @@ impl App {
             self.files.export(&self.model, format, to);
             return;
         }
+        picture_taking::begin(ctx);
         let writer = self.files.writer();
         let (part, scale) = (self.model.plots_area(), ctx.pixels_per_point());
         ctx.request_screenshot(move |image| writer.export_picture(image, part, scale, to));

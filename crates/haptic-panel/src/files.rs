@@ -108,12 +108,13 @@ impl Files {
         });
     }
 
-    /// Renders another scene along the motion of a recording's file, in place of the rendering before.
-    pub fn what_if(&mut self, number: u64, path: PathBuf, scene: Scene) {
+    /// Renders another scene, or those of the recording, along the motion of a recording's file, in place of the rendering before.
+    pub fn what_if(&mut self, number: u64, path: PathBuf, scene: Option<Scene>) {
         self.cancel_what_if();
         let is_over = Arc::new(AtomicBool::new(false));
         self.what_if_is_over = Arc::clone(&is_over);
-        let what = format!("Rendering {} along {}", scene.name, path.display());
+        let name = scene.as_ref().map_or("its own scenes", |scene| &scene.name);
+        let what = format!("Rendering {name} along {}", path.display());
         self.writer.work(&what, move || {
             let result = WhatIfTape::render(&path, scene, &is_over).map(Box::new);
             Update::WhatIf { number, result }

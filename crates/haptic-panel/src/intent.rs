@@ -139,14 +139,14 @@ pub enum Intent {
         /// What is known of it, and is not read again.
         known: Vec<Listed>,
     },
-    /// Render another scene along a recording's motion.
+    /// Render a scene along a recording's motion.
     WhatIf {
         /// Number of this question, which its answer has too.
         number: u64,
         /// The recording's file.
         path: PathBuf,
-        /// The scene.
-        scene: Box<Scene>,
+        /// Another scene, or those of the recording.
+        scene: Option<Box<Scene>>,
     },
     /// Give the rendering up.
     CancelWhatIf,
@@ -372,7 +372,10 @@ impl fmt::Display for Intent {
             Self::EndRecording => f.write_str("end the recording"),
             Self::Open { path } => write!(f, "open {}", path.display()),
             Self::List { folder, .. } => write!(f, "list {}", folder.display()),
-            Self::WhatIf { path, scene, .. } => write!(f, "render {} along {}", scene.name, path.display()),
+            Self::WhatIf { path, scene, .. } => {
+                let scene = scene.as_ref().map_or("its own scenes", |scene| &scene.name);
+                write!(f, "render {scene} along {}", path.display())
+            }
             Self::CancelWhatIf => f.write_str("give the rendering up"),
             Self::ReadHeadings { path } => write!(f, "read the columns of {}", path.display()),
             Self::Identify { question, .. } => write!(f, "identify {}", question.origin()),

@@ -25,12 +25,42 @@ pub struct Settings {
     pub beside: Option<String>,
     /// Whether the limits of the force are drawn.
     pub shows_limits: Option<bool>,
+    /// What is shown in a window without room for two groups of plots, by its name on the screen.
+    pub narrow: Option<String>,
+    /// Whether the histograms are shown.
+    pub shows_histograms: Option<bool>,
+    /// Signal of the spectrum.
+    pub spectrum_of: Option<String>,
+    /// Scaling of the spectrum, by its name on the screen.
+    pub spectrum_scaling: Option<String>,
     /// Time that the plots of the rig show, s.
     pub span_s: Option<f64>,
     /// The plots of the rig from top to bottom, each with the names of its signals.
     pub rig_plots: Option<Vec<Vec<String>>>,
-    /// Those of a recording.
+    /// The ends of the value axis of each, where it is held; empty where it fits.
+    pub rig_axes: Option<Vec<Vec<f64>>>,
+    /// What is shown against what of the rig.
+    pub rig_against: Option<AgainstSettings>,
+    /// The plots of a recording, as those of the rig.
     pub recording_plots: Option<Vec<Vec<String>>>,
+    /// The ends of their axes.
+    pub recording_axes: Option<Vec<Vec<f64>>>,
+    /// What is shown against what of a recording.
+    pub recording_against: Option<AgainstSettings>,
+}
+
+/// The plot of one signal against another.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct AgainstSettings {
+    /// The signal of the vertical axis.
+    pub up: String,
+    /// The signal of the horizontal axis.
+    pub across: String,
+    /// Which samples are drawn, by its name on the screen.
+    pub extent: String,
+    /// Whether the axis of velocity is that of the stick band.
+    pub zooms_to_stick_band: bool,
 }
 
 /// Colours of the panel.

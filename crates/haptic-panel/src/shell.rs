@@ -23,7 +23,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     let had_keyboard = ui.memory(egui::Memory::focused);
     // Before any widget: a text field would take the space, and a focused button would be clicked by it.
     let mut stop = stop_button::take_keys(ui);
-    let is_at_recording = model.view.page == Page::Record && model.tapes.opened().is_some();
+    let is_at_recording = model.is_at_recording();
     Panel::top("top bar").show(ui, |ui| {
         stop |= top_bar::show(ui, &model.daemon, is_at_recording, &mut intents);
     });

@@ -30,7 +30,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool, intents:
         ui.set_height(HEIGHT);
         show_state(ui, daemon, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if is_at_recording && !daemon.was_connected && !daemon.stop.is_told() {
+            if is_at_recording && !daemon.stop.is_told() {
                 ui.allocate_space(stop_button::SIZE);
             } else {
                 stop = stop_button::show(ui, daemon);
@@ -200,9 +200,13 @@ fn describe(state: RigState) -> &'static str {
     }
 }
 
-/// Explains why there is neither a scene nor a plot.
-pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon) {
-    let palette = Palette::of(ui);
+/// Explains why there is neither a scene nor a plot. Whoever looks at a recording misses no daemon.
+pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool) {
+    let color = if is_at_recording {
+        ui.visuals().text_color()
+    } else {
+        Palette::of(ui).error_text
+    };
     match &daemon.link {
         Link::Connected { .. } => {}
         Link::Connecting { path } => {
@@ -212,7 +216,7 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon) {
         Link::Lost { path, reason } => {
             ui.heading("Not connected to a daemon");
             ui.label(format!("Socket: {}", path.display()));
-            ui.add(Label::new(RichText::new(reason).color(palette.error_text)).wrap());
+            ui.add(Label::new(RichText::new(reason).color(color)).wrap());
             ui.label("The panel keeps trying and connects by itself.");
         }
     }

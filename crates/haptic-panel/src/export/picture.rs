@@ -32,6 +32,7 @@ impl Picture {
         let background = Background {
             reference: view.reference.as_ref(),
             limits: limits.as_ref(),
+            has_block: plots::has_block(model),
         };
         let groups = view.layout.drawn.iter().filter_map(|group| match group {
             PlotGroup::OverTime => {
@@ -46,7 +47,12 @@ impl Picture {
             }
             PlotGroup::ForceVelocity => {
                 let scene = scene_seen(daemon, tapes, scope);
-                Some(Group::Single(force_velocity::chart(tapes, scope, scene)))
+                Some(Group::Single(force_velocity::chart(
+                    tapes,
+                    scope,
+                    scene,
+                    view.reference.as_ref(),
+                )))
             }
             PlotGroup::Spectrum => spectrum_plot::seen(&view.measuring).map(Group::Single),
             // A table is not drawn; its numbers follow from the samples, which are exported as CSV.

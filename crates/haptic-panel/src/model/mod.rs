@@ -135,6 +135,12 @@ impl Model {
         }
     }
 
+    /// Whether it is a recording that the user looks at, and never was a daemon.
+    pub(crate) fn is_at_recording(&self) -> bool {
+        let has_recording = self.tapes.opened().is_some() || self.view.reading.is_some();
+        has_recording && !self.daemon.was_connected
+    }
+
     /// Whether the panel is connected to a daemon.
     #[must_use]
     pub fn is_connected(&self) -> bool {

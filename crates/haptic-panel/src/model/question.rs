@@ -43,26 +43,37 @@ pub(crate) fn question(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Qu
     Ok(Question { options, data })
 }
 
-/// What is seen of the rig or of the opened recording.
+/// What is seen of the rig or of the opened recording, or of that what is between the cursors.
 fn samples(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Samples, String> {
-    let (name, scope, metadata) = if view.fitting.choice.origin == Origin::Rig {
+    let (names, scope, metadata) = if view.fitting.choice.origin == Origin::Rig {
         let metadata = daemon.metadata().ok_or("The daemon has not told its scene yet")?;
-        ("what is seen of the rig", &view.scope, metadata)
+        let names = ["what is seen of the rig", "what is between the cursors at the rig"];
+        (names, &view.scope, metadata)
     } else {
         let opened = tapes.opened().ok_or("No recording is open")?;
-        ("what is seen of the recording", &view.recorded, opened.metadata.clone())
+        let names = [
+            "what is seen of the recording",
+            "what is between the cursors in the recording",
+        ];
+        (names, &view.recorded, opened.metadata.clone())
     };
-    let seen = scope.seen(tapes);
-    let tape = scope.tape(tapes).part(seen.from_s, seen.to_s);
+    let name = names[usize::from(scope.cursors.shown)];
+    let (from_s, to_s) = scope.measured(tapes);
+    let tape = scope.tape(tapes).part(from_s, to_s);
     if tape.last().is_none() {
-        return Err("There is no sample in sight".to_owned());
+        let place = if scope.cursors.shown {
+            "between the cursors"
+        } else {
+            "in sight"
+        };
+        return Err(format!("There is no sample {place}"));
     }
     let (oldest_s, newest_s) = (tape.oldest_s(), tape.newest_s());
     Ok(Samples {
         name,
         tape,
-        from_s: oldest_s.map_or(seen.from_s, |oldest_s| oldest_s.max(seen.from_s)),
-        to_s: newest_s.map_or(seen.to_s, |newest_s| newest_s.min(seen.to_s)),
+        from_s: oldest_s.map_or(from_s, |oldest_s| oldest_s.max(from_s)),
+        to_s: newest_s.map_or(to_s, |newest_s| newest_s.min(to_s)),
         metadata,
         moving: view.fitting.choice.moving,
     })

@@ -3,8 +3,9 @@
 use crate::model::reference::Reference;
 use crate::model::scope::Scope;
 use crate::model::tapes::Tapes;
+use crate::number_field::number_field;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, DragValue, PopupCloseBehavior, RichText, Ui};
+use egui::{Button, PopupCloseBehavior, RichText, Ui};
 
 /// Most moments that are offered to align at.
 const MOST_MARKS: usize = 8;
@@ -41,9 +42,11 @@ fn show_kept(ui: &mut Ui, tapes: &Tapes, scope: &Scope, kept: &mut Reference) {
     ui.label(RichText::new(format!("Reference: {}", kept.name)).small());
     ui.horizontal(|ui| {
         ui.label("moved by");
-        let shift = DragValue::new(&mut kept.shift_s).speed(scope.span_s() / 500.0);
-        ui.add(shift.max_decimals(4).suffix(" s"))
-            .accessible_name("shift of the reference");
+        let speed = scope.span_s() / 500.0;
+        let shift = number_field(&mut kept.shift_s, |field| {
+            field.speed(speed).max_decimals(4).suffix(" s")
+        });
+        ui.add(shift).accessible_name("shift of the reference");
         if ui.add_enabled(kept.shift_s != 0.0, Button::new("0 s")).clicked() {
             kept.shift_s = 0.0;
         }

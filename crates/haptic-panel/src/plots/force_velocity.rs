@@ -4,8 +4,9 @@
 use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Across, Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::frame::{self, RIGHT_MARGIN};
-use super::{legend, zoom};
+use super::{legend, picture_taking, zoom};
 use crate::drop_down::{self, Item};
+use crate::model::reference::Reference;
 use crate::model::scope::against::{Against, Extent};
 use crate::model::scope::{Scope, TimeRange};
 use crate::model::tapes::Tapes;
@@ -24,6 +25,9 @@ const MOST_DRAWN: usize = 20_000;
 
 /// Points of the law's curve in each direction: enough for a Stribeck fall in the middle of a wide plot.
 const CURVE_POINTS: u32 = 200;
+
+/// How strong the line of the reference is.
+const REFERENCE_OPACITY: f32 = 0.35;
 
 /// Radius of the newest sample, and of those at the cursors, points.
 const DOT_RADIUS: f32 = 5.0;
@@ -89,8 +93,8 @@ fn stride(tapes: &Tapes, scope: &Scope, drawn: &TimeRange) -> usize {
     count.div_ceil(MOST_DRAWN).max(1)
 }
 
-/// The chart of the time that is drawn, with the law of a scene.
-pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Chart {
+/// The chart of the time that is drawn, with the law of a scene and the same time of the run that is kept.
+pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, reference: Option<&Reference>) -> Chart {
     let Against { across, up, .. } = scope.against;
     let drawn = drawn(tapes, scope);
     let stride = stride(tapes, scope, &drawn);
@@ -105,6 +109,10 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
         (low, high) = (low.min(value), high.max(value));
         newest = Some([value, up.of(before, sample)]);
     }
+    let under = reference.map(|reference| under(reference, &scope.against, &drawn));
+    for [value, _] in under.iter().flat_map(|curve| &curve.points) {
+        (low, high) = (low.min(*value), high.max(*value));
+    }
     let held = scope.against.across_axis.held();
     let (shown, mut overlays) = if scope.against.shows_law() {
         let widest = widest(&scope.against, scene, low.abs().max(high.abs()));
@@ -115,6 +123,7 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
         let fitted = reach(values, across.quantity().smallest_span());
         (held.unwrap_or(fitted), Vec::new())
     };
+    overlays.extend(under.map(Overlay::Curve));
     overlays.extend(newest.map(|at| Overlay::Dots {
         name: if scope.ends_now(tapes) { "Now" } else { "Newest seen" },
         at: vec![at],
@@ -152,6 +161,26 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
         },
     };
     Chart::new(tape, &[trail], &overlays, axes)
+}
+
+/// The line of the run that is kept, fainter than the trail.
+fn under(reference: &Reference, against: &Against, drawn: &TimeRange) -> Curve {
+    let offset_s = reference.offset_s(drawn.zero_s);
+    let (from_s, to_s) = (drawn.from_s - offset_s, drawn.to_s - offset_s);
+    let tape = &reference.tape;
+    let stride = tape.count(from_s, to_s).div_ceil(MOST_DRAWN).max(1);
+    let samples = tape.pairs_every(stride, from_s, to_s);
+    let samples = samples.filter(|(_, sample)| !against.shows_law() || sample.state.is_live());
+    let points = samples.map(|(before, sample)| [against.across.of(before, sample), against.up.of(before, sample)]);
+    Curve {
+        name: "Trail, reference".into(),
+        hint: "The run that was kept with Compare",
+        points: points.collect(),
+        ink: Ink {
+            opacity: REFERENCE_OPACITY,
+            ..Ink::solid(|palette| palette.device, 1.0)
+        },
+    }
 }
 
 /// Half of the width of the axis of velocity, mm/s, for a block that was this fast, which is infinite without
@@ -206,12 +235,18 @@ fn thresholds(scene: Option<&Scene>) -> impl Iterator<Item = Overlay> {
     })
 }
 
-/// Shows the plot in `height` points.
-pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, scene: Option<&Scene>, height: f32) {
+/// Shows the plot in `height` points, with a law and a run to compare with.
+pub(crate) fn show(
+    ui: &mut Ui,
+    tapes: &Tapes,
+    scope: &mut Scope,
+    (scene, reference): (Option<&Scene>, Option<&Reference>),
+    height: f32,
+) {
     let palette = Palette::of(ui);
     let top = ui.cursor().top();
     show_choice(ui, &mut scope.against);
-    let chart = chart(tapes, scope, scene);
+    let chart = chart(tapes, scope, scene, reference);
     scope.against.across_axis.saw(chart.across);
     scope.against.up_axis.saw(chart.up);
     ui.horizontal(|ui| {
@@ -244,6 +279,7 @@ pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, scene: Option<
 
 fn show_choice(ui: &mut Ui, against: &mut Against) {
     ui.horizontal_wrapped(|ui| {
+        picture_taking::hide_controls(ui);
         for (name, chosen) in [
             ("vertical signal", &mut against.up),
             ("horizontal signal", &mut against.across),

@@ -11,6 +11,7 @@ pub(crate) mod legend;
 pub(crate) mod limits;
 mod mark_strip;
 pub(crate) mod over_time;
+pub(crate) mod picture_taking;
 mod plot_header;
 mod rig_menu;
 mod scrub_bar;
@@ -73,6 +74,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             let top = ui.cursor().top();
             let beside = &mut model.view.layout.beside;
             ui.horizontal(|ui| {
+                picture_taking::hide_controls(ui);
                 for group in PlotGroup::BESIDE {
                     ui.selectable_value(beside, group, RichText::new(group.name()).small());
                 }
@@ -89,11 +91,13 @@ fn show_group(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
         return;
     }
     let limits = limits(model);
+    let has_block = has_block(model);
     let Model { tapes, view, .. } = model;
     let (scope, reference) = view.plotted(tapes);
     let background = Background {
         reference: reference.as_ref(),
         limits: limits.as_ref(),
+        has_block,
     };
     if scope.follows() {
         over_time::show(ui, tapes, scope, background, height);
@@ -101,6 +105,12 @@ fn show_group(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
     }
     over_time::show(ui, tapes, scope, background, height - scrub_bar::HEIGHT);
     scrub_bar::show(ui, tapes, scope);
+}
+
+/// Whether the scene of what is seen has a block; it is thought to have one until the scene is known.
+pub(crate) fn has_block(model: &Model) -> bool {
+    let Model { daemon, tapes, view } = model;
+    scene_seen(daemon, tapes, view.scope(tapes)).is_none_or(|scene| scene.block.is_some())
 }
 
 /// The limits of what is seen, unless they are hidden.

@@ -52,6 +52,8 @@ pub(crate) struct Background<'a> {
     pub(crate) reference: Option<&'a Reference>,
     /// `None` where they are hidden.
     pub(crate) limits: Option<&'a Limits>,
+    /// Whether the scene has a block. Without one there is no line of it.
+    pub(crate) has_block: bool,
 }
 
 /// The chart of the plot at a place, drawn in `columns` columns of pixels.
@@ -65,7 +67,9 @@ pub(crate) fn chart(
 ) -> Chart {
     let seen = scope.seen(tapes);
     let plot = &scope.plots.plots()[place];
-    let traces = Trace::all_over_time(plot.signals());
+    let is_there = |signal: &Signal| background.has_block || !signal.is_of_block();
+    let signals: Vec<Signal> = plot.signals().iter().copied().filter(is_there).collect();
+    let traces = Trace::all_over_time(&signals);
     let mut all = happened(tapes, scope, place == 0);
     all.extend(
         background

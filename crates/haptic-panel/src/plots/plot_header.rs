@@ -2,6 +2,7 @@
 
 use super::axis::AXIS_WIDTH;
 use super::legend::{self, Entry};
+use super::picture_taking;
 use crate::model::scope::plot_list::PlotList;
 use crate::tape::signal::{Quantity, Signal};
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -33,6 +34,7 @@ pub(super) fn show(ui: &mut Ui, width: f32, plots: &PlotList, place: usize, entr
             ui.shrink_clip_rect(ui.max_rect());
             legend::show(ui, entries);
         });
+        picture_taking::hide_controls(ui);
         show_menu(ui, plots, place)
     });
     row.inner

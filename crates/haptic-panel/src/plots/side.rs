@@ -12,9 +12,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32
     match group {
         PlotGroup::OverTime => {}
         PlotGroup::ForceVelocity => {
-            let scope = view.scope_mut(tapes);
+            let (scope, reference) = view.plotted(tapes);
             let scene = scene_seen(daemon, tapes, scope);
-            force_velocity::show(ui, tapes, scope, scene, height);
+            force_velocity::show(ui, tapes, scope, (scene, reference.as_ref()), height);
         }
         PlotGroup::Statistics => {
             let (scope, reference, measuring) = view.measured(tapes);

@@ -3,7 +3,7 @@
 use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Chart, Curve, Ink};
 use super::frame::{self, RIGHT_MARGIN};
-use super::legend;
+use super::{legend, picture_taking};
 use crate::drop_down::{self, Item};
 use crate::measure::spectrum::{Scaling, Spectrum};
 use crate::model::measuring::Measuring;
@@ -76,6 +76,7 @@ pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, measuring: &mut Me
 
 fn show_choice(ui: &mut Ui, measuring: &mut Measuring) {
     ui.horizontal(|ui| {
+        picture_taking::hide_controls(ui);
         let signal = measuring.signal;
         let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
         let (chosen, _) = drop_down::show(ui, "signal of the spectrum", 140.0, signal.name(), items);

@@ -9,9 +9,10 @@ use crate::model::scope::plot_list::PlotList;
 use crate::model::scope::trigger::Mode;
 use crate::model::scope::value_axis::{FARTHEST, ValueAxis};
 use crate::model::tapes::Tapes;
+use crate::number_field::number_field;
 use crate::tape::signal::Quantity;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, DragValue, Label, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
+use egui::{Button, Label, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
 use std::path::PathBuf;
 
 /// Factor by which a press of a zoom button changes the time seen.
@@ -103,11 +104,10 @@ fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     }
     let (shortest_s, longest_s) = scope.reach_s();
     let mut typed_s = span_s;
-    let field = DragValue::new(&mut typed_s)
-        .speed(span_s / 100.0)
-        .range(shortest_s..=longest_s)
-        .max_decimals(4)
-        .suffix(" s");
+    let field = number_field(&mut typed_s, |field| {
+        let field = field.speed(span_s / 100.0).range(shortest_s..=longest_s);
+        field.max_decimals(4).suffix(" s")
+    });
     let field = ui.add_sized(SPAN_SIZE, field).accessible_name("time seen");
     field.on_hover_text("The time that is seen, to be dragged or typed");
     let usual_s = scope.usual_s();
@@ -174,10 +174,13 @@ fn show_axis(ui: &mut Ui, axis: &mut ValueAxis, name: &str, unit: &str) {
     ui.add_space((AXIS_FIELDS_AT - ui.min_rect().width()).max(0.0));
     let span = high - low;
     let mut field = |end: &mut f64, at: &str| {
-        let field = DragValue::new(end).speed(speed).range(-FARTHEST..=FARTHEST);
-        ui.add(field.max_decimals(6).suffix(&unit))
-            .accessible_name(format!("{name} axis {at} end"))
-            .changed()
+        let before = *end;
+        let field = number_field(end, |field| {
+            let field = field.speed(speed).range(-FARTHEST..=FARTHEST);
+            field.max_decimals(6).suffix(&unit)
+        });
+        ui.add(field).accessible_name(format!("{name} axis {at} end"));
+        *end != before
     };
     let (low_typed, high_typed) = (field(&mut low, "lower"), field(&mut high, "upper"));
     // An end that passes the other one takes it along.
@@ -213,8 +216,10 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool) {
     let cursors = &mut scope.cursors;
     ui.horizontal_wrapped(|ui| {
         for (at_s, name) in cursors.at_s.iter_mut().zip(["cursor 1", "cursor 2"]) {
-            ui.add(DragValue::new(at_s).speed(speed).max_decimals(4).suffix(" s"))
-                .accessible_name(name);
+            ui.add(number_field(at_s, |field| {
+                field.speed(speed).max_decimals(4).suffix(" s")
+            }))
+            .accessible_name(name);
         }
         let frequency = cursors
             .frequency_hz()

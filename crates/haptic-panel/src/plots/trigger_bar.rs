@@ -3,8 +3,9 @@
 use crate::drop_down::{self, Item};
 use crate::model::scope::Scope;
 use crate::model::scope::trigger::{Edge, Mode};
+use crate::number_field::number_field;
 use crate::tape::signal::Signal;
-use egui::{Button, DragValue, RichText, Ui};
+use egui::{Button, RichText, Ui};
 
 /// Shows the choice of the mode.
 pub(super) fn show_mode(ui: &mut Ui, scope: &mut Scope) {
@@ -34,14 +35,14 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope) {
     }
     ui.label("level");
     let unit = format!(" {}", trigger.signal.quantity().unit());
-    ui.add(DragValue::new(&mut trigger.level).speed(0.05).suffix(unit))
+    ui.add(number_field(&mut trigger.level, |field| field.speed(0.05).suffix(unit)))
         .accessible_name("trigger level")
         .on_hover_text(
             "Before the signal can cross it again, it must go back beyond it by a tenth of how far it moved lately",
         );
     ui.label("before");
     let mut percent = trigger.share_before * 100.0;
-    let before = DragValue::new(&mut percent).range(0.0..=100.0).speed(1.0).suffix(" %");
+    let before = number_field(&mut percent, |field| field.range(0.0..=100.0).speed(1.0).suffix(" %"));
     ui.add(before)
         .accessible_name("pre-trigger share")
         .on_hover_text("Share of the time seen that lies before the crossing");

@@ -13,21 +13,22 @@ const ENTRIES_A_LOOK: usize = 1000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct WhatIfTape {
     pub(crate) tape: Tape,
-    pub(crate) scene: String,
+    /// `None` for those of the recording.
+    pub(crate) scene: Option<String>,
     pub(crate) summary: Summary,
 }
 
 impl WhatIfTape {
-    /// Renders a scene along the motion of a recording's file, until `is_over`.
+    /// Renders a scene, or those of the recording, along the motion of a recording's file, until `is_over`.
     ///
     /// # Errors
     /// Why it cannot be read or rendered, with the name of the file.
-    pub fn render(path: &Path, scene: Scene, is_over: &AtomicBool) -> Result<Self, String> {
+    pub fn render(path: &Path, scene: Option<Scene>, is_over: &AtomicBool) -> Result<Self, String> {
         let failed = |error: &dyn std::fmt::Display| format!("what if along {}: {error}", path.display());
         let mut reader = haptic_recording::open(path).map_err(|error| failed(&error))?;
-        let name = scene.name.clone();
+        let name = scene.as_ref().map(|scene| scene.name.clone());
         let alternative = Alternative {
-            scene: Some(scene),
+            scene,
             ..Alternative::default()
         };
         let metadata = reader.metadata().clone();
@@ -53,10 +54,12 @@ impl WhatIfTape {
     /// What is said of it.
     pub(crate) fn line(&self) -> String {
         let Summary { recorded, what_if, .. } = &self.summary;
+        let Some(scene) = &self.scene else {
+            return self.line_of_replay();
+        };
         format!(
-            "What if {}: {:.2} N rms instead of {:.2} N, {:.2} N peak instead of {:.2} N, {} breakaways instead of {}. \
+            "What if {scene}: {:.2} N rms instead of {:.2} N, {:.2} N peak instead of {:.2} N, {} breakaways instead of {}. \
              The hand moves as recorded: it does not react to the other force.",
-            self.scene,
             what_if.rms_force_n(),
             recorded.rms_force_n(),
             what_if.peak_force_n,
@@ -64,5 +67,30 @@ impl WhatIfTape {
             what_if.breakaways,
             recorded.breakaways,
         )
+    }
+
+    /// How the force that was computed again differs from that in the file.
+    fn line_of_replay(&self) -> String {
+        let Summary {
+            ticks,
+            not_computed,
+            largest_difference,
+            ..
+        } = &self.summary;
+        let differs = largest_difference.as_ref().map_or_else(
+            || "the force differs nowhere".to_owned(),
+            |largest| {
+                let difference_n = (largest.recorded_n - largest.what_if_n).abs();
+                format!(
+                    "the force differs by up to {difference_n:.3} N, at {:.3} s",
+                    largest.t_s
+                )
+            },
+        );
+        let mut text = format!("Replay of {ticks} ticks: {differs}");
+        if *not_computed > 0 {
+            text += &format!("; nothing follows from {not_computed} of them");
+        }
+        text
     }
 }

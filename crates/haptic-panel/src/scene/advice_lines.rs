@@ -5,7 +5,8 @@ use crate::model::tuning::{Hand, ParameterEdits};
 use crate::theme::Palette;
 use crate::wording::{sentence_case, spoken, subject};
 use egui::{
-    Align2, Atom, AtomExt, Button, Color32, Grid, Label, Rect, RichText, Shape, Sides, TextStyle, Ui, Vec2, vec2,
+    Align, Align2, Atom, AtomExt, Button, Color32, Grid, Label, Layout, Rect, RichText, Shape, Sides, TextStyle, Ui,
+    Vec2, vec2,
 };
 use haptic_ipc::quantity::number;
 use haptic_ipc::{Finding, ParameterDescription};
@@ -129,14 +130,18 @@ fn fixes(warnings: &[Warning<'_>], fix: &Fix) -> String {
 /// Shows how many bounds are broken, in a line that is always there, and opens to every check.
 pub(crate) fn show_all(ui: &mut Ui, advised: &Advised, is_open: &mut bool) {
     let caution = Palette::of(ui).caution_text;
-    if let Some(failure) = advised.failure() {
-        let text = RichText::new(format!("No advice: {failure}")).small().color(caution);
-        ui.add(Label::new(text).wrap());
-    }
     let count = advised.checks().count();
-    if count == 0 {
-        // What stands below does not move when the advice comes.
-        ui.allocate_space(vec2(0.0, ui.spacing().interact_size.y));
+    if count == 0 || advised.failure().is_some() {
+        // What stands below does not move when the advice comes, or fails.
+        let line = vec2(ui.available_width(), ui.spacing().interact_size.y);
+        ui.allocate_ui_with_layout(line, Layout::left_to_right(Align::Center), |ui| {
+            ui.set_min_size(line);
+            if let Some(failure) = advised.failure() {
+                let text = format!("No advice: {failure}");
+                let label = Label::new(RichText::new(&text).small().color(caution)).truncate();
+                ui.add(label).on_hover_text(text);
+            }
+        });
         return;
     }
     let broken = advised.checks().filter(|(finding, _)| !finding.passes).count();

@@ -4,8 +4,9 @@ use crate::drop_down::{self, Item};
 use crate::intent::Intent;
 use crate::model::scene::SceneFacts;
 use crate::model::tuning::{Comparison, SLOTS, Tuning};
+use crate::number_field::number_field;
 use crate::theme::Palette;
-use egui::{Button, CollapsingHeader, DragValue, Id, Key, Label, RichText, TextEdit, Ui};
+use egui::{Button, CollapsingHeader, Id, Key, Label, RichText, TextEdit, Ui};
 use haptic_ipc::SceneRef;
 
 /// Shows the library and its controls.
@@ -21,10 +22,9 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents
 fn show_presets(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         ui.label("Go there over");
-        let ramp = DragValue::new(&mut tuning.ramp_ms)
-            .range(0.0..=10_000.0)
-            .speed(10.0)
-            .suffix(" ms");
+        let ramp = number_field(&mut tuning.ramp_ms, |field| {
+            field.range(0.0..=10_000.0).speed(10.0).suffix(" ms")
+        });
         ui.add(ramp)
             .accessible_name("ramp")
             .on_hover_text("Time over which a scene is loaded; 0 is between two ticks, and no jerk either");

@@ -304,6 +304,11 @@ impl Signal {
         self.descriptor().definition
     }
 
+    /// Whether it says nothing where the scene has no block.
+    pub(crate) fn is_of_block(self) -> bool {
+        matches!(self.name(), "Block position" | "Block velocity" | "Block acceleration")
+    }
+
     /// The signal of this name.
     pub(crate) fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|signal| signal.name() == name)

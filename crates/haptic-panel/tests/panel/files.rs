@@ -176,6 +176,11 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
 #[test]
 fn a_recording_is_looked_at_without_a_daemon() {
     let mut panel = recording_page(panel());
+    let (file, share) = (PathBuf::from("/home/ada/r.csv"), Some(0.5));
+    let reading = Update::Reading { path: file, share };
+    assert!(panel.query_by_label("Stop").is_some());
+    hear(&mut panel, reading);
+    assert!(panel.query_by_label("Stop").is_none(), "while it is being read, too");
     type_into(&mut panel, "recording to open", "/home/ada/r.csv");
     press(&mut panel, "Open recording");
     let path = std::path::PathBuf::from("/home/ada/r.csv");
@@ -201,6 +206,10 @@ fn a_recording_is_looked_at_without_a_daemon() {
     hear(&mut panel, lost);
     panel.get_by_label("No daemon");
     assert!(panel.query_by_label("Stop").is_none(), "there was never a rig to stop");
+    press(&mut panel, "Tune page");
+    panel.get_by_label("Not connected to a daemon");
+    assert!(panel.query_by_label("Stop").is_none(), "on no page");
+    press(&mut panel, "Record page");
     panel.get_by_label_contains("broken off in line 90005");
     assert_eq!(csv_times(&panel), (0.0, 89.999), "the whole of it, however long");
     panel.key_press(Key::Escape);
@@ -420,13 +429,14 @@ fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
     assert!(svg(&panel).contains(">here &amp; now</text>"), "the marker");
     assert!(!svg(&panel).contains("What if"));
     press(&mut panel, "What if...");
+    press(&mut panel, "what if: active scene");
     let asked_for = asked(&mut panel);
     let [Intent::WhatIf { number, path, scene }] = &asked_for[..] else {
         panic!("{asked_for:?}")
     };
-    assert_eq!(**scene, stickier());
+    assert_eq!(scene.as_deref(), Some(&stickier()));
     panel.get_by_label("Cancel what-if");
-    let result = WhatIfTape::render(path, stickier(), &AtomicBool::new(false)).map(Box::new);
+    let result = WhatIfTape::render(path, Some(stickier()), &AtomicBool::new(false)).map(Box::new);
     let number = *number;
     // The answer to another question is not shown.
     let other = Update::WhatIf {
@@ -446,12 +456,53 @@ fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
 }
 
 #[test]
+fn without_a_daemon_a_recording_is_computed_again_and_with_the_scenes_of_every_library() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = recorded(folder.path());
+    let mut panel = recording_page(panel());
+    let result = Loaded::read(&path, |_| {}).map(Box::new);
+    let opened = Update::Opened { path, result };
+    hear(&mut panel, opened);
+    asked(&mut panel);
+    press(&mut panel, "What if...");
+    assert!(!is_enabled(&panel, "what if: active scene"), "there is none");
+    press(&mut panel, "what if: own scenes");
+    let asked_for = asked(&mut panel);
+    let [
+        Intent::WhatIf {
+            number,
+            path,
+            scene: None,
+        },
+    ] = &asked_for[..]
+    else {
+        panic!("{asked_for:?}")
+    };
+    let (number, result) = (
+        *number,
+        WhatIfTape::render(path, None, &AtomicBool::new(false)).map(Box::new),
+    );
+    hear(&mut panel, Update::WhatIf { number, result });
+    panel.get_by_label_contains("Replay of 1000 ticks: the force differs by up to");
+    press(&mut panel, "Hide what-if");
+    asked(&mut panel);
+    press(&mut panel, "What if...");
+    press(&mut panel, "what if: high-stiction");
+    let asked_for = asked(&mut panel);
+    let [Intent::WhatIf { scene: Some(scene), .. }] = &asked_for[..] else {
+        panic!("{asked_for:?}")
+    };
+    assert_eq!(scene.name, "high stiction");
+}
+
+#[test]
 fn a_rendering_that_is_given_up_shows_nothing_and_one_that_fails_says_why() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
     let mut panel = looking_at(&path, &stickier());
     let ask = |panel: &mut Panel| {
         press(panel, "What if...");
+        press(panel, "what if: active scene");
         match asked(panel).pop() {
             Some(Intent::WhatIf { number, .. }) => number,
             other => panic!("{other:?}"),
@@ -460,7 +511,7 @@ fn a_rendering_that_is_given_up_shows_nothing_and_one_that_fails_says_why() {
     let number = ask(&mut panel);
     press(&mut panel, "Cancel what-if");
     assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
-    let given_up = WhatIfTape::render(&path, stickier(), &AtomicBool::new(true));
+    let given_up = WhatIfTape::render(&path, Some(stickier()), &AtomicBool::new(true));
     let why = given_up.expect_err("it is given up");
     let late = Update::WhatIf {
         number,
@@ -470,7 +521,11 @@ fn a_rendering_that_is_given_up_shows_nothing_and_one_that_fails_says_why() {
     panel.get_by_label("What if...");
     assert!(panel.query_by_label_contains("given up").is_none());
     let number = ask(&mut panel);
-    let result = WhatIfTape::render(&folder.path().join("gone.csv"), stickier(), &AtomicBool::new(false));
+    let result = WhatIfTape::render(
+        &folder.path().join("gone.csv"),
+        Some(stickier()),
+        &AtomicBool::new(false),
+    );
     let result = result.map(Box::new);
     hear(&mut panel, Update::WhatIf { number, result });
     panel.get_by_label_contains("gone.csv");
@@ -489,7 +544,7 @@ fn a_rendering_is_done_by_a_thread_of_its_own() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
     let mut files = Files::new(|_| {});
-    files.what_if(7, path, stickier());
+    files.what_if(7, path, Some(stickier()));
     let began = Instant::now();
     let result = loop {
         let answer = files.updates().find_map(|update| match update {

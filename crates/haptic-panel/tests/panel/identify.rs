@@ -214,6 +214,15 @@ fn what_is_seen_of_the_rig_is_identified_and_a_refusal_is_in_words() {
     panel.get_by_label_contains("Not determined: mass_kg");
     panel.get_by_label_contains("a scene needs mass_kg");
     assert!(panel.query_by_label("Try this for 2 s").is_none());
+    press(&mut panel, "Tune page");
+    press(&mut panel, "Cursors");
+    press(&mut panel, "Identify page");
+    asked(&mut panel);
+    press(&mut panel, "Identify");
+    let Some(Intent::Identify { question: between, .. }) = asked(&mut panel).pop() else {
+        panic!("nothing is asked")
+    };
+    assert_eq!(between.origin(), "what is between the cursors at the rig, 0.3 s");
 }
 
 fn changed(revision: u64, dry_run: bool) -> Result<Answer, WireError> {

@@ -70,6 +70,11 @@ fn nothing_moves_when_counters_grow_a_notice_comes_or_the_daemon_goes() {
         },
     );
     assert_eq!(places(&panel), before, "a line that cannot be read");
+    let why = "the rig's friction is not known ".repeat(9);
+    let error = haptic_ipc::WireError::new(haptic_ipc::ErrorCode::OutOfRange, why);
+    hear(&mut panel, Update::Advised(Err(error)));
+    panel.get_by_label_contains("No advice: the rig's friction");
+    assert_eq!(places(&panel), before, "there is no advice");
     hear(
         &mut panel,
         Update::Exported(Err("no such folder: ".to_owned() + &"/home".repeat(99))),

@@ -54,6 +54,8 @@ fn statistics_are_told_of_what_is_seen_and_between_the_cursors() {
     }
     press(&mut panel, "Cursors");
     type_into(&mut panel, "cursor 1", "0.4");
+    panel.key_press(Key::Tab);
+    panel.run();
     type_into(&mut panel, "cursor 2", "0.6");
     panel.key_press(Key::Enter);
     panel.run();
@@ -104,6 +106,8 @@ fn two_recordings_lie_over_one_another_and_are_aligned_at_a_mark_or_a_crossing()
     let later = |ms: u32| step(ms.saturating_sub(100)) + if ms >= 600 { 0.5 } else { 0.0 };
     open(&mut panel, "b.csv", rows(0..1000, later), &[marker(300)]);
     assert!(svg(&panel).contains(">Coupling force, reference</text>"));
+    press_item(&mut panel, "Force against velocity");
+    assert!(svg(&panel).contains(">Trail, reference</text>"));
     press_item(&mut panel, "Statistics");
     let shifted = told(&panel, "minus the reference: rms");
     assert!(shifted.contains("peak -5.00 N at 0.2000 s"), "{shifted}");
@@ -164,6 +168,8 @@ fn any_signal_is_drawn_against_any_other_over_any_time() {
     drag(&mut panel, plot.center(), egui::vec2(-plot.width() / 3.0, 0.0));
     press(&mut panel, "Cursors");
     type_into(&mut panel, "cursor 1", "0.1");
+    panel.key_press(Key::Tab);
+    panel.run();
     type_into(&mut panel, "cursor 2", "1.1");
     panel.key_press(Key::Enter);
     panel.run();

@@ -3,9 +3,10 @@
 use crate::bench::{Panel, asked, connected, hear, press, press_item, type_into};
 use crate::metadata::metadata;
 use crate::plots::{csv_times, drag, feel, rows};
+use crate::scene::active_scene;
 use egui::{Key, OutputCommand};
 use egui_kittest::kittest::Queryable;
-use haptic_core::Directional;
+use haptic_core::{Directional, Scene};
 use haptic_ipc::{Difference, Event, JournalEntry, Peer, RigState, StateChange, Value};
 use haptic_panel::{Intent, Loaded, Update};
 use haptic_recording::{Ending, Mark};
@@ -29,6 +30,23 @@ fn any_signal_is_shown_in_any_plot() {
     let text = svg(&panel);
     assert!(text.contains(">Force (N), Duration (µs)<"), "the axis names both");
     assert!(text.contains(">Round trip<") && !text.contains(">Coupling force<"));
+}
+
+#[test]
+fn without_a_block_there_is_no_line_of_it() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..1000, |_| 1.0));
+    assert!(svg(&panel).contains(">Block position</text>"));
+    let on_the_device = Scene {
+        block: None,
+        ..Scene::paper()
+    };
+    hear(&mut panel, active_scene(1, &on_the_device));
+    let shown = svg(&panel);
+    assert!(shown.contains(">Device position</text>"));
+    for of_block in ["Block position", "Block velocity"] {
+        assert!(!shown.contains(&format!(">{of_block}</text>")), "{of_block}");
+    }
 }
 
 #[test]

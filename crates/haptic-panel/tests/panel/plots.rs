@@ -204,6 +204,8 @@ fn the_axis_of_the_values_is_zoomed_moved_typed_and_fitted_again() {
 
     press(&mut panel, "Axes");
     type_into(&mut panel, "force axis lower end", "3.9");
+    panel.key_press(Key::Tab);
+    panel.run();
     press(&mut panel, "Axes");
     assert_eq!(force_axis(&mut panel).0, 3.9);
 
@@ -222,6 +224,8 @@ fn each_axis_is_typed_and_fitted_by_its_own_controls() {
         press(&mut panel, "Axes");
         let fitted = end(&panel, "upper");
         type_into(&mut panel, &format!("{name} axis upper end"), "77");
+        panel.key_press(Key::Enter);
+        panel.run();
         press(&mut panel, "Axes");
         press(&mut panel, "Axes");
         assert_ne!(end(&panel, "upper"), fitted, "{name}");
@@ -314,6 +318,45 @@ fn a_trigger_is_chosen_by_keyboard() {
         assert!(panel.get_by_label(list).is_focused());
     }
     panel.get_by_label("Armed");
+}
+
+#[test]
+fn a_half_typed_number_changes_nothing_until_enter_or_tab() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..20_000, |_| 1.0));
+    choose_item(&mut panel, "trigger", "Normal");
+    press(&mut panel, "Cursors");
+    press(&mut panel, "Scenes");
+    let number = |panel: &Panel, field: &str| {
+        let field = panel.get_by_label(field).accesskit_node();
+        field.numeric_value().expect("a number")
+    };
+    for field in [
+        "time seen",
+        "cursor 1",
+        "cursor 2",
+        "trigger level",
+        "pre-trigger share",
+        "ramp",
+    ] {
+        let before = number(&panel, field);
+        type_into(&mut panel, field, "12.5");
+        assert_eq!(number(&panel, field), before, "{field}: not while it is typed");
+        panel.get_by_label("Tune page").click();
+        panel.run();
+        assert!(!panel.get_by_label(field).is_focused());
+        assert_eq!(number(&panel, field), before, "{field}: a click elsewhere drops it");
+        for (key, typed) in [(Key::Enter, 12.5), (Key::Tab, 7.25)] {
+            type_into(&mut panel, field, &typed.to_string());
+            panel.key_press(key);
+            panel.run();
+            assert!((number(&panel, field) - typed).abs() < 1e-9, "{field}: {key:?}");
+        }
+        type_into(&mut panel, field, "3");
+        panel.key_press(Key::Space);
+        panel.run();
+        assert!((number(&panel, field) - 7.25).abs() < 1e-9, "{field}: a stop");
+    }
 }
 
 #[test]

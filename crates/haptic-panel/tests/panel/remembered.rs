@@ -1,6 +1,6 @@
 //! What the panel remembers.
 
-use crate::bench::{Panel, connected, press, press_item};
+use crate::bench::{Panel, choose_item, connected, press, press_item};
 use crate::plots::{feel, rows};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_ipc::RigState;
@@ -20,10 +20,27 @@ fn another_panel_takes_up_what_one_has_remembered() {
     press_item(&mut panel, "Tick time");
     press(&mut panel, "zoom in");
     press_item(&mut panel, "Limits");
+    press(&mut panel, "Histograms");
+    press_item(&mut panel, "Force against velocity");
+    choose_item(&mut panel, "vertical signal", "Device velocity");
+    choose_item(&mut panel, "samples drawn", "All in sight");
+    press_item(&mut panel, "Spectrum");
+    choose_item(&mut panel, "signal of the spectrum", "Device position");
+    press_item(&mut panel, "Power density");
+    press(&mut panel, "Axes");
+    press(&mut panel, "Fit position");
+    panel.key_press(egui::Key::Enter);
+    panel.run();
     let kept = settings(&panel);
     let plots = kept.rig_plots.clone().expect("plots");
     assert_eq!(plots[0], ["Coupling force", "Force on the hand", "Tick time"]);
     assert_eq!(plots.len(), 2);
+    let axes = kept.rig_axes.clone().expect("axes");
+    assert_eq!((axes[0].len(), axes[1].len()), (0, 2));
+    let against = kept.rig_against.clone().expect("signals");
+    assert_eq!((&*against.up, &*against.extent), ("Device velocity", "All in sight"));
+    assert_eq!(kept.shows_histograms, Some(true));
+    assert_eq!(kept.spectrum_of.as_deref(), Some("Device position"));
     assert_ne!(kept, settings(&connected(RigState::Engaged)));
 
     let mut other = connected(RigState::Engaged);
@@ -54,6 +71,7 @@ fn settings_that_no_panel_could_have_written_change_nothing() {
     assert!(empty.len() <= 8 && empty.iter().all(Vec::is_empty), "{empty:?}");
     let but_for_plots = Settings {
         rig_plots: before.rig_plots.clone(),
+        rig_axes: before.rig_axes.clone(),
         ..after
     };
     assert_eq!(but_for_plots, before);

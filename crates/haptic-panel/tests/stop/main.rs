@@ -113,7 +113,7 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
     desk.ask(Intent::WhatIf {
         number: 1,
         path: recording.path().to_path_buf(),
-        scene: Box::new(Scene::paper()),
+        scene: Some(Box::new(Scene::paper())),
     });
     stops(&mut desk, "rendering another scene along one", 3);
     assert!(desk.files_busy() > 0, "it still goes on");

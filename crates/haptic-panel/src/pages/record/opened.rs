@@ -5,8 +5,10 @@ use crate::model::Model;
 use crate::model::tapes::{Tapes, WhatIf};
 use crate::recording::Opened;
 use crate::theme::Palette;
+use egui::containers::menu::MenuButton;
 use egui::{Button, Color32, Label, RichText, Ui, Vec2, vec2};
 use haptic_core::Scene;
+use haptic_ipc::BUILT_IN_SCENES;
 use haptic_recording::Ending;
 
 /// Size of the button of a what-if, for any name.
@@ -58,39 +60,63 @@ fn line(ui: &Ui, opened: &Opened) -> (String, Color32) {
     (text, Palette::of(ui).caution_text)
 }
 
-/// What the active scene would have felt like along the opened recording.
-fn show_what_if(ui: &mut Ui, scene: Option<&Scene>, tapes: &mut Tapes, intents: &mut Vec<Intent>) {
+/// The recording computed again, or what another scene would have felt like along it.
+fn show_what_if(ui: &mut Ui, active: Option<&Scene>, tapes: &mut Tapes, intents: &mut Vec<Intent>) {
     let (text, name, hint) = match tapes.what_if() {
-        WhatIf::None => (
-            "What if...",
-            "What if...",
-            "Shows which force the active scene would have given along this motion. The hand moves as recorded: \
-             it does not react to the other force.",
-        ),
+        WhatIf::None => {
+            let chosen = choose_scene(ui, active);
+            let path = tapes.opened().map(|opened| opened.path.clone());
+            if let (Some(path), Some(scene)) = (path, chosen) {
+                let number = tapes.ask_what_if();
+                intents.push(Intent::WhatIf { number, path, scene });
+            }
+            return;
+        }
         WhatIf::Asked => ("Cancel", "Cancel what-if", "Gives the rendering up"),
         WhatIf::Shown(_) => ("Hide", "Hide what-if", "Shows the recording alone"),
     };
-    let is_none = matches!(tapes.what_if(), WhatIf::None);
-    let button = Button::new(text).min_size(WHAT_IF_SIZE);
-    let button = ui.add_enabled(!is_none || scene.is_some(), button);
-    let button = button
-        .accessible_name(name)
-        .on_hover_text(hint)
-        .on_disabled_hover_text("It needs a daemon, whose active scene is rendered along the recording");
-    if !button.clicked() {
-        return;
-    }
-    if !is_none {
+    let button = ui.add(Button::new(text).min_size(WHAT_IF_SIZE));
+    if button.accessible_name(name).on_hover_text(hint).clicked() {
         tapes.end_what_if();
         intents.push(Intent::CancelWhatIf);
-        return;
     }
-    let path = tapes.opened().map(|opened| opened.path.clone());
-    if let (Some(path), Some(scene)) = (path, scene) {
-        intents.push(Intent::WhatIf {
-            number: tapes.ask_what_if(),
-            path,
-            scene: Box::new(scene.clone()),
-        });
-    }
+}
+
+/// The menu of the scenes to render: the active one, those of the recording, and those that every library has.
+#[expect(clippy::option_option, reason = "nothing chosen, or the recording's own scenes")]
+fn choose_scene(ui: &mut Ui, active: Option<&Scene>) -> Option<Option<Box<Scene>>> {
+    let mut chosen = None;
+    let menu = MenuButton::from_button(Button::new("What if...").min_size(WHAT_IF_SIZE));
+    let (button, _) = menu.ui(ui, |ui| {
+        ui.label(RichText::new("The force along this motion with").small());
+        let name = active.map_or_else(
+            || "the active scene".to_owned(),
+            |scene| format!("{} (active)", scene.name),
+        );
+        let item = ui.add_enabled(active.is_some(), Button::new(name));
+        let item = item.on_disabled_hover_text("It needs a daemon");
+        if item.accessible_name("what if: active scene").clicked() {
+            chosen = active.map(|scene| Some(Box::new(scene.clone())));
+        }
+        let item = ui.button("the recording's own scenes");
+        let item = item.on_hover_text("A replay: the force is computed again from what was measured");
+        if item.accessible_name("what if: own scenes").clicked() {
+            chosen = Some(None);
+        }
+        ui.separator();
+        for (name, text) in BUILT_IN_SCENES {
+            let item = ui.button(*name).accessible_name(format!("what if: {name}"));
+            if item.clicked() {
+                chosen = toml::from_str(text).ok().map(|scene| Some(Box::new(scene)));
+            }
+        }
+        if chosen.is_some() {
+            ui.close();
+        }
+    });
+    button.on_hover_text(
+        "Shows which force a scene would have given along this motion. The hand moves as recorded: it does not react \
+         to the other force.",
+    );
+    chosen
 }
