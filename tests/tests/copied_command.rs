@@ -21,6 +21,18 @@ fn scene(client: &mut Client) -> haptic_core::Scene {
     client.request::<SceneReply>(Request::get()).expect("a scene").scene
 }
 
+/// The commands of all changes.
+fn copied(client: &mut Client) -> Vec<String> {
+    let log = Request::Log {
+        after: None,
+        limit: None,
+    };
+    let log: LogReply = client.request(log).expect("a journal");
+    let library: SceneListReply = client.request(Request::SceneList {}).expect("a library");
+    let commands = log.entries.iter().filter_map(|entry| entry.command(&library.scenes));
+    commands.collect()
+}
+
 /// Runs a command as a shell does.
 fn run(command: &str, socket: &Path) {
     let ctl = binary("haptic-ctl");
@@ -50,26 +62,30 @@ fn copied_commands_lead_another_daemon_to_the_same_scene() {
     set(&mut client, &[("Fs+", 5.5), ("Fs-", 4.25)], None);
     set(&mut client, &[("mass", 2.0), ("K", 12345.678)], None);
     client.request::<ChangeReply>(Request::undo()).expect("undone");
-    // Another law, as the panel loads it.
-    let another = scene(&mut client).with_law("dahl").expect("a law").expect("a scene");
-    let load = Request::SceneLoad {
-        scene: SceneRef::Scene(Box::new(another)),
-        options: ChangeOptions::default(),
-    };
-    client.request::<ChangeReply>(load).expect("loaded");
-    let log = Request::Log {
-        after: None,
-        limit: None,
-    };
-    let log: LogReply = client.request(log).expect("a journal");
-    let library: SceneListReply = client.request(Request::SceneList {}).expect("a library");
-    let commands = log.entries.iter().filter_map(|entry| entry.command(&library.scenes));
-    let commands: Vec<String> = commands.collect();
-    assert_eq!(commands.len(), 6, "{commands:?}");
+    let commands = copied(&mut client);
+    assert_eq!(commands.len(), 5, "{commands:?}");
     for command in &commands {
         run(command, second.socket());
     }
     let wanted = scene(&mut client);
     assert_ne!(wanted, begin);
     assert_eq!(scene(&mut other), wanted, "{commands:?}");
+}
+
+#[test]
+fn another_law_is_copied_by_its_revision_which_the_same_daemon_remembers() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let wanted = scene(&mut client).with_law("dahl").expect("a law").expect("a scene");
+    let load = Request::SceneLoad {
+        scene: SceneRef::Scene(Box::new(wanted.clone())),
+        options: ChangeOptions::default(),
+    };
+    client.request::<ChangeReply>(load).expect("loaded");
+    let commands = copied(&mut client);
+    set(&mut client, &[("mass", 1.25)], None);
+    assert_ne!(scene(&mut client), wanted);
+    assert_eq!(commands.len(), 1, "{commands:?}");
+    run(&commands[0], daemon.socket());
+    assert_eq!(scene(&mut client), wanted, "{commands:?}");
 }
