@@ -250,6 +250,19 @@ fn promtool_has_nothing_to_say_and_rules_and_dashboard_name_only_what_is_scraped
         &["check", "rules", alerts.to_str().expect("a plain path")],
         "",
     );
+    let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/alerts.test.yml");
+    check(Command::new("promtool"), &["test", "rules", cases], "");
+    // What the alerts tell apart is there before it happens.
+    for label in [
+        r#"state="faulted""#,
+        r#"state="disconnected""#,
+        r#"outcome="unconfirmed""#,
+        r#"kind="bad_crc""#,
+        r#"kind="malformed""#,
+        r#"kind="lost""#,
+    ] {
+        assert!(scraped.contains(label), "{label} is not scraped");
+    }
     let directory = tempfile::tempdir().expect("a directory");
     let rules = directory.path().join("dashboard.yml");
     let mut text = "groups:\n- name: dashboard\n  rules:\n".to_owned();

@@ -210,6 +210,32 @@ fn lintian_finds_no_error() {
 }
 
 #[test]
+fn apt_finds_all_that_the_packages_need() {
+    if !test_run::is_long_for("the packages' dependencies") {
+        return;
+    }
+    let built = package::hapticd().and_then(|hapticd| Ok([hapticd, package::haptic_gui()?]));
+    let built: [&Path; 2] = match built {
+        Ok(built) => built,
+        Err((need, remedy)) => return test_run::skip(need, &remedy),
+    };
+    let listed = Command::new("apt-cache").args(["show", "libegl1"]).output();
+    if !listed.is_ok_and(|listed| listed.status.success()) {
+        return test_run::skip("apt lists", "Debian: apt update");
+    }
+    let simulated = Command::new("apt-get")
+        .args(["--simulate", "--no-install-recommends", "install"])
+        .args(built)
+        .output()
+        .expect("it is there as apt-cache is");
+    let said = String::from_utf8_lossy(&simulated.stdout);
+    assert!(simulated.status.success(), "{simulated:?}");
+    for package in ["hapticd", "haptic-gui"] {
+        assert!(said.contains(&format!("Inst {package} ")), "{said}");
+    }
+}
+
+#[test]
 fn a_desktop_can_show_the_panel() {
     let metadata = Path::new(PACKAGING).join("gui");
     let checks = [

@@ -374,6 +374,36 @@ fn a_wrong_configuration_is_not_tried_again() {
     });
 }
 
+#[test]
+fn metrics_are_scraped_from_the_hardened_unit_with_its_drop_in_and_without_one_the_unit_says_why_not() {
+    let _one = crate::one_of_two();
+    let Some(machine) = Machine::boot("metrics = \"127.0.0.1:0\"") else {
+        return;
+    };
+    assert!(!machine.run(&["systemctl", "start", "hapticd"]).status.success());
+    let journal = machine.journal();
+    assert!(journal.contains("cannot serve metrics on 127.0.0.1:0"), "{journal}");
+    assert!(journal.contains("examples/metrics.conf opens"), "{journal}");
+    assert_eq!(machine.property("NRestarts"), "0", "{journal}");
+
+    let drop_in = machine.path("/etc/systemd/system/hapticd.service.d/metrics.conf");
+    fs::create_dir_all(drop_in.parent().expect("a folder")).expect("made");
+    let text = include_str!("../../packaging/hapticd.service.d/metrics.conf.example");
+    fs::write(&drop_in, text).expect("written");
+    machine.run_ok(&["systemctl", "daemon-reload"]);
+    machine.run_ok(&["systemctl", "reset-failed", "hapticd"]);
+    machine.run_ok(&["systemctl", "start", "hapticd"]);
+    let port = machine.eventually("the address", || {
+        let journal = machine.journal();
+        let (_, address) = journal.rsplit_once("http://127.0.0.1:")?;
+        Some(address.split_once('/')?.0.to_owned())
+    });
+    let ask = "GET /metrics HTTP/1.1\\r\\nHost: rig\\r\\nConnection: close\\r\\n\\r\\n";
+    let scrape = format!("exec 3<>/dev/tcp/127.0.0.1/{port}; printf '{ask}' >&3; cat <&3");
+    let scraped = machine.run_ok(&["bash", "-c", &scrape]);
+    assert!(scraped.contains("hapticd_state{state=\"idle\"} 1"), "{scraped}");
+}
+
 // hazard: H18
 #[test]
 fn the_managers_journal_tells_who_stopped_the_rig_and_how_urgent_that_is() {

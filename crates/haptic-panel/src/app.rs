@@ -19,8 +19,8 @@ use std::time::{Duration, Instant};
 /// How much longer the time between two frames is without a graphics card.
 const SLOWER_IN_SOFTWARE: u32 = 3;
 
-/// Shortest time between two frames without a graphics card: 10 a second.
-const SHORTEST_IN_SOFTWARE: Duration = Duration::from_millis(100);
+/// Shortest time between two frames without a graphics card: 8 a second.
+const SHORTEST_IN_SOFTWARE: Duration = Duration::from_millis(120);
 
 /// Longest time between two frames without a graphics card: no number in sight is older.
 const LONGEST_IN_SOFTWARE: Duration = Duration::from_secs(3);

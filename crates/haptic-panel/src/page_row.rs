@@ -65,7 +65,18 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         if let Some(reading) = &view.reading {
             show_reading(ui, reading);
         }
-        notice::show(ui, &mut view.file_notice);
+        // What a page did is told before what was done to a file.
+        let of_page = match view.page {
+            Page::Identify => &mut view.fitting.report,
+            Page::Task | Page::Perception => &mut view.studying.report,
+            Page::Tune | Page::Record => &mut None,
+        };
+        let notice = if of_page.is_some() {
+            of_page
+        } else {
+            &mut view.file_notice
+        };
+        notice::show(ui, notice);
     });
 }
 

@@ -103,6 +103,8 @@ impl Rows {
 }
 
 fn show_parameters(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, rows: &mut Rows) {
+    // A row is 40 points high, and the next one follows at once: its name is distance enough.
+    let distance = std::mem::take(&mut ui.spacing_mut().item_spacing.y);
     let mut group = "";
     for about in &scene.parameters {
         let Some(edits) = tuning.parameter(&about.name) else {
@@ -110,12 +112,14 @@ fn show_parameters(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, rows: &
         };
         if about.group != group {
             group = &about.group;
+            ui.add_space(distance);
             ui.label(RichText::new(sentence_case(group)).small().weak());
         }
         rows.show(ui, &about.name, |ui| {
             parameter_row::show(ui, about, edits, &scene.advised);
         });
     }
+    ui.spacing_mut().item_spacing.y = distance;
 }
 
 /// The revision, and the outcome of the last action on the whole scene. The lowest line comes first.

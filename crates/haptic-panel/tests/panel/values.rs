@@ -101,6 +101,14 @@ fn all_of_a_drag_is_one_step_of_undo() {
 }
 
 #[test]
+fn a_parameter_is_a_row_of_40_points() {
+    let panel = connected(RigState::Engaged);
+    let top = |field: &str| panel.get_by_label(field).rect().top();
+    let pitch = top("damping value") - top("stiffness value");
+    assert!((pitch - 40.0).abs() < 0.5, "{pitch}");
+}
+
+#[test]
 fn arrow_keys_move_a_slider_by_steps_that_are_felt() {
     let mut panel = connected(RigState::Engaged);
     panel.get_by_label("static force slider").focus();

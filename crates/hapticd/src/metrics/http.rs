@@ -21,10 +21,20 @@ const LONGEST_REQUEST: usize = 8 * 1024;
 
 /// Why metrics are not served.
 #[derive(Debug, Error)]
-#[error("cannot serve metrics on {address}: {source}; name another address with --metrics")]
+#[error("cannot serve metrics on {address}: {source}; {remedy}")]
 pub(crate) struct MetricsError {
     address: SocketAddr,
     source: std::io::Error,
+    remedy: &'static str,
+}
+
+/// What helps, for a person.
+fn remedy(source: &std::io::Error) -> &'static str {
+    if rustix::io::Errno::from_io_error(source) == Some(rustix::io::Errno::AFNOSUPPORT) {
+        "the service has no network: /usr/share/doc/hapticd/examples/metrics.conf opens this machine's own"
+    } else {
+        "name another address with --metrics"
+    }
 }
 
 /// Serves the metrics.
@@ -35,7 +45,11 @@ impl Server {
     /// Binds the address.
     pub(crate) async fn bind(address: SocketAddr) -> Result<Self, MetricsError> {
         let bound = TcpListener::bind(address).await;
-        bound.map(Self).map_err(|source| MetricsError { address, source })
+        bound.map(Self).map_err(|source| MetricsError {
+            address,
+            remedy: remedy(&source),
+            source,
+        })
     }
 
     /// The address, with the port that the system chose for port 0.

@@ -5,7 +5,6 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::fitting::{Fitting, Foreseen, Progress};
 use crate::model::tuning::TRIAL;
-use crate::notice;
 use crate::theme::Palette;
 use egui::{Button, CollapsingHeader, Label, RichText, TextEdit, Ui};
 use haptic_core::Scene;
@@ -45,7 +44,6 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         intents.push(fitting.begin_trial());
     }
     ui.horizontal_wrapped(|ui| show_saving(ui, fitting, &scene, is_connected, intents));
-    notice::show(ui, &mut fitting.report);
 }
 
 fn show_saving(ui: &mut Ui, fitting: &mut Fitting, scene: &Scene, is_connected: bool, intents: &mut Vec<Intent>) {

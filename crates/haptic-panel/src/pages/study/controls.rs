@@ -3,7 +3,6 @@
 use crate::drop_down::{self, Item, is_entered};
 use crate::intent::Intent;
 use crate::model::Model;
-use crate::notice;
 use crate::study::{Stage, StudyCommand, StudyState, SubjectScreen, SubjectState};
 use crate::theme::Palette;
 use egui::{Button, Grid, Label, ProgressBar, RichText, TextEdit, Ui, Vec2, vec2};
@@ -45,7 +44,6 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             commands.push(StudyCommand::Note(text));
         }
     });
-    notice::show(ui, &mut studying.report);
     intents.extend(commands.into_iter().map(Intent::Study));
 }
 

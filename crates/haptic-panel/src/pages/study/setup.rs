@@ -3,7 +3,6 @@
 use crate::browse;
 use crate::intent::{Intent, Wanted};
 use crate::model::Model;
-use crate::notice;
 use crate::page::Page;
 use egui::{Button, Label, RichText, TextEdit, Ui};
 use haptic_studies::plan::Task;
@@ -94,7 +93,6 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
     if let Err(why) = &create {
         ui.add(Label::new(RichText::new(why).small().weak()).wrap());
     }
-    notice::show(ui, &mut studying.report);
 }
 
 /// Says what the page is for.
