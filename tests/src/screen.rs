@@ -142,11 +142,25 @@ impl Screen {
     /// # Panics
     /// It is refused.
     pub fn act(&self, what: &[&str]) {
+        assert!(self.tries(what), "{what:?}");
+    }
+
+    /// The same, where it may be too early. Says whether it was done.
+    ///
+    /// # Panics
+    /// There is no `xdotool`.
+    pub fn tries(&self, what: &[&str]) -> bool {
         let done = Command::new("xdotool")
             .args(what)
             .env("DISPLAY", &self.display)
             .status();
-        assert!(done.expect("xdotool runs").success(), "{what:?}");
+        done.expect("xdotool runs").success()
+    }
+
+    /// The home of the panels on it.
+    #[must_use]
+    pub fn home(&self) -> &Path {
+        self.directory.path()
     }
 
     /// Clicks, and waits until the place looks otherwise: a field that is clicked shows that it
@@ -246,6 +260,14 @@ impl Panel {
             stat.split_whitespace().next()?.parse().ok()
         };
         threads.flatten().filter_map(of_thread).sum::<f64>() * 1e-9
+    }
+
+    /// Whether it has ended by itself.
+    ///
+    /// # Panics
+    /// The system does not tell.
+    pub fn has_ended(&mut self) -> bool {
+        self.0.try_wait().expect("it is ours").is_some()
     }
 }
 

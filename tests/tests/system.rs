@@ -50,6 +50,7 @@ mod metrics;
 mod other_programs;
 mod outside_files;
 mod package;
+mod panel_flows;
 mod parquet_types;
 mod recording_set;
 mod release;

@@ -59,9 +59,9 @@ impl Picture {
 }
 
 fn draw_until_the_end(model: &Mutex<Model>, woken: &Receiver<()>) -> io::Result<()> {
+    let _restored = Restore;
     // Also puts the terminal back if anything panics.
     let mut terminal = ratatui::try_init()?;
-    let _restored = Restore;
     let theme = Theme::new(!colour::is_forbidden());
     while woken.recv_timeout(REDRAW_EVERY) != Err(RecvTimeoutError::Disconnected) {
         // The model is locked while the picture is made, never while the terminal takes it.

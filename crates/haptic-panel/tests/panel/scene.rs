@@ -58,6 +58,19 @@ fn changed(intent: Intent, revision: u64) -> Update {
 }
 
 #[test]
+fn the_whole_list_of_laws_is_in_sight() {
+    let mut panel = informed();
+    press(&mut panel, "friction law");
+    let window = panel.ctx.content_rect();
+    let mut above = f32::NEG_INFINITY;
+    for law in haptic_core::friction::LAWS {
+        let item = crate::bench::item_of(&panel, law).rect();
+        assert!(window.contains_rect(item) && item.top() >= above, "{law}: {item}");
+        above = item.bottom();
+    }
+}
+
+#[test]
 fn another_law_is_a_whole_scene_that_keeps_what_both_have() {
     let mut panel = informed();
     press(&mut panel, "friction law");

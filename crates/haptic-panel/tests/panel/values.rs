@@ -218,6 +218,11 @@ fn an_accepted_change_is_shown_with_its_revision_and_tick() {
     assert_eq!(value_of(&panel, "mass value"), "2");
     panel.get_by_label("Revision 2, applied at tick 321");
     panel.get_by_label("applied at tick 321");
+    // No tick has rendered the scene that a daemon begins with.
+    let begun = Update::Event(Event::State(state_event(RigState::Idle, 0)));
+    let mut panel = connected(RigState::Idle);
+    hear(&mut panel, begun);
+    assert!(panel.query_by_label_contains("at tick 0").is_none());
 }
 
 #[test]
