@@ -25,6 +25,10 @@ const PNG: (usize, usize) = (842, 196);
 /// Where its folder stands.
 const EXPORT_FOLDER: (usize, usize) = (1050, 168);
 
+/// What chooses the rig to be identified, and the button that begins, on its page.
+const THE_RIG: (usize, usize) = (125, 119);
+const IDENTIFY: (usize, usize) = (43, 255);
+
 /// How much of a colour a dark field has, at most.
 const DARK: u8 = 16;
 
@@ -137,4 +141,32 @@ fn a_person_records_marks_notes_exports_and_closes() {
         _ => None,
     });
     assert_eq!(texts.collect::<Vec<_>>(), ["marker 1", "sticky"]);
+}
+
+#[test]
+fn a_person_identifies_what_is_seen_of_the_rig() {
+    if !test_run::is_long_for("an identification by hand in the panel's window") {
+        return;
+    }
+    let Some(screen) = Screen::open() else { return };
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    let _panel = screen.panel(daemon.socket(), &["--theme", "dark", "--page", "identify"]);
+    // Two turns of the hand and more.
+    let begun = wait_for(&mut client, "the panel", |status| status.clients == 3);
+    wait_for(&mut client, "some seconds", |status| status.tick > begun.tick + 6000);
+    press(&screen, THE_RIG);
+    let is_light = |picture: &Picture| picture.at(IDENTIFY.0 - 28, IDENTIFY.1)[0] >= 45;
+    wait_until(&screen, "a button that can be pressed", is_light);
+    press(&screen, IDENTIFY);
+    // The samples of four plots, in the colour of the device.
+    wait_until(&screen, "data and fits", |picture| {
+        let places = (150..760).flat_map(|y| (390..1270).map(move |x| (x, y)));
+        let is_of_device = |(x, y): &(usize, usize)| {
+            let [red, _, blue] = picture.at(*x, *y);
+            blue > 150 && red < 120
+        };
+        places.filter(is_of_device).count() > 3000
+    });
 }

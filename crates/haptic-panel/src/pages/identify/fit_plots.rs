@@ -17,6 +17,9 @@ const DOT_CELL: f32 = 2.0;
 const DOT_RADIUS: f32 = 1.0;
 const LINE_WIDTH: f32 = 1.5;
 
+/// How strong the line of a fit is: the samples below it are seen where both agree.
+const FIT_OPACITY: f32 = 0.65;
+
 /// Height of a plot's title and legend with the distances around them, points.
 const TITLE_HEIGHT: f32 = 46.0;
 
@@ -94,7 +97,11 @@ fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
 
 /// The measured samples have the colour of the device, the fit that of a law.
 fn color(palette: &Palette, place: usize) -> Color32 {
-    if place == 0 { palette.device } else { palette.law }
+    if place == 0 {
+        palette.device
+    } else {
+        palette.law.gamma_multiply(FIT_OPACITY)
+    }
 }
 
 fn draw(plot: &mut PlotUi<'_>, trace: &FitTrace, seen: Extent, cells: [usize; 2], color: Color32) {
