@@ -250,7 +250,7 @@ fn promtool_has_nothing_to_say_and_rules_and_dashboard_name_only_what_is_scraped
         &["check", "rules", alerts.to_str().expect("a plain path")],
         "",
     );
-    let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/alerts.test.yml");
+    let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/monitoring/alerts.test.yml");
     check(Command::new("promtool"), &["test", "rules", cases], "");
     // What the alerts tell apart is there before it happens.
     for label in [

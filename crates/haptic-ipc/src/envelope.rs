@@ -83,6 +83,7 @@ fn not_an_object(line: &str, error: &serde_json::Error) -> WireError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ChangeOptions;
     use haptic_core::Scene;
 
     const EXCITATION: &str = concat!(
@@ -106,7 +107,7 @@ mod tests {
             let more = match *op {
                 "set" => r#","params":{}"#,
                 "subscribe" => r#","topics":["samples"],"rate_hz":100"#,
-                "scene.load" => r#","scene":"viscous-drag","ramp_ms":50"#,
+                "scene.load" => r#","scene":"viscous-drag","ramp_ms":50,"if_revision":3,"dry_run":true,"at_tick":99"#,
                 "scene.save" => r#","name":"mine","scene":7"#,
                 "scene.delete" => r#","name":"mine""#,
                 "scene.rename" => r#","name":"mine","to":"yours""#,
@@ -122,6 +123,8 @@ mod tests {
             let envelope = Envelope::parse(&line).unwrap_or_else(|error| panic!("{line}: {error:?}"));
             let written = serde_json::to_string(&envelope).expect("writes");
             assert_eq!(Envelope::parse(&written).expect("reads"), envelope);
+            let is_there = |field: &str| *op != "scene.load" || written.contains(&format!("\"{field}\":"));
+            assert!(ChangeOptions::FIELDS.into_iter().all(is_there), "{written}");
         }
     }
 
