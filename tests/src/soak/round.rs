@@ -145,6 +145,10 @@ fn judge(
         if let Some(code) = faults.iter().find(|code| OF_A_BUSY_MACHINE.contains(code)) {
             return End::BusyMachine((*code).to_owned());
         }
+        // A line that is held up for long counts as gone, and comes back by itself.
+        if ended == RigState::Disconnected && ends_in != Ending::Disconnected {
+            return End::BusyMachine("disconnected".to_owned());
+        }
         if began.elapsed() > JOURNAL_WAITS {
             let own = entries
                 .iter()
@@ -205,6 +209,10 @@ mod tests {
         assert_eq!(
             judged(jump, RigState::Faulted, Some("stalled")),
             End::BusyMachine("stalled".to_owned())
+        );
+        assert_eq!(
+            judged(Ending::Released, RigState::Disconnected, None),
+            End::BusyMachine("disconnected".to_owned())
         );
         assert_eq!(judged(Ending::GoesOn, RigState::Engaged, None), End::AsDocumented(None));
         assert_eq!(
