@@ -336,8 +336,7 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
     };
     rig.order("cut");
     let cut_s = number(&rig.stats(), "/time_s");
-    host.hold(3000, 20);
-    let told = host.heard.iter().any(|message| {
+    let is_told = |message: &FromDevice| {
         matches!(
             message,
             FromDevice::Error {
@@ -345,8 +344,13 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
                 ..
             }
         )
-    });
-    assert!(told, "{:?}", host.heard);
+    };
+    // On a busy machine samples from before the cut are still on the line.
+    let began = Instant::now();
+    while !host.heard.iter().any(is_told) {
+        assert!(began.elapsed() < PATIENCE, "{:?}", host.heard);
+        host.hold(3000, 20);
+    }
     let off_s = number(&rig.stats(), "/motor/last_on_s");
     assert!(off_s - cut_s < 0.0015, "{} s after", off_s - cut_s);
 }
