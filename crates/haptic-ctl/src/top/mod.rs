@@ -20,6 +20,7 @@ use model::{Intent, Model};
 use picture::Picture;
 use std::io::IsTerminal;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
@@ -59,8 +60,9 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<()
         let _: SubscribeReply = daemon.ask(request).await?;
     }
     let (answering, mut answers) = mpsc::channel(8);
-    let asking = answered(Daemon::connect(socket).await?, answering.clone());
-    let stopping = answered(Daemon::connect(socket).await?, answering);
+    let stops = Arc::new(AtomicU64::new(0));
+    let asking = answered(Daemon::connect(socket).await?, answering.clone(), Arc::clone(&stops));
+    let stopping = answered(Daemon::connect(socket).await?, answering, Arc::clone(&stops));
     let model = Arc::new(Mutex::new(Model::new(daemon.hello().server.clone())));
     // No key is lost to the shell's line while the terminal does not yet take a picture.
     enable_raw_mode()?;
@@ -77,10 +79,13 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<()
             },
             Some(key) = keys.recv() => {
                 let intent = Intent::of(key);
-                let way = if intent == Some(Intent::Stop) { &stopping } else { &asking };
+                let is_stop = intent == Some(Intent::Stop);
+                // What waits behind another answer must not bring the force back after the stop.
+                let before = stops.fetch_add(u64::from(is_stop), Ordering::Relaxed);
+                let way = if is_stop { &stopping } else { &asking };
                 match intent {
                     Some(Intent::Quit) => break Ok(()),
-                    Some(intent) if way.try_send(intent).is_err() => lock(&model).hung(),
+                    Some(intent) if way.try_send((intent, before)).is_err() => lock(&model).hung(),
                     Some(_) => {}
                     None => lock(&model).help_key(key),
                 }
@@ -102,7 +107,7 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<()
                 }
             },
             _ = status.tick() => if !status_pending {
-                status_pending = asking.try_send(Intent::Look).is_ok();
+                status_pending = asking.try_send((Intent::Look, 0)).is_ok();
             },
             failure = picture.failed() => break Err(failure),
             _ = interrupt.recv() => break Err(Failure::Interrupted),
@@ -130,11 +135,15 @@ fn read_keys(typing: &mpsc::Sender<event::KeyEvent>) {
     }
 }
 
-/// Asks on a connection of its own what is sent to it, one request after the other.
-fn answered(mut daemon: Daemon, answering: mpsc::Sender<Answer>) -> mpsc::Sender<Intent> {
-    let (asking, mut asked) = mpsc::channel::<Intent>(8);
+/// Asks on a connection of its own what is sent to it, one request after the other. Each comes with the number of
+/// stops before it: one that switches the force is void after another stop.
+fn answered(mut daemon: Daemon, answering: mpsc::Sender<Answer>, stops: Arc<AtomicU64>) -> mpsc::Sender<(Intent, u64)> {
+    let (asking, mut asked) = mpsc::channel::<(Intent, u64)>(8);
     tokio::spawn(async move {
-        while let Some(intent) = asked.recv().await {
+        while let Some((intent, before)) = asked.recv().await {
+            if intent.is_void(before, stops.load(Ordering::Relaxed)) {
+                continue;
+            }
             let answer = match intent.request() {
                 None => continue,
                 Some(request @ Request::Status {}) => {

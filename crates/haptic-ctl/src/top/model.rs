@@ -38,6 +38,11 @@ impl Intent {
         }
     }
 
+    /// Whether it must not be asked any more: it could bring the force back, and was wished for before a stop.
+    pub(super) const fn is_void(self, stops_before: u64, stops: u64) -> bool {
+        matches!(self, Self::Engage | Self::Reset) && stops_before != stops
+    }
+
     pub(super) const fn request(self) -> Option<Request> {
         match self {
             Self::Quit => None,
@@ -132,6 +137,16 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_wished_for_before_a_stop_does_not_bring_the_force_back_after_it() {
+        for intent in [Intent::Engage, Intent::Reset] {
+            assert!(intent.is_void(0, 1) && !intent.is_void(1, 1), "{intent:?}");
+        }
+        for intent in [Intent::Stop, Intent::Release, Intent::Look] {
+            assert!(!intent.is_void(0, 1), "{intent:?}");
+        }
+    }
 
     #[test]
     fn every_key_that_a_hand_in_a_hurry_may_hit_stops() {
