@@ -22,8 +22,11 @@ use crate::math::sqrt;
 const PIECES: u32 = 128;
 /// Within this share of the forces at rest, their difference is none.
 const BALANCE: f64 = 1e-13;
-/// Secants that find the end of an implicit step, to far less than the step is exact.
-const MOST_SECANTS: usize = 24;
+/// Within this share of its length the end of an implicit step is found: far less than the step is
+/// exact.
+const STEP_ACCURACY: f64 = 1e-10;
+/// Secants that find it. As many halvings as it takes from a metre to a nanometre and on.
+const MOST_SECANTS: usize = 64;
 
 /// A contact under a block, which is moved on piece by piece.
 pub(crate) trait PiecewiseContact: YieldingContact {
@@ -133,15 +136,14 @@ impl<C: PiecewiseContact> YieldingBlock<C> {
         let (mut at_near, mut at_far) = (-net.abs(), residual(far));
         // The Illinois method: a secant that halves the end which does not move, so that both do.
         for _ in 0..MOST_SECANTS {
-            if far - near <= 1e-10 * far || at_far <= 0.0 {
+            if far - near <= STEP_ACCURACY * far || at_far <= 0.0 {
                 break;
             }
-            let secant = far - at_far * (far - near) / (at_far - at_near);
-            let middle = if secant > near && secant < far {
-                secant
-            } else {
-                0.5 * (near + far)
-            };
+            // Reckoned from the near end: the far one may be a million times as far as the root.
+            let secant = near - at_near * (far - near) / (at_far - at_near);
+            // Never on an end itself, so that one which is the root as it is rounded ends the search.
+            let margin = 0.5 * STEP_ACCURACY * far;
+            let middle = secant.max(near + margin).min(far - margin);
             let there = residual(middle);
             if there < 0.0 {
                 (near, at_near) = (middle, there);
