@@ -21,6 +21,7 @@ pub mod pid1;
 pub mod process;
 pub mod recorded;
 pub mod reference;
+pub mod relay;
 pub mod schema;
 pub mod screen;
 pub mod simulated_rig;

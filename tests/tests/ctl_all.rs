@@ -3,12 +3,11 @@
 use haptic_ipc::{LogReply, Request, RigState};
 use serde_json::Value;
 use std::fs;
-use std::io;
-use std::net::Shutdown;
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
+use system_tests::relay::Relay;
 use system_tests::{Daemon, binary, status, wait_for_state};
 
 /// Generous: on a busy machine the program itself takes its time to start.
@@ -114,36 +113,13 @@ fn all_rigs_answer_and_a_dead_one_is_a_line_and_keeps_nobody_waiting() {
     }
 }
 
-/// Forwards a socket, as `ssh -L` does: whoever connects is served by the other end.
-fn forward(from: &Path, to: &Path) {
-    let listener = UnixListener::bind(from).expect("a socket");
-    let to = to.to_path_buf();
-    std::thread::spawn(move || {
-        for here in listener.incoming() {
-            let (here, there) = (here.expect("a client"), UnixStream::connect(&to).expect("it serves"));
-            for (mut from, mut into) in [
-                (
-                    here.try_clone().expect("a handle"),
-                    there.try_clone().expect("a handle"),
-                ),
-                (there, here),
-            ] {
-                std::thread::spawn(move || {
-                    drop(io::copy(&mut from, &mut into));
-                    drop(into.shutdown(Shutdown::Write));
-                });
-            }
-        }
-    });
-}
-
 #[test]
 fn a_rig_behind_a_forwarded_socket_is_one_like_the_others_and_its_client_is_the_forwarder() {
     let directory = tempfile::tempdir().expect("a directory");
     let rigs = directory.path();
     let far = Daemon::start(&["--ramp-ms", "10"]);
     let socket = socket_of(rigs, "hapticd@bench");
-    forward(&socket, far.socket());
+    let _forwarded = Relay::start(&socket, far.socket());
     let by_path = ctl(
         rigs,
         &["--socket", socket.to_str().expect("a plain path"), "engage", "--wait"],

@@ -2,13 +2,19 @@
 
 use haptic_ipc::RigState;
 use rustix::process::{Signal, kill_process};
+use std::path::Path;
 use std::process::Command;
+use system_tests::relay::Relay;
 use system_tests::terminal::Terminal;
 use system_tests::{Daemon, binary, wait_for_state};
 
 fn top(daemon: &Daemon, no_color: &str) -> Terminal {
+    top_at(daemon.socket(), no_color)
+}
+
+fn top_at(socket: &Path, no_color: &str) -> Terminal {
     let mut command = Command::new(binary("haptic-ctl"));
-    command.arg("top").arg("--socket").arg(daemon.socket());
+    command.arg("top").arg("--socket").arg(socket);
     // Somebody may have set it for the tests too.
     command.env("NO_COLOR", no_color);
     let mut top = Terminal::start(command);
@@ -100,6 +106,29 @@ fn a_change_of_the_terminals_size_swallows_no_key() {
             wait_for_state(&mut client, state);
         }
     }
+}
+
+#[test]
+fn what_was_wished_for_before_a_stop_is_void_after_it() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("control.sock");
+    let relay = Relay::start(&socket, daemon.socket());
+    let mut top = top_at(&socket, "");
+    // A daemon that is slow to answer: both wishes wait behind its status, and the stop overtakes them.
+    relay.keep_back(r#""status""#);
+    relay.wait_for_one();
+    top.type_in("Re ");
+    wait_for_state(&mut client, RigState::Stopped);
+    relay.release();
+    top.wait_for("the stop", |screen| screen.contains("STOPPED"));
+    // What is wished for now comes after all that waited.
+    top.type_in("R");
+    wait_for_state(&mut client, RigState::Idle);
+    let passed = relay.passed();
+    let of = |operation: &str| passed.iter().filter(|line| line.contains(operation)).count();
+    assert_eq!((of(r#""reset""#), of(r#""engage""#)), (1, 0), "{passed:?}");
 }
 
 #[test]
