@@ -163,6 +163,14 @@ impl Screen {
         self.directory.path()
     }
 
+    /// Clicks.
+    ///
+    /// # Panics
+    /// It is refused.
+    pub fn press(&self, (x, y): (usize, usize)) {
+        self.act(&["mousemove", &x.to_string(), &y.to_string(), "click", "1"]);
+    }
+
     /// Clicks, and waits until the place looks otherwise: a field that is clicked shows that it
     /// listens, and only then do keys go to it.
     ///
@@ -216,6 +224,18 @@ impl Screen {
         Picture {
             size,
             rgb: rgb.collect(),
+        }
+    }
+
+    /// Waits until it shows what a test waits for.
+    ///
+    /// # Panics
+    /// It never comes to that.
+    pub fn wait_until(&self, what: &str, is_there: impl Fn(&Picture) -> bool) {
+        let began = Instant::now();
+        while !is_there(&self.picture()) {
+            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
+            crate::pause();
         }
     }
 

@@ -32,18 +32,6 @@ const IDENTIFY: (usize, usize) = (43, 255);
 /// How much of a colour a dark field has, at most.
 const DARK: u8 = 16;
 
-fn wait_until(screen: &Screen, what: &str, is_there: impl Fn(&Picture) -> bool) {
-    let began = Instant::now();
-    while !is_there(&screen.picture()) {
-        assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
-        pause();
-    }
-}
-
-fn press(screen: &Screen, (x, y): (usize, usize)) {
-    screen.act(&["mousemove", &x.to_string(), &y.to_string(), "click", "1"]);
-}
-
 fn is_dark(picture: &Picture, (x, y): (usize, usize)) -> bool {
     picture.at(x, y).iter().all(|part| *part <= DARK)
 }
@@ -85,24 +73,24 @@ fn a_person_records_marks_notes_exports_and_closes() {
         let [red, _, blue] = picture.at(RECORDING.0, RECORDING.1);
         red > 100 && blue < 40
     };
-    wait_until(&screen, "the page", |picture| {
+    screen.wait_until("the page", |picture| {
         let [red, ..] = picture.at(RECORDING.0, RECORDING.1);
         red > 40 && !is_amber(picture)
     });
     screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
-    press(&screen, RECORD);
-    wait_until(&screen, "the recording", is_amber);
+    screen.press(RECORD);
+    screen.wait_until("the recording", is_amber);
 
     screen.act(&["key", "m"]);
     screen.act(&["key", "n"]);
-    wait_until(&screen, "the note's field", |picture| is_dark(picture, NOTE));
+    screen.wait_until("the note's field", |picture| is_dark(picture, NOTE));
     screen.act(&["type", "sticky"]);
     screen.act(&["key", "Return"]);
-    wait_until(&screen, "its end", |picture| !is_dark(picture, NOTE));
+    screen.wait_until("its end", |picture| !is_dark(picture, NOTE));
 
-    press(&screen, EXPORT);
-    wait_until(&screen, "the menu", |picture| is_dark(picture, EXPORT_FOLDER));
-    press(&screen, PNG);
+    screen.press(EXPORT);
+    screen.wait_until("the menu", |picture| is_dark(picture, EXPORT_FOLDER));
+    screen.press(PNG);
     let picture = screen.home().join("haptic-plot-1.png");
     let began = Instant::now();
     let size = loop {
@@ -156,12 +144,12 @@ fn a_person_identifies_what_is_seen_of_the_rig() {
     // Two turns of the hand and more.
     let begun = wait_for(&mut client, "the panel", |status| status.clients == 3);
     wait_for(&mut client, "some seconds", |status| status.tick > begun.tick + 6000);
-    press(&screen, THE_RIG);
+    screen.press(THE_RIG);
     let is_light = |picture: &Picture| picture.at(IDENTIFY.0 - 28, IDENTIFY.1)[0] >= 45;
-    wait_until(&screen, "a button that can be pressed", is_light);
-    press(&screen, IDENTIFY);
+    screen.wait_until("a button that can be pressed", is_light);
+    screen.press(IDENTIFY);
     // The samples of four plots, in the colour of the device.
-    wait_until(&screen, "data and fits", |picture| {
+    screen.wait_until("data and fits", |picture| {
         let places = (150..760).flat_map(|y| (390..1270).map(move |x| (x, y)));
         let is_of_device = |(x, y): &(usize, usize)| {
             let [red, _, blue] = picture.at(*x, *y);

@@ -8,7 +8,7 @@ use haptic_studies::store::{self, About, Study};
 use haptic_studies::trial::FittsTrial;
 use std::path::Path;
 use std::time::Instant;
-use system_tests::screen::{Panel, Screen};
+use system_tests::screen::{Panel, Picture, Screen};
 use system_tests::{Daemon, PATIENCE, pause, status, wait_for, wait_for_state};
 
 /// Two segments of three trials. The hand's 30 mm are the targets' centres.
@@ -71,7 +71,7 @@ pub(crate) fn wait_until_open(screen: &Screen) {
 
 /// Opens the subject's window of a dark panel that shows its study, and gives it the keyboard.
 pub(crate) fn open_subjects_window(screen: &Screen) {
-    press(screen, SUBJECTS_SCREEN);
+    screen.press(SUBJECTS_SCREEN);
     let found = ["search", "--sync", "--onlyvisible", "--name", SUBJECTS_TITLE];
     screen.act(&[&found[..], &["windowfocus"]].concat());
 }
@@ -79,7 +79,7 @@ pub(crate) fn open_subjects_window(screen: &Screen) {
 /// Begins, or goes on, as soon as that can be done.
 fn go_on(screen: &Screen) {
     wait_until_enabled(screen, GO_ON);
-    press(screen, GO_ON);
+    screen.press(GO_ON);
     wait_until_enabled(screen, PAUSE);
 }
 
@@ -88,11 +88,11 @@ fn go_on_after_stop(screen: &Screen, client: &mut Client) {
     screen.act(&["search", "--name", "Haptic panel", "windowraise"]);
     let began = Instant::now();
     let mut is_asked = false;
-    while !(is_asked && is_enabled(screen, PAUSE)) {
+    while !(is_asked && is_enabled(&screen.picture(), PAUSE)) {
         assert!(began.elapsed() < PATIENCE, "it does not go on");
         bring_to(client, RigState::Engaged);
-        if is_enabled(screen, GO_ON) {
-            press(screen, GO_ON);
+        if is_enabled(&screen.picture(), GO_ON) {
+            screen.press(GO_ON);
             is_asked = true;
         }
         pause();
@@ -100,20 +100,14 @@ fn go_on_after_stop(screen: &Screen, client: &mut Client) {
     screen.act(&["search", "--name", SUBJECTS_TITLE, "windowraise", "windowfocus"]);
 }
 
-fn press(screen: &Screen, (x, y): (usize, usize)) {
-    screen.act(&["mousemove", &x.to_string(), &y.to_string(), "click", "1"]);
-}
-
-fn is_enabled(screen: &Screen, (x, y): (usize, usize)) -> bool {
-    screen.picture().at(x, y)[0] >= ENABLED
+fn is_enabled(picture: &Picture, (x, y): (usize, usize)) -> bool {
+    picture.at(x, y)[0] >= ENABLED
 }
 
 fn wait_until_enabled(screen: &Screen, button: (usize, usize)) {
-    let began = Instant::now();
-    while !is_enabled(screen, button) {
-        assert!(began.elapsed() < PATIENCE, "the button at {button:?}");
-        pause();
-    }
+    screen.wait_until(&format!("the button at {button:?}"), |picture| {
+        is_enabled(picture, button)
+    });
 }
 
 /// Does trials until so many rows are on the disk: a key wherever the hand has come to the other side. The first
