@@ -4,7 +4,7 @@
 use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Across, Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::frame::{self, RIGHT_MARGIN};
-use super::{legend, picture_taking, zoom};
+use super::{GRAB, legend, picture_taking, zoom};
 use crate::drop_down::{self, Item};
 use crate::model::reference::Reference;
 use crate::model::scope::against::{Against, Extent};
@@ -13,9 +13,10 @@ use crate::model::tapes::Tapes;
 use crate::tape::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
 use crate::wording::significant;
-use egui::{RichText, Sense, Ui};
-use egui_plot::PlotResponse;
+use egui::{Pos2, RichText, Sense, Ui};
+use egui_plot::{PlotPoint, PlotResponse, PlotTransform};
 use haptic_core::{Parameter, Scene};
+use haptic_ipc::Sample;
 
 /// Length of the trail, s.
 const TRAIL_S: f64 = 1.0;
@@ -31,6 +32,9 @@ const REFERENCE_OPACITY: f32 = 0.35;
 
 /// Radius of the newest sample, and of those at the cursors, points.
 const DOT_RADIUS: f32 = 5.0;
+
+/// Nearer than this to one another, two places of the trail are one to a hand that drags, points.
+const SAME_PLACE: f32 = 3.0;
 
 /// Numbers at the short axis of velocity.
 const FEW: f64 = 2.0;
@@ -87,6 +91,17 @@ fn drawn(tapes: &Tapes, scope: &Scope) -> TimeRange {
     TimeRange { from_s, to_s, ..seen }
 }
 
+/// The drawn samples, each with the one before it. The law says nothing of samples without force.
+fn trail<'t>(
+    tapes: &'t Tapes,
+    scope: &'t Scope,
+    (drawn, stride): (&TimeRange, usize),
+) -> impl Iterator<Item = (&'t Sample, &'t Sample)> {
+    let with_force = scope.against.shows_law();
+    let samples = scope.tape(tapes).pairs_every(stride, drawn.from_s, drawn.to_s);
+    samples.filter(move |(_, sample)| !with_force || sample.state.is_live())
+}
+
 /// Of how many samples one is drawn.
 fn stride(tapes: &Tapes, scope: &Scope, drawn: &TimeRange) -> usize {
     let count = scope.tape(tapes).count(drawn.from_s, drawn.to_s);
@@ -99,10 +114,7 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
     let drawn = drawn(tapes, scope);
     let stride = stride(tapes, scope, &drawn);
     let tape = scope.tape(tapes);
-    let samples = tape.pairs_every(stride, drawn.from_s, drawn.to_s);
-    // The law says nothing of samples without force.
-    let with_force = scope.against.shows_law();
-    let samples = samples.filter(|(_, sample)| !with_force || sample.state.is_live());
+    let samples = trail(tapes, scope, (&drawn, stride));
     let (mut low, mut high, mut newest) = (f64::INFINITY, f64::NEG_INFINITY, None);
     for (before, sample) in samples {
         let value = across.of(before, sample);
@@ -147,12 +159,12 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
         labels: [label(across), label(up)],
     };
     // Fainter than the block's line, so that the law and the dot stand out.
-    let trail = Trace {
+    let line = Trace {
         name: "Trail".into(),
         across: Across::Signal {
             signal: across,
             stride,
-            with_force,
+            with_force: scope.against.shows_law(),
         },
         signal: up,
         ink: Ink {
@@ -160,7 +172,7 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
             ..Ink::solid(|palette| palette.block, 1.0)
         },
     };
-    Chart::new(tape, &[trail], &overlays, axes)
+    Chart::new(tape, &[line], &overlays, axes)
 }
 
 /// The line of the run that is kept, fainter than the trail.
@@ -274,7 +286,7 @@ pub(crate) fn show(
         .sense(Sense::click_and_drag());
     let mut shown = plot.show(ui, |plot| frame::draw(plot, &chart, palette));
     shown.response = shown.response.accessible_name(name);
-    take_pointer(ui, &mut scope.against, &shown);
+    take_pointer(ui, tapes, scope, &shown);
 }
 
 fn show_choice(ui: &mut Ui, against: &mut Against) {
@@ -326,27 +338,80 @@ fn readings(against: &Against, at: [Option<[f64; 2]>; 2]) -> String {
     format!("Cursor 1: {}; cursor 2: {}{difference}", points[0], points[1])
 }
 
-/// The wheel zooms both axes around the pointer, a drag moves them, a double click fits them again.
-fn take_pointer(ui: &Ui, against: &mut Against, shown: &PlotResponse<()>) {
+/// The wheel zooms both axes around the pointer, a drag moves them or takes a cursor's dot along its trail, a double
+/// click fits them again.
+fn take_pointer(ui: &Ui, tapes: &Tapes, scope: &mut Scope, shown: &PlotResponse<()>) {
     let (response, transform) = (&shown.response, &shown.transform);
     if response.double_clicked() {
-        against.fit();
+        scope.against.fit();
         return;
     }
     if let Some(pos) = response.hover_pos()
         && let Some(factor) = zoom(ui)
     {
         let at = transform.value_from_position(pos);
-        against.across_axis.zoom(factor, at.x);
-        against.up_axis.zoom(factor, at.y);
+        scope.against.across_axis.zoom(factor, at.x);
+        scope.against.up_axis.zoom(factor, at.y);
+    }
+    let grabbed = response.id.with("grabbed cursor");
+    if response.drag_started() {
+        let origin = ui.input(|input| input.pointer.press_origin());
+        let near = origin.and_then(|pos| cursor_near(tapes, scope, pos, transform));
+        ui.data_mut(|data| data.insert_temp(grabbed, near));
     }
     let drag = response.drag_delta();
-    if response.dragged() && drag != egui::Vec2::ZERO {
-        against
-            .across_axis
-            .shift(-f64::from(drag.x) / transform.dpos_dvalue_x());
-        against.up_axis.shift(-f64::from(drag.y) / transform.dpos_dvalue_y());
+    if !response.dragged() || drag == egui::Vec2::ZERO {
+        return;
     }
+    let grabbed = ui.data(|data| data.get_temp::<Option<usize>>(grabbed)).flatten();
+    match (grabbed, response.interact_pointer_pos()) {
+        (Some(cursor), Some(pos)) => {
+            if let Some(at_s) = on_trail(tapes, scope, cursor, pos, transform) {
+                scope.cursors.at_s[cursor] = at_s;
+            }
+        }
+        _ => {
+            let against = &mut scope.against;
+            against
+                .across_axis
+                .shift(-f64::from(drag.x) / transform.dpos_dvalue_x());
+            against.up_axis.shift(-f64::from(drag.y) / transform.dpos_dvalue_y());
+        }
+    }
+}
+
+/// The cursor whose dot can be grabbed at a place of the screen.
+fn cursor_near(tapes: &Tapes, scope: &Scope, pos: Pos2, transform: &PlotTransform) -> Option<usize> {
+    let dots = at_cursors(tapes, scope)?.into_iter().enumerate();
+    let distances = dots.filter_map(|(cursor, at)| {
+        let [across, up] = at?;
+        let dot = transform.position_from_point(&PlotPoint::new(across, up));
+        Some((cursor, dot.distance(pos)))
+    });
+    let (cursor, distance) = distances.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    (distance <= GRAB).then_some(cursor)
+}
+
+/// The time on the plots' axis, s, of the sample of the trail that lies under the pointer. Where the trail passes there
+/// more than once, it is the time next to that of the cursor: a dot stays on its turn.
+fn on_trail(tapes: &Tapes, scope: &Scope, cursor: usize, pos: Pos2, transform: &PlotTransform) -> Option<f64> {
+    let Against { across, up, .. } = scope.against;
+    let drawn = match scope.against.extent {
+        // Or the part that is drawn could only shrink.
+        Extent::Cursors => scope.seen(tapes),
+        Extent::LastSecond | Extent::Seen => drawn(tapes, scope),
+    };
+    let stride = stride(tapes, scope, &drawn);
+    let now_s = drawn.zero_s + scope.cursors.at_s[cursor];
+    let samples = trail(tapes, scope, (&drawn, stride)).map(|(before, sample)| {
+        let point = PlotPoint::new(across.of(before, sample), up.of(before, sample));
+        (sample.t_s, transform.position_from_point(&point).distance(pos))
+    });
+    let samples: Vec<_> = samples.collect();
+    let nearest = samples.iter().map(|(_, distance)| *distance).min_by(f32::total_cmp)?;
+    let under = samples.iter().filter(|(_, distance)| *distance <= nearest + SAME_PLACE);
+    let next = under.min_by(|(a, _), (b, _)| (a - now_s).abs().total_cmp(&(b - now_s).abs()));
+    next.map(|(t_s, _)| t_s - drawn.zero_s)
 }
 
 #[cfg(test)]

@@ -123,6 +123,9 @@ pub(crate) fn limits(model: &Model) -> Option<Limits> {
         .then(|| Limits::of(daemon, tapes, scope, scene))
 }
 
+/// Distance from a cursor at which a drag takes it along, points.
+const GRAB: f32 = 8.0;
+
 /// The factor by which the wheel, or two fingers, zoom in now.
 fn zoom(ui: &Ui) -> Option<f64> {
     let (scroll, zoom) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));

@@ -5,7 +5,7 @@ use super::axis::{AXIS_WIDTH, USUAL_COUNT};
 use super::chart::{Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::frame::RIGHT_MARGIN;
 use super::limits::Limits;
-use super::{contact_ribbon, frame, legend, mark_strip, plot_header, zoom};
+use super::{GRAB, contact_ribbon, frame, legend, mark_strip, plot_header, zoom};
 use crate::model::reference::Reference;
 use crate::model::scope::plot_list::Plot;
 use crate::model::scope::trigger::Mode;
@@ -24,9 +24,6 @@ const RIBBON_HEIGHT: f32 = 10.0;
 
 /// Lowest height of a plot with room for the name of its axis, points.
 const LOWEST_PLOT: f32 = 100.0;
-
-/// Distance from a cursor at which a drag takes it along, points.
-const GRAB: f32 = 8.0;
 
 /// Width of the trigger's lines, points.
 const MARK_WIDTH: f32 = 1.0;

@@ -196,7 +196,10 @@ fn show_cursors_toggle(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     let toggle = Button::selectable(scope.cursors.shown, "Cursors").frame_when_inactive(true);
     if ui
         .add(toggle)
-        .on_hover_text("Two cursors in time, to be dragged or typed. If they are out of sight, this brings them back.")
+        .on_hover_text(
+            "Two cursors in time, whose lines or dots are dragged, or typed. If they are out of sight, this brings them \
+             back.",
+        )
         .clicked()
     {
         scope.cursors.toggle(seen.on_axis());

@@ -181,6 +181,52 @@ fn any_signal_is_drawn_against_any_other_over_any_time() {
 }
 
 #[test]
+fn the_dot_of_a_cursor_is_dragged_along_its_trail_and_stays_on_its_turn() {
+    let mut panel = connected(RigState::Engaged);
+    // A circle of 10 mm and 4 N, once a second.
+    let turning = |ms: u32| {
+        let (sin, cos) = (f64::from(ms) * 1e-3 * std::f64::consts::TAU).sin_cos();
+        Sample {
+            device_position_m: 0.01 * sin,
+            ..rows(ms..ms + 1, |_| 4.0 * cos)[0]
+        }
+    };
+    open(&mut panel, "a.csv", (0..5000).map(turning).collect(), &[]);
+    press_item(&mut panel, "Force against velocity");
+    choose_item(&mut panel, "horizontal signal", "Device position");
+    choose_item(&mut panel, "samples drawn", "All in sight");
+    press(&mut panel, "Cursors");
+    for (field, at_s) in [("cursor 1", "2"), ("cursor 2", "3.5")] {
+        type_into(&mut panel, field, at_s);
+        panel.key_press(Key::Enter);
+        panel.run();
+    }
+    let cursors = |panel: &Panel| {
+        ["cursor 1", "cursor 2"].map(|field| {
+            panel
+                .get_by_label(field)
+                .accesskit_node()
+                .numeric_value()
+                .expect("a time")
+        })
+    };
+    let plot = panel.get_by_label("Coupling force against device position plot").rect();
+    // A fitted axis leaves 8 % free at either end.
+    let radius = plot.size() / 2.0 / 1.16;
+    let (top, right) = (
+        plot.center() - egui::vec2(0.0, radius.y),
+        plot.center() + egui::vec2(radius.x, 0.0),
+    );
+    drag(&mut panel, top, right - top);
+    let [first, second] = cursors(&panel);
+    assert!((first - 2.25).abs() < 0.02, "{first}: on its own turn");
+    assert_eq!(second, 3.5);
+    // What is dragged in the middle is the plot.
+    drag(&mut panel, plot.center(), egui::vec2(20.0, 0.0));
+    assert_eq!(cursors(&panel), [first, second]);
+}
+
+#[test]
 fn the_limits_of_the_force_are_lines_and_clipped_moments_are_dots() {
     let mut panel = connected(RigState::Engaged);
     let scene = Scene::paper();
