@@ -25,7 +25,7 @@ const BALANCE: f64 = 1e-13;
 /// Within this share of its length the end of an implicit step is found: far less than the step is
 /// exact.
 const STEP_ACCURACY: f64 = 1e-10;
-/// Secants that find it. As many halvings as it takes from a metre to a nanometre and on.
+/// Most secants that look for it.
 const MOST_SECANTS: usize = 64;
 
 /// A contact under a block, which is moved on piece by piece.
