@@ -63,7 +63,7 @@ impl Relay {
     ///
     /// # Panics
     ///
-    /// If another test did while it looked.
+    /// If a thread of the relay did.
     pub fn wait_for_one(&self) {
         let requests = self.shared.lock();
         drop(
