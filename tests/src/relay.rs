@@ -1,4 +1,4 @@
-//! A socket that passes on what is said to another, and keeps a request back while a test wants it.
+//! A relay in front of a daemon's socket, which holds back a request until a test releases it.
 
 use std::io::{self, BufRead, BufReader, Write};
 use std::net::Shutdown;
@@ -6,7 +6,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
-/// Serves whoever connects by the daemon at the other end, as `ssh -L` does.
+/// Connects each client to the daemon, as `ssh -L` does.
 pub struct Relay {
     shared: Arc<Shared>,
 }
@@ -19,7 +19,7 @@ struct Shared {
 
 #[derive(Default)]
 struct Requests {
-    /// What a request has in it that is kept back.
+    /// Requests with this text are held back.
     kept_back: Option<String>,
     waiting: usize,
     passed: Vec<String>,
@@ -28,7 +28,7 @@ struct Requests {
 impl Relay {
     /// # Panics
     ///
-    /// If there is no socket to be had.
+    /// If the socket cannot be created.
     #[must_use]
     pub fn start(from: &Path, to: &Path) -> Self {
         let listener = UnixListener::bind(from).expect("a socket");

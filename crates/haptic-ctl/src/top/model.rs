@@ -38,7 +38,7 @@ impl Intent {
         }
     }
 
-    /// Whether it must not be asked any more: it could bring the force back, and was wished for before a stop.
+    /// Whether a stop overtook it: an Engage or a Reset of before the stop could bring the force back.
     pub(super) const fn is_void(self, stops_before: u64, stops: u64) -> bool {
         matches!(self, Self::Engage | Self::Reset) && stops_before != stops
     }

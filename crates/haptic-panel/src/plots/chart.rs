@@ -207,13 +207,10 @@ fn curves(tape: &Tape, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<
             signal: across,
             stride,
             with_force,
-        } => {
-            let samples = tape.pairs_every(stride, seen.from_s, seen.to_s);
-            samples
-                .filter(|(_, sample)| !with_force || sample.state.is_live())
-                .map(|(before, sample)| [across.of(before, sample), trace.signal.of(before, sample)])
-                .collect()
-        }
+        } => tape
+            .pairs_every(stride, with_force, (seen.from_s, seen.to_s))
+            .map(|(before, sample)| [across.of(before, sample), trace.signal.of(before, sample)])
+            .collect(),
     };
     let points: Vec<_> = traces.iter().map(points).collect();
     let lines = traces.iter().zip(points);

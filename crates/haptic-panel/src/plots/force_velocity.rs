@@ -16,7 +16,6 @@ use crate::wording::significant;
 use egui::{Pos2, RichText, Sense, Ui};
 use egui_plot::{PlotPoint, PlotResponse, PlotTransform};
 use haptic_core::{Parameter, Scene};
-use haptic_ipc::Sample;
 
 /// Length of the trail, s.
 const TRAIL_S: f64 = 1.0;
@@ -91,17 +90,6 @@ fn drawn(tapes: &Tapes, scope: &Scope) -> TimeRange {
     TimeRange { from_s, to_s, ..seen }
 }
 
-/// The drawn samples, each with the one before it. The law says nothing of samples without force.
-fn trail<'t>(
-    tapes: &'t Tapes,
-    scope: &'t Scope,
-    (drawn, stride): (&TimeRange, usize),
-) -> impl Iterator<Item = (&'t Sample, &'t Sample)> {
-    let with_force = scope.against.shows_law();
-    let samples = scope.tape(tapes).pairs_every(stride, drawn.from_s, drawn.to_s);
-    samples.filter(move |(_, sample)| !with_force || sample.state.is_live())
-}
-
 /// Of how many samples one is drawn.
 fn stride(tapes: &Tapes, scope: &Scope, drawn: &TimeRange) -> usize {
     let count = scope.tape(tapes).count(drawn.from_s, drawn.to_s);
@@ -114,7 +102,9 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
     let drawn = drawn(tapes, scope);
     let stride = stride(tapes, scope, &drawn);
     let tape = scope.tape(tapes);
-    let samples = trail(tapes, scope, (&drawn, stride));
+    // The law says nothing of samples without force.
+    let with_force = scope.against.shows_law();
+    let samples = tape.pairs_every(stride, with_force, (drawn.from_s, drawn.to_s));
     let (mut low, mut high, mut newest) = (f64::INFINITY, f64::NEG_INFINITY, None);
     for (before, sample) in samples {
         let value = across.of(before, sample);
@@ -159,12 +149,12 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
         labels: [label(across), label(up)],
     };
     // Fainter than the block's line, so that the law and the dot stand out.
-    let line = Trace {
+    let trail = Trace {
         name: "Trail".into(),
         across: Across::Signal {
             signal: across,
             stride,
-            with_force: scope.against.shows_law(),
+            with_force,
         },
         signal: up,
         ink: Ink {
@@ -172,7 +162,7 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
             ..Ink::solid(|palette| palette.block, 1.0)
         },
     };
-    Chart::new(tape, &[line], &overlays, axes)
+    Chart::new(tape, &[trail], &overlays, axes)
 }
 
 /// The line of the run that is kept, fainter than the trail.
@@ -181,8 +171,7 @@ fn under(reference: &Reference, against: &Against, drawn: &TimeRange) -> Curve {
     let (from_s, to_s) = (drawn.from_s - offset_s, drawn.to_s - offset_s);
     let tape = &reference.tape;
     let stride = tape.count(from_s, to_s).div_ceil(MOST_DRAWN).max(1);
-    let samples = tape.pairs_every(stride, from_s, to_s);
-    let samples = samples.filter(|(_, sample)| !against.shows_law() || sample.state.is_live());
+    let samples = tape.pairs_every(stride, against.shows_law(), (from_s, to_s));
     let points = samples.map(|(before, sample)| [against.across.of(before, sample), against.up.of(before, sample)]);
     Curve {
         name: "Trail, reference".into(),
@@ -403,10 +392,14 @@ fn on_trail(tapes: &Tapes, scope: &Scope, cursor: usize, pos: Pos2, transform: &
     };
     let stride = stride(tapes, scope, &drawn);
     let now_s = drawn.zero_s + scope.cursors.at_s[cursor];
-    let samples = trail(tapes, scope, (&drawn, stride)).map(|(before, sample)| {
-        let point = PlotPoint::new(across.of(before, sample), up.of(before, sample));
-        (sample.t_s, transform.position_from_point(&point).distance(pos))
-    });
+    let with_force = scope.against.shows_law();
+    let samples = scope
+        .tape(tapes)
+        .pairs_every(stride, with_force, (drawn.from_s, drawn.to_s))
+        .map(|(before, sample)| {
+            let point = PlotPoint::new(across.of(before, sample), up.of(before, sample));
+            (sample.t_s, transform.position_from_point(&point).distance(pos))
+        });
     let samples: Vec<_> = samples.collect();
     let nearest = samples.iter().map(|(_, distance)| *distance).min_by(f32::total_cmp)?;
     let under = samples.iter().filter(|(_, distance)| *distance <= nearest + SAME_PLACE);

@@ -245,15 +245,16 @@ impl Tape {
         self.pairs(self.places(from_s, to_s))
     }
 
-    /// One of `stride` samples, each with the one before it on the tape.
+    /// One of `stride` samples, each with the one before it on the tape; or only those of them with force.
     pub(crate) fn pairs_every(
         &self,
         stride: usize,
-        from_s: f64,
-        to_s: f64,
+        with_force: bool,
+        (from_s, to_s): (f64, f64),
     ) -> impl Iterator<Item = (&Sample, &Sample)> {
         let places = self.places(from_s, to_s).step_by(stride);
-        places.filter_map(|place| self.pair(place))
+        let pairs = places.filter_map(|place| self.pair(place));
+        pairs.filter(move |(_, sample)| !with_force || sample.state.is_live())
     }
 
     /// Every sample, and one more at either end.
