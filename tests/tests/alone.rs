@@ -2,6 +2,7 @@
 //! with [`alone`].
 
 mod attacks;
+mod firmware_rendering;
 mod held_bytes;
 mod processor_share;
 mod real_time_claims;

@@ -1,0 +1,132 @@
+//! hapticd on the reference firmware, as it runs on its microcontroller: the real machine code on a simulated
+//! ATmega328P, whose PWM pin pulls a handle. hapticd's clock is the machine's, so the simulator has to keep up with it.
+
+use crate::alone;
+use haptic_ipc::{LinkCounts, Request, RigState, StateReply};
+use rustix::process::Signal;
+use serde_json::Value;
+use std::process::Command;
+use std::time::{Duration, Instant};
+use system_tests::simulated_rig::{Encoder, SimulatedRig, number};
+use system_tests::{Daemon, binary, status, wait_for};
+
+const TMP: &str = env!("CARGO_TARGET_TMPDIR");
+/// How many newtons the paper's block takes to slide: its kinetic friction.
+const KINETIC_N: f64 = 3.5;
+/// Of the firmware's own watchdog, s; it counts whole milliseconds.
+const WATCHDOG_S: f64 = 0.050;
+
+/// hapticd renders the paper's block for some of the rig's seconds, and is killed while it pulls.
+#[test]
+fn hapticd_renders_on_it_and_killed_leaves_no_force() {
+    let _alone = alone();
+    rendered(Encoder::Quadrature, test_run::extent(3.0, 20.0));
+    if test_run::is_long_for("the firmware for another encoder") {
+        rendered(Encoder::Magneto, 5.0);
+    }
+}
+
+fn rendered(encoder: Encoder, time_s: f64) {
+    let began = Instant::now();
+    while began.elapsed() < Duration::from_secs(300) {
+        if rendered_in_real_time(encoder, time_s) {
+            return;
+        }
+        println!("the machine was too busy to simulate in real time, and the link broke; once more");
+    }
+    test_run::skip("a processor with time to simulate another", "run it again beside less");
+}
+
+/// False where the link broke while the simulator could not keep up.
+fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
+    let hapticd = binary("hapticd");
+    let Some(mut rig) = SimulatedRig::start(encoder, TMP, &[]) else {
+        return true;
+    };
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut command = Command::new(hapticd);
+    command.arg("--device").arg(format!("serial:{}", rig.line().display()));
+    // Without the right to a priority a busy machine may keep the simulator waiting.
+    command.args(["--stale-ms", "1000", "--uncommissioned"]);
+    let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
+    let mut client = daemon.client();
+    wait_for(&mut client, "the rig", |status| {
+        status.device.link.as_ref().is_some_and(|link| link.counts.samples > 0)
+    });
+    // Held up on a busy machine, hapticd is no silent host.
+    rig.order("patience 2");
+    if let Err(error) = client.request::<StateReply>(Request::Engage {}) {
+        println!("{error}");
+        return false;
+    }
+    let engaged = wait_for(&mut client, "an engaged rig", |status| {
+        status.state == RigState::Engaged || !status.state.is_live()
+    });
+    if engaged.state != RigState::Engaged {
+        println!("{engaged:?}");
+        return false;
+    }
+    // The hand takes a second and a half to come up to its stroke.
+    rig.live(2.0);
+    rig.clear();
+    let stats = rig.live(time_s);
+
+    let seen = status(&mut client);
+    // A simulator that cannot keep up is let go of, or found to have a clock that does not run as ours does; and
+    // hapticd itself may have been stopped for its second of patience.
+    let fault = seen.fault.as_deref().unwrap_or_default();
+    let is_of_a_busy_machine = ["device_clock", "stalled"].iter().any(|code| fault.starts_with(code));
+    if is_of_a_busy_machine || (seen.state == RigState::Idle && number(&stats, "/lags") > 0.0) {
+        return false;
+    }
+    assert_eq!(seen.state, RigState::Engaged, "{seen:?}");
+    let link = seen.device.link.expect("a link");
+    let counts = LinkCounts {
+        samples: 0,
+        late: 0,
+        clipped: 0,
+        ..link.counts
+    };
+    let expected = LinkCounts {
+        connections: 1,
+        ..LinkCounts::default()
+    };
+    println!("{}: {link:?} {stats}", encoder.name());
+    assert_eq!(counts, expected, "nothing was lost, damaged or refused");
+    #[expect(clippy::cast_precision_loss, reason = "some thousands")]
+    let samples = link.counts.samples as f64;
+    assert!(samples >= (time_s + 2.0) * 1000.0, "{samples} samples");
+    assert_eq!(
+        (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
+        (&Value::from(0), &Value::from(0)),
+        "{stats}"
+    );
+
+    // What the hand felt: the motor worked against it all the way, with the block's friction.
+    let (work_j, travel_m) = (number(&stats, "/motor/work_j"), number(&stats, "/handle/travel_m"));
+    assert!(travel_m > 0.02 * time_s, "{stats}");
+    let felt_n = -work_j / travel_m;
+    assert!((felt_n - KINETIC_N).abs() < 0.4, "{felt_n} N: {stats}");
+    // The firmware's limit, 5 N, is high for 454 of the 512 cycles of two periods; the simulator may see the end of
+    // each by an instruction of 4 cycles late, and the force goes by the square.
+    assert!(
+        number(&stats, "/motor/largest_force_n") < 5.17,
+        "beyond the firmware's limit: {stats}"
+    );
+
+    while number(&rig.live(0.005), "/motor/force_n").abs() <= 2.5 {
+        if status(&mut client).state != RigState::Engaged {
+            return false;
+        }
+    }
+    let (status, _) = daemon.end(Signal::KILL);
+    assert!(!status.success());
+    // From here on the host is silent.
+    rig.order("patience 0");
+    let stats = rig.live(0.3);
+    let after_s = number(&stats, "/motor/last_on_s") - number(&stats, "/motor/last_frame_s");
+    println!("{}: off {:.2} ms after the last command", encoder.name(), after_s * 1e3);
+    assert!((0.045..=WATCHDOG_S + 0.0005).contains(&after_s), "{after_s} s: {stats}");
+    assert_eq!(number(&stats, "/motor/force_n").abs(), 0.0, "{stats}");
+    true
+}
