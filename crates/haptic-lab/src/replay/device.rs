@@ -110,14 +110,14 @@ impl Device {
         (!is_tracker_known && recorded.to_bits() != computed.to_bits() && is_near).then_some(NotCompared::Settling)
     }
 
-    /// Has the servo time the device as the recorded one did, as far as the rows tell.
-    pub(super) fn before(&mut self, row: &Sample, inputs: &Inputs, servo: &mut Servo) {
+    /// Has the servo, which may have settled, time the device as the recorded one did, as far as the rows tell.
+    pub(super) fn before(&mut self, row: &Sample, inputs: &Inputs, servo: &mut Servo, is_settled: bool) {
         if inputs.sample.is_err() {
             self.held_s = 0.0;
             if let Some(search) = &mut self.tracker {
                 search.end();
             }
-        } else if let Some(time) = self.time(row, servo) {
+        } else if let Some(time) = self.time(row, servo, is_settled) {
             *servo.clock_mut() = time.before;
             self.track(row, time, servo);
         } else {
@@ -126,14 +126,17 @@ impl Device {
     }
 
     /// The time of a new sample, as the recorded velocity has it where there is more than one.
-    fn time(&mut self, row: &Sample, servo: &mut Servo) -> Option<Time> {
+    fn time(&mut self, row: &Sample, servo: &mut Servo, is_settled: bool) -> Option<Time> {
         let first = *self.clocks.times().first()?;
         if self.clocks.times().len() == 1 && !self.clocks.is_open() {
             return Some(first);
         }
         let (estimator, is_live, held_s) = (*servo.estimator_mut(), servo.state().is_live(), self.held_s);
         let search = self.tracker.as_ref();
+        let faults = is_live && row.state == RigState::Faulted;
         let distance = |elapsed| match elapsed {
+            // What faults a rig is not made use of: neither its time nor its position.
+            _ if faults => 0.0,
             Ok(elapsed_s) => {
                 let elapsed_s = held_s + elapsed_s;
                 let velocity = { estimator }.update(elapsed_s, row.sample_position_m);
@@ -141,7 +144,6 @@ impl Device {
                 let searched = search.and_then(|search| search.distance_mps(elapsed_s, row));
                 searched.map_or(own, |searched| searched.min(own))
             }
-            Err(_) if is_live && row.state == RigState::Faulted => 0.0,
             Err(_) if is_live => f64::INFINITY,
             // The estimate begins anew.
             Err(_) => row.device_velocity_mps.abs(),
@@ -150,7 +152,8 @@ impl Device {
         let chosen = *times.min_by(|one, other| distance(one.elapsed).total_cmp(&distance(other.elapsed)))?;
         let fits = |elapsed| distance(elapsed) == 0.0;
         let fitting = self.clocks.times().iter().filter(|time| fits(time.elapsed)).count();
-        if fitting > 0 {
+        // Before that a wrong time may give the recorded velocity by chance.
+        if fitting > 0 && is_settled {
             self.clocks.keep(fits);
         }
         // A hand at rest has the same velocity whatever the time.

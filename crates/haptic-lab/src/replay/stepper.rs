@@ -273,7 +273,8 @@ impl Stepper {
         let Some(servo) = &mut self.servo else {
             return Ok(None);
         };
-        self.device.before(row, inputs, servo);
+        let is_settled = matches!(self.phase, Phase::Settled);
+        self.device.before(row, inputs, servo, is_settled);
         let outputs = servo.step(inputs, scene);
         while servo.take_retired().is_some() {}
         if word.write_failed() {

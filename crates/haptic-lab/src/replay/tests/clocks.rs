@@ -28,6 +28,8 @@ struct Link {
     silent: (f64, u64),
     /// Share of ticks with which the device's clock begins to lie, for up to 0.7 s.
     lies: f64,
+    /// Share of ticks with which the encoder slips by more than any hand can.
+    slips: f64,
 }
 
 /// A wrong clock, of the device's time since it went wrong, µs.
@@ -95,6 +97,7 @@ impl Rig {
             lost,
             silent,
             lies,
+            slips,
         } = self.link;
         let rng = &mut self.rng;
         self.deadline_ns += period_ns;
@@ -109,6 +112,9 @@ impl Rig {
         if rng.f64() < lies {
             let until_ns = now_ns + rng.u64(0..700_000_000);
             self.lie = Some((LIES[rng.usize(0..LIES.len())], self.taken.time_ns, until_ns));
+        }
+        if rng.f64() < slips {
+            self.hand[2] = 0.5 - self.hand[2];
         }
         self.lie = self.lie.filter(|&(_, _, until_ns)| now_ns < until_ns);
         while self.due_ns <= now_ns {
@@ -214,6 +220,7 @@ fn links() -> Vec<(&'static str, Link)> {
         lost: 0.0,
         silent: (0.0, 1),
         lies: 0.0,
+        slips: 0.0,
     };
     vec![
         ("steady", steady),
@@ -316,6 +323,15 @@ fn links() -> Vec<(&'static str, Link)> {
                 lost: 0.01,
                 late: (3.0, 0.1),
                 jitter: (0.2, 0.3),
+                ..steady
+            },
+        ),
+        (
+            "a clock that lies and an encoder that slips",
+            Link {
+                lies: 0.001,
+                slips: 0.003,
+                late: (1.0, 0.1),
                 ..steady
             },
         ),
