@@ -88,6 +88,7 @@ fn a_study_is_run() {
         return;
     }
     follow("how-to/study.md");
+    follow("studies.md");
 }
 
 #[test]

@@ -125,6 +125,9 @@ fn a_wrong_file_is_refused_with_line_column_and_value() {
     );
     let short = file(directory.path(), "short.csv", "subject,block", &["x,1".to_owned()]);
     let empty = file(directory.path(), "empty.csv", HEADING, &[]);
+    let begun = directory.path().join("begun").display().to_string();
+    let made = ctl_offline(&["study", "new", "fitts", "--codes", "P1", "--out", &begun]);
+    assert!(made.status.success(), "{made:?}");
     for (arguments, part) in [
         (vec!["--trials", &word], "line 4: movement_time_s = `soon`"),
         (
@@ -143,6 +146,7 @@ fn a_wrong_file_is_refused_with_line_column_and_value() {
         (vec!["--trials", &empty], "there are no trials"),
         (vec!["--trials", "/nonexistent.csv"], "/nonexistent.csv"),
         (vec!["/nonexistent"], "/nonexistent"),
+        (vec![&begun], "no trials: a study has them in data/"),
         (vec![], "<DIR>"),
     ] {
         let (code, why) = said(&ctl(

@@ -98,7 +98,11 @@ fn rows(path: &Path, text: &[u8]) -> Result<Trials, ReadError> {
 /// A file cannot be read or has a wrong row, or there are no trials, or those of both tasks.
 pub fn read_folder(folder: &Path) -> Result<Trials, ReadError> {
     let mut paths = Vec::new();
-    find(&folder.join("data"), &mut paths).map_err(|(path, source)| ReadError::Io { path, source })?;
+    let data = folder.join("data");
+    // A study has none before its first trial.
+    if data.exists() || !folder.is_dir() {
+        find(&data, &mut paths).map_err(|(path, source)| ReadError::Io { path, source })?;
+    }
     paths.sort();
     let mut all: Option<Trials> = None;
     for path in paths {
