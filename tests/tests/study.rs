@@ -246,7 +246,7 @@ fn a_study_of_people_is_made_by_one_command_and_never_called_a_models() {
     let made = new(&["--codes", "P1,P2"]);
     assert!(made.status.success(), "{}", text(&made.stderr));
     assert!(
-        text(&made.stdout).contains("haptic-gui --page task"),
+        text(&made.stdout).contains("haptic-gui --page task --study "),
         "{}",
         text(&made.stdout)
     );

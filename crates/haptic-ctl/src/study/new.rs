@@ -11,7 +11,7 @@ use serde_json::json;
 use std::path::PathBuf;
 
 pub(super) const HELP: &str = "\
-The panel goes on with it: `haptic-gui --page task` for targets, `haptic-gui --page perception` for surfaces. Subjects are codes \
+The panel goes on with it: `haptic-gui --page task --study DIR` for targets, `haptic-gui --page perception --study DIR` for surfaces. Subjects are codes \
 of letters and digits; keep the list that ties them to people elsewhere.";
 
 #[derive(Debug, Args)]
@@ -54,9 +54,9 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         }));
     }
     output::text(&format!(
-        "{}: a study for people: {}. `haptic-gui --page {}` goes on with it.",
-        study.folder().display(),
+        "{place}: a study for people: {}. `haptic-gui --page {} --study {place}` goes on with it.",
         about.subjects.join(", "),
-        plan::page(about.task)
+        plan::page(about.task),
+        place = study.folder().display(),
     ))
 }
