@@ -6,6 +6,7 @@ mod controls;
 mod files;
 mod identify;
 mod layout;
+mod library;
 mod measure;
 #[path = "../fixture/metadata.rs"]
 mod metadata;

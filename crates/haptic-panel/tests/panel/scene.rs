@@ -1,6 +1,5 @@
-//! The scene as a whole: law, undo and redo, A and B, tries, the library.
+//! The scene as a whole: law, undo and redo, A and B, tries.
 
-use crate::advice::{advised, check};
 use crate::bench::{
     Panel, asked, connected, find_another_daemon, hear, is_enabled, lose_the_daemon, of_depth, press, set, state_event,
     type_into, wait,
@@ -9,8 +8,8 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::{Directional, Parameter, Scene};
 use haptic_ipc::{
-    ChangeReply, Description, Difference, ErrorCode, Event, JournalEntry, ListedScene, ParameterDescription, Peer,
-    RigState, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value, WireError, params_of,
+    ChangeReply, Description, Difference, ErrorCode, Event, JournalEntry, ParameterDescription, Peer, RigState,
+    SceneRef, SceneReply, Value, WireError, params_of,
 };
 use haptic_panel::{Answer, Intent, Update};
 use std::time::{Duration, Instant};
@@ -23,25 +22,14 @@ pub(crate) fn active_scene(revision: u64, scene: &Scene) -> Update {
     })))
 }
 
-/// A scene of the library.
-pub(crate) fn listed(name: &str) -> ListedScene {
-    ListedScene {
-        name: name.into(),
-        title: "A title".into(),
-        law: "karnopp".into(),
-        path: None,
-        problem: None,
-    }
-}
-
 /// A panel that knows the whole of the paper's scene.
-fn informed() -> Panel {
+pub(crate) fn informed() -> Panel {
     let mut panel = connected(RigState::Engaged);
     hear(&mut panel, active_scene(1, &Scene::paper()));
     panel
 }
 
-fn changed(intent: Intent, revision: u64) -> Update {
+pub(crate) fn changed(intent: Intent, revision: u64) -> Update {
     let mut another = Scene::paper();
     another.name.push('!');
     let reply = ChangeReply {
@@ -375,129 +363,6 @@ fn a_try_that_somebody_has_overtaken_stays_and_says_so() {
 }
 
 #[test]
-fn the_library_is_loaded_from_and_saved_to() {
-    let mut panel = informed();
-    let broken = ListedScene {
-        problem: Some("line 3: no law".into()),
-        ..listed("broken")
-    };
-    let scenes = vec![listed("high-stiction"), broken];
-    hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
-    press(&mut panel, "Scenes");
-    press(&mut panel, "load high-stiction");
-    let asked = asked(&mut panel);
-    assert!(
-        matches!(asked.as_slice(), [Intent::Load { scene: SceneRef::Name(name), .. }] if name == "high-stiction"),
-        "{asked:?}"
-    );
-    assert!(!is_enabled(&panel, "load broken"));
-    panel.get_by_label("line 3: no law");
-
-    panel.get_by_label("name to save as").scroll_to_me();
-    panel.run();
-    type_into(&mut panel, "name to save as", "mine");
-    press(&mut panel, "save scene");
-    let save = |replace| Intent::Save {
-        name: "mine".into(),
-        replace,
-        scene: None,
-    };
-    assert_eq!(crate::bench::asked(&mut panel), [save(false)]);
-    let refused = Update::Answered {
-        intent: save(false),
-        result: Err(WireError::new(
-            ErrorCode::SceneExists,
-            "there is a scene `mine`: say `replace`",
-        )),
-    };
-    hear(&mut panel, refused);
-    panel.get_by_label("The library has a scene mine already: save under another name, or replace it");
-    press(&mut panel, "Replace mine");
-    assert_eq!(crate::bench::asked(&mut panel), [save(true)]);
-    let saved = SceneSaveReply {
-        name: "mine".into(),
-        path: "/scenes/mine.toml".into(),
-    };
-    let saved = Update::Answered {
-        intent: save(true),
-        result: Ok(Answer::Saved(saved)),
-    };
-    hear(&mut panel, saved);
-    panel.get_by_label("Saved as mine (/scenes/mine.toml)");
-}
-
-/// Answers a comparison: the static force is `force` N in the active scene.
-fn differs(intent: Intent, force: f64) -> Update {
-    let difference = Difference {
-        param: "static_force".into(),
-        unit: Some("N".into()),
-        before: Some(Value::Number(Directional::both(4.0))),
-        after: Some(Value::Number(Directional {
-            positive: force,
-            negative: 3.0,
-        })),
-    };
-    Update::Answered {
-        intent,
-        result: Ok(Answer::Differs(SceneDiffReply {
-            differences: vec![difference],
-        })),
-    }
-}
-
-fn of_revision(revision: u64) -> Update {
-    let mut event = state_event(RigState::Engaged, 200 + revision);
-    event.revision = revision;
-    Update::Event(Event::State(event))
-}
-
-/// The one comparison that was asked for.
-fn compared(panel: &mut Panel) -> (Intent, u64) {
-    let asked = asked(panel);
-    let [intent @ Intent::Compare { what, revision, .. }] = asked.as_slice() else {
-        panic!("{asked:?}");
-    };
-    assert_eq!(what, "A");
-    (intent.clone(), *revision)
-}
-
-#[test]
-fn the_active_scene_is_compared_and_again_when_it_changes() {
-    let mut panel = informed();
-    press(&mut panel, "keep as A");
-    press(&mut panel, "Scenes");
-    press(&mut panel, "compare with");
-    // The one in the list: the buttons of the slot are named otherwise.
-    let item = panel.get_all_by_label("A").last().expect("an item");
-    item.click();
-    panel.run();
-    let (first, revision) = compared(&mut panel);
-    assert_eq!(revision, 1);
-    for newer in [2, 3] {
-        hear(&mut panel, of_revision(newer));
-    }
-    assert_eq!(asked(&mut panel), [], "one at a time");
-    hear(&mut panel, differs(first, 5.0));
-    panel.get_by_label("From A to revision 1 (active):");
-    panel.get_by_label("static_force: 4 N -> +5 -3 N");
-    let (second, revision) = compared(&mut panel);
-    assert_eq!(revision, 3, "another scene is active by now");
-    hear(&mut panel, differs(second, 6.0));
-    panel.get_by_label("From A to revision 3 (active):");
-    panel.get_by_label("static_force: 4 N -> +6 -3 N");
-    assert_eq!(asked(&mut panel), []);
-
-    press(&mut panel, "keep as A");
-    let (third, _) = compared(&mut panel);
-    let same = Update::Answered {
-        intent: third,
-        result: Ok(Answer::Differs(SceneDiffReply { differences: vec![] })),
-    };
-    hear(&mut panel, same);
-    panel.get_by_label("Revision 3 (active) does not differ from A");
-}
-
-#[test]
 fn lists_are_used_by_keyboard_alone() {
     let mut panel = informed();
     panel.get_by_label("friction law").focus();
@@ -532,65 +397,6 @@ fn escape_stops_and_closes_what_is_open() {
         assert_eq!(asked(&mut panel), [Intent::Stop]);
         assert!(panel.query_by_label(shows).is_none(), "{opens}");
     }
-}
-
-#[test]
-fn enter_saves_under_the_name_that_was_typed() {
-    let mut panel = informed();
-    press(&mut panel, "Scenes");
-    panel.get_by_label("name to save as").scroll_to_me();
-    panel.run();
-    panel.get_by_label("name to save as").focus();
-    panel.run();
-    panel.key_press(Key::Enter);
-    panel.run();
-    assert_eq!(asked(&mut panel), [], "there is no name yet");
-    type_into(&mut panel, "name to save as", "mine");
-    panel.key_press(Key::Enter);
-    panel.run();
-    let save = Intent::Save {
-        name: "mine".into(),
-        replace: false,
-        scene: None,
-    };
-    assert_eq!(asked(&mut panel), [save]);
-    assert!(panel.get_by_label("name to save as").is_focused());
-    for names in [["first"].as_slice(), &["first", "mine"]] {
-        let scenes = names.iter().map(|name| listed(name)).collect();
-        hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
-        assert!(
-            panel.get_by_label("name to save as").is_focused(),
-            "and not what now stands in its place"
-        );
-    }
-}
-
-#[test]
-fn what_is_under_the_pointer_stays_there_when_the_scene_changes() {
-    let mut panel = informed();
-    let scenes = vec![listed("first"), listed("second"), listed("third")];
-    hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
-    press(&mut panel, "Scenes");
-    press(&mut panel, "load second");
-    asked(&mut panel);
-    let at = panel.get_by_label("load second").rect();
-    panel.hover_at(at.center());
-    panel.run();
-    let load = Intent::Load {
-        what: "second".into(),
-        scene: SceneRef::Name("second".into()),
-        ramp_ms: None,
-    };
-    hear(&mut panel, changed(load, 2));
-    panel.get_by_label("Loaded second at tick 1002");
-    hear(
-        &mut panel,
-        advised(2, vec![check("friction", 16_000.0, Some(16_000.0))]),
-    );
-    panel.get_by_label_contains("Friction: stiffness 25000");
-    assert_eq!(panel.get_by_label("load second").rect(), at);
-    hear(&mut panel, advised(2, vec![]));
-    assert_eq!(panel.get_by_label("load second").rect(), at);
 }
 
 #[test]
