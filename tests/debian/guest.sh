@@ -98,8 +98,16 @@ has_told() {
     echo "$told"
     [ -n "$told" ]
 }
+# The clock of these times stands still in the sleep: when the kernel let the programs run again, and when the fault was told.
+ms_from_waking_to_telling() {
+    {
+        journalctl --quiet --no-pager --dmesg --output=short-monotonic --grep='Restarting tasks' | tail -1
+        journalctl --quiet --no-pager --output=short-monotonic --unit=hapticd --since="@$fell_asleep" MESSAGE_ID=a4b3f8073e62507aaca8c871affe9bc7
+    } | tr -d '[]' | awk 'NR == 1 { woke = $1 } END { if (NR == 2) printf "%.0f", ($1 - woke) * 1000 }'
+}
 comes_back_faulted() {
-    within 5000 has_told && [ "$(wc -l <<<"$told")" = 1 ] && is faulted && has_no_force && sleep 1 && is faulted && has_no_force
+    within 5000 has_told && [ "$(wc -l <<<"$told")" = 1 ] && is faulted && has_no_force && sleep 1 && is faulted && has_no_force &&
+        figure="$(ms_from_waking_to_telling) ms"
 }
 rig_has_let_go() { for_rig left ctl status; not for_rig left is engaged && force_stays_zero left; }
 engages_again() { ctl reset && engages_and_pulls; }
