@@ -81,38 +81,9 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     }
     assert_eq!(seen.state, RigState::Engaged, "{seen:?}");
     let link = seen.device.link.expect("a link");
-    let counts = LinkCounts {
-        samples: 0,
-        late: 0,
-        clipped: 0,
-        ..link.counts
-    };
-    let expected = LinkCounts {
-        connections: 1,
-        ..LinkCounts::default()
-    };
     println!("{}: {link:?} {stats}", encoder.name());
-    assert_eq!(counts, expected, "nothing was lost, damaged or refused");
-    #[expect(clippy::cast_precision_loss, reason = "some thousands")]
-    let samples = link.counts.samples as f64;
-    assert!(samples >= (time_s + 2.0) * 1000.0, "{samples} samples");
-    assert_eq!(
-        (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
-        (&Value::from(0), &Value::from(0)),
-        "{stats}"
-    );
-
-    // What the hand felt: the motor worked against it all the way, with the block's friction.
-    let (work_j, travel_m) = (number(&stats, "/motor/work_j"), number(&stats, "/handle/travel_m"));
-    assert!(travel_m > 0.02 * time_s, "{stats}");
-    let felt_n = -work_j / travel_m;
-    assert!((felt_n - KINETIC_N).abs() < 0.4, "{felt_n} N: {stats}");
-    // The firmware's limit, 5 N, is high for 454 of the 512 cycles of two periods; the simulator may see the end of
-    // each by an instruction of 4 cycles late, and the force goes by the square.
-    assert!(
-        number(&stats, "/motor/largest_force_n") < 5.17,
-        "beyond the firmware's limit: {stats}"
-    );
+    nothing_was_lost(link.counts, &stats, time_s + 2.0);
+    friction_was_felt(&stats, time_s);
 
     while number(&rig.live(0.005), "/motor/force_n").abs() <= 2.5 {
         if status(&mut client).state != RigState::Engaged {
@@ -129,4 +100,40 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     assert!((0.045..=WATCHDOG_S + 0.0005).contains(&after_s), "{after_s} s: {stats}");
     assert_eq!(number(&stats, "/motor/force_n").abs(), 0.0, "{stats}");
     true
+}
+
+fn nothing_was_lost(counts: LinkCounts, stats: &Value, time_s: f64) {
+    let rest = LinkCounts {
+        samples: 0,
+        late: 0,
+        clipped: 0,
+        ..counts
+    };
+    let expected = LinkCounts {
+        connections: 1,
+        ..LinkCounts::default()
+    };
+    assert_eq!(rest, expected, "nothing was lost, damaged or refused");
+    #[expect(clippy::cast_precision_loss, reason = "some thousands")]
+    let samples = counts.samples as f64;
+    assert!(samples >= time_s * 1000.0, "{samples} samples");
+    assert_eq!(
+        (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
+        (&Value::from(0), &Value::from(0)),
+        "{stats}"
+    );
+}
+
+/// The motor worked against the hand all the way, with the block's friction.
+fn friction_was_felt(stats: &Value, time_s: f64) {
+    let (work_j, travel_m) = (number(stats, "/motor/work_j"), number(stats, "/handle/travel_m"));
+    assert!(travel_m > 0.02 * time_s, "{stats}");
+    let felt_n = -work_j / travel_m;
+    assert!((felt_n - KINETIC_N).abs() < 0.4, "{felt_n} N: {stats}");
+    // The firmware's limit, 5 N, is high for 454 of the 512 cycles of two periods; the simulator may see the end of
+    // each by an instruction of 4 cycles late, and the force goes by the square.
+    assert!(
+        number(stats, "/motor/largest_force_n") < 5.17,
+        "beyond the firmware's limit: {stats}"
+    );
 }
