@@ -5,7 +5,8 @@
 //! with a sample of the recording's first tenth of a second. So a clock is begun with each of those
 //! samples: after its first window one of them is the servo's. As that window ends it is held against the
 //! one before, which the recording does not hold: a clock goes on and another one errs there. They agree on
-//! the time of nearly every sample; where they do not, the recorded outputs decide.
+//! the time of nearly every sample; where they do not, the recorded velocities decide, once the estimate of
+//! velocity has settled. A fault decides nothing: it may have another reason than the clock.
 
 use haptic_core::sample::{DeviceError, Measurement};
 use haptic_core::sample_clock::{ClockError, SampleClock, Stamp};
