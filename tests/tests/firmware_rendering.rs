@@ -1,7 +1,6 @@
 //! hapticd on the reference firmware, as it runs on its microcontroller: the real machine code on a simulated
 //! ATmega328P, whose PWM pin pulls a handle. hapticd's clock is the machine's, so the simulator has to keep up with it.
 
-use crate::alone;
 use haptic_ipc::{LinkCounts, Request, RigState, StateReply};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -19,7 +18,7 @@ const WATCHDOG_S: f64 = 0.050;
 /// hapticd renders the paper's block for some of the rig's seconds, and is killed while it pulls.
 #[test]
 fn hapticd_renders_on_it_and_killed_leaves_no_force() {
-    let _alone = alone();
+    let _alone = crate::alone();
     rendered(Encoder::Quadrature, test_run::extent(3.0, 20.0));
     if test_run::is_long_for("the firmware for another encoder") {
         rendered(Encoder::Magneto, 5.0);

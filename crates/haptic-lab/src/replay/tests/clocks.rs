@@ -327,6 +327,13 @@ fn links() -> Vec<(&'static str, Link)> {
             },
         ),
         (
+            "a starved loop",
+            Link {
+                late: (60.0, 0.03),
+                ..steady
+            },
+        ),
+        (
             "a clock that lies and an encoder that slips",
             Link {
                 lies: 0.001,
