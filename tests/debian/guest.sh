@@ -91,10 +91,13 @@ sleeps() {
     # The host wakes it.
     systemctl suspend && within 90000 is_awake_again
 }
-# The message id of the fault `stalled`: docs/service.md.
+# What was told of the fault `stalled` since the machine fell asleep, by its message id: docs/service.md.
+stalled() {
+    journalctl --quiet --no-pager --unit=hapticd --since="@$fell_asleep" MESSAGE_ID=a4b3f8073e62507aaca8c871affe9bc7 "$@"
+}
 has_told() {
     journalctl --sync
-    told=$(journalctl --quiet --no-pager --output=cat --unit=hapticd --since="@$fell_asleep" MESSAGE_ID=a4b3f8073e62507aaca8c871affe9bc7)
+    told=$(stalled --output=cat)
     echo "$told"
     [ -n "$told" ]
 }
@@ -102,7 +105,7 @@ has_told() {
 ms_from_waking_to_telling() {
     {
         journalctl --quiet --no-pager --dmesg --output=short-monotonic --grep='Restarting tasks' | tail -1
-        journalctl --quiet --no-pager --output=short-monotonic --unit=hapticd --since="@$fell_asleep" MESSAGE_ID=a4b3f8073e62507aaca8c871affe9bc7
+        stalled --output=short-monotonic
     } | tr -d '[]' | awk 'NR == 1 { woke = $1 } END { if (NR == 2) printf "%.0f", ($1 - woke) * 1000 }'
 }
 comes_back_faulted() {

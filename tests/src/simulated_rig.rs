@@ -10,6 +10,9 @@ use std::time::Instant;
 
 use crate::PATIENCE;
 
+/// Of the firmware's own watchdog, s; it counts whole milliseconds.
+pub const WATCHDOG_S: f64 = 0.050;
+
 /// What the position is measured with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoder {

@@ -14,15 +14,13 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 use system_tests::PATIENCE;
 use system_tests::fake_rig::FakeRig;
-use system_tests::simulated_rig::{Encoder, SimulatedRig, firmware_folder, number};
+use system_tests::simulated_rig::{Encoder, SimulatedRig, WATCHDOG_S, firmware_folder, number};
 
 const TMP: &str = env!("CARGO_TARGET_TMPDIR");
 /// Nobody holds the handle, so that nothing but the motor moves it.
 const LEFT_ALONE: [&str; 6] = ["--amplitude", "0", "--arm-stiffness", "100", "--arm-damping", "5"];
 /// A turn of the PWM, and what reading a pin's time by whole instructions may be off, s.
 const PIN_S: f64 = 40e-6;
-/// Of the firmware's own watchdog, s; it counts whole milliseconds.
-const WATCHDOG_S: f64 = 0.050;
 
 /// The builds of the firmware: in a short run one of them.
 fn encoders(in_short: Encoder) -> Vec<Encoder> {

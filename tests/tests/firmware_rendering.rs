@@ -6,14 +6,12 @@ use rustix::process::Signal;
 use serde_json::Value;
 use std::process::Command;
 use std::time::{Duration, Instant};
-use system_tests::simulated_rig::{Encoder, SimulatedRig, number};
+use system_tests::simulated_rig::{Encoder, SimulatedRig, WATCHDOG_S, number};
 use system_tests::{Daemon, binary, status, wait_for};
 
 const TMP: &str = env!("CARGO_TARGET_TMPDIR");
 /// How many newtons the paper's block takes to slide: its kinetic friction.
 const KINETIC_N: f64 = 3.5;
-/// Of the firmware's own watchdog, s; it counts whole milliseconds.
-const WATCHDOG_S: f64 = 0.050;
 
 /// hapticd renders the paper's block for some of the rig's seconds, and is killed while it pulls.
 #[test]

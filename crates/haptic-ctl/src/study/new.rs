@@ -54,9 +54,9 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         }));
     }
     output::text(&format!(
-        "{place}: a study for people: {}. `haptic-gui --page {} --study {place}` goes on with it.",
+        "{}: a study for people: {}. `{}` goes on with it.",
+        study.folder().display(),
         about.subjects.join(", "),
-        plan::page(about.task),
-        place = study.folder().display(),
+        plan::panel(about.task, study.folder())
     ))
 }

@@ -36,12 +36,13 @@ pub(super) fn read(name: &str) -> Result<(Plan, String), Failure> {
     Ok((plan, text))
 }
 
-/// The panel's page for a task.
-pub(super) const fn page(task: Task) -> &'static str {
-    match task {
+/// The command with which the panel goes on with a study.
+pub(super) fn panel(task: Task, folder: &Path) -> String {
+    let page = match task {
         Task::Fitts => "task",
         Task::Perception => "perception",
-    }
+    };
+    format!("haptic-gui --page {page} --study {}", folder.display())
 }
 
 /// Lists the constants of the simulated operator.

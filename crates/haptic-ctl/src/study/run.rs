@@ -63,12 +63,12 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
     let (plan, text) = plan::read(&arguments.plan)?;
     if arguments.operator.is_none() {
         return Err(Failure::Usage(format!(
-            "--operator simulated is needed: people do a study in the panel; `haptic-ctl study new {} --subjects {} --out {place}` makes \
-             it, and `haptic-gui --page {} --study {place}` goes on with it",
+            "--operator simulated is needed: people do a study in the panel; `haptic-ctl study new {} --subjects {} --out {}` makes \
+             it, and `{}` goes on with it",
             arguments.plan,
             arguments.subjects,
-            plan::page(plan.task()),
-            place = arguments.out.display(),
+            arguments.out.display(),
+            plan::panel(plan.task(), &arguments.out)
         )));
     }
     let mut constants = Constants::default();
@@ -126,9 +126,9 @@ fn people(study: &Study, as_json: bool) -> Result<(), Failure> {
         output::text(&format!("subject {code}: {done}{of} trials, practice included"))?;
     }
     output::text(&format!(
-        "{place}: people do this study: `haptic-gui --page {} --study {place}` goes on with it.",
-        plan::page(study.about().task),
-        place = study.folder().display(),
+        "{}: people do this study: `{}` goes on with it.",
+        study.folder().display(),
+        plan::panel(study.about().task, study.folder())
     ))?;
     all.map_or(Ok(()), |all| {
         output::text(&format!("All trials so far: {}", all.display()))

@@ -110,7 +110,8 @@ impl Device {
         (!is_tracker_known && recorded.to_bits() != computed.to_bits() && is_near).then_some(NotCompared::Settling)
     }
 
-    /// Has the servo, which may have settled, time the device as the recorded one did, as far as the rows tell.
+    /// Has the servo time the device as the recorded one did, as far as the rows tell. Before the servo is settled its
+    /// velocities say nothing of the recorded clock.
     pub(super) fn before(&mut self, row: &Sample, inputs: &Inputs, servo: &mut Servo, is_settled: bool) {
         if inputs.sample.is_err() {
             self.held_s = 0.0;
