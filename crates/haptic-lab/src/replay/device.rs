@@ -3,7 +3,7 @@
 
 use super::clock::{ClockSearch, Time};
 use super::not_compared::NotCompared;
-use super::tracker::TrackerSearch;
+use super::tracker::{TrackerSearch, is_by_rounding};
 use haptic_core::sample::{DeviceError, Measurement};
 use haptic_core::servo::{DECAY_S, Inputs, SILENT_PERIODS, Servo};
 use haptic_ipc::{RigState, Sample};
@@ -11,10 +11,6 @@ use haptic_ipc::{RigState, Sample};
 /// After so long nothing of the servo depends on a time that was in doubt, ns: its effect shows at once, or
 /// as the force comes back after a silence, which takes 50 ms.
 const DOUBT_NS: u64 = 60_000_000;
-
-/// So many units in the last place may a velocity be off by a tracker's state that is not known to the
-/// last bit.
-const TRACKER_ULPS: f64 = 16.0;
 
 /// The device of a recording, and what the servo knows of it.
 #[derive(Debug)]
@@ -105,9 +101,9 @@ impl Device {
             return Some(why);
         }
         let is_tracker_known = self.tracker.as_ref().is_none_or(TrackerSearch::is_over);
-        let (recorded, computed) = (row.device_velocity_mps, computed.device_velocity_mps);
-        let is_near = (recorded - computed).abs() <= TRACKER_ULPS * (recorded.abs() * f64::EPSILON);
-        (!is_tracker_known && recorded.to_bits() != computed.to_bits() && is_near).then_some(NotCompared::Settling)
+        let is_other = row.device_velocity_mps.to_bits() != computed.device_velocity_mps.to_bits();
+        (!is_tracker_known && is_other && is_by_rounding(self.step_s, row, computed.device_velocity_mps))
+            .then_some(NotCompared::Settling)
     }
 
     /// Has the servo time the device as the recorded one did, as far as the rows tell. Before the servo is settled its

@@ -19,6 +19,17 @@ const NEXT_TRY_SAMPLES: u32 = 8;
 /// Most states that are tried at once.
 const MOST_CANDIDATES: i64 = 200_000;
 
+/// So many units in the last place may the velocities of two trackers of one hand differ that have both forgotten where
+/// they began.
+const MOST_ULPS: f64 = 8.0;
+
+/// Whether two velocities of one hand may be those of two trackers, for steps of `step_s`, that have both forgotten where
+/// they began: they differ by the rounding of the velocity, and of the position over a step.
+pub(super) fn is_by_rounding(step_s: f64, row: &Sample, velocity_mps: f64) -> bool {
+    let unit_mps = f64::EPSILON * (row.device_velocity_mps.abs() + row.sample_position_m.abs() / step_s);
+    (row.device_velocity_mps - velocity_mps).abs() <= MOST_ULPS * unit_mps
+}
+
 /// Finds the state of a tracker.
 #[derive(Debug)]
 pub(super) struct TrackerSearch {
@@ -160,4 +171,52 @@ fn ulp(number: f64) -> f64 {
 fn step(number: f64, places: i64) -> f64 {
     // The bits of numbers of one sign count their size.
     f64::from_bits(number.to_bits().saturating_add_signed(places))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::stepper::LONGEST_MEMORY_SAMPLES;
+    use super::*;
+
+    const STEP_S: f64 = 1e-3;
+
+    #[test]
+    fn two_trackers_of_one_hand_end_up_within_rounding() {
+        let mut random = fastrand::Rng::with_seed(1);
+        let mut differ = 0;
+        for case in 0..400 {
+            let (middle_m, amplitude_m, rad_per_s) =
+                (0.2 * (random.f64() - 0.5), 0.05 * random.f64(), 60.0 * random.f64());
+            let mut now_s = 0.0;
+            let mut trackers = [AlphaBetaGamma::new(STEP_S); 2];
+            trackers[0].set_state([0.0, 0.3, -7.0]);
+            for sample in 0..4000 {
+                let share = match case % 3 {
+                    0 => 1.0,
+                    1 => 0.9 + 0.2 * random.f64(),
+                    _ if random.u8(0..8) == 0 => 30.0 * random.f64(),
+                    _ => 0.02 + random.f64(),
+                };
+                let elapsed_s = share * STEP_S;
+                now_s += elapsed_s;
+                let position = middle_m + amplitude_m * (rad_per_s * now_s).sin();
+                let position = if case % 2 == 0 {
+                    position
+                } else {
+                    (position * 1e5).round() * 1e-5
+                };
+                let [one, other] = trackers.each_mut().map(|tracker| tracker.update(elapsed_s, position));
+                if sample > LONGEST_MEMORY_SAMPLES {
+                    let row = Sample {
+                        device_velocity_mps: one,
+                        sample_position_m: position,
+                        ..Sample::default()
+                    };
+                    assert!(is_by_rounding(STEP_S, &row, other), "case {case}: {one} and {other}");
+                    differ += u32::from(one.to_bits() != other.to_bits());
+                }
+            }
+        }
+        assert!(differ > 1000, "{differ}: nothing was put to the test");
+    }
 }
