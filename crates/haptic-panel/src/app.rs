@@ -64,8 +64,11 @@ impl App {
         self.connection.stopper()
     }
 
-    /// Opens a study, and turns to its page once it is open.
+    /// Opens a study. A page of studies tells how that went, and it turns to the study's own once it is open.
     pub fn open_study(&mut self, folder: PathBuf) {
+        if !matches!(self.model.page(), Page::Task | Page::Perception) {
+            self.model.turn_to(Page::Task);
+        }
         let command = StudyCommand::Open { folder };
         self.model.view.studying.note_sent(&command);
         self.connection.send(Intent::Study(command));

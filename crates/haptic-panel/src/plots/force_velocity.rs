@@ -385,13 +385,13 @@ fn cursor_near(tapes: &Tapes, scope: &Scope, pos: Pos2, transform: &PlotTransfor
 /// more than once, it is the time next to that of the cursor: a dot stays on its turn.
 fn on_trail(tapes: &Tapes, scope: &Scope, cursor: usize, pos: Pos2, transform: &PlotTransform) -> Option<f64> {
     let Against { across, up, .. } = scope.against;
-    let drawn = match scope.against.extent {
-        // Or the part that is drawn could only shrink.
-        Extent::Cursors => scope.seen(tapes),
-        Extent::LastSecond | Extent::Seen => drawn(tapes, scope),
-    };
-    let stride = stride(tapes, scope, &drawn);
+    let mut drawn = drawn(tapes, scope);
     let now_s = drawn.zero_s + scope.cursors.at_s[cursor];
+    // The part between the cursors could only shrink; and a dot beside what is drawn would jump there.
+    if scope.against.extent == Extent::Cursors || !(drawn.from_s..=drawn.to_s).contains(&now_s) {
+        drawn = scope.seen(tapes);
+    }
+    let stride = stride(tapes, scope, &drawn);
     let with_force = scope.against.shows_law();
     let samples = scope
         .tape(tapes)

@@ -8,7 +8,7 @@ use haptic_core::Scene;
 use haptic_ipc::{
     Description, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, StateEvent, params_of,
 };
-use haptic_panel::{Intent, Model, Target, Update};
+use haptic_panel::{Intent, Model, Page, Target, Update};
 use std::time::{Duration, Instant};
 
 pub(crate) const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
@@ -100,6 +100,14 @@ pub(crate) fn connected(state: RigState) -> Panel {
     hear(&mut panel, greeted("1-1"));
     hear(&mut panel, Update::Described(description));
     hear(&mut panel, in_state(state, 100));
+    panel
+}
+
+/// The panel on another page, without what that page asks for by itself.
+pub(crate) fn at_page(mut panel: Panel, page: Page) -> Panel {
+    panel.state_mut().model.turn_to(page);
+    panel.run();
+    asked(&mut panel);
     panel
 }
 

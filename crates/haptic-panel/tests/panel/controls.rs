@@ -1,9 +1,9 @@
 //! Every control of the panel has a name, and is named by a test.
 
 use crate::advice::{advised, check};
-use crate::bench::{Panel, connected, hear, is_enabled, panel, press};
+use crate::bench::{Panel, at_page, connected, hear, is_enabled, panel, press};
 use crate::files::going;
-use crate::identify::{answered, identify_page};
+use crate::identify::answered;
 use crate::library::listed;
 use crate::measure::open;
 use crate::plots::{feel, rows};
@@ -78,7 +78,7 @@ fn panels() -> Vec<Panel> {
     open(&mut recording, "/home/ada/r.mcap", rows(0..2000, |_| 1.0), &[]);
     hear(&mut recording, going("/home/ada/now.mcap"));
     panels.push(recording);
-    panels.push(answered(identify_page(at_rig())));
+    panels.push(answered(at_page(at_rig(), Page::Identify)));
     for task in [Task::Fitts, Task::Perception] {
         let mut study = at_rig();
         tell(&mut study, StudyNews::State(Box::new(state(task, held()))));

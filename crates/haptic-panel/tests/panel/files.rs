@@ -1,6 +1,6 @@
 //! Exports and recordings: what is asked for, and what is said of them.
 
-use crate::bench::{Panel, asked, connected, hear, is_enabled, panel, press, type_into, value_of, wait};
+use crate::bench::{Panel, asked, at_page, connected, hear, is_enabled, panel, press, type_into, value_of, wait};
 use crate::metadata::metadata;
 use crate::plots::{csv_times, feel, rows};
 use crate::rig::status;
@@ -9,7 +9,9 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
 use haptic_ipc::{Event, RigState, Sample, SamplesEvent};
-use haptic_panel::{About, Files, Format, Intent, Length, Listed, Loaded, RecordingNews, Update, Wanted, WhatIfTape};
+use haptic_panel::{
+    About, Files, Format, Intent, Length, Listed, Loaded, Page, RecordingNews, Update, Wanted, WhatIfTape,
+};
 use haptic_recording::{Ending, Mark, Place, Totals};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -26,13 +28,6 @@ impl egui::DroppedFile for Dropped {
     fn bytes(&self) -> Result<Vec<u8>, String> {
         Err("the panel reads it by its path".to_owned())
     }
-}
-
-/// The panel on its page of recordings, without what that page asks for by itself.
-fn recording_page(mut panel: Panel) -> Panel {
-    press(&mut panel, "Record page");
-    asked(&mut panel);
-    panel
 }
 
 #[test]
@@ -85,7 +80,7 @@ fn every_field_of_a_path_has_a_button_for_the_dialog_of_the_desktop() {
         Intent::Choose { wanted, near }
     };
     assert_eq!(asked(&mut panel), [asked_for_folder("/tmp/plots")]);
-    let mut panel = recording_page(panel);
+    let mut panel = at_page(panel, Page::Record);
     press(&mut panel, "choose folder");
     assert_eq!(asked(&mut panel), [asked_for_folder("/tmp/plots")]);
     press(&mut panel, "choose recording");
@@ -111,7 +106,7 @@ fn every_field_of_a_path_has_a_button_for_the_dialog_of_the_desktop() {
 
 #[test]
 fn the_share_of_a_recording_that_is_read_is_shown_until_it_is_open() {
-    let mut panel = recording_page(connected(RigState::Engaged));
+    let mut panel = at_page(connected(RigState::Engaged), Page::Record);
     let path = PathBuf::from("/home/ada/r.mcap");
     let share = Some(0.42);
     hear(
@@ -129,7 +124,7 @@ fn the_share_of_a_recording_that_is_read_is_shown_until_it_is_open() {
 
 #[test]
 fn a_recording_shows_its_length_and_size_until_it_is_ended() {
-    let mut panel = recording_page(connected(RigState::Engaged));
+    let mut panel = at_page(connected(RigState::Engaged), Page::Record);
     let (path, totals) = (
         std::path::PathBuf::from("/home/ada/r.csv"),
         Totals {
@@ -175,7 +170,7 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
 
 #[test]
 fn a_recording_is_looked_at_without_a_daemon() {
-    let mut panel = recording_page(panel());
+    let mut panel = at_page(panel(), Page::Record);
     let (file, share) = (PathBuf::from("/home/ada/r.csv"), Some(0.5));
     let reading = Update::Reading { path: file, share };
     assert!(panel.query_by_label("Stop").is_some());
@@ -245,7 +240,7 @@ pub(crate) fn going(path: &str) -> Update {
 
 #[test]
 fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_notes() {
-    let mut panel = recording_page(connected(RigState::Engaged));
+    let mut panel = at_page(connected(RigState::Engaged), Page::Record);
     assert!(!is_enabled(&panel, "Record"), "there is no status yet");
     hear(&mut panel, active_scene(1, &Scene::paper()));
     hear(&mut panel, Update::Status(Ok(Box::new(status()))));
@@ -278,7 +273,7 @@ fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_no
 
 #[test]
 fn the_recordings_of_the_folder_are_listed_and_opened_by_a_click() {
-    let mut panel = recording_page(connected(RigState::Engaged));
+    let mut panel = at_page(connected(RigState::Engaged), Page::Record);
     type_into(&mut panel, "folder of recordings", "/home/ada/pulls");
     assert_eq!(asked(&mut panel), [], "a half-typed folder is not read");
     panel.key_press(Key::Enter);
@@ -345,7 +340,7 @@ fn a_marker_is_set_by_its_key_and_its_button_and_is_on_the_time_axis() {
     assert_eq!(asked(&mut panel), [marker(1999, "marker 1")]);
     feel(&mut panel, &rows(2000..3000, |_| 1.0));
     // In the field the key is a letter.
-    let mut panel = recording_page(panel);
+    let mut panel = at_page(panel, Page::Record);
     type_into(&mut panel, "text of the marker", "my-turn");
     panel.key_press(Key::M);
     panel.run();
@@ -459,7 +454,7 @@ fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
 fn without_a_daemon_a_recording_is_computed_again_and_with_the_scenes_of_every_library() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
-    let mut panel = recording_page(panel());
+    let mut panel = at_page(panel(), Page::Record);
     let result = Loaded::read(&path, |_| {}).map(Box::new);
     let opened = Update::Opened { path, result };
     hear(&mut panel, opened);

@@ -1,7 +1,7 @@
 //! The page of identification: what is asked, what is shown of the answer, and what is done with it.
 
 use crate::bench::{
-    Panel, asked, connected, hear, in_state, is_enabled, lose_the_daemon, panel, press, type_into, wait,
+    Panel, asked, at_page, connected, hear, in_state, is_enabled, lose_the_daemon, panel, press, type_into, wait,
 };
 use crate::plots::{feel, rows};
 use crate::rig::status;
@@ -35,13 +35,6 @@ fn foreign(folder: &Path) -> std::path::PathBuf {
     }
     std::fs::write(&path, text).expect("written");
     path
-}
-
-pub(crate) fn identify_page(mut panel: Panel) -> Panel {
-    panel.state_mut().model.turn_to(Page::Identify);
-    panel.run();
-    asked(&mut panel);
-    panel
 }
 
 /// Chooses an item of a drop-down list.
@@ -79,7 +72,7 @@ fn ask_for(panel: &mut Panel, path: &Path) -> (u64, Question) {
 /// What is found in [`foreign`].
 static FOUND: LazyLock<Found> = LazyLock::new(|| {
     let folder = tempfile::tempdir().expect("a folder");
-    let (_, question) = ask_for(&mut identify_page(panel()), &foreign(folder.path()));
+    let (_, question) = ask_for(&mut at_page(panel(), Page::Identify), &foreign(folder.path()));
     question.answer(&mut |_| ControlFlow::Continue(())).expect("an answer")
 });
 
@@ -93,7 +86,7 @@ pub(crate) fn answered(mut panel: Panel) -> Panel {
 
 #[test]
 fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
-    let mut panel = identify_page(panel());
+    let mut panel = at_page(panel(), Page::Identify);
     assert!(!is_enabled(&panel, "Identify"), "there is no file yet");
     choose(&mut panel, "model", "Karnopp");
     let (number, question) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
@@ -134,7 +127,7 @@ fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
 
 #[test]
 fn every_plot_of_the_fit_is_inside_the_smallest_window_with_its_title_and_legend() {
-    let panel = answered(identify_page(panel()));
+    let panel = answered(at_page(panel(), Page::Identify));
     let window = panel.ctx.content_rect();
     let plots: Vec<_> = panel.get_all_by_label_contains(" of the fit").collect();
     assert_eq!(plots.len(), 4);
@@ -151,7 +144,7 @@ fn every_plot_of_the_fit_is_inside_the_smallest_window_with_its_title_and_legend
 
 #[test]
 fn the_columns_the_gains_the_mass_that_moves_and_where_from_are_chosen() {
-    let mut panel = identify_page(panel());
+    let mut panel = at_page(panel(), Page::Identify);
     ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
     press(&mut panel, "cancel identification");
     asked(&mut panel);
@@ -173,7 +166,7 @@ fn the_columns_the_gains_the_mass_that_moves_and_where_from_are_chosen() {
 
 #[test]
 fn what_is_known_is_given_and_a_number_that_is_none_is_named() {
-    let mut panel = identify_page(panel());
+    let mut panel = at_page(panel(), Page::Identify);
     type_into(&mut panel, "mass to identify with", "500 g");
     type_into(&mut panel, "offset to identify with", "0");
     choose(&mut panel, "model", "LuGre");
@@ -194,7 +187,7 @@ fn what_is_known_is_given_and_a_number_that_is_none_is_named() {
 fn what_is_seen_of_the_rig_is_identified_and_a_refusal_is_in_words() {
     let mut panel = connected(RigState::Engaged);
     hear(&mut panel, active_scene(1, &Scene::paper()));
-    let mut panel = identify_page(panel);
+    let mut panel = at_page(panel, Page::Identify);
     press(&mut panel, "The rig, as seen");
     panel.get_by_label_contains("The daemon has not told its scene yet");
     hear(&mut panel, Update::Status(Ok(Box::new(status()))));
@@ -244,7 +237,7 @@ fn changed(revision: u64, dry_run: bool) -> Result<Answer, WireError> {
 
 #[test]
 fn the_scene_found_is_tried_under_a_lease_and_goes_back_by_itself() {
-    let mut panel = answered(identify_page(connected(RigState::Engaged)));
+    let mut panel = answered(at_page(connected(RigState::Engaged), Page::Identify));
     let usual = asked(&mut panel);
     // The coupling that suits this rig.
     let mut active = Scene::paper();
@@ -310,7 +303,7 @@ fn the_scene_found_is_tried_under_a_lease_and_goes_back_by_itself() {
 
 #[test]
 fn the_scene_found_is_saved_under_a_name_and_replaces_none_unasked() {
-    let mut panel = answered(identify_page(connected(RigState::Idle)));
+    let mut panel = answered(at_page(connected(RigState::Idle), Page::Identify));
     asked(&mut panel);
     assert!(!is_enabled(&panel, "Save as scene"), "it has no name");
     type_into(&mut panel, "name of the identified scene", "bench");
@@ -360,7 +353,7 @@ fn the_scene_found_is_saved_under_a_name_and_replaces_none_unasked() {
 #[test]
 fn a_file_is_identified_on_a_thread_of_its_own_which_can_be_given_up() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (_, question) = ask_for(&mut identify_page(panel()), &foreign(folder.path()));
+    let (_, question) = ask_for(&mut at_page(panel(), Page::Identify), &foreign(folder.path()));
     let mut files = Files::new(|_| {});
     let answer = |files: &Files| {
         let began = Instant::now();

@@ -1,28 +1,41 @@
 //! What stays where it is when something comes, grows or goes; and how often the window is drawn.
 
-use crate::bench::{Panel, asked, connected, find_another_daemon, hear, in_state, lose_the_daemon, press};
+use crate::bench::{Panel, at_page, connected, find_another_daemon, hear, in_state, lose_the_daemon, press};
+use crate::identify::answered;
 use crate::plots::{feel, rows, timing};
+use crate::study::{held, running, state, tell};
+use egui::accesskit::Role;
 use egui::{Rect, ViewportEvent, ViewportId};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{By, NodeT, Queryable};
 use haptic_ipc::{Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Timing};
-use haptic_panel::{Page, Update};
+use haptic_panel::{Page, Stage, StudyNews, Update};
+use haptic_studies::plan::Task;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::time::Duration;
 
-/// Widgets from all over the page that changes the scene.
-const WIDGETS: [&str; 9] = [
-    "Engage",
-    "Stop",
-    "Tune page",
-    "friction law",
-    "mass value",
-    "stiffness slider",
-    "Freeze",
-    "Force plot",
-    "Histograms",
-];
+/// Where everything is that a page has but plain text, by label and number among those of that label.
+fn places(panel: &Panel) -> BTreeMap<(String, usize), Rect> {
+    let mut places = BTreeMap::new();
+    let named = By::new().predicate(|node| node.role() != Role::Label && node.label().is_some());
+    for node in panel.query_all(named) {
+        let label = node.accesskit_node().label().expect("it has one");
+        let number = (0..).find(|number| !places.contains_key(&(label.clone(), *number)));
+        places.insert((label, number.expect("one is free")), node.rect());
+    }
+    places
+}
 
-fn places(panel: &Panel) -> [Rect; 9] {
-    WIDGETS.map(|widget| panel.get_by_label(widget).rect())
+/// Ends of the labels of what shows a scene, and of what stands below that.
+const OF_SCENE: [&str; 5] = [" slider", " value", " by direction", "Scenes", "Changes"];
+
+/// What has moved or gone since.
+fn moved(panel: &Panel, before: &BTreeMap<(String, usize), Rect>) -> Vec<(String, Rect, Option<Rect>)> {
+    let now = places(panel);
+    let moved = before.iter().filter(|(label, place)| now.get(label) != Some(place));
+    moved
+        .map(|(label, place)| (label.0.clone(), *place, now.get(label).copied()))
+        .collect()
 }
 
 /// Counts of a loop and of its link, all of which are `count`.
@@ -53,60 +66,114 @@ fn counted(count: u64) -> Update {
     Update::Event(Event::Timing(Box::new(timing)))
 }
 
+/// Pages as they are used, with a name for each.
+fn pages() -> [(&'static str, fn() -> Panel); 9] {
+    fn felt() -> Panel {
+        let mut panel = connected(RigState::Engaged);
+        feel(&mut panel, &rows(0..1000, |_| 3.0));
+        panel
+    }
+    fn at(page: Page) -> Panel {
+        at_page(felt(), page)
+    }
+    fn study(task: Task, stage: Stage) -> Panel {
+        let mut panel = felt();
+        tell(&mut panel, StudyNews::State(Box::new(state(task, stage))));
+        panel
+    }
+    [
+        ("Tune", || at(Page::Tune)),
+        ("Record", || at(Page::Record)),
+        ("Identify", || at(Page::Identify)),
+        ("Identify with an answer", || answered(at(Page::Identify))),
+        ("Task", || at(Page::Task)),
+        ("Task, running", || study(Task::Fitts, running())),
+        ("Perception", || at(Page::Perception)),
+        ("Perception, held", || study(Task::Perception, held())),
+        ("Perception, running", || study(Task::Perception, running())),
+    ]
+}
+
+/// What comes by itself while a page is used.
+fn news() -> Vec<(&'static str, Update)> {
+    let long = |what: &str| what.to_owned() + &"/home".repeat(99);
+    let why = "the rig's friction is not known ".repeat(9);
+    let no_advice = haptic_ipc::WireError::new(haptic_ipc::ErrorCode::OutOfRange, why);
+    let folder: PathBuf = "/home/ada".into();
+    vec![
+        ("counters", counted(123_456_789)),
+        (
+            "a line that cannot be read",
+            Update::Unreadable {
+                reason: "a line of a later daemon".into(),
+            },
+        ),
+        ("there is no advice", Update::Advised(Err(no_advice))),
+        ("a notice", Update::Exported(Err(long("no such folder: ")))),
+        ("settings", Update::Remembered(Err(long("cannot be written: ")))),
+        ("busy", Update::Busy("writing r.svg".to_owned())),
+        (
+            "progress",
+            Update::Reading {
+                path: folder.join("r.mcap"),
+                share: Some(0.42),
+            },
+        ),
+        (
+            "a folder",
+            Update::ListRead {
+                folder,
+                result: Err(long("cannot be read: ")),
+            },
+        ),
+        ("a dialog", Update::DialogClosed(Err(long("there is no portal: ")))),
+        (
+            "a study's note",
+            Update::Study(StudyNews::Noted(Err(long("cannot be written: ")))),
+        ),
+        (
+            "a study's failure",
+            Update::Study(StudyNews::Failed(long("no such folder: "))),
+        ),
+    ]
+}
+
 #[test]
 fn nothing_moves_when_counters_grow_a_notice_comes_or_the_daemon_goes() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..1000, |_| 3.0));
-    hear(&mut panel, counted(0));
-    // A panel that grows has its place one frame later.
-    panel.run();
-    let before = places(&panel);
-    hear(&mut panel, counted(123_456_789));
-    assert_eq!(places(&panel), before, "counters");
-    hear(
-        &mut panel,
-        Update::Unreadable {
-            reason: "a line of a later daemon".into(),
-        },
-    );
-    assert_eq!(places(&panel), before, "a line that cannot be read");
-    let why = "the rig's friction is not known ".repeat(9);
-    let error = haptic_ipc::WireError::new(haptic_ipc::ErrorCode::OutOfRange, why);
-    hear(&mut panel, Update::Advised(Err(error)));
-    panel.get_by_label_contains("No advice: the rig's friction");
-    assert_eq!(places(&panel), before, "there is no advice");
-    hear(
-        &mut panel,
-        Update::Exported(Err("no such folder: ".to_owned() + &"/home".repeat(99))),
-    );
-    assert_eq!(places(&panel), before, "a notice");
-    let (path, share) = ("/home/ada/r.mcap".into(), Some(0.42));
-    hear(&mut panel, Update::Reading { path, share });
-    assert_eq!(places(&panel), before, "progress");
-    let root = panel.input_mut().viewports.entry(ViewportId::ROOT).or_default();
-    root.events.push(ViewportEvent::Close);
-    panel.run();
-    panel.get_by_label("Release and close");
-    assert_eq!(places(&panel), before, "a question");
-    press(&mut panel, "Keep the window");
-    asked(&mut panel);
-    lose_the_daemon(&mut panel);
-    assert_eq!(places(&panel), before, "the daemon has gone");
-    hear(&mut panel, in_state(RigState::Idle, 300));
-    find_another_daemon(&mut panel);
-    let without_scene = |places: [Rect; 9]| {
-        [
-            places[0], places[1], places[2], places[3], places[6], places[7], places[8],
-        ]
-    };
-    let another = ["mass value", "stiffness slider"].map(|widget| panel.query_by_label(widget).is_none());
-    assert_eq!(another, [true; 2], "its scene is not known yet");
-    let now = WIDGETS.map(|widget| {
-        panel
-            .query_by_label(widget)
-            .map_or(Rect::NOTHING, |widget| widget.rect())
-    });
-    assert_eq!(without_scene(now), without_scene(before), "another daemon has come");
+    let mut all = Vec::new();
+    for (name, page) in pages() {
+        let mut panel = page();
+        hear(&mut panel, counted(0));
+        // A panel that grows has its place one frame later.
+        panel.run();
+        let mut before = places(&panel);
+        assert!(before.len() > 20, "{name}: {} places", before.len());
+        let mut check = |panel: &Panel, before: &BTreeMap<_, _>, what: &str| {
+            all.extend(
+                moved(panel, before)
+                    .into_iter()
+                    .map(|moved| format!("{name}, {what}: {moved:?}")),
+            );
+        };
+        for (what, update) in news() {
+            hear(&mut panel, update);
+            check(&panel, &before, what);
+        }
+        let root = panel.input_mut().viewports.entry(ViewportId::ROOT).or_default();
+        root.events.push(ViewportEvent::Close);
+        panel.run();
+        panel.get_by_label("Release and close");
+        check(&panel, &before, "a question");
+        press(&mut panel, "Keep the window");
+        lose_the_daemon(&mut panel);
+        check(&panel, &before, "the daemon has gone");
+        hear(&mut panel, in_state(RigState::Idle, 300));
+        find_another_daemon(&mut panel);
+        // Its scene is not known yet.
+        before.retain(|(label, _), _| !OF_SCENE.iter().any(|end| label.ends_with(end)));
+        check(&panel, &before, "another daemon has come");
+    }
+    assert!(all.is_empty(), "{}", all.join("\n"));
 }
 
 #[test]

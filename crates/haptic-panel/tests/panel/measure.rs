@@ -180,6 +180,18 @@ fn any_signal_is_drawn_against_any_other_over_any_time() {
     assert!(svg(&panel).contains(">Law<"));
 }
 
+const CIRCLE: &str = "Coupling force against device position plot";
+
+/// The top and the right end of the circle in its plot, of whose fitted axes 8 % are free at either end.
+fn places(panel: &Panel) -> (egui::Pos2, egui::Pos2) {
+    let plot = panel.get_by_label(CIRCLE).rect();
+    let radius = plot.size() / 2.0 / 1.16;
+    (
+        plot.center() - egui::vec2(0.0, radius.y),
+        plot.center() + egui::vec2(radius.x, 0.0),
+    )
+}
+
 #[test]
 fn the_dot_of_a_cursor_is_dragged_along_its_trail_and_stays_on_its_turn() {
     let mut panel = connected(RigState::Engaged);
@@ -194,13 +206,7 @@ fn the_dot_of_a_cursor_is_dragged_along_its_trail_and_stays_on_its_turn() {
     open(&mut panel, "a.csv", (0..5000).map(turning).collect(), &[]);
     press_item(&mut panel, "Force against velocity");
     choose_item(&mut panel, "horizontal signal", "Device position");
-    choose_item(&mut panel, "samples drawn", "All in sight");
     press(&mut panel, "Cursors");
-    for (field, at_s) in [("cursor 1", "2"), ("cursor 2", "3.5")] {
-        type_into(&mut panel, field, at_s);
-        panel.key_press(Key::Enter);
-        panel.run();
-    }
     let cursors = |panel: &Panel| {
         ["cursor 1", "cursor 2"].map(|field| {
             panel
@@ -210,17 +216,22 @@ fn the_dot_of_a_cursor_is_dragged_along_its_trail_and_stays_on_its_turn() {
                 .expect("a time")
         })
     };
-    let plot = panel.get_by_label("Coupling force against device position plot").rect();
-    // A fitted axis leaves 8 % free at either end.
-    let radius = plot.size() / 2.0 / 1.16;
-    let (top, right) = (
-        plot.center() - egui::vec2(0.0, radius.y),
-        plot.center() + egui::vec2(radius.x, 0.0),
-    );
-    drag(&mut panel, top, right - top);
+    // In the last second alone the first cursor is before all that is drawn, which is a whole turn as well.
+    for extent in ["Last second", "Between cursors", "All in sight"] {
+        choose_item(&mut panel, "samples drawn", extent);
+        for (field, at_s) in [("cursor 1", "2"), ("cursor 2", "3.5")] {
+            type_into(&mut panel, field, at_s);
+            panel.key_press(Key::Enter);
+            panel.run();
+        }
+        let (top, right) = places(&panel);
+        drag(&mut panel, top, right - top);
+        let [first, second] = cursors(&panel);
+        assert!((first - 2.25).abs() < 0.02, "{extent}: {first}: on its own turn");
+        assert_eq!(second, 3.5, "{extent}");
+    }
     let [first, second] = cursors(&panel);
-    assert!((first - 2.25).abs() < 0.02, "{first}: on its own turn");
-    assert_eq!(second, 3.5);
+    let plot = panel.get_by_label(CIRCLE).rect();
     // What is dragged in the middle is the plot.
     drag(&mut panel, plot.center(), egui::vec2(20.0, 0.0));
     assert_eq!(cursors(&panel), [first, second]);

@@ -1,6 +1,6 @@
 //! The pages of studies: what is typed, asked and shown, and the subject's window.
 
-use crate::bench::{Panel, asked, connected, hear, is_enabled, panel, press, type_into, value_of};
+use crate::bench::{Panel, asked, at_page, connected, hear, is_enabled, panel, press, type_into, value_of};
 use crate::plots::{feel, rows};
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -9,13 +9,6 @@ use haptic_panel::{
     Intent, Page, Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectState, Update, Wanted,
 };
 use haptic_studies::plan::Task;
-
-fn at_page(mut panel: Panel, page: Page) -> Panel {
-    panel.state_mut().model.turn_to(page);
-    panel.run();
-    asked(&mut panel);
-    panel
-}
 
 pub(crate) fn state(task: Task, stage: Stage) -> StudyState {
     let subject = |code: &str, progress| SubjectState {
