@@ -108,6 +108,17 @@ fn fields(object: &Value, but: &str) -> String {
         let about = field["description"].as_str().unwrap_or_default();
         drawn.push_str(&row(&[&format!("`{name}`"), &type_of(field), presence, about]));
     }
+    for choice in object["oneOf"].as_array().into_iter().flatten() {
+        for (name, field) in choice["properties"].as_object().into_iter().flatten() {
+            let about = choice["description"].as_str().unwrap_or_default();
+            drawn.push_str(&row(&[
+                &format!("`{name}`"),
+                &type_of(field),
+                "exactly one of these",
+                about,
+            ]));
+        }
+    }
     if drawn.is_empty() {
         return drawn;
     }

@@ -98,6 +98,7 @@ fn what_the_daemon_takes_is_in_the_schema_and_what_it_refuses_is_not() {
         json!({"id":1,"op":"scene.load","scene":{"name":"x","block":{"M":0.5},"coupling":{"K":1000,"damping":1},"friction":{"law":"karnopp","Fs":4,"Fd":3.5,"reseat":"published"}}}),
         json!({"id":1,"op":"subscribe","topics":["state","log"],"rate_hz":100}),
         json!({"id":1,"op":"lease","timeout_ms":500}),
+        json!({"id":1,"op":"schedule","changes":[{"at_tick":5,"params":{"Fs":5},"ramp_ms":50},{"at_tick":6,"scene":"lugre"}]}),
         json!({"id":1,"op":"devices","probe":"serial:rig"}),
     ] {
         haptic_ipc::Envelope::parse(&line.to_string()).unwrap_or_else(|error| panic!("{line}: {error:?}"));
@@ -116,6 +117,10 @@ fn what_the_daemon_takes_is_in_the_schema_and_what_it_refuses_is_not() {
         json!({"id":1,"op":"scene.load","scene":{"friction":{"law":"viscous"}}}),
         json!({"id":1,"op":"scene.load","scene":{"friction":{"law":"sticky"}}}),
         json!({"id":1,"op":"subscribe","topics":["weather"]}),
+        json!({"id":1,"op":"schedule","changes":[{"at_tick":5,"params":{},"colour":"red"}]}),
+        json!({"id":1,"op":"schedule","changes":[{"at_tick":5}]}),
+        json!({"id":1,"op":"schedule","changes":[{"at_tick":5,"params":{},"scene":1}]}),
+        json!({"id":1,"op":"schedule","changes":[{"at_tick":5,"params":{},"ramp_ms":20000}]}),
     ] {
         haptic_ipc::Envelope::parse(&line.to_string()).expect_err(&line.to_string());
         request.check(&line).expect_err("the daemon refuses it");

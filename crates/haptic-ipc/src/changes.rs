@@ -145,7 +145,8 @@ impl Field for Changes {
 /// changes.
 ///
 /// # Errors
-/// There is no such parameter, its value is of the wrong type, or the object has not exactly one of `times` and `plus`, with a number.
+/// There is no such parameter, its value is of the wrong type, or the object has not exactly one of `times` and
+/// `plus`, with a number.
 fn read_change(given: &FieldValue<'_>) -> Result<ParameterChange, WireError> {
     let relative = Object::of(given).filter(|object| {
         let mut fields = object.values();

@@ -84,6 +84,7 @@ fn not_an_object(line: &str, error: &serde_json::Error) -> WireError {
 mod tests {
     use super::*;
     use crate::ChangeOptions;
+    use crate::fields::Fields as _;
     use haptic_core::Scene;
 
     const EXCITATION: &str = concat!(
@@ -124,7 +125,7 @@ mod tests {
             let written = serde_json::to_string(&envelope).expect("writes");
             assert_eq!(Envelope::parse(&written).expect("reads"), envelope);
             let is_there = |field: &str| *op != "scene.load" || written.contains(&format!("\"{field}\":"));
-            assert!(ChangeOptions::FIELDS.into_iter().all(is_there), "{written}");
+            assert!(ChangeOptions::names().into_iter().all(is_there), "{written}");
         }
     }
 

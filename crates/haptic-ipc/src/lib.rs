@@ -15,6 +15,7 @@ mod describe;
 mod envelope;
 mod error;
 mod event;
+mod fields;
 mod identification;
 mod journal;
 mod line;

@@ -44,6 +44,12 @@ pub(crate) fn missing(object: &str, name: &str, expected: &str) -> WireError {
     WireError::new(ErrorCode::BadRequest, format!("{object} lacks `{name}`: {expected}")).about(name)
 }
 
+/// Of fields that exclude each other none is given, or more than one.
+pub(crate) fn not_one_of(object: &str, known: &[&str]) -> WireError {
+    let message = format!("{object} must have either `{}`", known.join("` or `"));
+    WireError::new(ErrorCode::BadRequest, message).about(known.first().copied().unwrap_or(object))
+}
+
 /// A field that the object does not have.
 pub(crate) fn unknown_field(object: &str, name: &str, known: &[&str]) -> WireError {
     let (shown, meant) = (shortened(name), meant_or_semicolon(name, known));

@@ -4,6 +4,7 @@ use crate::change_options::ChangeOptions;
 use crate::changes::Changes;
 use crate::error::WireError;
 use crate::event::Topic;
+use crate::fields::fields;
 use crate::object::{Limits, Object};
 use crate::refusal;
 use crate::scene::SceneRef;
@@ -30,11 +31,6 @@ const FOUND: Limits = Limits::new(0, 1000);
 /// left out, whether it takes [`ChangeOptions`], and its answer. From that come the type, its
 /// serialisation and schema, the reading of a line and every refusal.
 macro_rules! operations {
-    (@name $field:ident) => { stringify!($field) };
-    (@name $field:ident $wire:literal) => { $wire };
-    (@fields $options:ident) => { &ChangeOptions::FIELDS };
-    (@limits) => { None };
-    (@limits $limits:ident) => { Some($limits) };
     ($(
         $(#[$doc:meta])*
         $variant:ident $op:literal {$(
@@ -72,7 +68,7 @@ macro_rules! operations {
                         feature = "schema",
                         schemars(range(min = $optional_limits.smallest(), max = $optional_limits.max))
                     )])?
-                    #[serde(default, skip_serializing_if = "is_default")]
+                    #[serde(default, skip_serializing_if = "crate::fields::is_default")]
                     $optional: $optional_type,
                 )*)?
                 $(
@@ -91,24 +87,17 @@ macro_rules! operations {
             pub(crate) fn read(op: &str, line: &Object<'_>) -> Result<Self, WireError> {
                 match op {
                     $($op => {
-                        let known: &[&[&str]] = &[
-                            &[$(operations!(@name $needed $($needed_wire)?)),*],
-                            $(&[$(operations!(@name $optional $($optional_wire)?)),*],)?
-                            $(operations!(@fields $options),)?
-                        ];
-                        line.no_field_but(op, &known.concat())?;
-                        Ok(Self::$variant {
-                            $($needed: line.needed(
-                                op,
-                                operations!(@name $needed $($needed_wire)?),
-                                operations!(@limits $($needed_limits)?),
-                            )?,)*
-                            $($($optional: line.optional(
-                                operations!(@name $optional $($optional_wire)?),
-                                operations!(@limits $($optional_limits)?),
-                            )?,)*)?
-                            $($options: ChangeOptions::read(line)?,)?
-                        })
+                        let known: Vec<&str> = fields!(@names
+                            {$($needed $(as $needed_wire)?,)*}
+                            {$($($optional $(as $optional_wire)?,)*)?}
+                            {$($options: ChangeOptions,)?}
+                        );
+                        line.no_field_but(op, &known)?;
+                        Ok(fields!(@read op line [Self::$variant]
+                            {$($needed $(as $needed_wire)? $(where $needed_limits)?,)*}
+                            {$($($optional $(as $optional_wire)? $(where $optional_limits)?,)*)?}
+                            {$($options: ChangeOptions,)?}
+                        ))
                     })*
                     _ => Err(refusal::unknown_operation(op, Self::OPERATIONS)),
                 }
@@ -289,11 +278,6 @@ operations! {
     } -> crate::IdentificationReply;
     /// Give the rig back, as it was before.
     IdentifyEnd "identify.end" {} -> crate::IdentificationReply;
-}
-
-/// Whether a field that may be left out is left out.
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
 }
 
 impl Request {

@@ -3,7 +3,8 @@
 use crate::advice::Advice;
 use crate::change_options::RAMP;
 use crate::changes::Changes;
-use crate::error::{ErrorCode, WireError};
+use crate::error::WireError;
+use crate::fields::{Fields as _, fields};
 use crate::journal::Peer;
 use crate::object::{Field, FieldValue, Limits, Object};
 use crate::refusal;
@@ -15,52 +16,40 @@ use std::collections::BTreeMap;
 /// Most changes that may wait for their tick, of all schedules together.
 pub const MOST_SCHEDULED_CHANGES: usize = 256;
 
-/// A change of a schedule.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ScheduledChange {
-    /// The tick that is to render it first.
-    pub at_tick: u64,
-    /// The change.
-    #[serde(flatten)]
-    pub change: SceneChange,
-    /// Time over which to change, ms; at once when absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ramp_ms: Option<f64>,
+fields! {
+    /// A change of a schedule.
+    #[derive(Clone, Debug, PartialEq)]
+    #[cfg_attr(feature = "schema", schemars(deny_unknown_fields))]
+    pub struct ScheduledChange {
+        /// The tick that is to render it first.
+        at_tick: u64,
+    } optional {
+        /// Time over which to change, ms; at once when absent.
+        ramp_ms: Option<f64> where RAMP,
+    } with {
+        /// The change.
+        change: SceneChange,
+    }
 }
 
-/// What a change does to the scene.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SceneChange {
-    /// It changes parameters, as `set` does.
-    Params(Changes),
-    /// It loads a whole scene, as `scene.load` does.
-    Scene(SceneRef),
+fields! {
+    /// What a change does to the scene.
+    #[derive(Clone, Debug, PartialEq)]
+    pub enum SceneChange {
+        /// It changes parameters, as `set` does.
+        Params "params"(Changes),
+        /// It loads a whole scene, as `scene.load` does.
+        Scene "scene"(SceneRef),
+    }
 }
 
 impl ScheduledChange {
-    const FIELDS: [&str; 4] = ["at_tick", "params", "scene", "ramp_ms"];
-
     fn of(given: &FieldValue<'_>) -> Result<Self, WireError> {
         let change =
             Object::of(given).ok_or_else(|| given.is_not("an object with `at_tick`, and `params` or `scene`"))?;
         change.no_field_twice()?;
-        change.no_field_but(given.name, &Self::FIELDS)?;
-        let params: Option<Changes> = change.optional("params", None)?;
-        let scene: Option<SceneRef> = change.optional("scene", None)?;
-        let what = match (params, scene) {
-            (Some(params), None) => SceneChange::Params(params),
-            (None, Some(scene)) => SceneChange::Scene(scene),
-            _ => {
-                let message = format!("{} must have either `params` or `scene`", given.path());
-                return Err(WireError::new(ErrorCode::BadRequest, message).about("params"));
-            }
-        };
-        Ok(Self {
-            at_tick: change.needed(given.name, "at_tick", None)?,
-            change: what,
-            ramp_ms: change.optional("ramp_ms", Some(RAMP))?,
-        })
+        change.no_field_but(given.name, &Self::names())?;
+        Self::read(given.name, &change)
     }
 }
 
@@ -90,34 +79,6 @@ impl Field for Vec<ScheduledChange> {
             })
         };
         items.into_iter().enumerate().map(change).collect()
-    }
-}
-
-#[cfg(feature = "schema")]
-impl schemars::JsonSchema for ScheduledChange {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "ScheduledChange".into()
-    }
-
-    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({
-            "description": "A change of a schedule: it has either `params` or `scene`.",
-            "type": "object",
-            "properties": {
-                "at_tick": { "type": "integer", "minimum": 0, "description": "The tick that is to render it first." },
-                "params": generator.subschema_for::<Changes>(),
-                "scene": generator.subschema_for::<SceneRef>(),
-                "ramp_ms": {
-                    "type": ["number", "null"],
-                    "minimum": RAMP.smallest(),
-                    "maximum": RAMP.max,
-                    "description": "Time over which to change, ms; at once when absent.",
-                },
-            },
-            "required": ["at_tick"],
-            "oneOf": [{ "required": ["params"] }, { "required": ["scene"] }],
-            "additionalProperties": false,
-        })
     }
 }
 
@@ -189,7 +150,7 @@ mod tests {
     #[test]
     fn a_schedule_is_read_as_it_is_written() {
         let changes =
-            r#"[{"at_tick":100,"params":{"Fs":{"plus":0.5}}},{"at_tick":200,"scene":"lugre","ramp_ms":50.0}]"#;
+            r#"[{"at_tick":100,"params":{"Fs":{"plus":0.5}}},{"at_tick":200,"ramp_ms":50.0,"scene":"lugre"}]"#;
         let request = parsed(changes).expect("it reads");
         let Request::Schedule { changes: read, .. } = &request else {
             panic!("{request:?}");

@@ -66,8 +66,11 @@ fn counted(count: u64) -> Update {
     Update::Event(Event::Timing(Box::new(timing)))
 }
 
+/// How a page comes into use.
+type MadeBy = fn() -> Panel;
+
 /// Pages as they are used, with a name for each.
-fn pages() -> [(&'static str, fn() -> Panel); 9] {
+fn pages() -> [(&'static str, MadeBy); 9] {
     fn felt() -> Panel {
         let mut panel = connected(RigState::Engaged);
         feel(&mut panel, &rows(0..1000, |_| 3.0));
