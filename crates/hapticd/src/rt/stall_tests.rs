@@ -33,11 +33,14 @@ const MOST_STEPS: u64 = if cfg!(debug_assertions) { 1300 } else { 400 };
 
 /// Instructions from one at which it is stopped to the next: every one of an optimised build, as the gate does; else as
 /// many as a lock is held for, or fewer.
-fn stride() -> usize {
+const STRIDE: usize = if cfg!(debug_assertions) { 21 } else { 1 };
+
+/// The extent of a run of an optimised build; one that is not is always short.
+pub(super) fn extent<T>(short: T, full: T) -> T {
     if cfg!(debug_assertions) {
-        test_run::extent(21, 7)
+        short
     } else {
-        1
+        test_run::extent(short, full)
     }
 }
 
@@ -121,7 +124,7 @@ struct Round {
 
 /// Stops the control side after its instructions in turn and lets the real-time side run there.
 fn at_every_step(round: impl Fn() -> Round) -> &'static Report {
-    in_a_child(|report| step_through(&round, stride(), report))
+    in_a_child(|report| step_through(&round, STRIDE, report))
 }
 
 /// Runs what needs the trap flag in a process of its own, with one thread.
@@ -326,7 +329,7 @@ fn a_tick_ends_wherever_the_posting_of_a_scene_is_preempted() {
 fn a_tick_ends_wherever_the_dropping_of_old_scenes_is_preempted() {
     let renderer = renderer();
     // The tick that preempts the dropping hands back one more; after 16 scenes there is no room for it.
-    for &scenes in test_run::extent(&[16][..], &[2, 16]) {
+    for &scenes in extent(&[16][..], &[2, 16]) {
         let report = at_every_step(|| {
             let mut bench = Bench::new(&renderer);
             for _ in 0..scenes {
@@ -345,7 +348,7 @@ fn a_tick_ends_wherever_the_dropping_of_old_scenes_is_preempted() {
 fn a_tick_ends_wherever_the_reading_of_its_records_is_preempted() {
     let renderer = renderer();
     // Records in the ring of 8 beforehand: none, some, as many as it takes.
-    for &ticks in test_run::extent(&[20][..], &[0, 2, 20]) {
+    for &ticks in extent(&[20][..], &[0, 2, 20]) {
         let report = at_every_step(|| {
             let mut bench = Bench::new(&renderer);
             while bench.records.pop().is_some() {}

@@ -1,7 +1,7 @@
 //! What a whole tick costs, in instructions, and what its parts cost by themselves: the processor's trap flag
 //! counts them, deaf to whatever else the machine does.
 
-use super::stall_tests::{Bench, compiled, in_a_child, instructions_of, renderer};
+use super::stall_tests::{Bench, compiled, extent, in_a_child, instructions_of, renderer};
 use crate::rt::clock::now_ns;
 use crate::rt::outbox;
 use crate::rt::tick::tests::servo;
@@ -140,7 +140,7 @@ fn median(mut counts: Vec<u64>) -> u64 {
 fn a_whole_tick_on_the_papers_scene_costs_no_more_than_was_agreed_on() {
     let no_link = || Box::new(NoLink::new(1_000_000));
     // Some of the ticks of two strokes: a trap costs microseconds.
-    let (ticks, counted) = (4000, test_run::extent(10, 500));
+    let (ticks, counted) = (4000, extent(10, 500));
     let report = in_a_child(|report| {
         // The loop's own queue: a short one would be full before every tick that is counted.
         let mut bench = Bench::with_outbox(no_link(), &renderer(), outbox::outbox());
