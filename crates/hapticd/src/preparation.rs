@@ -53,33 +53,12 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         .flatten();
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
-    let PreparedDevice {
-        device,
-        link,
-        usual_losses,
-    } = prepare_device(config.rig, config.period_ns);
+    let losses = usual_losses(&config.rig);
+    let servo = prepare_servo(&config, period_s, losses)?;
+    let servo_settings = *servo.settings();
+    let (device, link) = prepare_device(config.rig, config.period_ns);
     let (description, resolution) = (device.description(), device.resolution_m());
     let (monitor, keeper) = link.unzip();
-
-    let renderer = Renderer::new(&config.scene, config.scheme, period_s)?;
-    let settings = Settings {
-        period_s,
-        ramp_s: config.ramp_s,
-        limits: config.limits,
-        losses: usual_losses,
-        passivity_control_n: config.passivity_control_n,
-        velocity: config.velocity,
-        stale_ns: config.watches.stale_ns,
-        stop_button: config.watches.stop_button,
-        enable_button: config.watches.enable_button,
-        // Until a rig is engaged whose friction is known.
-        compensation: None,
-    };
-    let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, FIRST_REVISION)));
-    if monitor.is_some() {
-        // Until the first sample of the device the rig cannot be engaged.
-        servo.disconnect();
-    }
     let shared = Arc::new(Shared::new());
     let (producer, records) = outbox();
     let (setup_sender, setup_receiver) = rig_setups();
@@ -104,7 +83,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
         address: config.device,
-        servo: Cell::new(settings),
+        servo: Cell::new(servo_settings),
         configuration: config.source,
         _awake: awake,
         share,
@@ -115,8 +94,8 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             // measured.
             sample_period_s: 0.0,
             delay_s: 0.0,
-            damping: usual_losses.damping,
-            friction: usual_losses.friction,
+            damping: losses.damping,
+            friction: losses.friction,
             resolution,
         },
         friction: config.friction,
@@ -150,6 +129,29 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     })
 }
 
+/// The servo of the first scene. That of a linked device cannot be engaged until the device's first sample.
+fn prepare_servo(config: &Config, period_s: f64, losses: RigLosses) -> Result<Servo, SceneError> {
+    let renderer = Renderer::new(&config.scene, config.scheme, period_s)?;
+    let settings = Settings {
+        period_s,
+        ramp_s: config.ramp_s,
+        limits: config.limits,
+        losses,
+        passivity_control_n: config.passivity_control_n,
+        velocity: config.velocity,
+        stale_ns: config.watches.stale_ns,
+        stop_button: config.watches.stop_button,
+        enable_button: config.watches.enable_button,
+        // Until a rig is engaged whose friction is known.
+        compensation: None,
+    };
+    let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, FIRST_REVISION)));
+    if matches!(config.rig, RigChoice::Linked(_)) {
+        servo.disconnect();
+    }
+    Ok(servo)
+}
+
 /// Claims a share of the processor that the loop will be pinned to.
 fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<ProcessorShare> {
     match ProcessorShare::claim(cpu?) {
@@ -168,34 +170,27 @@ fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<Pr
     }
 }
 
-/// The device's real-time end, and the rest of its link if it has one.
-struct PreparedDevice {
-    device: Box<dyn Device>,
-    link: Option<(LinkMonitor, Keeper)>,
-    /// What the rig takes up as far as nothing is known of it.
-    usual_losses: RigLosses,
+/// What a rig takes up as far as nothing is known of it.
+fn usual_losses(rig: &RigChoice) -> RigLosses {
+    match rig {
+        RigChoice::Fake(rig) => RigLosses {
+            damping: rig.properties().damping_ns_per_m,
+            friction: rig.properties().friction_n,
+        },
+        RigChoice::Linked(_) => RigLosses {
+            damping: 0.0,
+            friction: 0.0,
+        },
+    }
 }
 
-fn prepare_device(rig: RigChoice, period_ns: u64) -> PreparedDevice {
+/// The device's real-time end, and the rest of its link if it has one.
+fn prepare_device(rig: RigChoice, period_ns: u64) -> (Box<dyn Device>, Option<(LinkMonitor, Keeper)>) {
     match rig {
-        RigChoice::Fake(rig) => PreparedDevice {
-            usual_losses: RigLosses {
-                damping: rig.properties().damping_ns_per_m,
-                friction: rig.properties().friction_n,
-            },
-            device: rig,
-            link: None,
-        },
+        RigChoice::Fake(rig) => (rig, None),
         RigChoice::Linked(connector) => {
             let (device, monitor, keeper) = Keeper::new(connector, period_ns);
-            PreparedDevice {
-                device: Box::new(device),
-                link: Some((monitor, keeper)),
-                usual_losses: RigLosses {
-                    damping: 0.0,
-                    friction: 0.0,
-                },
-            }
+            (Box::new(device), Some((monitor, keeper)))
         }
     }
 }
