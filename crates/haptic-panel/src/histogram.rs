@@ -50,27 +50,42 @@ fn paint(ui: &Ui, rect: Rect, buckets: &[Bucket]) {
     }
     #[expect(clippy::cast_precision_loss, reason = "a few dozen buckets")]
     let width = ground.width() / buckets.len() as f32;
-    let mut free_from = f32::NEG_INFINITY;
     let mut left = ground.left();
     for bucket in buckets {
         let top = ground.bottom() - (ground.height() - 4.0) * height(bucket.count) / most;
         let bar = Rect::from_min_max(pos2(left + 1.0, top), pos2(left + width - 1.0, ground.bottom()));
         painter.rect_filled(bar, 0, palette.device);
         left += width;
+    }
+    for (index, anchor) in numbered(buckets.len(), ground.width()) {
+        #[expect(clippy::cast_precision_loss, reason = "a few dozen buckets")]
+        let at = pos2(ground.left() + (index + 1) as f32 * width, rect.bottom());
+        let (color, font) = (ui.visuals().text_color(), FontId::proportional(11.0));
+        painter.text(at, anchor, duration(buckets[index].up_to), font, color);
+    }
+}
+
+/// Which of so many bars in so wide a row have a number, and how it stands at the bar's right edge: none covers another, or
+/// leaves the row.
+fn numbered(bars: usize, row_width: f32) -> Vec<(usize, Align2)> {
+    #[expect(clippy::cast_precision_loss, reason = "a few dozen bars")]
+    let edge = |index: usize| row_width * (index + 1) as f32 / bars as f32;
+    let mut free_from = f32::NEG_INFINITY;
+    let mut numbered = Vec::new();
+    for index in 0..bars {
         // The number belongs to the edge between this bar and the next; the last one stands before it.
-        let anchor = if left > ground.right() - LABEL_DISTANCE / 2.0 {
+        let anchor = if edge(index) > row_width - LABEL_DISTANCE / 2.0 {
             Align2::RIGHT_BOTTOM
         } else {
             Align2::CENTER_BOTTOM
         };
-        let place = anchor.anchor_size(pos2(left, rect.bottom()), vec2(LABEL_DISTANCE, LABELS_HEIGHT));
-        if place.left() >= free_from && left <= ground.right() + 0.5 {
-            let color = ui.visuals().text_color();
-            let font = FontId::proportional(11.0);
-            painter.text(pos2(left, rect.bottom()), anchor, duration(bucket.up_to), font, color);
+        let place = anchor.anchor_size(pos2(edge(index), 0.0), vec2(LABEL_DISTANCE, LABELS_HEIGHT));
+        if place.left() >= free_from {
             free_from = place.right();
+            numbered.push((index, anchor));
         }
     }
+    numbered
 }
 
 /// The logarithmic height of a count; above zero for a single one.
@@ -112,6 +127,30 @@ mod tests {
             (3_000_000_000, "3.00 s"),
         ] {
             assert_eq!(duration(ns), text);
+        }
+    }
+
+    #[test]
+    fn no_number_covers_another() {
+        for bars in 1..64 {
+            for row_width in [60.0, 200.0, 431.5] {
+                let numbered = numbered(bars, row_width);
+                assert!(!numbered.is_empty(), "{bars} bars in {row_width}");
+                #[expect(clippy::cast_precision_loss, reason = "a few dozen bars")]
+                let places = numbered.iter().map(|(index, anchor)| {
+                    let edge = row_width * (index + 1) as f32 / bars as f32;
+                    anchor.anchor_size(pos2(edge, 0.0), vec2(LABEL_DISTANCE, LABELS_HEIGHT))
+                });
+                let places: Vec<_> = places.collect();
+                assert!(
+                    places.windows(2).all(|two| two[0].right() <= two[1].left()),
+                    "{places:?}"
+                );
+                assert!(
+                    places.iter().all(|place| place.right() <= row_width + 0.5),
+                    "{places:?}"
+                );
+            }
         }
     }
 

@@ -42,10 +42,10 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     let force = value(|sample| sample.command_force_n);
     let device = value(|sample| sample.device_position_m * MM_PER_M);
     let has_block = daemon.scene.active.as_ref().is_none_or(|scene| scene.block.is_some());
-    let block = if has_block {
-        value(|sample| sample.block_position_m * MM_PER_M)
+    let (block, block_unit) = if has_block {
+        (value(|sample| sample.block_position_m * MM_PER_M), "mm")
     } else {
-        "none".to_owned()
+        ("none".to_owned(), "")
     };
     ui.columns_const(|[first, second, third, fourth]| {
         let show_one = |ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>| match staleness {
@@ -61,7 +61,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
         };
         show_one(first, "Force on the hand", &force, "N", Some(palette.device));
         show_one(second, "Device position", &device, "mm", Some(palette.device));
-        show_one(third, "Block position", &block, "mm", Some(palette.block));
+        show_one(third, "Block position", &block, block_unit, Some(palette.block));
         show_one(fourth, "Contact", contact, "", contact_color);
     });
     ui.add_space(4.0);

@@ -37,7 +37,7 @@ use clocks::{LARGEST_SHIFT_S, without_drift};
 use progress::Progress;
 use std::ops::ControlFlow;
 use thiserror::Error;
-pub use values::FoundValue;
+pub use values::{FoundValue, in_words};
 
 /// A record to identify from: samples of one clock, with the force that drives the moving mass.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -15,17 +15,45 @@ pub struct FoundValue {
     pub interval: String,
 }
 
+/// Parameters by the names that they have in a result, with their unit, for people.
+const NAMES: [(&str, &str, &str); 9] = [
+    ("mass_kg", "mass", "kg"),
+    ("dynamic_force_N", "dynamic friction", "N"),
+    ("viscous_Ns_per_m", "viscous friction", "N s/m"),
+    ("static_force_N", "static friction", "N"),
+    ("offset_N", "offset", "N"),
+    ("stiffness_N_per_m", "presliding stiffness", "N/m"),
+    ("exponent", "Dahl's exponent", ""),
+    ("stribeck_velocity_mps", "Stribeck velocity", "m/s"),
+    ("bristle_damping_Ns_per_m", "bristle damping", "N s/m"),
+];
+
+/// A parameter of a result in words: `static friction` for `static_force_N`. Another text is returned as it is.
+#[must_use]
+pub fn in_words(parameter: &str) -> &str {
+    let named = NAMES.iter().find(|(name, ..)| *name == parameter);
+    named.map_or(parameter, |(_, what, _)| what)
+}
+
 impl Identified {
     /// The values with their units and intervals.
     #[must_use]
     pub fn values(&self) -> Vec<FoundValue> {
         let mut values = Vec::new();
-        let mut add = |what: &str, value: Option<f64>, unit, name: &str| {
+        let mut add = |name: &str, direction: &str, value: Option<f64>| {
             let Some(value) = value else { return };
-            let interval = self.intervals.get(name);
+            let (_, what, unit) = NAMES
+                .into_iter()
+                .find(|(known, ..)| *known == name)
+                .unwrap_or((name, name, ""));
+            let (what, interval) = match direction {
+                "" => (what.to_owned(), self.intervals.get(name)),
+                "+" => (format!("{what} +"), self.intervals.get(&format!("{name}.positive"))),
+                _ => (format!("{what} -"), self.intervals.get(&format!("{name}.negative"))),
+            };
             let digits = decimals(value, interval);
             values.push(FoundValue {
-                what: what.to_owned(),
+                what,
                 value: format!("{value:.digits$}"),
                 unit,
                 interval: interval.map_or_else(
@@ -34,39 +62,23 @@ impl Identified {
                 ),
             });
         };
-        add("mass", self.mass_kg, "kg", "mass_kg");
-        for (what, value, unit, name) in [
-            ("dynamic friction", self.dynamic_force_n, "N", "dynamic_force_N"),
-            ("viscous friction", self.viscous_ns_per_m, "N s/m", "viscous_Ns_per_m"),
-            ("static friction", self.static_force_n, "N", "static_force_N"),
+        add("mass_kg", "", self.mass_kg);
+        for (name, value) in [
+            ("dynamic_force_N", self.dynamic_force_n),
+            ("viscous_Ns_per_m", self.viscous_ns_per_m),
+            ("static_force_N", self.static_force_n),
         ] {
-            let [up, down] = [value.map(|value| value.positive), value.map(|value| value.negative)];
-            add(&format!("{what} +"), up, unit, &format!("{name}.positive"));
-            add(&format!("{what} -"), down, unit, &format!("{name}.negative"));
+            add(name, "+", value.map(|value| value.positive));
+            add(name, "-", value.map(|value| value.negative));
         }
-        for (what, value, unit, name) in [
-            ("offset", self.offset_n, "N", "offset_N"),
-            (
-                "presliding stiffness",
-                self.stiffness_n_per_m,
-                "N/m",
-                "stiffness_N_per_m",
-            ),
-            ("Dahl's exponent", self.exponent, "", "exponent"),
-            (
-                "Stribeck velocity",
-                self.stribeck_velocity_mps,
-                "m/s",
-                "stribeck_velocity_mps",
-            ),
-            (
-                "bristle damping",
-                self.bristle_damping_ns_per_m,
-                "N s/m",
-                "bristle_damping_Ns_per_m",
-            ),
+        for (name, value) in [
+            ("offset_N", self.offset_n),
+            ("stiffness_N_per_m", self.stiffness_n_per_m),
+            ("exponent", self.exponent),
+            ("stribeck_velocity_mps", self.stribeck_velocity_mps),
+            ("bristle_damping_Ns_per_m", self.bristle_damping_ns_per_m),
         ] {
-            add(what, value, unit, name);
+            add(name, "", value);
         }
         values
     }

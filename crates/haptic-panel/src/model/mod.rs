@@ -176,6 +176,7 @@ impl Model {
     pub fn pace(&self) -> Duration {
         let scope = self.view.scope(&self.tapes);
         match self.view.page {
+            Page::Task | Page::Perception if self.view.studying.state().is_none() => return STANDING,
             // The subject's window has the processor.
             Page::Task | Page::Perception => return SLOWEST,
             Page::Identify => return STANDING,
@@ -248,7 +249,11 @@ impl Model {
             Ok(mut loaded) => {
                 loaded.opened.path = path;
                 self.view.recorded.open(&loaded.tape);
-                self.view.page = Page::Record;
+                // Nobody is taken away from a study.
+                let is_study = matches!(self.view.page, Page::Task | Page::Perception);
+                if !is_study || self.view.studying.state().is_none() {
+                    self.view.page = Page::Record;
+                }
                 self.tapes.open(*loaded);
                 self.view.file_notice = None;
             }

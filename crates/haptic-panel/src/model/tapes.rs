@@ -172,6 +172,7 @@ impl Tapes {
         self.live.mark(TapeMark {
             tick,
             kind: MarkKind::Marker,
+            by: None,
             text: text.to_owned(),
         });
         if let Some(recording) = &mut self.recording {

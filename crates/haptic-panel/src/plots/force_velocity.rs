@@ -13,7 +13,7 @@ use crate::model::tapes::Tapes;
 use crate::tape::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
 use crate::wording::significant;
-use egui::{Pos2, RichText, Sense, Ui};
+use egui::{Label, Pos2, RichText, Sense, Ui};
 use egui_plot::{PlotPoint, PlotResponse, PlotTransform};
 use haptic_core::{Parameter, Scene};
 
@@ -259,7 +259,9 @@ pub(crate) fn show(
         }
     });
     if let Some(at) = at_cursors(tapes, scope) {
-        ui.label(RichText::new(readings(&scope.against, at)).small());
+        let text = readings(&scope.against, at);
+        ui.add(Label::new(RichText::new(&text).small()).truncate())
+            .on_hover_text(text);
     }
     let height = (height - (ui.cursor().top() - top)).max(80.0);
     let name = if scope.against.shows_law() {

@@ -36,9 +36,7 @@ impl Flag<'_> {
 
     fn text(&self, separator: &str) -> String {
         let texts = self.marks.iter().take(MOST_TEXTS);
-        let mut texts: Vec<_> = texts
-            .map(|mark| format!("{}: {}", mark.kind.name(), mark.text))
-            .collect();
+        let mut texts: Vec<_> = texts.map(|mark| format!("{}: {mark}", mark.kind.name())).collect();
         if let Some(more) = self.marks.len().checked_sub(MOST_TEXTS).filter(|more| *more > 0) {
             texts.push(format!("and {more} more: zoom in"));
         }
@@ -102,6 +100,7 @@ mod tests {
         let mark = |kind, text: &str| TapeMark {
             tick: 0,
             kind,
+            by: None,
             text: text.to_owned(),
         };
         let marks = [

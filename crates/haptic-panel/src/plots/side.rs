@@ -8,6 +8,7 @@ use egui::Ui;
 
 /// Shows one of them in `height` points.
 pub(super) fn show(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
+    let has_block = super::has_block(model);
     let Model { daemon, tapes, view } = model;
     match group {
         PlotGroup::OverTime => {}
@@ -18,7 +19,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32
         }
         PlotGroup::Statistics => {
             let (scope, reference, measuring) = view.measured(tapes);
-            statistics_table::show(ui, tapes, scope, reference, measuring);
+            statistics_table::show(ui, tapes, scope, reference, measuring, has_block);
         }
         PlotGroup::Spectrum => {
             let (scope, _, measuring) = view.measured(tapes);

@@ -43,9 +43,10 @@ pub(super) fn show(
     scope: &Scope,
     reference: Option<&Reference>,
     measuring: &mut Measuring,
+    has_block: bool,
 ) {
     let (from_s, to_s) = scope.measured(tapes);
-    let signals = scope.plots.signals();
+    let signals = scope.plots.signals(has_block);
     let offset_s = reference.map(|reference| reference.offset_s(scope.seen(tapes).zero_s));
     let is_short = scope.tape(tapes).count(from_s, to_s) <= difference::MOST_SAMPLES;
     let under = reference.map(|reference| reference.tape.stamp());

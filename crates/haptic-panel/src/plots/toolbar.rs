@@ -12,7 +12,7 @@ use crate::model::tapes::Tapes;
 use crate::number_field::number_field;
 use crate::tape::signal::Quantity;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Label, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
+use egui::{Align, Button, Label, Layout, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
 use std::path::PathBuf;
 
 /// Factor by which a press of a zoom button changes the time seen.
@@ -28,8 +28,14 @@ const AXIS_FIELDS_AT: f32 = 128.0;
 const RUN_SIZE: Vec2 = vec2(60.0, 0.0);
 const SPAN_SIZE: Vec2 = vec2(68.0, 22.0);
 
+/// Widths of the distance between the cursors, and of a signal at them, in a narrow window and in a wide one.
+const DISTANCE_WIDTH: f32 = 216.0;
+const READING_WIDTH: f32 = 190.0;
+const WIDE_READING_WIDTH: f32 = 300.0;
+
 /// Shows the tools. A wide window has room for the readings of both cursors.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut Vec<Intent>) {
+    let has_block = super::has_block(model);
     let Model { daemon, tapes, view } = model;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -56,12 +62,18 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut 
             rig_menu::show(ui, daemon);
         }
     });
+    let is_compared = view.plotted(tapes).1.is_some();
     let scope = view.scope_mut(tapes);
     if scope.is_of_rig() && scope.trigger.mode() != Mode::Off {
         ui.horizontal_wrapped(|ui| trigger_bar::show(ui, scope));
+    } else if is_compared {
+        ui.horizontal_wrapped(|ui| {
+            ui.label("Aligned at");
+            trigger_bar::show_crossing(ui, &mut scope.trigger);
+        });
     }
     if scope.cursors.shown {
-        show_cursors(ui, tapes, scope, is_wide);
+        show_cursors(ui, tapes, scope, is_wide, has_block);
     }
 }
 
@@ -206,17 +218,27 @@ fn show_cursors_toggle(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     }
 }
 
-/// Shows the cursors and the differences between them.
-fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool) {
+/// Shows the cursors and the differences between them, of signals that are there.
+fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool, has_block: bool) {
     let zero_s = scope.seen(tapes).zero_s;
     let readings: Vec<_> = scope
         .plots
-        .signals()
+        .signals(has_block)
         .into_iter()
         .map(|signal| scope.cursors.read(signal, scope.tape(tapes), zero_s))
         .collect();
     let speed = scope.span_s() / 500.0;
     let cursors = &mut scope.cursors;
+    // Cells of one width, so that nothing moves as the numbers change.
+    let cell = |ui: &mut Ui, width: f32, text: RichText| {
+        let layout = Layout::left_to_right(Align::Center);
+        let size = vec2(width, ui.spacing().interact_size.y);
+        let cell = ui.allocate_ui_with_layout(size, layout, |ui| {
+            ui.set_min_size(size);
+            ui.add(Label::new(text).truncate())
+        });
+        cell.inner
+    };
     ui.horizontal_wrapped(|ui| {
         for (at_s, name) in cursors.at_s.iter_mut().zip(["cursor 1", "cursor 2"]) {
             ui.add(number_field(at_s, |field| {
@@ -227,21 +249,23 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool) {
         let frequency = cursors
             .frequency_hz()
             .map_or_else(|| "∞".to_owned(), |hz| format!("{hz:.4}"));
-        ui.label(RichText::new(format!("dt {:.4} s, 1/dt {frequency} Hz", cursors.distance_s())).strong());
+        let text = format!("dt {:.4} s, 1/dt {frequency} Hz", cursors.distance_s());
+        cell(ui, DISTANCE_WIDTH, RichText::new(&text).strong()).on_hover_text(text);
         for reading in &readings {
-            let Some(difference) = reading.difference() else {
-                continue;
-            };
             let (name, unit) = (reading.signal.name(), reading.signal.quantity().unit());
             let [first, second] = reading
                 .values
                 .map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
-            let mut text = format!("{name} {difference:+.3} {unit}");
+            let difference = reading
+                .difference()
+                .map_or_else(|| "none".to_owned(), |difference| format!("{difference:+.3} {unit}"));
+            let mut text = format!("{name} {difference}");
             if is_wide {
                 text += &format!(" ({first} to {second})");
             }
-            ui.add(Label::new(RichText::new(text).small()).extend())
-                .on_hover_text(format!("{first} at the first, {second} {unit} at the second"));
+            let width = if is_wide { WIDE_READING_WIDTH } else { READING_WIDTH };
+            cell(ui, width, RichText::new(text).small())
+                .on_hover_text(format!("{name}: {first} at the first, {second} {unit} at the second"));
         }
     });
 }

@@ -2,7 +2,7 @@
 
 use crate::drop_down::{self, Item};
 use crate::model::scope::Scope;
-use crate::model::scope::trigger::{Edge, Mode};
+use crate::model::scope::trigger::{Edge, Mode, Trigger};
 use crate::number_field::number_field;
 use crate::tape::signal::Signal;
 use egui::{Button, RichText, Ui};
@@ -22,9 +22,8 @@ pub(super) fn show_mode(ui: &mut Ui, scope: &mut Scope) {
     }
 }
 
-/// Shows the settings of a trigger that is on.
-pub(super) fn show(ui: &mut Ui, scope: &mut Scope) {
-    let trigger = &mut scope.trigger;
+/// Shows what has to cross which level, and how.
+pub(super) fn show_crossing(ui: &mut Ui, trigger: &mut Trigger) {
     let signal = trigger.signal;
     let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
     let (chosen, _) = drop_down::show(ui, "trigger signal", 140.0, signal.name(), items);
@@ -40,6 +39,12 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope) {
         .on_hover_text(
             "Before the signal can cross it again, it must go back beyond it by a tenth of how far it moved lately",
         );
+}
+
+/// Shows the settings of a trigger that is on.
+pub(super) fn show(ui: &mut Ui, scope: &mut Scope) {
+    let trigger = &mut scope.trigger;
+    show_crossing(ui, trigger);
     ui.label("before");
     let mut percent = trigger.share_before * 100.0;
     let before = number_field(&mut percent, |field| field.range(0.0..=100.0).speed(1.0).suffix(" %"));

@@ -151,7 +151,12 @@ fn add_marks(tape: &mut Tape, first: &Scene, marks: &[Mark]) {
             Mark::Link { tick, text } => (*tick, MarkKind::Trouble, text.clone()),
             Mark::Journal { .. } | Mark::Lost { .. } | Mark::LostChanges { .. } | Mark::End { .. } => continue,
         };
-        tape.mark(TapeMark { tick, kind, text });
+        tape.mark(TapeMark {
+            tick,
+            kind,
+            by: None,
+            text,
+        });
     }
 }
 
@@ -225,9 +230,9 @@ mod tests {
         assert_eq!(opened.lost, 3);
     }
 
-    fn marks_of(tape: &Tape) -> Vec<(f64, &str)> {
+    fn marks_of(tape: &Tape) -> Vec<(f64, &'static str)> {
         let marks = tape.marks(f64::NEG_INFINITY, f64::INFINITY);
-        marks.map(|(t_s, mark)| (t_s, mark.text.as_str())).collect()
+        marks.map(|(t_s, mark)| (t_s, &*mark.to_string().leak())).collect()
     }
 
     fn ten_rows() -> impl Iterator<Item = Sample> {

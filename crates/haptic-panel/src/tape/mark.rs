@@ -9,7 +9,9 @@ use haptic_ipc::{JournalEntry, RigState};
 pub(crate) struct TapeMark {
     pub(crate) tick: u64,
     pub(crate) kind: MarkKind,
-    /// What happened, and who did it if that is known.
+    /// Who did it, if that is known.
+    pub(crate) by: Option<String>,
+    /// What happened.
     pub(crate) text: String,
 }
 
@@ -26,6 +28,15 @@ pub(crate) enum MarkKind {
     Trouble,
 }
 
+impl std::fmt::Display for TapeMark {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(by) = &self.by {
+            write!(f, "{by}: ")?;
+        }
+        f.write_str(&self.text)
+    }
+}
+
 impl TapeMark {
     /// An entry of the journal; `None` if it changed neither scene nor state, or no tick carried it out.
     pub(crate) fn of_journal(entry: &JournalEntry) -> Option<Self> {
@@ -40,13 +51,14 @@ impl TapeMark {
             .by
             .as_ref()
             .map_or_else(|| "hapticd".to_owned(), ToString::to_string);
-        let mut parts = vec![format!("{by}: {}", entry.op)];
+        let mut parts = vec![entry.op.clone()];
         parts.extend(entry.state.map(|state| format!("{} -> {}", state.before, state.after)));
         parts.extend(entry.changes.iter().map(ToString::to_string));
         parts.extend(entry.message.clone());
         Some(Self {
             tick: entry.tick?,
             kind,
+            by: Some(by),
             text: parts.join(", "),
         })
     }

@@ -159,6 +159,7 @@ fn what_happened_is_at_the_first_sample_of_its_tick_and_goes_with_the_past() {
     let mark = |tick, text: &str| TapeMark {
         tick,
         kind: MarkKind::Scene,
+        by: None,
         text: text.to_owned(),
     };
     let mut tape = Tape::default();

@@ -423,6 +423,7 @@ fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
     let svg = |panel: &Panel| haptic_panel::export::svg(&panel.state().model);
     assert!(svg(&panel).contains(">here &amp; now</text>"), "the marker");
     assert!(!svg(&panel).contains("What if"));
+    let plot = panel.get_by_label("Force plot").rect();
     press(&mut panel, "What if...");
     press(&mut panel, "what if: active scene");
     let asked_for = asked(&mut panel);
@@ -443,6 +444,7 @@ fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
     hear(&mut panel, Update::WhatIf { number, result });
     panel.get_by_label_contains("What if sticky: 8.");
     panel.get_by_label_contains("N rms instead of 1.00 N");
+    assert_eq!(panel.get_by_label("Force plot").rect(), plot, "an answer moves nothing");
     panel.get_by_label_contains("does not react to the other force");
     assert!(svg(&panel).contains(">What if</text>"));
     press(&mut panel, "Hide what-if");

@@ -119,7 +119,7 @@ fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
         panel.get_by_label(text);
     }
     panel.get_by_label_contains("Karnopp, residual 0.0");
-    panel.get_by_label_contains("Not determined: static_force_N");
+    panel.get_by_label_contains("Not determined: static friction");
     panel.get_by_label_contains("Record instead");
     assert!(!is_enabled(&panel, "Try this for 2 s"), "there is no daemon");
     assert_eq!(asked(&mut panel), [], "nobody is asked for advice");
@@ -204,7 +204,7 @@ fn what_is_seen_of_the_rig_is_identified_and_a_refusal_is_in_words() {
     // The block of these rows never moves.
     let result = question.answer(&mut |_| ControlFlow::Continue(())).map(Box::new);
     hear(&mut panel, Update::Identified { number, result });
-    panel.get_by_label_contains("Not determined: mass_kg");
+    panel.get_by_label_contains("Not determined: mass");
     panel.get_by_label_contains("a scene needs mass_kg");
     assert!(panel.query_by_label("Try this for 2 s").is_none());
     press(&mut panel, "Tune page");

@@ -70,7 +70,7 @@ fn counted(count: u64) -> Update {
 type MadeBy = fn() -> Panel;
 
 /// Pages as they are used, with a name for each.
-fn pages() -> [(&'static str, MadeBy); 9] {
+fn pages() -> [(&'static str, MadeBy); 10] {
     fn felt() -> Panel {
         let mut panel = connected(RigState::Engaged);
         feel(&mut panel, &rows(0..1000, |_| 3.0));
@@ -86,6 +86,11 @@ fn pages() -> [(&'static str, MadeBy); 9] {
     }
     [
         ("Tune", || at(Page::Tune)),
+        ("Tune with cursors", || {
+            let mut panel = at(Page::Tune);
+            press(&mut panel, "Cursors");
+            panel
+        }),
         ("Record", || at(Page::Record)),
         ("Identify", || at(Page::Identify)),
         ("Identify with an answer", || answered(at(Page::Identify))),
@@ -162,6 +167,8 @@ fn nothing_moves_when_counters_grow_a_notice_comes_or_the_daemon_goes() {
             hear(&mut panel, update);
             check(&panel, &before, what);
         }
+        feel(&mut panel, &rows(1000..2000, |_| -199.876));
+        check(&panel, &before, "other numbers");
         let root = panel.input_mut().viewports.entry(ViewportId::ROOT).or_default();
         root.events.push(ViewportEvent::Close);
         panel.run();

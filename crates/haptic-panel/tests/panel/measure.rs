@@ -98,13 +98,28 @@ fn two_recordings_lie_over_one_another_and_are_aligned_at_a_mark_or_a_crossing()
         tick,
         text: "pull".to_owned(),
     };
+    // The same change, by another process.
+    let change = |tick, pid| {
+        let entry = serde_json::json!({
+            "seq": 1, "time_unix_s": 0, "tick": tick, "op": "set", "revision": 2,
+            "by": { "session": "1-1", "uid": 1000, "user": "ada", "pid": pid, "program": "haptic-ctl" },
+            "changes": [{ "param": "dynamic_force", "before": 3.5, "after": 2.5 }],
+        });
+        let entry = serde_json::from_value(entry).expect("an entry");
+        Mark::Journal { tick, entry }
+    };
     let mut panel = connected(RigState::Engaged);
-    open(&mut panel, "a.csv", rows(0..1000, step), &[marker(200)]);
+    open(&mut panel, "a.csv", rows(0..1000, step), &[marker(200), change(200, 7)]);
     press(&mut panel, "Compare");
     press(&mut panel, "Keep what is seen as the reference");
     // The same pull, 100 ms later, and half a newton stronger at its end.
     let later = |ms: u32| step(ms.saturating_sub(100)) + if ms >= 600 { 0.5 } else { 0.0 };
-    open(&mut panel, "b.csv", rows(0..1000, later), &[marker(300)]);
+    open(
+        &mut panel,
+        "b.csv",
+        rows(0..1000, later),
+        &[marker(300), change(300, 8)],
+    );
     assert!(svg(&panel).contains(">Coupling force, reference</text>"));
     press_item(&mut panel, "Force against velocity");
     assert!(svg(&panel).contains(">Trail, reference</text>"));
@@ -123,7 +138,24 @@ fn two_recordings_lie_over_one_another_and_are_aligned_at_a_mark_or_a_crossing()
     aligned(&panel);
     press(&mut panel, "0 s");
     assert_eq!(told(&panel, "minus the reference: rms"), shifted);
+    press(&mut panel, "Align at set, dynamic_force: 3.5 -> 2.5");
+    aligned(&panel);
+    press(&mut panel, "0 s");
     press(&mut panel, "Align where the trigger's level is crossed");
+    aligned(&panel);
+    press(&mut panel, "Compare");
+    // A pull that is weaker than the level that the trigger begins with.
+    for (level, problem) in [("30", 1), ("1", 0)] {
+        type_into(&mut panel, "trigger level", level);
+        panel.key_press(Key::Enter);
+        panel.run();
+        press(&mut panel, "Compare");
+        press(&mut panel, "Align where the trigger's level is crossed");
+        let problems = panel.query_all_by_label_contains("does not cross").count();
+        assert_eq!(problems, problem, "{level} N");
+        press(&mut panel, "Compare");
+    }
+    press(&mut panel, "Compare");
     aligned(&panel);
     // The rig against the recording.
     press(&mut panel, "Compare");

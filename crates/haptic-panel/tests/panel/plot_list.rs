@@ -47,6 +47,12 @@ fn without_a_block_there_is_no_line_of_it() {
     for of_block in ["Block position", "Block velocity"] {
         assert!(!shown.contains(&format!(">{of_block}</text>")), "{of_block}");
     }
+    panel.get_by_label("none");
+    press(&mut panel, "Cursors");
+    press_item(&mut panel, "Statistics");
+    panel.get_by_label("Device velocity (mm/s)");
+    let of_block = panel.query_all_by_label_contains("Block velocity").count();
+    assert_eq!(of_block, 0, "neither at the cursors nor in the table");
 }
 
 #[test]

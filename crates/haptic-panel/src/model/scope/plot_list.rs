@@ -142,9 +142,11 @@ impl PlotList {
         }
     }
 
-    /// Every signal that is shown, each once.
-    pub(crate) fn signals(&self) -> Vec<Signal> {
-        let is_shown = |signal: &Signal| self.plots.iter().any(|plot| plot.signals.contains(signal));
+    /// Every signal that is shown, each once; without a block none that is of one.
+    pub(crate) fn signals(&self, has_block: bool) -> Vec<Signal> {
+        let is_shown = |signal: &Signal| {
+            (has_block || !signal.is_of_block()) && self.plots.iter().any(|plot| plot.signals.contains(signal))
+        };
         Signal::ALL.into_iter().filter(is_shown).collect()
     }
 }

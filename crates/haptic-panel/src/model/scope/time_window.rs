@@ -25,6 +25,8 @@ pub(crate) struct TimeWindow {
     right_s: f64,
     /// Length of what there is to see, s: the window is no longer.
     longest_s: f64,
+    /// What there is to see begins at the zero, and the window does not leave it.
+    is_whole: bool,
 }
 
 impl Default for TimeWindow {
@@ -34,6 +36,7 @@ impl Default for TimeWindow {
             span_s: USUAL_S,
             right_s: 0.0,
             longest_s: KEPT_S,
+            is_whole: false,
         }
     }
 }
@@ -47,6 +50,7 @@ impl TimeWindow {
             span_s,
             right_s: span_s,
             longest_s: span_s,
+            is_whole: true,
         }
     }
 
@@ -77,6 +81,7 @@ impl TimeWindow {
     /// Stands still: with its zero at `zero_s` on the daemon's clock and its right edge `right_s` after it.
     pub(crate) fn hold(&mut self, zero_s: f64, right_s: f64) {
         (self.zero, self.right_s) = (Zero::At(zero_s), right_s);
+        self.stay();
     }
 
     /// Makes the window shorter (a factor above 1) or longer around a time, s from the zero. A running
@@ -88,6 +93,13 @@ impl TimeWindow {
             self.right_s = around_s + share * span_s;
         }
         self.span_s = span_s;
+        self.stay();
+    }
+
+    fn stay(&mut self) {
+        if self.is_whole {
+            self.right_s = self.right_s.clamp(self.span_s, self.longest_s);
+        }
     }
 }
 
@@ -104,6 +116,11 @@ mod tests {
         assert_eq!(window.edges(), (0.0, 10.0));
         window.zoom(0.5, 4.0);
         assert_eq!(window.span_s(), 10.0, "there is no more of it");
+        window.zoom(5.0, 9.0);
+        window.hold(100.0, 12.0);
+        assert_eq!(window.edges(), (8.0, 10.0), "nor beyond its end");
+        window.zoom(0.1, 8.0);
+        assert_eq!(window.edges(), (0.0, 10.0), "all of it is in sight again");
     }
 
     #[test]

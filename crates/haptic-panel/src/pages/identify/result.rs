@@ -4,7 +4,7 @@ use crate::identification::Found;
 use crate::theme::Palette;
 use egui::{Grid, Label, RichText, Ui};
 use haptic_core::Scene;
-use haptic_lab::identify::ModelKind;
+use haptic_lab::identify::{ModelKind, in_words};
 
 /// Shows it; `active` is the scene on the rig.
 pub(super) fn show(ui: &mut Ui, found: &Found, active: Option<&Scene>) {
@@ -37,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, found: &Found, active: Option<&Scene>) {
     });
     let caution = Palette::of(ui).caution_text;
     for refusal in &identified.refused {
-        let name = RichText::new(format!("Not determined: {}", refusal.parameter)).color(caution);
+        let name = RichText::new(format!("Not determined: {}", in_words(&refusal.parameter))).color(caution);
         ui.label(name);
         small(ui, &format!("{}. Record instead: {}.", refusal.reason, refusal.instead));
     }

@@ -30,12 +30,14 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             tapes.close();
         }
     });
-    if let WhatIf::Shown(what_if) = tapes.what_if() {
-        let text = what_if.line();
-        let color = Palette::of(ui).law;
-        let line = Label::new(RichText::new(&text).small().color(color)).truncate();
-        ui.add(line).on_hover_text(text);
-    }
+    // Its line is there before it, so that the plots stay where they are.
+    let text = match tapes.what_if() {
+        WhatIf::Shown(what_if) => what_if.line(),
+        WhatIf::Asked => "Rendering...".to_owned(),
+        WhatIf::None => " ".to_owned(),
+    };
+    let line = Label::new(RichText::new(&text).small().color(Palette::of(ui).law)).truncate();
+    ui.add(line).on_hover_text(text);
 }
 
 /// What the recording says of itself, in a colour that says whether it is whole.
