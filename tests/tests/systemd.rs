@@ -365,13 +365,18 @@ fn a_wrong_configuration_is_not_tried_again() {
         "{}",
         machine.journal()
     );
-    // What can be taken is, while it pulls, by the same process.
-    pull(&machine);
-    write("force-limit-n = 5");
-    assert!(reload(), "{}", machine.journal());
-    let reloaded = status(&mut machine.client());
-    assert_eq!(reloaded.device.force_limit_n, 5.0);
-    assert_eq!((machine.daemon(), reloaded.state), (daemon, RigState::Engaged));
+    // What can be taken is, while it pulls, by the same process. A busy machine may fault the rig meanwhile; then it is
+    // tried again.
+    let taken = (0..10).any(|attempt| {
+        pull(&machine);
+        let limit_n = 5.0 + f64::from(attempt) / 10.0;
+        write(&format!("force-limit-n = {limit_n}"));
+        assert!(reload(), "{}", machine.journal());
+        let reloaded = status(&mut machine.client());
+        assert_eq!((reloaded.device.force_limit_n, machine.daemon()), (limit_n, daemon));
+        reloaded.state == RigState::Engaged
+    });
+    assert!(taken, "{}", machine.journal());
     let _: StateReply = machine.client().request(Request::Release {}).expect("it is engaged");
     machine.eventually("the status", || {
         (machine.property("StatusText") == "idle").then_some(())
