@@ -8,7 +8,7 @@ Usage: packaging/release.sh VERSION [--out DIR] [--profile PROFILE] [--dry-run]
 
 Prepares a release of what is committed, in a clone; this repository is not changed, and nothing is tagged.
 
-  VERSION            as in 1.0.0 or 1.0.0-rc.1
+  VERSION            as in 1.0.0, 1.0.0-rc or 1.0.0-rc.1
   --out DIR          folder of the release, which must not exist [default: target/hapticd-VERSION]
   --profile PROFILE  profile of the programs [default: release]; dev shows in minutes whether all is in place
   --dry-run          end before anything is compiled
@@ -39,7 +39,7 @@ while [ $# != 0 ]; do
     shift
 done
 [ -n "$version" ] || { usage >&2 && fail 'a version is wanted'; }
-[[ $version =~ ^[0-9]+\.[0-9]+\.[0-9]+(-rc\.[0-9]+)?$ ]] || fail "version $version: expected one as in 1.0.0 or 1.0.0-rc.1"
+[[ $version =~ ^[0-9]+\.[0-9]+\.[0-9]+(-rc(\.[0-9]+)?)?$ ]] || fail "version $version: expected one as in 1.0.0, 1.0.0-rc or 1.0.0-rc.1"
 # The path before it is entered, from where it was named.
 out=$(realpath -m "${out:-$repository/target/hapticd-$version}")
 [ ! -e "$out" ] || fail "$out exists: move it away, or name another --out"
@@ -62,7 +62,8 @@ cd "$out/source"
 
 # Debian and Python write a candidate their own way: it comes before the release.
 debian_version=${version/-/\~}
-python_version=${version/-rc./rc}
+python_version=${version/%-rc/rc0}
+python_version=${python_version/-rc./rc}
 day=$(date -d "@$SOURCE_DATE_EPOCH" +%F)
 
 set_version() {

@@ -37,7 +37,7 @@ fn with_a_daemon_every_check_is_there_and_none_fails() {
     }
     for check in &checks {
         assert_eq!(
-            check["mend"].is_string(),
+            check["fix"].is_string(),
             check["level"] == "warn" || check["level"] == "fail",
             "what is wrong can be mended: {check}"
         );
@@ -54,7 +54,7 @@ fn a_stopped_rig_is_pointed_out_with_what_clears_it() {
     let checks = checks(&daemon.ctl(&["doctor", "--json"]));
     let rig = check(&checks, "rig");
     assert_eq!(
-        (&rig["level"], &rig["mend"]),
+        (&rig["level"], &rig["fix"]),
         (&"warn".into(), &"`haptic-ctl reset`".into())
     );
 }
@@ -72,7 +72,7 @@ fn without_a_daemon_it_says_so_and_what_to_do_and_looks_at_the_rest() {
             .is_some_and(|text| text.contains("/nonexistent/control.sock"))
     );
     assert!(
-        socket["mend"]
+        socket["fix"]
             .as_str()
             .is_some_and(|text| text.contains("hapticd --demo"))
     );

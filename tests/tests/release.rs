@@ -72,7 +72,7 @@ fn a_release_is_prepared_in_a_clone_and_refused_where_something_is_missing() {
     let arguments = [VERSION, "--dry-run", "--out", out.to_str().expect("a plain path")];
 
     assert!(refused(&clone, &[]).contains("a version is wanted"));
-    assert!(refused(&clone, &["1.0"]).contains("version 1.0: expected one as in 1.0.0 or 1.0.0-rc.1"));
+    assert!(refused(&clone, &["1.0"]).contains("version 1.0: expected one as in 1.0.0, 1.0.0-rc or 1.0.0-rc.1"));
     fs::write(clone.join("stray"), "").expect("written");
     assert!(refused(&clone, &arguments).contains("not committed:\n?? stray"));
     fs::remove_file(clone.join("stray")).expect("it is there");

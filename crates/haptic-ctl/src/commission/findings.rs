@@ -125,7 +125,7 @@ impl Findings {
         }
         if let Some(friction_n) = self.mean_friction_n() {
             text.push_str(&format!(
-                "\nFor the daemon to reckon with its friction: `rig-friction-n = {friction_n:.2}` in its configuration"
+                "\nTo have the daemon allow for its friction: `rig-friction-n = {friction_n:.2}` in its configuration"
             ));
         }
         output::line(&text)

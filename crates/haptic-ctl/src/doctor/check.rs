@@ -19,7 +19,7 @@ pub(super) struct Check {
     pub(super) level: Level,
     pub(super) found: String,
     /// The command that fixes it.
-    #[serde(rename = "mend", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) fix: Option<String>,
 }
 
