@@ -13,7 +13,7 @@ use crate::model::tapes::Tapes;
 use crate::tape::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
 use crate::wording::significant;
-use egui::{Label, Pos2, RichText, Sense, Ui};
+use egui::{Label, Pos2, RichText, Sense, TextStyle, Ui, vec2};
 use egui_plot::{PlotPoint, PlotResponse, PlotTransform};
 use haptic_core::{Parameter, Scene};
 
@@ -259,9 +259,12 @@ pub(crate) fn show(
         }
     });
     if let Some(at) = at_cursors(tapes, scope) {
-        let text = readings(&scope.against, at);
-        ui.add(Label::new(RichText::new(&text).small()).truncate())
-            .on_hover_text(text);
+        // As much room for a short text as for a long one, so that the plot stays where it is.
+        let room = vec2(ui.available_width(), 2.0 * ui.text_style_height(&TextStyle::Small));
+        ui.allocate_ui(room, |ui| {
+            ui.set_min_size(room);
+            ui.add(Label::new(RichText::new(readings(&scope.against, at)).small()).wrap());
+        });
     }
     let height = (height - (ui.cursor().top() - top)).max(80.0);
     let name = if scope.against.shows_law() {

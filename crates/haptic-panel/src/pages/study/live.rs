@@ -37,12 +37,18 @@ pub(super) fn show(ui: &mut Ui, tape: &Tape, state: &StudyState, height: f32) {
         ink: Ink::solid(|palette| palette.sliding, EDGE_WIDTH),
     });
     let plots = [
-        ("study position", "mm", 10.0, Signal::DEVICE_POSITION, edges.collect()),
-        ("study force", "N", 1.0, Signal::COMMAND_FORCE, Vec::new()),
+        (
+            "study position",
+            "Position (mm)",
+            10.0,
+            Signal::DEVICE_POSITION,
+            edges.collect(),
+        ),
+        ("study force", "Force (N)", 1.0, Signal::COMMAND_FORCE, Vec::new()),
     ];
     let header = legend::HEIGHT + ui.spacing().item_spacing.y;
     let inner = ((height - TIME_HEIGHT) / 2.0 - header).max(40.0);
-    for (place, (name, unit, smallest_span, signal, overlays)) in plots.into_iter().enumerate() {
+    for (place, (name, label, smallest_span, signal, overlays)) in plots.into_iter().enumerate() {
         let has_time = place == 1;
         let axes = Axes {
             seen,
@@ -50,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, tape: &Tape, state: &StudyState, height: f32) {
             across: seen.on_axis(),
             up: None,
             smallest_span,
-            labels: ["Time from the newest sample (s)".to_owned(), format!("({unit})")],
+            labels: ["Time from the newest sample (s)".to_owned(), label.to_owned()],
         };
         let chart = Chart::new(tape, &[Trace::over_time(signal)], &overlays, axes);
         ui.horizontal(|ui| {
