@@ -92,7 +92,15 @@ fn main() {
         &["--page", "record"],
         |_| {},
     );
-    measure(&daemon, "Identify", usual, &["--page", "identify"], |_| {});
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-0.1.0.mcap");
+    measure(&daemon, "Record, a recording open", usual, &["--open", recording], |_| {});
+    for (what, page) in [
+        ("Identify", "identify"),
+        ("Task, no study open", "task"),
+        ("Perception, no study open", "perception"),
+    ] {
+        measure(&daemon, what, usual, &["--page", page], |_| {});
+    }
     measure(&daemon, "Tune, minimised", usual, &[], |screen| {
         let manager = screen.window_manager();
         thread::sleep(Duration::from_secs(1));
