@@ -93,7 +93,13 @@ fn main() {
         |_| {},
     );
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-0.1.0.mcap");
-    measure(&daemon, "Record, a recording open", usual, &["--open", recording], |_| {});
+    measure(
+        &daemon,
+        "Record, a recording open",
+        usual,
+        &["--open", recording],
+        |_| {},
+    );
     for (what, page) in [
         ("Identify", "identify"),
         ("Task, no study open", "task"),

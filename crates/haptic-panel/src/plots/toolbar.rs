@@ -11,6 +11,7 @@ use crate::model::scope::value_axis::{FARTHEST, ValueAxis};
 use crate::model::tapes::Tapes;
 use crate::number_field::number_field;
 use crate::tape::signal::Quantity;
+use crate::wording::significant;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Align, Button, Label, Layout, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
 use std::path::PathBuf;
@@ -29,9 +30,12 @@ const RUN_SIZE: Vec2 = vec2(60.0, 0.0);
 const SPAN_SIZE: Vec2 = vec2(68.0, 22.0);
 
 /// Widths of the distance between the cursors, and of a signal at them, in a narrow window and in a wide one.
-const DISTANCE_WIDTH: f32 = 216.0;
-const READING_WIDTH: f32 = 190.0;
-const WIDE_READING_WIDTH: f32 = 300.0;
+const DISTANCE_WIDTH: f32 = 190.0;
+const READING_WIDTH: f32 = 180.0;
+const WIDE_READING_WIDTH: f32 = 262.0;
+
+/// Digits of a signal at a cursor.
+const DIGITS: usize = 4;
 
 /// Shows the tools. A wide window has room for the readings of both cursors.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut Vec<Intent>) {
@@ -255,10 +259,14 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool, ha
             let (name, unit) = (reading.signal.name(), reading.signal.quantity().unit());
             let [first, second] = reading
                 .values
-                .map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
-            let difference = reading
-                .difference()
-                .map_or_else(|| "none".to_owned(), |difference| format!("{difference:+.3} {unit}"));
+                .map(|value| value.map_or_else(|| "none".to_owned(), |value| significant(value, DIGITS)));
+            let difference = reading.difference().map_or_else(
+                || "none".to_owned(),
+                |difference| {
+                    let sign = if difference > 0.0 { "+" } else { "" };
+                    format!("{sign}{} {unit}", significant(difference, DIGITS))
+                },
+            );
             let mut text = format!("{name} {difference}");
             if is_wide {
                 text += &format!(" ({first} to {second})");
