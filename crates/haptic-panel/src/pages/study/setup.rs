@@ -3,6 +3,7 @@
 use crate::browse;
 use crate::intent::{Intent, Wanted};
 use crate::model::Model;
+use crate::model::studying::{StudyForm, Studying};
 use crate::page::Page;
 use egui::{Button, Label, RichText, TextEdit, Ui};
 use haptic_studies::plan::Task;
@@ -18,8 +19,12 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
         }
         return;
     }
-    let studying = &mut view.studying;
-    let form = &mut studying.form;
+    show_form(ui, &mut view.studying.form, intents);
+    ui.add_space(8.0);
+    show_buttons(ui, &mut view.studying, task, intents);
+}
+
+fn show_form(ui: &mut Ui, form: &mut StudyForm, intents: &mut Vec<Intent>) {
     for (label, name, text, hint, about, wanted) in [
         (
             "Folder",
@@ -72,8 +77,11 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
             }
         });
     }
-    ui.add_space(8.0);
-    let (create, open) = (form.create(task), form.open());
+}
+
+/// Makes or opens the study of the form, and says what the form lacks.
+fn show_buttons(ui: &mut Ui, studying: &mut Studying, task: Task, intents: &mut Vec<Intent>) {
+    let (create, open) = (studying.form.create(task), studying.form.open());
     let is_asked = studying.is_asked();
     ui.horizontal(|ui| {
         for (label, command, about) in [
