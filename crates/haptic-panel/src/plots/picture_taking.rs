@@ -31,3 +31,39 @@ pub(crate) fn hide_controls(ui: &mut Ui) {
         ui.set_invisible();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::Shape;
+    use egui_kittest::Harness;
+
+    /// The texts that are drawn, with their places.
+    fn drawn(panel: &Harness<'_>) -> Vec<(String, egui::Pos2)> {
+        let shapes = panel.output().shapes.iter().filter_map(|clipped| match &clipped.shape {
+            Shape::Text(text) => Some((text.galley.text().to_owned(), text.pos)),
+            _ => None,
+        });
+        shapes.collect()
+    }
+
+    #[test]
+    fn a_picture_has_the_plots_where_they_were_and_no_control() {
+        let mut panel = Harness::new_ui(|ui| {
+            ui.horizontal(|ui| {
+                hide_controls(ui);
+                ui.checkbox(&mut true, "Zoom");
+            });
+            ui.label("Plot");
+            count_frame(ui.ctx());
+        });
+        let before = drawn(&panel);
+        assert_eq!(before.len(), 2);
+        begin(&panel.ctx);
+        panel.step();
+        let picture: Vec<_> = before.iter().filter(|(text, _)| text == "Plot").cloned().collect();
+        assert_eq!(drawn(&panel), picture);
+        panel.run();
+        assert_eq!(drawn(&panel), before, "after the picture");
+    }
+}

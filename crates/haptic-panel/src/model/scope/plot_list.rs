@@ -160,6 +160,14 @@ mod tests {
     }
 
     #[test]
+    fn two_lines_that_agree_are_both_seen_the_later_one_within_the_one_before() {
+        for plot in PlotList::default().plots() {
+            let widths: Vec<f32> = plot.signals().iter().map(|signal| signal.width()).collect();
+            assert!(widths.len() > 1 && widths.is_sorted_by(|under, over| under > over), "{widths:?}");
+        }
+    }
+
+    #[test]
     fn plots_are_added_moved_and_removed_and_their_names_differ() {
         let mut list = PlotList::default();
         list.add(Quantity::Force.signals());
