@@ -133,7 +133,8 @@ debian_packages() {
         --features haptic-gui/screen-reader
     local package
     for package in hapticd haptic-gui; do
-        cargo deb --no-build --locked --profile "$profile" --variant release --package "$package" --output "$out/dist/"
+        cargo deb --no-build --locked --profile "$profile" --variant release --package "$package" \
+            --deb-version "$debian_version" --output "$out/dist/"
     done
 }
 
