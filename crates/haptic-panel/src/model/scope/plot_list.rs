@@ -163,7 +163,10 @@ mod tests {
     fn two_lines_that_agree_are_both_seen_the_later_one_within_the_one_before() {
         for plot in PlotList::default().plots() {
             let widths: Vec<f32> = plot.signals().iter().map(|signal| signal.width()).collect();
-            assert!(widths.len() > 1 && widths.is_sorted_by(|under, over| under > over), "{widths:?}");
+            assert!(
+                widths.len() > 1 && widths.is_sorted_by(|under, over| under > over),
+                "{widths:?}"
+            );
         }
     }
 
