@@ -114,6 +114,8 @@ fn an_upgrade_lets_the_force_down_first_keeps_the_configuration_and_comes_back_i
     let before = machine.daemon();
     let mut client = machine.client();
     pull_until(&mut client, |status| status.command_force_n.abs() > 3.0);
+    // A busy machine may have faulted the rig before it pulled.
+    let earlier = machine.journal().len();
     let began = Instant::now();
     machine.run_ok(&["dpkg", "--install", PACKAGE]);
     println!(
@@ -127,7 +129,7 @@ fn an_upgrade_lets_the_force_down_first_keeps_the_configuration_and_comes_back_i
     // Released along its ramp, by the service manager's signal: neither killed nor faulted.
     let journal = machine.journal();
     for ended in ["SIGKILL", "status=", "fault"] {
-        assert!(!journal.contains(ended), "{journal}");
+        assert!(!journal[earlier..].contains(ended), "{journal}");
     }
 }
 
