@@ -198,10 +198,11 @@ impl Rig {
         wait_for(&mut self.client, "ticks", |status| status.tick >= from + ticks)
     }
 
-    /// Periods that the loop has missed so far.
-    pub(super) fn missed_periods(&mut self) -> u64 {
+    /// Periods that the loop has missed so far, and samples that came late.
+    pub(super) fn held_up(&mut self) -> u64 {
         let timing: Timing = self.client.request(Request::Timing {}).expect("the timing");
-        timing.since_start.missed_periods
+        let late = timing.link.map_or(0, |link| link.counts.late);
+        timing.since_start.missed_periods + late
     }
 
     /// Number of the newest entry of the journal.

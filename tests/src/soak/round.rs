@@ -97,7 +97,7 @@ fn occur(fault: &Fault, rig: &mut Rig) -> End {
             break after;
         }
     };
-    let missed = rig.missed_periods();
+    let held_up = rig.held_up();
     rig.begin();
     let mut zero = Ok(None);
     (fault.act)(rig, &mut |rig| match fault.zero_within_ms {
@@ -110,8 +110,8 @@ fn occur(fault: &Fault, rig: &mut Rig) -> End {
     });
     let zero = match zero {
         Ok(zero) => zero,
-        // A clock that contradicts ours while ours stands still, too, may be believed: two of three times agree (H3).
-        Err(why) if fault.ends_in == Ending::Faulted("device_clock") && rig.missed_periods() > missed => {
+        // A clock that jumps while our loop stands still, or the line, may be believed: two of three times agree (H3).
+        Err(why) if fault.ends_in == Ending::Faulted("device_clock") && rig.held_up() > held_up => {
             return End::BusyMachine(why);
         }
         Err(why) => return End::Wrong(why),
