@@ -66,7 +66,7 @@ impl App {
 
     /// Opens a study. A page of studies tells how that went, and it turns to the study's own once it is open.
     pub fn open_study(&mut self, folder: PathBuf) {
-        if !matches!(self.model.page(), Page::Task | Page::Perception) {
+        if !self.model.page().is_of_studies() {
             self.model.turn_to(Page::Task);
         }
         let command = StudyCommand::Open { folder };

@@ -43,6 +43,11 @@ impl Page {
         }
     }
 
+    /// Whether studies are done there.
+    pub(crate) const fn is_of_studies(self) -> bool {
+        matches!(self, Self::Task | Self::Perception)
+    }
+
     /// What it is for.
     pub(crate) const fn hint(self) -> &'static str {
         match self {

@@ -250,8 +250,7 @@ impl Model {
                 loaded.opened.path = path;
                 self.view.recorded.open(&loaded.tape);
                 // Nobody is taken away from a study.
-                let is_study = matches!(self.view.page, Page::Task | Page::Perception);
-                if !is_study || self.view.studying.state().is_none() {
+                if !self.view.page.is_of_studies() || self.view.studying.state().is_none() {
                     self.view.page = Page::Record;
                 }
                 self.tapes.open(*loaded);

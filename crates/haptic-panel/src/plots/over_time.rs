@@ -64,7 +64,7 @@ pub(crate) fn chart(
 ) -> Chart {
     let seen = scope.seen(tapes);
     let plot = &scope.plots.plots()[place];
-    let is_there = |signal: &Signal| background.has_block || !signal.is_of_block();
+    let is_there = |signal: &Signal| signal.is_there(background.has_block);
     let signals: Vec<Signal> = plot.signals().iter().copied().filter(is_there).collect();
     let traces = Trace::all_over_time(&signals);
     let mut all = happened(tapes, scope, place == 0);

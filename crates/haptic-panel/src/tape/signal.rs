@@ -304,9 +304,9 @@ impl Signal {
         self.descriptor().definition
     }
 
-    /// Whether it says nothing where the scene has no block.
-    pub(crate) fn is_of_block(self) -> bool {
-        matches!(self.name(), "Block position" | "Block velocity" | "Block acceleration")
+    /// Whether it says something: without a block nothing is told of one.
+    pub(crate) fn is_there(self, has_block: bool) -> bool {
+        has_block || !matches!(self.name(), "Block position" | "Block velocity" | "Block acceleration")
     }
 
     /// The signal of this name.

@@ -144,9 +144,8 @@ impl PlotList {
 
     /// Every signal that is shown, each once; without a block none that is of one.
     pub(crate) fn signals(&self, has_block: bool) -> Vec<Signal> {
-        let is_shown = |signal: &Signal| {
-            (has_block || !signal.is_of_block()) && self.plots.iter().any(|plot| plot.signals.contains(signal))
-        };
+        let is_shown =
+            |signal: &Signal| signal.is_there(has_block) && self.plots.iter().any(|plot| plot.signals.contains(signal));
         Signal::ALL.into_iter().filter(is_shown).collect()
     }
 }
