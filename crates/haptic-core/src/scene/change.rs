@@ -11,6 +11,17 @@ impl Scene {
     /// # Errors
     /// The first reason why the changed scene cannot be rendered, or [`SceneError::GivenTwice`].
     pub fn with(&self, changes: &[(ParameterKey, f64)]) -> Result<Self, SceneError> {
+        let changed = self.with_unvalidated(changes)?;
+        changed.validate()?;
+        Ok(changed)
+    }
+
+    /// The same, but only the changed values are checked: for a scene that is compiled next, which
+    /// validates it as a whole.
+    ///
+    /// # Errors
+    /// A value is out of its range, does not apply to the scene, or is given twice.
+    pub fn with_unvalidated(&self, changes: &[(ParameterKey, f64)]) -> Result<Self, SceneError> {
         let mut changed = self.clone();
         let mut seen: Vec<(Parameter, Direction)> = Vec::with_capacity(2 * changes.len());
         for &(key, value) in changes {
@@ -26,7 +37,6 @@ impl Scene {
             check_range(key, value)?;
             changed.put(key, value)?;
         }
-        changed.validate()?;
         Ok(changed)
     }
 }

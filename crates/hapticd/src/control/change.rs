@@ -11,6 +11,7 @@ use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
 };
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// Memory of a name and its value in a map, bytes.
 const BYTES_OF_A_VALUE: usize = 96;
@@ -68,13 +69,13 @@ pub(super) fn set(
 ) -> Result<PendingChange, WireError> {
     let base = rig.base(options.at_tick.is_some());
     let changes = params.resolve(&base.1)?;
-    let scene = base.1.with(&changes)?;
+    let scene = base.1.with_unvalidated(&changes)?;
     let dragged = Drag {
         session: by.session,
         parameters: changes.iter().map(|(key, _)| *key).collect(),
         goes_on: merge,
     };
-    let mut begun = begin(rig, by, "set", base, scene, options, Move::Merge(dragged))?;
+    let mut begun = begin(rig, by, "set", base, scene.into(), options, Move::Merge(dragged))?;
     begun.reply.applied = changes.iter().map(|(key, value)| (key.to_string(), *value)).collect();
     Ok(begun)
 }
@@ -91,7 +92,7 @@ pub(super) async fn load(
 ) -> Result<PendingChange, WireError> {
     let (scene, origin) = library::find_with_origin(rig, scene).await?;
     let base = rig.base(options.at_tick.is_some());
-    begin(rig, by, "scene.load", base, scene, options, Move::Load(origin))
+    begin(rig, by, "scene.load", base, scene.into(), options, Move::Load(origin))
 }
 
 /// Begins to undo the newest change.
@@ -124,17 +125,23 @@ pub(super) fn redo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -
     begin(rig, by, "redo", base, after, options, Move::Redo)
 }
 
+/// Compiles a scene, which validates it, and hands it over.
 fn begin(
     rig: &RigHandle,
     by: Requester<'_>,
     op: &str,
-    (newest, before): (u64, Scene),
-    scene: Scene,
+    (newest, before): (u64, Rc<Scene>),
+    scene: Rc<Scene>,
     options: ChangeOptions,
     step: Move,
 ) -> Result<PendingChange, WireError> {
     check_revision(options.if_revision, newest)?;
     let ramp_ms = options.ramp_ms.unwrap_or(0.0);
+    let compiled = match options.at_tick {
+        Some(_) => rig.compile_from(&before, &scene, ramp_ms * 1e-3),
+        None => rig.compile(&scene, ramp_ms * 1e-3),
+    }?;
+    let ramp_ticks = compiled.ramp_ticks();
     let changes = differences(&before, &scene);
     let reply = ChangeReply {
         revision: newest,
@@ -147,10 +154,6 @@ fn begin(
     // Setting the current value is a no-op: it adds no step to the history and no revision, so
     // other clients' revisions stay current.
     let is_noop = before == scene && !rig.is_ramping();
-    let compiled = match options.at_tick {
-        Some(_) => rig.compile_from(&before, &scene, ramp_ms * 1e-3),
-        None => rig.compile(&scene, ramp_ms * 1e-3),
-    }?;
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
         changes: reply.changes.clone(),
@@ -158,8 +161,7 @@ fn begin(
         at_tick: options.at_tick,
         ..JournalEntry::of(op)
     };
-    let ramp_ticks = compiled.ramp_ticks();
-    let done = match options.at_tick {
+    let revision = match options.at_tick {
         Some(at_tick) => {
             let change = NewChange {
                 at_tick,
@@ -172,30 +174,34 @@ fn begin(
         }
         None if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) => None,
         None => {
-            sole_use::keep_out(rig, "change the scene")?;
-            rig.keep_out_of_schedule("change the scene")?;
-            // The last scheduled change may have been rendered just now.
-            check_revision(Some(newest), rig.revision())?;
+            keep_out(rig, newest)?;
             Some(rig.apply(scene, compiled, step, entry))
         }
     };
-    let Some(revision) = done else {
+    let Some(revision) = revision else {
         return Ok(PendingChange {
             reply,
             ramp_ticks: None,
         });
     };
-    let ramp_ends_tick = options.at_tick.zip(ramp_ticks).map(|(at_tick, ticks)| at_tick + ticks);
     Ok(PendingChange {
         reply: ChangeReply {
             revision,
             changed: true,
             at_tick: options.at_tick,
-            ramp_ends_tick,
+            ramp_ends_tick: options.at_tick.zip(ramp_ticks).map(|(at_tick, ticks)| at_tick + ticks),
             ..reply
         },
         ramp_ticks,
     })
+}
+
+/// Refuses a change at once while the rig is somebody's alone, or other changes come before it.
+fn keep_out(rig: &RigHandle, newest: u64) -> Result<(), WireError> {
+    sole_use::keep_out(rig, "change the scene")?;
+    rig.keep_out_of_schedule("change the scene")?;
+    // The last scheduled change may have been rendered just now.
+    check_revision(Some(newest), rig.revision())
 }
 
 /// Schedules a change, and returns its revision; one that is only tried, or changes nothing, has none.

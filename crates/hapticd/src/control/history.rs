@@ -34,7 +34,7 @@ pub(crate) struct Origin {
 /// A scene, and the one of the library that it comes from.
 #[derive(Clone, Debug)]
 struct Step {
-    scene: Scene,
+    scene: Rc<Scene>,
     origin: Option<Rc<Origin>>,
 }
 
@@ -87,7 +87,7 @@ fn built_in(scene: &Scene) -> Option<Rc<Origin>> {
 
 impl History {
     /// A history that begins with the daemon's first scene, perhaps one of the library.
-    pub(crate) fn new(revision: u64, scene: Scene) -> Self {
+    pub(crate) fn new(revision: u64, scene: Rc<Scene>) -> Self {
         Self {
             origin: built_in(&scene),
             scenes: VecDeque::from([KnownScene {
@@ -114,7 +114,7 @@ impl History {
     }
 
     /// A scene that was active.
-    pub(crate) fn scene(&self, revision: u64) -> Option<&Scene> {
+    pub(crate) fn scene(&self, revision: u64) -> Option<&Rc<Scene>> {
         let index = self
             .scenes
             .binary_search_by_key(&revision, |known| known.revision)
@@ -128,12 +128,12 @@ impl History {
     }
 
     /// The scene that `undo` leads to.
-    pub(crate) fn undo_scene(&self) -> Option<&Scene> {
+    pub(crate) fn undo_scene(&self) -> Option<&Rc<Scene>> {
         self.undo.back().map(|step| &step.scene)
     }
 
     /// The scene that `redo` leads to.
-    pub(crate) fn redo_scene(&self) -> Option<&Scene> {
+    pub(crate) fn redo_scene(&self) -> Option<&Rc<Scene>> {
         self.redo.last().map(|step| &step.scene)
     }
 
@@ -162,9 +162,9 @@ impl History {
     }
 
     /// Records a change; returns the revision of its scene.
-    pub(crate) fn moved(&mut self, step: Move, scene: Scene) -> u64 {
+    pub(crate) fn moved(&mut self, step: Move, scene: Rc<Scene>) -> u64 {
         let before = Step {
-            scene: self.newest().scene.clone(),
+            scene: Rc::clone(&self.newest().scene),
             origin: self.origin.clone(),
         };
         let dragged = match step {
@@ -233,14 +233,14 @@ impl History {
     pub(crate) fn library_scene(&self) -> Option<LibraryScene> {
         self.origin.as_ref().map(|origin| LibraryScene {
             name: origin.name.clone(),
-            changed: origin.scene != self.newest().scene,
+            changed: origin.scene != *self.newest().scene,
         })
     }
 
     /// Notes that a scene was saved in the library; the newest one comes from there if it is the same.
     pub(crate) fn saved(&mut self, name: &str, scene: &Scene) {
         self.forget_origin(name);
-        if self.newest().scene == *scene {
+        if *self.newest().scene == *scene {
             self.origin = Some(Rc::new(Origin {
                 name: name.to_owned(),
                 scene: scene.clone(),
@@ -291,11 +291,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn named(name: u32) -> Scene {
-        Scene {
+    fn named(name: u32) -> Rc<Scene> {
+        Rc::new(Scene {
             name: name.to_string(),
             ..Scene::paper()
-        }
+        })
     }
 
     #[test]

@@ -42,14 +42,18 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
             sound(&scene)?;
             Ok(*scene)
         }
-        SceneRef::Revision(revision) => rig.history().scene(revision).cloned().ok_or_else(|| {
-            let message = format!(
-                "revision {revision} is unknown: the history holds revisions {} to {}",
-                rig.history().oldest(),
-                rig.revision()
-            );
-            WireError::new(ErrorCode::NoSuchScene, message).about("scene")
-        }),
+        SceneRef::Revision(revision) => rig
+            .history()
+            .scene(revision)
+            .map(|scene| Scene::clone(scene))
+            .ok_or_else(|| {
+                let message = format!(
+                    "revision {revision} is unknown: the history holds revisions {} to {}",
+                    rig.history().oldest(),
+                    rig.revision()
+                );
+                WireError::new(ErrorCode::NoSuchScene, message).about("scene")
+            }),
         SceneRef::Name(name) => {
             if let Some((_, text)) = BUILT_IN_SCENES.iter().find(|(known, _)| *known == name) {
                 return read(&name, text);
@@ -205,7 +209,7 @@ pub(super) async fn save(
     let path = path_of_saved(rig, &name, "replaced")?;
     let scene = match scene {
         Some(scene) => find(rig, scene).await?,
-        None => rig.scene().clone(),
+        None => Scene::clone(&rig.scene()),
     };
     let kept = scene.clone();
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;

@@ -10,6 +10,7 @@ use haptic_ipc::{
     AcceptedChange, Advice, ErrorCode, JournalEntry, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduledChange,
     WireError, differences,
 };
+use std::rc::Rc;
 
 /// Longest name of a schedule, bytes.
 const LONGEST_NAME: usize = 64;
@@ -54,7 +55,7 @@ pub(super) async fn schedule(
                 advice.push(remark);
             }
         }
-        scene = change.scene.clone();
+        scene = Rc::clone(&change.scene);
         new.push(change);
         // To compile a long ramp takes a while, in which other clients have their turn.
         tokio::task::yield_now().await;
@@ -82,7 +83,7 @@ async fn prepare(
     change: ScheduledChange,
 ) -> Result<NewChange, WireError> {
     let (op, scene, step) = match change.change {
-        SceneChange::Params(params) => ("set", before.with(&params.resolve(before)?)?, Move::Forward),
+        SceneChange::Params(params) => ("set", before.with_unvalidated(&params.resolve(before)?)?, Move::Forward),
         SceneChange::Scene(scene) => {
             let (scene, origin) = library::find_with_origin(rig, scene).await?;
             ("scene.load", scene, Move::Load(origin))
@@ -101,7 +102,7 @@ async fn prepare(
             schedule: Some(name.to_owned()),
             ..JournalEntry::of(op)
         },
-        scene,
+        scene: Rc::new(scene),
     })
 }
 

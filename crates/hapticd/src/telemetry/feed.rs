@@ -14,6 +14,7 @@ use haptic_ipc::{
     StateEvent, Timing, Topic, params_of,
 };
 use std::collections::VecDeque;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
@@ -40,7 +41,7 @@ pub(crate) struct Line {
 #[derive(Clone, Debug)]
 pub(crate) struct KnownScene {
     pub(crate) revision: u64,
-    pub(crate) scene: Scene,
+    pub(crate) scene: Rc<Scene>,
     /// The ramp by which it came in.
     pub(crate) ramp: Option<Box<SceneRamp>>,
     pub(crate) undo_depth: usize,
@@ -386,7 +387,7 @@ impl Feed {
             undo_depth: known.undo_depth,
             redo_depth: known.redo_depth,
             arrival: Some(Box::new(SceneArrival {
-                scene: known.scene.clone(),
+                scene: Scene::clone(&known.scene),
                 ramp: known.ramp.as_deref().cloned(),
             })),
         });

@@ -38,6 +38,7 @@ use haptic_core::Scene;
 use haptic_core::limiter::Limits;
 use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
 use std::cell::{Cell, Ref, RefCell, RefMut};
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -112,7 +113,7 @@ impl RigHandle {
             reloads: Reloads::default(),
             schedule: RefCell::new(Schedule::new(schedule)),
             feed: RefCell::new(feed),
-            history: RefCell::new(History::new(revision, scene)),
+            history: RefCell::new(History::new(revision, Rc::new(scene))),
             journal: RefCell::new(Journal::default()),
             ramp: RefCell::new(None),
             leases: Leases::default(),
@@ -181,7 +182,7 @@ impl RigHandle {
     }
 
     /// The newest scene; it may still be on its way to the real-time thread.
-    pub(crate) fn scene(&self) -> Ref<'_, Scene> {
+    pub(crate) fn scene(&self) -> Ref<'_, Rc<Scene>> {
         Ref::map(self.history.borrow(), |history| &history.newest().scene)
     }
 

@@ -7,6 +7,7 @@ use crate::control::journal::Completion;
 use haptic_core::servo::CompiledScene;
 use haptic_core::{Renderer, Scene};
 use haptic_ipc::{JournalEntry, WireError};
+use std::rc::Rc;
 
 impl RigHandle {
     /// Makes the loop render something that is not a scene. For clients the newest scene stays the
@@ -67,7 +68,7 @@ impl RigHandle {
     }
 
     /// Sends a compiled scene to the real-time thread; returns its revision.
-    pub(crate) fn apply(&self, scene: Scene, compiled: Compiled, step: Move, entry: JournalEntry) -> u64 {
+    pub(crate) fn apply(&self, scene: Rc<Scene>, compiled: Compiled, step: Move, entry: JournalEntry) -> u64 {
         let revision = {
             let mut history = self.history.borrow_mut();
             let revision = history.moved(step, scene);

@@ -16,6 +16,7 @@ use haptic_core::Scene;
 use haptic_ipc::{
     ErrorCode, JournalEntry, MOST_SCHEDULED_CHANGES, Peer, RigState, ScheduleStatus, WireError, quantity::number,
 };
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// Most compiled scenes that wait, in all: a ramp has up to 250, and one takes up to 11 KB.
@@ -31,7 +32,7 @@ const FURTHEST_S: f64 = 3600.0;
 #[derive(Debug)]
 pub(in crate::control) struct NewChange {
     pub(in crate::control) at_tick: u64,
-    pub(in crate::control) scene: Scene,
+    pub(in crate::control) scene: Rc<Scene>,
     pub(in crate::control) compiled: Compiled,
     /// What it does to the history.
     pub(in crate::control) step: Move,
@@ -49,12 +50,12 @@ impl NewChange {
 impl RigHandle {
     /// The revision and the scene that a change builds on: the last one that is scheduled if the
     /// change is scheduled too, else the newest.
-    pub(in crate::control) fn base(&self, is_scheduled: bool) -> (u64, Scene) {
+    pub(in crate::control) fn base(&self, is_scheduled: bool) -> (u64, Rc<Scene>) {
         self.pump();
         let schedule = self.schedule.borrow();
         match schedule.waiting.back().filter(|_| is_scheduled) {
-            Some(last) => (last.revision, last.scene.clone()),
-            None => (self.revision(), self.scene().clone()),
+            Some(last) => (last.revision, Rc::clone(&last.scene)),
+            None => (self.revision(), Rc::clone(&self.scene())),
         }
     }
 

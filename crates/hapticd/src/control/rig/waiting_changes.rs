@@ -7,6 +7,7 @@ use crate::rt::schedule::ScheduleSender;
 use haptic_core::Scene;
 use haptic_ipc::{JournalEntry, Peer, SceneRamp};
 use std::collections::VecDeque;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// A scheduled change that the loop has not rendered, as far as is known here.
@@ -16,7 +17,7 @@ pub(super) struct WaitingChange {
     /// The first tick after it and its ramp.
     pub(super) over_tick: u64,
     pub(super) revision: u64,
-    pub(super) scene: Scene,
+    pub(super) scene: Rc<Scene>,
     pub(super) ramp: Option<SceneRamp>,
     pub(super) path: Option<RampPath>,
     pub(super) step: Move,

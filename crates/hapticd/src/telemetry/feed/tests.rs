@@ -6,7 +6,7 @@ use crate::rt::outbox;
 fn known(revision: u64) -> KnownScene {
     KnownScene {
         revision,
-        scene: Scene::paper(),
+        scene: Scene::paper().into(),
         ramp: None,
         undo_depth: 0,
         redo_depth: 0,

@@ -9,15 +9,14 @@ fn a_change_that_is_rendered_while_the_history_is_read_is_entered_afterwards() {
     let (rig, mut producer) = rig();
     producer.push(|| record(0));
     rig.pump();
-    let scene = Scene::paper()
-        .with(&[("Fs".parse().expect("a key"), 5.0)])
-        .expect("a scene");
+    let changed = Scene::paper().with(&[("Fs".parse().expect("a key"), 5.0)]);
+    let scene = Rc::new(changed.expect("a scene"));
     let change = NewChange {
         at_tick: 100,
         compiled: rig
             .compile_from(&Scene::paper(), &scene, 0.0)
             .expect("it can be rendered"),
-        scene: scene.clone(),
+        scene: Rc::clone(&scene),
         step: Move::Forward,
         entry: JournalEntry::of("set"),
     };
