@@ -76,6 +76,11 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         none(Direction::Positive) && none(Direction::Negative)
     }
 
+    /// Whether it is faster than the threshold: a slide that is found so is armed.
+    fn is_fast(&self) -> bool {
+        self.coupled.state.velocity.abs() > self.velocity_threshold
+    }
+
     fn fall_level(&self) -> FallLevel {
         FallLevel {
             armed: self.coupled.state.armed,
@@ -300,7 +305,6 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
         let impulse = mass * self.coupled.state.velocity / step_s + at_rest;
         let direction = Direction::of(impulse);
         let from = self.coupled.state.contact;
-        self.coupled.state.armed = false;
         let displacement = if impulse.abs() <= self.limit(direction) {
             if from == Contact::Stuck {
                 self.static_limit.rest(step_s);
@@ -324,6 +328,7 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
             sink.dissipated(friction * step_s * speed);
             step_s * self.coupled.state.velocity
         };
+        self.coupled.state.armed = self.is_fast();
         course.moved += displacement;
         course.time += step_s;
         if from != self.coupled.state.contact {
@@ -366,8 +371,8 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
         }
         self.static_limit.begin(state.dwell_s);
         self.coupled.state = state.consistent();
-        // The threshold may not be the one under which the slide was armed.
-        self.coupled.state.armed &= self.coupled.state.velocity.abs() > self.velocity_threshold;
+        // The threshold may not be the one under which the slide was armed, or was not.
+        self.coupled.state.armed = self.is_fast();
     }
 
     fn at_rest(&self) -> Contact {

@@ -113,12 +113,15 @@ impl Start {
         let length = oscillator.within_half_turns(self.remaining_s, HALF_TURNS);
         let r = oscillator.response(length);
         let (mut lasted_s, mut end, mut extrema) = (length, LineEnd::Lasts, 0);
+        let mut falls_to = 0.0;
         let (mut y, mut w) = passes(&oscillator, &motion, &r, length, level).unwrap_or_else(|| {
             let (slide_end, looked_at) = first_fall(&oscillator, &motion, length, level, MOST_EXTREMA);
             extrema = looked_at;
             let mut r = r;
-            if let SlideEnd::Falls { at, .. } = slide_end {
+            if let SlideEnd::Falls { at, armed } = slide_end {
                 (lasted_s, end) = (at, LineEnd::Falls);
+                // It may have been armed on the way.
+                falls_to = FallLevel { armed, ..level }.speed();
                 r = oscillator.response(at);
             }
             oscillator.advance(&motion, &r)
@@ -131,11 +134,7 @@ impl Start {
         let piece = Piece {
             lasted_s,
             distance: y.max(0.0),
-            speed: if end == LineEnd::Falls {
-                level.speed()
-            } else {
-                w.max(0.0)
-            },
+            speed: if end == LineEnd::Falls { falls_to } else { w.max(0.0) },
             dissipated: 0.0,
             work: 1 + extrema,
         };

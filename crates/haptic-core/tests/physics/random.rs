@@ -1,7 +1,5 @@
 //! Numbers at random, the same in every run.
 
-use haptic_core::Directional;
-
 /// Marsaglia's xorshift.
 pub(crate) struct Random(pub(crate) u64);
 
@@ -32,16 +30,5 @@ impl Random {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below the count")]
         let index = (self.share() * f64::from(count)).floor() as usize;
         choices[index.min(choices.len() - 1)]
-    }
-
-    /// The same in both directions every second time.
-    pub(crate) fn directional(&mut self, low: f64, high: f64) -> Directional {
-        let positive = self.between(low, high);
-        let negative = if self.one_in(2) {
-            positive
-        } else {
-            self.between(low, high)
-        };
-        Directional { positive, negative }
     }
 }

@@ -7,10 +7,9 @@
 
 use crate::explore::T;
 use crate::random::Random;
+use crate::random_laws::friction;
 use haptic_core::block::{BlockState, Contact, EventSink};
-use haptic_core::friction::{
-    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
-};
+use haptic_core::friction::{Friction, Karnopp, LAWS, Lugre};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Directional, Renderer, Scene, Scheme};
 
@@ -19,117 +18,6 @@ const TOLERANCE_N: f64 = 1e-9;
 /// The same of the energy that friction took, J.
 const TOLERANCE_J: f64 = 1e-11;
 const PARTS: u32 = 10;
-
-/// A limit, mostly the same either way, now and then none one way.
-fn limit(random: &mut Random) -> Directional {
-    let positive = random.decades(0.3, 10.0);
-    let negative = match random.share() {
-        x if x < 0.6 => positive,
-        x if x < 0.95 => random.decades(0.3, 10.0),
-        _ => 0.0,
-    };
-    Directional { positive, negative }
-}
-
-const LAWS: [&str; 12] = [
-    "viscous",
-    "karnopp",
-    "karnopp, Stribeck",
-    "karnopp, Stribeck, rising, DV",
-    "dahl, i = 1",
-    "dahl, other i",
-    "hayward-armstrong",
-    "reset-integrator",
-    "lugre",
-    "lugre, Fs = Fd",
-    "elasto-plastic",
-    "elasto-plastic, Fs = Fd",
-];
-
-/// A law with parameters at random.
-fn law(name: &str, random: &mut Random) -> Friction {
-    let dynamic_force = limit(random);
-    let above = random.between(1.0, 2.0);
-    let static_force = Directional {
-        positive: above * dynamic_force.positive,
-        negative: above * dynamic_force.negative,
-    };
-    let viscous = Directional::both(random.one_of(&[0.0, 2.0, 20.0]));
-    let stribeck_velocity = random.decades(2e-3, 0.1);
-    let contact_stiffness = random.decades(1e3, 2e5);
-    let contact_damping = random.one_of(&[0.0, 10.0, 100.0]);
-    let elastic_fraction = random.between(0.2, 0.95);
-    let static_force = if name.ends_with("Fs = Fd") {
-        dynamic_force
-    } else {
-        static_force
-    };
-    match name.split(',').next().expect("a law") {
-        "viscous" => Friction::Viscous(Viscous { viscous }),
-        "karnopp" => {
-            let mut law = Karnopp {
-                viscous,
-                ..Karnopp::new(static_force, dynamic_force)
-            };
-            if name.contains("Stribeck") {
-                law.stribeck_velocity = stribeck_velocity;
-            }
-            if name.contains("rising") {
-                law.rising_rate = random.decades(1.0, 100.0);
-                law.velocity_threshold = random.one_of(&[0.0, 1e-3, 0.02]);
-            }
-            Friction::Karnopp(law)
-        }
-        "dahl" => Friction::Dahl(Dahl {
-            dynamic_force,
-            contact_stiffness,
-            exponent: if name.ends_with('1') {
-                1.0
-            } else {
-                let any = random.between(0.1, 3.0);
-                random.one_of(&[0.0, 0.5, 1.5, 2.0, any])
-            },
-            viscous,
-        }),
-        "hayward-armstrong" => Friction::HaywardArmstrong(HaywardArmstrong {
-            dynamic_force,
-            contact_stiffness,
-            elastic_fraction,
-            viscous,
-        }),
-        "reset-integrator" => Friction::ResetIntegrator(ResetIntegrator {
-            static_force,
-            dynamic_force,
-            contact_stiffness,
-            contact_damping,
-            viscous,
-            reseat: Reseat::Continuous,
-        }),
-        "lugre" => Friction::Lugre(Lugre {
-            static_force,
-            dynamic_force,
-            stribeck_velocity,
-            contact_stiffness,
-            contact_damping,
-            viscous,
-        }),
-        "elasto-plastic" => Friction::ElastoPlastic(ElastoPlastic {
-            static_force,
-            dynamic_force,
-            stribeck_velocity,
-            contact_stiffness,
-            contact_damping,
-            elastic_fraction,
-            viscous,
-        }),
-        _ => Friction::SalcudeanVlaar(SalcudeanVlaar {
-            static_force,
-            contact_stiffness,
-            viscous,
-            velocity_threshold: 0.0,
-        }),
-    }
-}
 
 /// A device's motion, and the tick that it does: position (m) and velocity (m/s) at its ends.
 type Ends = [(f64, f64); 2];
@@ -239,9 +127,9 @@ impl Found {
 fn explore(name: &str) -> Found {
     let mut random = Random(88_172_645_463_325_252);
     let mut found = Found::default();
-    for _ in 0..test_run::extent(400, 10_000) {
+    for _ in 0..test_run::extent(600, 15_000) {
         let scene = Scene {
-            name: String::new(),
+            friction: friction(name, &Scene::paper(), &mut random),
             block: Some(Block {
                 mass: random.decades(1e-3, 1.0),
             }),
@@ -249,7 +137,7 @@ fn explore(name: &str) -> Found {
                 stiffness: random.decades(300.0, 1e5),
                 damping: random.one_of(&[0.5, 3.0, 10.0, 30.0]),
             }),
-            friction: law(name, &mut random),
+            ..Scene::paper()
         };
         let mut block = Renderer::new(&scene, Scheme::Exact, T).expect("a valid scene");
         let frequency = random.one_of(&[2.0, 15.0, 60.0, 437.0]);

@@ -3,8 +3,9 @@
 
 use super::*;
 use crate::control::compile::Compiled;
-use haptic_core::Directional;
+use haptic_core::friction::{Friction, LAWS};
 use haptic_core::scene::{Block, Coupling};
+use haptic_core::{Direction, Parameter, ParameterKey};
 use proptest::prelude::*;
 use serde_json::json;
 
@@ -19,7 +20,7 @@ prop_compose! {
     /// Scenes of every law, behind a block and on the device, symmetric and not; a few of them are
     /// refused.
     fn any_scene()(
-        law in 0..8_usize,
+        law in 0..LAWS.len(),
         with_block in any::<bool>(),
         mass in decades(-2.0, 1.0),
         stiffness in decades(2.0, 5.0),
@@ -32,36 +33,32 @@ prop_compose! {
         velocity in prop_oneof![Just(0.0), 0.001..0.05f64],
         rising_rate in prop_oneof![Just(0.0), 0.1..20.0f64],
     ) -> Scene {
-        let name = haptic_core::friction::LAWS[law];
-        let pair = |value: f64| json!(Directional { positive: value, negative: skew * value });
-        let mut friction = json!({ "law": name, "viscous": pair(viscous) });
-        let mut put = |field: &str, value: serde_json::Value| {
-            friction[field] = value;
-        };
-        if name != "viscous" {
-            if name != "dahl" && name != "hayward-armstrong" {
-                put("static_force", pair(stiction * dynamic_force));
-            }
-            if name != "salcudean-vlaar" {
-                put("dynamic_force", pair(dynamic_force));
-            }
-            if name != "karnopp" || !with_block {
-                put("contact_stiffness", json!(contact_stiffness));
-            }
-            if name == "lugre" || name == "elasto-plastic" {
-                put("stribeck_velocity", json!(0.001 + velocity));
-            }
-            if name == "karnopp" {
-                put("velocity_threshold", json!(velocity));
-                put("rising_rate", json!(rising_rate));
-            }
-        }
-        Scene {
-            name: name.to_owned(),
+        let scene = Scene {
+            name: LAWS[law].to_owned(),
             block: with_block.then_some(Block { mass }),
             coupling: with_block.then_some(Coupling { stiffness, damping }),
-            friction: serde_json::from_value(friction).unwrap_or_else(|error| panic!("{name}: {error}")),
-        }
+            friction: Friction::usual(LAWS[law]).expect("a law"),
+        };
+        let changes: Vec<(ParameterKey, f64)> = scene
+            .friction
+            .vector(!with_block)
+            .iter()
+            .map(|coordinate| {
+                let value = match coordinate.key.parameter {
+                    Parameter::StaticForce => stiction * dynamic_force,
+                    Parameter::DynamicForce => dynamic_force,
+                    Parameter::Viscous => viscous,
+                    Parameter::ContactStiffness => contact_stiffness,
+                    Parameter::VelocityThreshold => velocity,
+                    Parameter::StribeckVelocity => 0.001 + velocity,
+                    Parameter::RisingRate => rising_rate,
+                    _ => coordinate.value,
+                };
+                let is_skewed = coordinate.key.direction == Some(Direction::Negative);
+                (coordinate.key, if is_skewed { skew * value } else { value })
+            })
+            .collect();
+        scene.with_unvalidated(&changes).expect("in range")
     }
 }
 
