@@ -1,10 +1,14 @@
 //! Makes a recording from another one.
 
-use super::gaps::Gaps;
-use super::{
-    CopyError, CreateError, Ending, Entry, Format, Mark, Metadata, Reader, RecordingError, Totals, Writer, open,
-    parquet,
-};
+use crate::entry::Entry;
+use crate::error::{CopyError, CreateError, Ending, RecordingError};
+use crate::format::Format;
+use crate::gaps::Gaps;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::parquet;
+use crate::reader::{Reader, open};
+use crate::writer::{Totals, Writer};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io;

@@ -1,7 +1,11 @@
 //! Cuts a part out of a recording.
 
-use super::copy::{Copy, Source};
-use super::{CopyError, Entry, Mark, Metadata, Totals};
+use crate::copy::{Copy, Source};
+use crate::entry::Entry;
+use crate::error::CopyError;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::writer::Totals;
 use haptic_ipc::Sample;
 use std::ops::Range;
 use std::path::Path;
@@ -18,7 +22,7 @@ pub enum Span {
 
 /// Writes a part of a recording, in any format. Its metadata are those of the recording, with the
 /// scene and the moment in which the part begins. Its first marks are the state then, and a scene
-/// whose ramp went on.
+/// whose ramp continues.
 ///
 /// A replay of the part gives the same forces where the part begins without force.
 ///

@@ -1,6 +1,11 @@
 //! Reads a recording of any format.
 
-use super::{Ending, Format, Mark, Metadata, Place, RecordingError, csv, mcap, parquet};
+use crate::entry::Entry;
+use crate::error::{Ending, Place, RecordingError};
+use crate::format::Format;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::{csv, mcap, parquet};
 use bytes::Bytes;
 use haptic_ipc::Sample;
 use std::fs::File;
@@ -14,15 +19,6 @@ const FIRST_BYTES: u64 = 8;
 
 /// Bytes read at once.
 const BUFFER: usize = 1 << 16;
-
-/// A row or a mark.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Entry {
-    /// A sample.
-    Row(Sample),
-    /// What happened before the next row.
-    Mark(Mark),
-}
 
 /// A recording, read as it is needed: an iterator over its entries.
 pub struct Reader {
@@ -100,7 +96,7 @@ fn open_file(path: &Path) -> Result<Reader, RecordingError> {
 /// Reads a recording into memory; an hour at 1 kHz takes 500 MB.
 ///
 /// # Errors
-/// The file is no recording, or is damaged elsewhere than at its end; the error says where.
+/// The file is not a recording, or is damaged elsewhere than at its end; the error says where.
 pub fn read(path: &Path) -> Result<Recording, RecordingError> {
     open(path)?.into_recording()
 }
@@ -125,7 +121,7 @@ impl Reader {
         Self::new(first, Box::new(input))
     }
 
-    /// Reads what begins with `first` and goes on with `input`.
+    /// Reads what begins with `first` and continues with `input`.
     fn new(first: Vec<u8>, input: Box<dyn BufRead + Send>) -> Result<Self, RecordingError> {
         if first == ::mcap::MAGIC {
             return Ok(Self::of(Source::Mcap(Box::new(mcap::Reader::new(input)?))));
@@ -192,7 +188,7 @@ impl Reader {
         }
     }
 
-    /// From here on goes on behind what cannot be read.
+    /// From here on skips what cannot be read.
     pub(crate) fn tolerate(&mut self) {
         self.is_tolerant = true;
     }
