@@ -10,7 +10,7 @@ use crate::intent::{BATCH_MS, Intent};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::Event;
-use haptic_studies::person::{Happening, PersonSession};
+use haptic_studies::person::{PersonSession, SessionEvent};
 use haptic_studies::plan::Plan;
 use haptic_studies::session::{Phase, View};
 use haptic_studies::store::{self, About, Study};
@@ -259,9 +259,9 @@ impl Desk {
         self.ask(intents);
         for happening in happened {
             match happening {
-                Happening::Kept(row) => self.tell(StudyNews::Row(table::row(&row))),
-                Happening::Voided(voided) => self.tell(StudyNews::Row(table::void(&voided))),
-                Happening::Finished => {}
+                SessionEvent::Kept(row) => self.tell(StudyNews::Row(table::row(&row))),
+                SessionEvent::Voided(voided) => self.tell(StudyNews::Row(table::void(&voided))),
+                SessionEvent::Finished => {}
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Fitts's law by resistance: movement time against the paper's index of difficulty.
 
-use super::Refused;
+use super::refused::Refused;
 use super::segments::Segment;
 use haptic_lab::stats::mean::mean;
 use haptic_lab::stats::regression::{Line, line};

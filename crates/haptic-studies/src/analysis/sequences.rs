@@ -1,6 +1,6 @@
 //! ISO 9241-411 by sequence, and the mean over sequences.
 
-use super::Refused;
+use super::refused::Refused;
 use super::segments::Segment;
 use haptic_lab::stats::mean::{clustered_mean, mean};
 use haptic_lab::stats::throughput::{Movement, throughput};

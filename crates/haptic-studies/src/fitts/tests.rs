@@ -115,7 +115,7 @@ fn a_click_is_valid_where_the_whole_cursor_is_inside() {
     assert_eq!(
         session.step(&click(742, rig(half_m))),
         None,
-        "the same click, told twice"
+        "the same click, reported twice"
     );
     let Some(Event::Hit(row)) = session.step(&click(1500, rig(-half_m - 1e-3))) else {
         panic!("inside")
@@ -135,7 +135,7 @@ enum Deed {
     Hit,
     Miss,
     Wait,
-    /// The program ends, and another one goes on with the rows.
+    /// The program ends, and another one continues with the rows.
     Restart,
 }
 

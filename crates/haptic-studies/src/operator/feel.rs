@@ -84,7 +84,7 @@ impl Strokes {
         }
     }
 
-    /// The force on the handle in the next tick, N; the hand rests where nothing is to be felt.
+    /// The force on the handle in the next tick, N; the hand rests where there is nothing to feel.
     pub(super) fn force_n(&mut self, rig: &Rig, is_felt: bool) -> f64 {
         if self.arm.is_over() {
             self.rest_s += PERIOD_S;

@@ -34,7 +34,7 @@ const LONGEST_TRIAL_S: f64 = 60.0;
 /// Time in which a subject answers, s: ours, and no model of decisions.
 const ANSWER_S: f64 = 0.4;
 
-/// Why a simulated operator cannot go on.
+/// Why a simulated operator cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum OperatorError {
     /// A surface cannot be rendered.
@@ -110,7 +110,7 @@ fn load_of(scene: &Scene) -> Load {
     Load { mass_kg, ..load }
 }
 
-/// A session of a simulated operator that goes on where the task is, without files.
+/// A session of a simulated operator that continues where the task is, without files.
 #[must_use]
 pub fn session(task: Task, subject: &Subject) -> Session {
     let settings = Settings {
@@ -136,7 +136,7 @@ pub fn run_next(
     mut done: impl FnMut(FinishedTrial) -> bool,
 ) -> Result<(), OperatorError> {
     session.restart_segment();
-    // The hand of this model is put back between two segments, and the rig set up anew.
+    // The hand of this model is put back between two segments, and the rig set up again.
     session.new_link();
     while session.waits_for_consent() {
         session.proceed();

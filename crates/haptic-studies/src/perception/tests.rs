@@ -159,7 +159,7 @@ fn a_staircase_follows_its_rule_and_ends_at_trials_or_reversals() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Whatever the answers, a study that is resumed after any row goes on as it would have.
+    /// Whatever the answers, a study that is resumed after any row continues as it would have.
     #[test]
     fn a_resumed_study_has_the_same_rest(answers in prop::collection::vec(any::<bool>(), 64), at in any::<prop::sample::Index>()) {
         let plan = small();

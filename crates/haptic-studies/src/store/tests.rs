@@ -1,3 +1,4 @@
+use super::super::operator::Constants;
 use super::super::run::{Progress, run};
 use super::super::small_plans::{small_fitts, small_perception};
 use super::*;
@@ -62,7 +63,7 @@ fn threads_change_nothing_and_nothing_is_overwritten() {
         for (seed, message) in [
             (
                 1,
-                "there is this study already; `haptic-ctl study resume` goes on with it",
+                "there is this study already; continue with `haptic-ctl study resume`",
             ),
             (
                 2,
