@@ -1,8 +1,8 @@
 //! A simulated operator at the targeting task.
 //!
 //! A primary movement, then a limited number of corrections of what is seen after the visual delay, then a click
-//! (Meyer and others 1988, "Optimality in human motor performance"). The slower a movement, the less its end varies; the
-//! operator takes the time in which most ends lie within the target.
+//! (Meyer and others 1988, "Optimality in human motor performance"). The slower a movement, the less its end varies;
+//! the operator takes the time in which most ends lie within the target.
 
 use super::arm::Arm;
 use super::constants::Constants;

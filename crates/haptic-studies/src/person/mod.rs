@@ -166,7 +166,8 @@ impl PersonSession {
         self.put(Input::Frame(frame));
     }
 
-    /// Continues: from instructions, from a break, after mounting, after an interruption. The last is the experimenter's.
+    /// Continues: from instructions, from a break, after mounting, after an interruption. The last is the
+    /// experimenter's.
     pub fn proceed(&mut self) {
         self.put(Input::Proceed);
     }
