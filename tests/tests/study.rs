@@ -176,7 +176,7 @@ fn an_interrupt_ends_a_study_cleanly_and_two_programs_cannot_run_it() {
     assert_eq!(ended.status.code(), Some(130), "{}", text(&ended.stderr));
     let said = text(&ended.stdout);
     assert!(
-        said.contains("The study is interrupted; `haptic-ctl study resume "),
+        said.contains("The study is interrupted; continue with `haptic-ctl study resume "),
         "{said}"
     );
     let written = files(&folder);

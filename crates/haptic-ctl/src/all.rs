@@ -1,10 +1,11 @@
 //! `--all status` and `--all stop`: every rig of this machine at once. None waits for another.
 
+use crate::command_line::Command;
 use crate::daemon::Daemon;
 use crate::drive;
 use crate::failure::Failure;
 use crate::fields::Schema;
-use crate::{Command, output};
+use crate::output;
 use haptic_ipc::socket_path::{NamedSocket, Surroundings};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;

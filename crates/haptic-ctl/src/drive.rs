@@ -20,9 +20,9 @@ pub(crate) struct WaitArguments {
     timeout: Duration,
 }
 
-/// After so long without an answer to a stop a person is told what to do, and after so long nobody
-/// waits any more.
+/// Time without an answer to a stop after which a person is told what to do.
 const STOP_ALARM: Duration = Duration::from_millis(300);
+/// Time without an answer to a stop after which nobody waits any more.
 const STOP_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to

@@ -206,11 +206,11 @@ fn check(excitation: &Excitation, most_n: f64, most_m: f64) -> Result<(), Failur
     }
     excitation
         .check()
-        .map_err(|error| Failure::Usage(told(excitation, &error)))
+        .map_err(|error| Failure::Usage(out_of_range(excitation, &error)))
 }
 
 /// What is out of range, under the name of its option.
-fn told(excitation: &Excitation, error: &BoundError) -> String {
+fn out_of_range(excitation: &Excitation, error: &BoundError) -> String {
     let BoundError { value, min, max, .. } = error;
     match (&excitation.course, error.field) {
         (Course::Chirp { .. }, "duration_s") => {

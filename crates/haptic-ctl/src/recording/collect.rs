@@ -1,7 +1,7 @@
 //! `recording collect`: recordings of many rigs as one Parquet set, partitioned by rig and date.
 
+use super::file_failure::{not_copied, unreadable};
 use super::report;
-use super::{not_copied, unreadable};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     files: Vec<PathBuf>,
 
     /// Name of their rig [default: the device as each recording has it]
-    #[arg(long = "as", value_name = "NAME", value_parser = crate::rig_name)]
+    #[arg(long = "as", value_name = "NAME", value_parser = crate::rig_name::rig_name)]
     rig: Option<String>,
 }
 
@@ -90,7 +90,7 @@ fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placed<'a>, Failur
     let milliseconds = (metadata.started_unix_s * 1e3).round() as i64;
     let begun = Timestamp::from_millisecond(milliseconds).map_err(|_| {
         let begun = metadata.started_unix_s;
-        Failure::BadRecording(format!("{}: {begun} s after 1970 is no date", from.display()))
+        Failure::BadRecording(format!("{}: {begun} s after 1970 is not a valid date", from.display()))
     })?;
     let begun = begun.to_zoned(TimeZone::UTC);
     let stem = from.file_stem().unwrap_or_default().to_string_lossy();

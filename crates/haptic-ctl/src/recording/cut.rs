@@ -1,7 +1,9 @@
 //! `recording cut`: a part of a recording, as a recording of its own.
 
+use super::file_failure::{not_copied, unreadable};
+use super::output::Output;
+use super::report;
 use super::summary::{Summary, What};
-use super::{Output, not_copied, report, unreadable};
 use crate::duration::duration;
 use crate::failure::Failure;
 use crate::{output, progress};

@@ -13,7 +13,7 @@ A file of trials needs the columns subject, block, resistance, condition, trial,
 movement_time_s and errors; cursor_diameter_m and error_size_m are used where they are there. end_error_m is where the \
 movement ended beyond the target's centre, positive along that movement, whichever way it went. A sequence is the rows \
 of one subject, block, resistance and condition; the order of the rows does not matter. A file with the column level_N \
-holds answers of a perception test. docs/studies.md tells what each table and figure is.";
+holds answers of a perception test. docs/studies.md says what each table and figure is.";
 
 /// Seed of the intervals: the same trials give the same ones.
 const SEED: u64 = 1;

@@ -11,7 +11,7 @@ use serde_json::json;
 use std::path::PathBuf;
 
 pub(super) const HELP: &str = "\
-The panel goes on with it: `haptic-gui --page task --study DIR` for targets, `haptic-gui --page perception --study DIR` for surfaces. Subjects are codes \
+Continue in the panel: `haptic-gui --page task --study DIR` for targets, `haptic-gui --page perception --study DIR` for surfaces. Subjects are codes \
 of letters and digits; keep the list that ties them to people elsewhere.";
 
 #[derive(Debug, Args)]
@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         }));
     }
     output::text(&format!(
-        "{}: a study for people: {}. `{}` goes on with it.",
+        "{}: a study for people: {}. Continue with `{}`.",
         study.folder().display(),
         about.subjects.join(", "),
         plan::panel(about.task, study.folder())
