@@ -31,7 +31,7 @@ pub enum Span {
 /// written. Then there is no copy.
 pub fn cut(from: &Path, to: &Path, span: &Span, replace: bool) -> Result<Totals, CopyError> {
     let mut reader = Source::open(from)?;
-    let mut before = Before::new(reader.metadata().clone());
+    let mut before = PriorState::new(reader.metadata().clone());
     let mut copy: Option<Copy> = None;
     let (mut first_s, mut last_s, mut rows) = (None, 0.0, 0);
     while let Some(entry) = reader.next()? {
@@ -83,7 +83,7 @@ fn finish(
 }
 
 /// What came before the part.
-struct Before {
+struct PriorState {
     metadata: Metadata,
     /// Scenes that the metadata do not hold.
     scenes: Vec<Mark>,
@@ -92,7 +92,7 @@ struct Before {
     recent: Vec<Mark>,
 }
 
-impl Before {
+impl PriorState {
     fn new(metadata: Metadata) -> Self {
         Self {
             metadata,

@@ -34,7 +34,7 @@ mod thread;
 mod version;
 mod writer;
 
-pub use copy::{Repaired, collect, export, repair};
+pub use copy::{RepairOutcome, collect, export, repair};
 pub use cut::{Span, cut};
 pub use entry::Entry;
 pub use error::{CopyError, CreateError, Ending, Place, RecordingError};

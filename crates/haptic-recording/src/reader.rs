@@ -32,12 +32,12 @@ pub struct Reader {
 }
 
 /// A file that counts what is read of it.
-struct Counted {
+struct CountingFile {
     file: File,
     read: Arc<AtomicU64>,
 }
 
-impl Read for Counted {
+impl Read for CountingFile {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.file.read(buffer)?;
         self.read
@@ -83,7 +83,7 @@ fn open_file(path: &Path) -> Result<Reader, RecordingError> {
     }
     let length = file.metadata().map_err(failed)?.len();
     let read = Arc::new(AtomicU64::new(0));
-    let counted = Counted {
+    let counted = CountingFile {
         file,
         read: Arc::clone(&read),
     };

@@ -63,17 +63,17 @@ pub struct WaitingParts {
 
 #[derive(Debug)]
 struct Queue {
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<QueueState>,
     changed: Condvar,
 }
 
 #[derive(Debug)]
-struct Waiting {
+struct QueueState {
     room: Room,
     parts: VecDeque<Part>,
     rows: usize,
     changes: usize,
-    missing: Missing,
+    missing: Losses,
     lost_rows: u64,
     lost_changes: u64,
     is_flush_due: bool,
@@ -91,7 +91,7 @@ enum Part {
 
 /// What found no room since the newest part that did.
 #[derive(Debug, Default)]
-struct Missing {
+struct Losses {
     rows: u64,
     changes: u64,
     /// The newest ones of those changes.
@@ -123,12 +123,12 @@ impl RecordingThread {
 
     fn with(room: Room, write: impl FnOnce(&WaitingParts) + Send + 'static) -> io::Result<Self> {
         let queue = Arc::new(Queue {
-            waiting: Mutex::new(Waiting {
+            waiting: Mutex::new(QueueState {
                 room,
                 parts: VecDeque::new(),
                 rows: 0,
                 changes: 0,
-                missing: Missing::default(),
+                missing: Losses::default(),
                 lost_rows: 0,
                 lost_changes: 0,
                 is_flush_due: false,
@@ -178,7 +178,7 @@ impl RecordingThread {
         self.queue.changed.notify_one();
     }
 
-    fn enqueue(&self, enqueue: impl FnOnce(&mut Waiting) -> bool) -> Enqueued {
+    fn enqueue(&self, enqueue: impl FnOnce(&mut QueueState) -> bool) -> Enqueued {
         let mut waiting = self.queue.lock();
         if !waiting.has_thread {
             return Enqueued::Ended;
@@ -243,13 +243,13 @@ impl Drop for WaitingParts {
 }
 
 impl Queue {
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+    fn lock(&self) -> MutexGuard<'_, QueueState> {
         // It is consistent between any two statements, so a panic elsewhere leaves it usable.
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Waiting {
+impl QueueState {
     /// Says whether there was room.
     fn enqueue_samples(&mut self, samples: &SamplesEvent) -> bool {
         self.enqueue_lost_changes();
@@ -296,7 +296,7 @@ impl Waiting {
         if self.missing.changes == 0 || self.changes >= self.room.changes {
             return;
         }
-        let Missing {
+        let Losses {
             rows,
             changes,
             state,

@@ -76,7 +76,7 @@ enum Phase {
 
 /// The trial that is done now, or next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Upcoming {
+pub struct CurrentTrial {
     /// The test's number in the plan, from 0.
     pub test: usize,
     /// Its case.
@@ -175,7 +175,7 @@ impl PerceptionSession {
 
     /// The trial that is done now, or next. Not for the subject.
     #[must_use]
-    pub fn upcoming(&self) -> Option<Upcoming> {
+    pub fn upcoming(&self) -> Option<CurrentTrial> {
         let (number, test) = self.test()?;
         let is_practice = self.practice_done < self.plan.practice_trials;
         let (trial, level_n) = if is_practice {
@@ -185,7 +185,7 @@ impl PerceptionSession {
         };
         let item = (u64::from(is_practice) << 63) | ((number as u64) << 32) | u64::from(trial);
         let coin = Random::new(self.seed, self.subject.number, Purpose::Interval, item).below(2);
-        Some(Upcoming {
+        Some(CurrentTrial {
             test: number,
             case: test.case,
             is_practice,

@@ -38,16 +38,16 @@ pub(crate) struct Arguments {
 }
 
 /// A recording and its place in the set.
-struct Placed<'a> {
+struct Placement<'a> {
     from: &'a Path,
     to: PathBuf,
 }
 
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let placed = arguments.files.iter().map(|from| place(arguments, from));
-    let placed: Vec<Placed<'_>> = placed.collect::<Result<_, _>>()?;
+    let placed: Vec<Placement<'_>> = placed.collect::<Result<_, _>>()?;
     let mut places = HashSet::new();
-    for Placed { from, to } in &placed {
+    for Placement { from, to } in &placed {
         if to.exists() {
             return Err(Failure::Usage(format!(
                 "{}: {} exists, and nothing of a set is replaced",
@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     }
     let bar = progress::busy("collecting");
     let mut collected: Vec<(&Path, Totals)> = Vec::new();
-    for Placed { from, to } in &placed {
+    for Placement { from, to } in &placed {
         let directory = to.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(directory).map_err(|error| Failure::not_created(directory, &error))?;
         let totals = haptic_recording::collect(from, to).map_err(|error| not_copied(&error))?;
@@ -82,7 +82,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
 }
 
 /// The place of a recording in the set.
-fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placed<'a>, Failure> {
+fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placement<'a>, Failure> {
     let reader = haptic_recording::open(from).map_err(|error| unreadable(from, &error))?;
     let metadata = reader.metadata();
     let rig = arguments.rig.clone().unwrap_or_else(|| plain(&metadata.device));
@@ -99,7 +99,7 @@ fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placed<'a>, Failur
         .join(format!("rig={rig}"))
         .join(begun.strftime("date=%Y-%m-%d").to_string())
         .join(format!("{}-{}.parquet", begun.strftime("%H%M%S"), plain(&stem)));
-    Ok(Placed { from, to })
+    Ok(Placement { from, to })
 }
 
 /// A text as part of a path that every program reads alike: letters, digits, `_`, `.` and `-`.

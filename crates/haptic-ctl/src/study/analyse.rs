@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
 use haptic_lab::drawing::Table;
-use haptic_studies::analysis::{self, Refused, Thresholds, Trials};
+use haptic_studies::analysis::{self, Refusal, Thresholds, Trials};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -119,7 +119,7 @@ fn show(
     json: bool,
     analysis: &impl Serialize,
     tables: Vec<(String, Table)>,
-    refused: &[Refused],
+    refused: &[Refusal],
     notes: &[String],
 ) -> Result<(), Failure> {
     if json {
@@ -128,7 +128,7 @@ fn show(
     for (_, table) in tables.into_iter().filter(|(_, table)| table.rows.len() > 1) {
         output::line(&format!("{}\n{}\n", table.caption, output::table(&table.rows)))?;
     }
-    for Refused { what, reason } in refused {
+    for Refusal { what, reason } in refused {
         output::text(&format!("not found: {what}: {reason}"))?;
     }
     for note in notes {

@@ -5,7 +5,7 @@ use super::run::not_stored;
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, ValueHint};
-use haptic_studies::store::{About, Study};
+use haptic_studies::store::{Study, StudyDescription};
 use haptic_studies::subject::numbered_codes;
 use serde_json::json;
 use std::path::PathBuf;
@@ -43,7 +43,7 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let codes = arguments
         .subjects
         .map_or_else(|| arguments.codes.clone(), numbered_codes);
-    let about = About::people(&plan, &text, arguments.seed, codes);
+    let about = StudyDescription::people(&plan, &text, arguments.seed, codes);
     let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
     if as_json {
         return output::json(&json!({

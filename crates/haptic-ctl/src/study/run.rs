@@ -6,7 +6,7 @@ use crate::{output, progress};
 use clap::{Args, ValueEnum};
 use haptic_studies::operator::Constants;
 use haptic_studies::run::{self, Progress, RunError};
-use haptic_studies::store::{About, StoreError, Study};
+use haptic_studies::store::{StoreError, Study, StudyDescription};
 use haptic_studies::trial;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -81,7 +81,7 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
         constants.set(name.trim(), value).map_err(|error| wrong(&error))?;
     }
     let recordings = !arguments.no_recordings;
-    let about = About::simulated(&plan, &text, arguments.seed, arguments.subjects, constants, recordings);
+    let about = StudyDescription::simulated(&plan, &text, arguments.seed, arguments.subjects, constants, recordings);
     let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
     go_on(study, &arguments.out, as_json).await
 }

@@ -13,7 +13,7 @@ use haptic_ipc::Event;
 use haptic_studies::person::{PersonSession, SessionEvent};
 use haptic_studies::plan::Plan;
 use haptic_studies::session::{Phase, View};
-use haptic_studies::store::{self, About, Study};
+use haptic_studies::store::{self, Study, StudyDescription};
 use haptic_studies::subject::Subject;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -349,7 +349,7 @@ fn create(folder: &Path, plan: &StudyPlan, subjects: Vec<String>, seed: u64) -> 
         }
     };
     let plan = Plan::read(&text).map_err(|error| error.to_string())?;
-    let about = About::people(&plan, &text, seed, subjects);
+    let about = StudyDescription::people(&plan, &text, seed, subjects);
     let made = Study::create(folder, &text, &about);
     made.map(drop).map_err(|error| error.to_string())
 }

@@ -2,7 +2,7 @@
 //! resistance.
 
 use super::baseline::BASELINE;
-use super::refused::Refused;
+use super::refusal::Refusal;
 use super::segments::Segment;
 use haptic_lab::stats::exact::sign_test;
 use serde::Serialize;
@@ -180,7 +180,7 @@ pub struct Comparison {
 
 /// All differences from the baseline. Where a subject has more than one segment of a resistance in a condition, the
 /// last block counts: the paper's subjects began with a round of the baseline, and were less used to the task then.
-pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refused>) -> Vec<Difference> {
+pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refusal>) -> Vec<Difference> {
     let last: BTreeMap<_, &Segment<'_>> = segments
         .iter()
         .map(|segment| ((segment.subject, segment.condition, segment.resistance), segment))
@@ -195,7 +195,7 @@ pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refused>) 
         };
         let (trials, expected) = (segment.trials.len(), baseline.trials.len());
         if trials != expected {
-            refused.push(Refused {
+            refused.push(Refusal {
                 what: format!("comparison of {}", segment.name()),
                 reason: format!(
                     "it has {trials} trials, and the baseline (block {}) has {expected}",

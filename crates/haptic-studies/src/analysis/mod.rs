@@ -13,7 +13,7 @@ mod outputs;
 mod page;
 mod paper;
 mod perception;
-mod refused;
+mod refusal;
 mod segments;
 mod sequences;
 mod tables;
@@ -27,7 +27,7 @@ pub use error::AnalysisError;
 pub use files::{ReadError, Trials, read_file, read_folder};
 pub use outputs::{fitts_files, perception_files};
 pub use perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, perception};
-pub use refused::Refused;
+pub use refusal::Refusal;
 pub use sequences::{Sequence, Summary};
 pub use tables::{fitts_tables, perception_tables};
 pub use trajectories::{Trajectory, trajectories};
@@ -61,7 +61,7 @@ pub struct FittsAnalysis {
     /// How late, and how often, the subjects' screen showed the cursor; absent where no row has it.
     pub screen: Option<ScreenSummary>,
     /// What the trials do not show.
-    pub refused: Vec<Refused>,
+    pub refused: Vec<Refusal>,
     /// Remarks for people.
     pub notes: Vec<String>,
 }
@@ -82,7 +82,7 @@ pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds) -> Result<FittsAnal
     }
     if differences.is_empty() {
         let reason = format!("no subject has a segment of `{BASELINE}` and one of another resistance in one condition");
-        refused.push(Refused {
+        refused.push(Refusal {
             what: "comparison with the baseline".to_owned(),
             reason,
         });

@@ -2,7 +2,7 @@
 
 use super::error::AnalysisError;
 use super::paper;
-use super::refused::Refused;
+use super::refusal::Refusal;
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
@@ -68,7 +68,7 @@ pub struct PerceptionAnalysis {
     /// By case and method.
     pub cases: Vec<CaseAnalysis>,
     /// What the answers do not show.
-    pub refused: Vec<Refused>,
+    pub refused: Vec<Refusal>,
     /// Remarks for people.
     pub notes: Vec<String>,
 }
@@ -121,10 +121,10 @@ fn analysed(
     (case, method): (Case, Method),
     subjects: &BySubject<'_>,
     seed: u64,
-    refused: &mut Vec<Refused>,
+    refused: &mut Vec<Refusal>,
 ) -> CaseAnalysis {
     let mut refuse = |what: &str, of: String, error: &StatsError| {
-        refused.push(Refused {
+        refused.push(Refusal {
             what: format!("{what} of {of}, case {case:?}"),
             reason: error.to_string(),
         });

@@ -22,7 +22,7 @@ use super::random::{Purpose, Random};
 use super::session::{FinishedTrial, News, Phase, Session, Settings, Task};
 use super::subject::Subject;
 use super::trial::Operator;
-use feel::{Felt, Strokes};
+use feel::{Sensation, Strokes};
 use haptic_core::friction::Friction;
 use haptic_core::{Scene, SceneError};
 use reach::Reach;
@@ -230,7 +230,7 @@ fn run_trial(
     session.rendered(rig.revision(), 0);
     let random = Random::new(seed, subject.number, Purpose::Noise, number as u64);
     let mut strokes = Strokes::new(person, load_of(base), random);
-    let mut felt = [Felt::default(); 2];
+    let mut felt = [Sensation::default(); 2];
     let asked_tick = loop {
         let phase = session.view().phase;
         let row = rig.tick(strokes.force_n(&rig, matches!(phase, Phase::Feel(_))));

@@ -40,7 +40,7 @@ fn to_question(session: &mut PerceptionSession, mut tick: u64) -> u64 {
     tick
 }
 
-fn answer_that_is(correct: bool, upcoming: &Upcoming) -> Answer {
+fn answer_that_is(correct: bool, upcoming: &CurrentTrial) -> Answer {
     let is_first_more = upcoming.comparison_first == (upcoming.case != Case::C);
     if is_first_more == correct {
         Answer::First

@@ -4,7 +4,7 @@ use super::super::perception::Answer;
 use super::super::plan::Plan;
 use super::super::session::{Feedback, Instruction, Phase};
 use super::super::small_plans::{small_fitts, small_perception};
-use super::super::store::{About, StoreError, trials};
+use super::super::store::{StoreError, StudyDescription, trials};
 use super::super::trial::{FittsTrial, Operator, PerceptionTrial};
 use super::*;
 use haptic_ipc::{RigState, Sample, SamplesEvent};
@@ -29,7 +29,7 @@ fn rig() -> RigDescription {
 /// Makes a study for people with one subject.
 fn make(folder: &Path, text: &str) {
     let plan = Plan::read(text).expect("a plan");
-    let about = About::people(&plan, text, 1, vec!["P7".to_owned()]);
+    let about = StudyDescription::people(&plan, text, 1, vec!["P7".to_owned()]);
     drop(Study::create(folder, text, &about).expect("created"));
 }
 
@@ -476,7 +476,7 @@ fn people_do_not_do_a_simulated_study_nor_a_model_that_of_people() {
     let (_parent, folder) = a_folder();
     let text = small_fitts();
     let plan = Plan::read(&text).expect("a plan");
-    let about = About::simulated(&plan, &text, 1, 1, Default::default(), false);
+    let about = StudyDescription::simulated(&plan, &text, 1, 1, Default::default(), false);
     drop(Study::create(&folder, &text, &about).expect("created"));
     let error = PersonSession::open(&folder, "01", rig())
         .expect_err("a model's")

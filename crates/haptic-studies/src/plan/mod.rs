@@ -6,7 +6,7 @@ mod perception;
 mod task;
 
 pub use check::PlanError;
-pub use fitts::{Condition, Cursor, FittsPlan, Mounted, Resistance, RigMapping};
+pub use fitts::{Condition, Cursor, FittsPlan, MountedBlock, Resistance, RigMapping};
 pub use perception::{Constant, PerceptionPlan, Staircase, Test};
 pub use task::Task;
 

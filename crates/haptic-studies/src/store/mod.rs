@@ -19,7 +19,6 @@
 //! row. A row that was cut off in the middle is taken away when the study is opened again, and a recording without a
 //! row is kept as `....unscored-1.mcap`. Nothing is overwritten.
 
-mod about;
 mod disk;
 mod error;
 mod keeper;
@@ -28,13 +27,14 @@ mod notes;
 mod parquet;
 mod reading;
 mod sidecar;
+mod study_description;
 mod subject_files;
 
-pub use about::About;
 pub use error::StoreError;
 pub use keeper::{Keeper, RigDescription};
 pub use notes::note;
 pub use reading::{read, trials, trials_of};
+pub use study_description::StudyDescription;
 pub use subject_files::SubjectFiles;
 
 use super::plan::{Plan, Task};
@@ -52,7 +52,7 @@ use std::path::{Path, PathBuf};
 pub struct Study {
     folder: PathBuf,
     plan: Plan,
-    about: About,
+    about: StudyDescription,
     _lock: Lock,
 }
 
@@ -61,7 +61,7 @@ impl Study {
     ///
     /// # Errors
     /// The folder has something in it, or cannot be written.
-    pub fn create(folder: &Path, plan_text: &str, about: &About) -> Result<Self, StoreError> {
+    pub fn create(folder: &Path, plan_text: &str, about: &StudyDescription) -> Result<Self, StoreError> {
         if folder.join(STUDY).exists() {
             return Err(StoreError::Taken {
                 path: folder.to_owned(),
@@ -132,7 +132,7 @@ impl Study {
 
     /// What it is beside the plan.
     #[must_use]
-    pub fn about(&self) -> &About {
+    pub fn about(&self) -> &StudyDescription {
         &self.about
     }
 
@@ -239,7 +239,7 @@ impl Drop for Lock {
 }
 
 /// How the study that is there differs from the one to create.
-fn difference(folder: &Path, about: &About) -> String {
+fn difference(folder: &Path, about: &StudyDescription) -> String {
     let Ok((_, found)) = read(folder) else {
         return "there is a study already".to_owned();
     };
@@ -266,7 +266,7 @@ fn difference(folder: &Path, about: &About) -> String {
 }
 
 /// What Psych-DS asks for.
-fn description(plan: &Plan, about: &About) -> Result<String, StoreError> {
+fn description(plan: &Plan, about: &StudyDescription) -> Result<String, StoreError> {
     let who = match about.operator {
         Operator::Human => "people",
         Operator::Simulated => "a simulated operator, and no people",

@@ -3,10 +3,10 @@
 use super::super::plan::{Plan, Task};
 use super::super::subject::Subject;
 use super::super::trial::Trial;
-use super::about::About;
 use super::disk::at;
 use super::error::StoreError;
 use super::layout::{PLAN, STUDY, VERSION};
+use super::study_description::StudyDescription;
 use super::subject_files;
 use std::path::Path;
 use std::{fs, io};
@@ -15,7 +15,7 @@ use std::{fs, io};
 ///
 /// # Errors
 /// There is no study, or its plan was changed.
-pub fn read(folder: &Path) -> Result<(Plan, About), StoreError> {
+pub fn read(folder: &Path) -> Result<(Plan, StudyDescription), StoreError> {
     let path = folder.join(STUDY);
     let text = match fs::read_to_string(&path) {
         Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
@@ -23,7 +23,7 @@ pub fn read(folder: &Path) -> Result<(Plan, About), StoreError> {
         }
         read => read.map_err(at(&path))?,
     };
-    let about: About = serde_json::from_str(&text).map_err(|error| at(&path)(error.into()))?;
+    let about: StudyDescription = serde_json::from_str(&text).map_err(|error| at(&path)(error.into()))?;
     if about.version > VERSION {
         let found = about.version;
         return Err(StoreError::Version { path, found });

@@ -4,9 +4,9 @@ use super::super::small_plans::{small_fitts, small_perception};
 use super::*;
 use std::collections::BTreeMap;
 
-fn about(text: &str, seed: u64, recordings: bool) -> About {
+fn about(text: &str, seed: u64, recordings: bool) -> StudyDescription {
     let plan = Plan::read(text).expect("a plan");
-    About::simulated(&plan, text, seed, 2, Constants::default(), recordings)
+    StudyDescription::simulated(&plan, text, seed, 2, Constants::default(), recordings)
 }
 
 /// Every file of a folder, but the lock.

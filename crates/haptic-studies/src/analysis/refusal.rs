@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// Something that the trials do not show, and why.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Refused {
+pub struct Refusal {
     /// What it is.
     pub what: String,
     /// Why.

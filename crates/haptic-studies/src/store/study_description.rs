@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a study is beside its plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct About {
+pub struct StudyDescription {
     /// Version of the layout.
     pub version: u32,
     /// Program that began it.
@@ -31,7 +31,7 @@ pub struct About {
     pub plan_crc32: u32,
 }
 
-impl About {
+impl StudyDescription {
     /// A study by people.
     #[must_use]
     pub fn people(plan: &Plan, plan_text: &str, seed: u64, subjects: Vec<String>) -> Self {
