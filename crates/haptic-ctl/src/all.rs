@@ -44,8 +44,8 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
     let ask = move |socket: NamedSocket| {
         tokio::spawn(async move {
             let answer = if is_stop {
-                let told = (!json).then(|| format!("{}: ", socket.name));
-                drive::ask_to_stop(Some(&socket.path), Request::Stop {}, told.as_deref())
+                let prefix = (!json).then(|| format!("{}: ", socket.name));
+                drive::ask_to_stop(Some(&socket.path), Request::Stop {}, prefix.as_deref())
                     .await
                     .and_then(|reply| Ok((stop_row(&reply), as_json(&reply)?)))
             } else {

@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Bytes by which the formats are told apart.
+/// Bytes that distinguish the formats.
 const FIRST_BYTES: u64 = 8;
 
 /// Bytes read at once.
