@@ -341,7 +341,7 @@ fn what_can_be_read_is_kept_by_a_repair() {
     let exported = shelf.path("exported.csv");
     refused(
         &["recording", "export", plain(&broken), plain(&exported)],
-        &["broken.csv", "is no row", "recording repair"],
+        &["broken.csv", "is not a row", "recording repair"],
     );
     assert!(!exported.exists(), "half of a recording is not one");
 

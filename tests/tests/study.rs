@@ -176,7 +176,7 @@ fn an_interrupt_ends_a_study_cleanly_and_two_programs_cannot_run_it() {
     assert_eq!(ended.status.code(), Some(130), "{}", text(&ended.stderr));
     let said = text(&ended.stdout);
     assert!(
-        said.contains("The study is interrupted; `haptic-ctl study resume "),
+        said.contains("The study is interrupted; continue with `haptic-ctl study resume "),
         "{said}"
     );
     let written = files(&folder);
@@ -236,7 +236,10 @@ fn a_study_of_people_is_made_by_one_command_and_never_called_a_models() {
     let new = |more: &[&str]| offline(&[&["study", "new", plain(&plan), "--out", plain(&people)], more].concat());
     for (more, message) in [
         (vec![], "--subjects"),
-        (vec!["--codes", "P1,p1"], "subject `p1` stands there twice"),
+        (
+            vec!["--codes", "P1,p1"],
+            "subject `p1`: duplicate code (case is ignored)",
+        ),
         (vec!["--codes", "../x"], "a code has 1 to 32 letters and digits"),
     ] {
         let refused = new(&more);

@@ -4,7 +4,7 @@
 use crate::window::bring_to;
 use haptic_ipc::{Client, RigState};
 use haptic_studies::plan::Plan;
-use haptic_studies::store::{self, About, Study};
+use haptic_studies::store::{self, Study, StudyDescription};
 use haptic_studies::trial::FittsTrial;
 use std::path::Path;
 use std::time::Instant;
@@ -146,7 +146,7 @@ fn a_subject_does_a_study_in_a_window_of_its_own_and_a_killed_panel_goes_on() {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
     let plan = Plan::read(PLAN).expect("a plan");
-    let about = About::people(&plan, PLAN, 1, vec!["P7".to_owned()]);
+    let about = StudyDescription::people(&plan, PLAN, 1, vec!["P7".to_owned()]);
     drop(Study::create(&folder, PLAN, &about).expect("a study"));
     let daemon = Daemon::start(&["--ramp-ms", "10", "--hand-frequency-hz", "0.5"]);
     let mut client = daemon.client();

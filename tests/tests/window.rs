@@ -13,7 +13,7 @@ use haptic_ipc::{
     StateEvent, StateReply, params_of,
 };
 use haptic_studies::plan::{Plan, Task};
-use haptic_studies::store::{About, Study};
+use haptic_studies::store::{Study, StudyDescription};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -234,7 +234,7 @@ fn studies() -> tempfile::TempDir {
     let perception = Task::Perception.built_in_plan();
     for (page, text) in [("task", crate::study_window::PLAN), ("perception", perception)] {
         let plan = Plan::read(text).expect("a plan");
-        let about = About::people(&plan, text, 1, vec!["P7".to_owned()]);
+        let about = StudyDescription::people(&plan, text, 1, vec!["P7".to_owned()]);
         drop(Study::create(&folder.path().join(page), text, &about).expect("a study"));
     }
     folder

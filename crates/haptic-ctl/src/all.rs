@@ -1,10 +1,11 @@
 //! `--all status` and `--all stop`: every rig of this machine at once. None waits for another.
 
+use crate::command_line::Command;
 use crate::daemon::Daemon;
 use crate::drive;
 use crate::failure::Failure;
 use crate::fields::Schema;
-use crate::{Command, output};
+use crate::output;
 use haptic_ipc::socket_path::{NamedSocket, Surroundings};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;
@@ -16,7 +17,7 @@ use std::time::Duration;
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// What a rig has answered.
-struct Answered {
+struct RigAnswer {
     socket: NamedSocket,
     /// Cells of its row, and its JSON.
     answer: Result<(Vec<String>, Value), Failure>,
@@ -43,8 +44,8 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
     let ask = move |socket: NamedSocket| {
         tokio::spawn(async move {
             let answer = if is_stop {
-                let told = (!json).then(|| format!("{}: ", socket.name));
-                drive::ask_to_stop(Some(&socket.path), Request::Stop {}, told.as_deref())
+                let prefix = (!json).then(|| format!("{}: ", socket.name));
+                drive::ask_to_stop(Some(&socket.path), Request::Stop {}, prefix.as_deref())
                     .await
                     .and_then(|reply| Ok((stop_row(&reply), as_json(&reply)?)))
             } else {
@@ -52,7 +53,7 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
                     .await
                     .and_then(|status| Ok((status_row(&status), as_json(&status)?)))
             };
-            Answered { socket, answer }
+            RigAnswer { socket, answer }
         })
     };
     // All at once, and their answers in the order of the sockets.
@@ -65,7 +66,7 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
     if json {
         output::json(&answers.iter().map(|answered| answered.as_json(key)).collect::<Vec<_>>())?;
     } else {
-        output::line(&output::table(&answers.iter().map(Answered::row).collect::<Vec<_>>()))?;
+        output::line(&output::table(&answers.iter().map(RigAnswer::row).collect::<Vec<_>>()))?;
     }
     let failed = answers.iter().find_map(|answered| answered.answer.as_ref().err());
     failed.map_or(Ok(()), |failure| Err(Failure::Silent(failure.exit_code())))
@@ -120,7 +121,7 @@ fn stop_row(reply: &StateReply) -> Vec<String> {
     vec![format!("{} at tick {}", reply.state, reply.tick)]
 }
 
-impl Answered {
+impl RigAnswer {
     fn row(&self) -> Vec<String> {
         let cells = match &self.answer {
             Ok((cells, _)) => cells.clone(),

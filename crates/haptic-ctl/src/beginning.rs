@@ -17,7 +17,7 @@ pub(crate) async fn subscribe(
     let configuration: serde_json::Value = daemon.ask(Request::Status {}).await?;
     let status = Status::deserialize(&configuration).map_err(ClientError::BadAnswer)?;
     let subscribed: SubscribeReply = daemon.ask(subscription).await?;
-    // Asked after subscribing: a change in between is told of again, and not missed.
+    // Asked after subscribing: a change in between is reported again, and not missed.
     let scene: SceneReply = daemon.ask(Request::get()).await?;
     let metadata = Metadata {
         server: daemon.hello().server.clone(),

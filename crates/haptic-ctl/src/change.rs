@@ -60,7 +60,7 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    /// To be called before a change is asked for: one with a tick is told of by the journal.
+    /// Call it before a change is asked for: the journal reports one with a tick.
     pub(crate) async fn prepare(
         daemon: &mut Daemon,
         request: &Request,

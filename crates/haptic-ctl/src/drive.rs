@@ -20,9 +20,9 @@ pub(crate) struct WaitArguments {
     timeout: Duration,
 }
 
-/// After so long without an answer to a stop a person is told what to do, and after so long nobody
-/// waits any more.
+/// Time without an answer to a stop after which a person is told what to do.
 const STOP_ALARM: Duration = Duration::from_millis(300);
+/// Time without an answer to a stop after which nobody waits any more.
 const STOP_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to
@@ -32,14 +32,14 @@ pub(crate) async fn stop(socket: Option<&Path>, request: Request, json: bool) ->
     show(&reply, json)
 }
 
-/// Asks a rig to stop. A person is told what to do meanwhile, where there is one: what of the rig's name stands before.
+/// Asks a rig to stop. Where there is a prefix, a warning that begins with it says meanwhile what to do.
 ///
 /// # Errors
 /// The daemon refuses, or cannot be asked in time.
 pub(crate) async fn ask_to_stop(
     socket: Option<&Path>,
     request: Request,
-    told: Option<&str>,
+    prefix: Option<&str>,
 ) -> Result<StateReply, Failure> {
     let asked = async {
         let mut daemon = Daemon::connect(socket).await?;
@@ -49,8 +49,8 @@ pub(crate) async fn ask_to_stop(
     let answered = match tokio::time::timeout(STOP_ALARM, &mut asked).await {
         Ok(answered) => answered,
         Err(_) => {
-            if let Some(rig) = told {
-                eprintln!("haptic-ctl: {rig}no answer yet: if the motor pulls, cut its power");
+            if let Some(prefix) = prefix {
+                eprintln!("haptic-ctl: {prefix}no answer yet: if the motor pulls, cut its power");
             }
             tokio::time::timeout(STOP_TIMEOUT - STOP_ALARM, asked)
                 .await

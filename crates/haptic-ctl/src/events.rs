@@ -1,4 +1,4 @@
-//! `events`: what the daemon tells as it happens: changes of state, the journal, samples, timing.
+//! `events`: what the daemon reports as it happens: changes of state, the journal, samples, timing.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;

@@ -161,7 +161,7 @@ fn add_to(command: Command, path: &[&str], examples: &[&str]) -> Command {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Arguments;
+    use crate::command_line::Arguments;
     use clap::{CommandFactory, Parser};
 
     /// The words of a line, as a shell splits it.

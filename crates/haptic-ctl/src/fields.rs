@@ -43,7 +43,7 @@ impl Fields {
             for (depth, name) in path.iter().enumerate() {
                 let within = schema.field(&nodes, name);
                 if within.is_empty() {
-                    // Whatever stands there, only the answer tells.
+                    // Only the answer shows what stands there.
                     return if schema.is_open(&nodes) {
                         Ok(())
                     } else {

@@ -78,7 +78,7 @@ pub(crate) async fn run(
     ))
 }
 
-/// The refusal of a name that is no scene's, with the parameter that it was probably meant to be.
+/// The refusal of a name that is not a scene's, with the parameter that it was probably meant to be.
 fn with_parameter_meant(arguments: &Arguments, failure: Failure) -> Failure {
     let Some(name) = &arguments.scene else { return failure };
     match (failure, name.parse::<ParameterKey>()) {

@@ -1,4 +1,4 @@
-//! Which advice is worth telling: what is new, and what is about a parameter that was changed.
+//! Which advice is worth showing: what is new, and what is about a parameter that was changed.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;

@@ -104,8 +104,8 @@ async fn end(daemon: &mut Daemon) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Lets the kernel end the command when this process dies, however it dies: without the lease it would go on with a rig
-/// that is released.
+/// Lets the kernel end the command when this process dies, however it dies: without the lease it would continue with a
+/// rig that is released.
 fn end_with_this_process(command: &mut Command) {
     let parent = nix::unistd::getpid();
     let before = move || {

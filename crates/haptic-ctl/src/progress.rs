@@ -22,7 +22,7 @@ pub(crate) fn bar(length: Option<Duration>, keys: Option<&'static str>) -> Progr
     }
 }
 
-/// A line for so many steps.
+/// A line for `count` steps.
 pub(crate) fn steps(count: usize) -> ProgressBar {
     styled(ProgressBar::new(count as u64), "[{wide_bar}] {pos}/{len}  {msg}")
 }

@@ -124,8 +124,8 @@ const fn code(code: ErrorCode) -> u8 {
     }
 }
 
-/// The line, with an `id` if it is an object that has none. What is no object is sent as it is: the
-/// daemon says what is wrong with it.
+/// The line, with an `id` if it is an object that has none. A line that is not an object is sent as it is:
+/// the daemon says what is wrong with it.
 fn with_id(line: &str, next_id: &mut u64) -> String {
     match serde_json::from_str(line) {
         Ok(Value::Object(request)) if !request.contains_key("id") => {

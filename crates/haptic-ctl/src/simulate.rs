@@ -117,7 +117,7 @@ struct Summary {
 }
 
 /// Renders the motion and writes its rows, one stretch after another, so that the length of a motion
-/// is no matter of memory.
+/// does not matter to memory.
 fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary, Failure> {
     let unreadable = |error: MotionError| Failure::Usage(error.to_string());
     let refused = |error: SceneError| Failure::Usage(format!("{}: {error}", arguments.scene));

@@ -1,6 +1,6 @@
 //! Which columns of a table make a motion.
 
-use crate::MotionError;
+use crate::error::MotionError;
 use std::path::Path;
 
 /// A column of a table.

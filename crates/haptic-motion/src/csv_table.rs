@@ -1,8 +1,10 @@
 //! Motions in CSV.
 
 use crate::columns::{Column, Columns};
+use crate::error::{MotionError, Place};
+use crate::input::Input;
+use crate::row::Row;
 use crate::whole_lines::WholeLines;
-use crate::{Input, MotionError, Place, Row};
 use std::path::{Path, PathBuf};
 
 /// The first bytes of a recording of hapticd in CSV.

@@ -1,6 +1,6 @@
 //! Why a file is not a motion.
 
-use crate::LARGEST;
+use crate::row::LARGEST;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -98,7 +98,7 @@ pub enum MotionError {
         /// The columns without a cell.
         missing: String,
     },
-    /// A row goes on after the last column.
+    /// A row continues after the last column.
     #[error("{}, line {line}: the row has {cells} cells, and the header {columns} columns", .path.display())]
     LongRow {
         /// The file.

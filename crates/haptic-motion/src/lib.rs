@@ -24,12 +24,15 @@ mod columns;
 mod csv_table;
 mod error;
 pub mod guard;
+mod input;
 mod mcap_table;
 pub mod numbers;
 mod parquet_table;
+mod row;
 mod whole_lines;
 
 pub use error::{MotionError, Place};
+pub use row::{LARGEST, Row};
 
 use columns::Columns;
 use csv_table::CsvTable;
@@ -38,24 +41,6 @@ use parquet_table::ParquetTable;
 use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
-
-/// One row of a motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// Time, s.
-    pub t_s: f64,
-    /// Position, m.
-    pub position_m: f64,
-    /// Velocity, m/s; every row of a file has one, or none.
-    pub velocity_mps: Option<f64>,
-}
-
-/// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are
-/// made of leave the range of numbers.
-pub const LARGEST: f64 = 1e12;
-
-/// A file whose first bytes have been looked at. A pipe cannot be wound back.
-type Input = std::io::Chain<Cursor<Vec<u8>>, File>;
 
 /// A motion file: an iterator over its rows. After an error nothing follows.
 #[expect(missing_debug_implementations, reason = "the readers of the formats have none")]
@@ -121,7 +106,7 @@ impl Rows {
                 first.starts_with(mcap::MAGIC),
                 first.starts_with(csv_table::RECORDING_TITLE),
             );
-            // A character may go on beyond the first bytes.
+            // A character may continue beyond the first bytes.
             let is_text = std::str::from_utf8(&first).map_or_else(|error| error.error_len().is_none(), |_| true)
                 && !first.contains(&0);
             let input = Cursor::new(first).chain(file);

@@ -1,7 +1,9 @@
 //! Motions in MCAP: a channel of fixed structs.
 
 use crate::columns::{Column, Columns, TIME};
-use crate::{Input, MotionError, Place, Row};
+use crate::error::{MotionError, Place};
+use crate::input::Input;
+use crate::row::Row;
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};

@@ -1,9 +1,10 @@
 //! Motions in Parquet.
 
 use crate::columns::{Column, Columns};
+use crate::error::{MotionError, Place};
 use crate::guard::guarded;
 use crate::numbers::{Numbers, NumbersError};
-use crate::{MotionError, Place, Row};
+use crate::row::Row;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;

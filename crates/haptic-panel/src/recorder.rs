@@ -7,7 +7,7 @@ use crate::recording::RecordingNews;
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::Event;
-use haptic_recording::{Format, Kept, Mark, Metadata, RecordingThread, WaitingParts};
+use haptic_recording::{Enqueued, Format, Mark, Metadata, RecordingThread, WaitingParts};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, TryRecvError};
@@ -102,12 +102,12 @@ impl Recorder {
         self.keep_with(|thread| thread.event(event));
     }
 
-    fn keep_with(&self, keep: impl FnOnce(&RecordingThread) -> Kept) {
+    fn keep_with(&self, keep: impl FnOnce(&RecordingThread) -> Enqueued) {
         let mut slot = self.slot();
         let Some(writer) = &slot.writer else { return };
         match keep(&writer.thread) {
-            Kept::Yes => {}
-            Kept::No {
+            Enqueued::Yes => {}
+            Enqueued::No {
                 lost_rows,
                 lost_changes,
             } => {
@@ -120,7 +120,7 @@ impl Recorder {
                 self.tell(news);
             }
             // The thread has sent the reason.
-            Kept::Ended => slot.end(),
+            Enqueued::Ended => slot.end(),
         }
     }
 

@@ -1,10 +1,14 @@
 //! Makes a recording from another one.
 
-use super::gaps::Gaps;
-use super::{
-    CopyError, CreateError, Ending, Entry, Format, Mark, Metadata, Reader, RecordingError, Totals, Writer, open,
-    parquet,
-};
+use crate::entry::Entry;
+use crate::error::{CopyError, CreateError, Ending, RecordingError};
+use crate::format::Format;
+use crate::gaps::Gaps;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::parquet;
+use crate::reader::{Reader, open};
+use crate::writer::{Totals, Writer};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io;
@@ -12,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// What a repair came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Repaired {
+pub struct RepairOutcome {
     /// What the repaired recording holds.
     pub totals: Totals,
     /// Bytes that could not be read; those of a damaged group of rows of Parquet are not counted.
@@ -57,7 +61,7 @@ fn copy_all(mut reader: Source, mut copy: Copy) -> Result<Totals, CopyError> {
 /// # Errors
 /// The recording's metadata cannot be read, or the repaired one cannot be written. Then the old one
 /// stays.
-pub fn repair(from: &Path, to: &Path, replace: bool) -> Result<Repaired, CopyError> {
+pub fn repair(from: &Path, to: &Path, replace: bool) -> Result<RepairOutcome, CopyError> {
     let mut reader = Source::open(from)?;
     reader.reader.tolerate();
     let mut copy = Copy::new(to, reader.metadata(), replace)?;
@@ -89,7 +93,7 @@ pub fn repair(from: &Path, to: &Path, replace: bool) -> Result<Repaired, CopyErr
         let (tick, text) = (last_tick, "the recording was broken off here".to_owned());
         copy.entry(&Entry::Mark(Mark::Marker { tick, text }))?;
     }
-    Ok(Repaired {
+    Ok(RepairOutcome {
         dropped_bytes: reader.reader.dropped(),
         ending,
         totals: copy.finish(true)?,

@@ -1,7 +1,11 @@
 //! Cuts a part out of a recording.
 
-use super::copy::{Copy, Source};
-use super::{CopyError, Entry, Mark, Metadata, Totals};
+use crate::copy::{Copy, Source};
+use crate::entry::Entry;
+use crate::error::CopyError;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::writer::Totals;
 use haptic_ipc::Sample;
 use std::ops::Range;
 use std::path::Path;
@@ -18,7 +22,7 @@ pub enum Span {
 
 /// Writes a part of a recording, in any format. Its metadata are those of the recording, with the
 /// scene and the moment in which the part begins. Its first marks are the state then, and a scene
-/// whose ramp went on.
+/// whose ramp continues.
 ///
 /// A replay of the part gives the same forces where the part begins without force.
 ///
@@ -27,7 +31,7 @@ pub enum Span {
 /// written. Then there is no copy.
 pub fn cut(from: &Path, to: &Path, span: &Span, replace: bool) -> Result<Totals, CopyError> {
     let mut reader = Source::open(from)?;
-    let mut before = Before::new(reader.metadata().clone());
+    let mut before = PriorState::new(reader.metadata().clone());
     let mut copy: Option<Copy> = None;
     let (mut first_s, mut last_s, mut rows) = (None, 0.0, 0);
     while let Some(entry) = reader.next()? {
@@ -79,7 +83,7 @@ fn finish(
 }
 
 /// What came before the part.
-struct Before {
+struct PriorState {
     metadata: Metadata,
     /// Scenes that the metadata do not hold.
     scenes: Vec<Mark>,
@@ -88,7 +92,7 @@ struct Before {
     recent: Vec<Mark>,
 }
 
-impl Before {
+impl PriorState {
     fn new(metadata: Metadata) -> Self {
         Self {
             metadata,

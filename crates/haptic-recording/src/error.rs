@@ -1,6 +1,8 @@
 //! Why a recording cannot be read or made, and how one ends.
 
-use super::{UnknownFormat, VERSION, csv};
+use crate::csv;
+use crate::format::UnknownFormat;
+use crate::version::VERSION;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -102,7 +104,7 @@ pub enum RecordingError {
         found: String,
     },
     /// A row cannot be read.
-    #[error("{place}: `{found}` is no row: {reason}")]
+    #[error("{place}: `{found}` is not a row: {reason}")]
     Row {
         /// Where.
         place: Place,
@@ -112,7 +114,7 @@ pub enum RecordingError {
         reason: String,
     },
     /// A mark cannot be read.
-    #[error("{place}: `{found}` is no mark: {reason}")]
+    #[error("{place}: `{found}` is not a mark: {reason}")]
     Mark {
         /// Where.
         place: Place,

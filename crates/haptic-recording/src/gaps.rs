@@ -1,6 +1,6 @@
 //! Finds missing rows and missed periods between two rows.
 
-use super::Metadata;
+use crate::metadata::Metadata;
 use haptic_ipc::Sample;
 
 /// What lies between a row and the one before it.
@@ -20,7 +20,7 @@ pub(crate) struct Gaps {
     period_s: f64,
     /// Tick and deadline of the last row, s.
     last: Option<(u64, f64)>,
-    /// Missing rows that the daemon told of since.
+    /// Missing rows that the daemon reported since.
     announced: u64,
 }
 
@@ -37,7 +37,7 @@ impl Gaps {
         }
     }
 
-    /// Takes it that the daemon tells of missing rows.
+    /// Takes the number of missing rows that the daemon reports.
     pub(crate) fn announce(&mut self, rows: u64) {
         self.announced = self.announced.saturating_add(rows);
     }

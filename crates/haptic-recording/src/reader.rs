@@ -1,6 +1,11 @@
 //! Reads a recording of any format.
 
-use super::{Ending, Format, Mark, Metadata, Place, RecordingError, csv, mcap, parquet};
+use crate::entry::Entry;
+use crate::error::{Ending, Place, RecordingError};
+use crate::format::Format;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::{csv, mcap, parquet};
 use bytes::Bytes;
 use haptic_ipc::Sample;
 use std::fs::File;
@@ -9,20 +14,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Bytes by which the formats are told apart.
+/// Bytes that distinguish the formats.
 const FIRST_BYTES: u64 = 8;
 
 /// Bytes read at once.
 const BUFFER: usize = 1 << 16;
-
-/// A row or a mark.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Entry {
-    /// A sample.
-    Row(Sample),
-    /// What happened before the next row.
-    Mark(Mark),
-}
 
 /// A recording, read as it is needed: an iterator over its entries.
 pub struct Reader {
@@ -36,12 +32,12 @@ pub struct Reader {
 }
 
 /// A file that counts what is read of it.
-struct Counted {
+struct CountingFile {
     file: File,
     read: Arc<AtomicU64>,
 }
 
-impl Read for Counted {
+impl Read for CountingFile {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.file.read(buffer)?;
         self.read
@@ -87,7 +83,7 @@ fn open_file(path: &Path) -> Result<Reader, RecordingError> {
     }
     let length = file.metadata().map_err(failed)?.len();
     let read = Arc::new(AtomicU64::new(0));
-    let counted = Counted {
+    let counted = CountingFile {
         file,
         read: Arc::clone(&read),
     };
@@ -100,7 +96,7 @@ fn open_file(path: &Path) -> Result<Reader, RecordingError> {
 /// Reads a recording into memory; an hour at 1 kHz takes 500 MB.
 ///
 /// # Errors
-/// The file is no recording, or is damaged elsewhere than at its end; the error says where.
+/// The file is not a recording, or is damaged elsewhere than at its end; the error says where.
 pub fn read(path: &Path) -> Result<Recording, RecordingError> {
     open(path)?.into_recording()
 }
@@ -125,7 +121,7 @@ impl Reader {
         Self::new(first, Box::new(input))
     }
 
-    /// Reads what begins with `first` and goes on with `input`.
+    /// Reads what begins with `first` and continues with `input`.
     fn new(first: Vec<u8>, input: Box<dyn BufRead + Send>) -> Result<Self, RecordingError> {
         if first == ::mcap::MAGIC {
             return Ok(Self::of(Source::Mcap(Box::new(mcap::Reader::new(input)?))));
@@ -192,7 +188,7 @@ impl Reader {
         }
     }
 
-    /// From here on goes on behind what cannot be read.
+    /// From here on skips what cannot be read.
     pub(crate) fn tolerate(&mut self) {
         self.is_tolerant = true;
     }

@@ -1,7 +1,12 @@
 //! From a subscription's events to a recording.
 
-use super::gaps::Gaps;
-use super::{CreateError, Format, Mark, Metadata, StateMarks, Totals, Writer};
+use crate::error::CreateError;
+use crate::format::Format;
+use crate::gaps::Gaps;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::state_marks::StateMarks;
+use crate::writer::{Totals, Writer};
 use haptic_ipc::{Event, Sample, SamplesEvent};
 use std::collections::VecDeque;
 use std::fs::File;
@@ -82,7 +87,7 @@ impl Recorder {
         self.pending.insert(place, mark);
     }
 
-    /// Says that so many changes or marks are missing here.
+    /// Says that `count` changes or marks are missing here.
     ///
     /// # Errors
     /// It cannot be written.

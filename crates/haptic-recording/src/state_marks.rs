@@ -1,6 +1,6 @@
 //! From events of the topic `state` to marks.
 
-use super::Mark;
+use crate::mark::Mark;
 use haptic_ipc::{RigState, ServoEvent, StateEvent};
 
 /// Tells which changes an event of the topic `state` brings.

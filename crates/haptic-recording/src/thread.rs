@@ -8,7 +8,9 @@
 //! before them; of the changes that are lost the newest state and the newest settings are kept, so that the rows after
 //! the gap stand under the scene that they belong to.
 
-use super::{Mark, Recorder, Totals};
+use crate::mark::Mark;
+use crate::recorder::Recorder;
+use crate::writer::Totals;
 use haptic_ipc::{Event, SamplesEvent, ServoEvent, StateEvent};
 use std::collections::VecDeque;
 use std::io;
@@ -32,7 +34,7 @@ const ROOM: Room = Room {
 
 /// What became of an event or a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept {
+pub enum Enqueued {
     /// It waits for the disk.
     Yes,
     /// There was no room for it.
@@ -61,17 +63,17 @@ pub struct WaitingParts {
 
 #[derive(Debug)]
 struct Queue {
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<QueueState>,
     changed: Condvar,
 }
 
 #[derive(Debug)]
-struct Waiting {
+struct QueueState {
     room: Room,
     parts: VecDeque<Part>,
     rows: usize,
     changes: usize,
-    missing: Missing,
+    missing: Losses,
     lost_rows: u64,
     lost_changes: u64,
     is_flush_due: bool,
@@ -89,7 +91,7 @@ enum Part {
 
 /// What found no room since the newest part that did.
 #[derive(Debug, Default)]
-struct Missing {
+struct Losses {
     rows: u64,
     changes: u64,
     /// The newest ones of those changes.
@@ -121,12 +123,12 @@ impl RecordingThread {
 
     fn with(room: Room, write: impl FnOnce(&WaitingParts) + Send + 'static) -> io::Result<Self> {
         let queue = Arc::new(Queue {
-            waiting: Mutex::new(Waiting {
+            waiting: Mutex::new(QueueState {
                 room,
                 parts: VecDeque::new(),
                 rows: 0,
                 changes: 0,
-                missing: Missing::default(),
+                missing: Losses::default(),
                 lost_rows: 0,
                 lost_changes: 0,
                 is_flush_due: false,
@@ -145,19 +147,19 @@ impl RecordingThread {
     }
 
     /// Takes an event. Those that are not of a recording are passed over.
-    pub fn event(&self, event: &Event) -> Kept {
+    pub fn event(&self, event: &Event) -> Enqueued {
         match event {
-            Event::Samples(samples) => self.put(|waiting| waiting.put_samples(samples)),
+            Event::Samples(samples) => self.enqueue(|waiting| waiting.enqueue_samples(samples)),
             Event::State(_) | Event::Servo(_) | Event::Log(_) => {
-                self.put(|waiting| waiting.put_change(Part::Change(event.clone())))
+                self.enqueue(|waiting| waiting.enqueue_change(Part::Change(event.clone())))
             }
-            Event::Timing(_) | Event::Unknown => Kept::Yes,
+            Event::Timing(_) | Event::Unknown => Enqueued::Yes,
         }
     }
 
     /// Takes a mark.
-    pub fn mark(&self, mark: Mark) -> Kept {
-        self.put(|waiting| waiting.put_change(Part::Mark(mark)))
+    pub fn mark(&self, mark: Mark) -> Enqueued {
+        self.enqueue(|waiting| waiting.enqueue_change(Part::Mark(mark)))
     }
 
     /// Has what is in memory passed on to the file, for when no events come.
@@ -176,17 +178,17 @@ impl RecordingThread {
         self.queue.changed.notify_one();
     }
 
-    fn put(&self, put: impl FnOnce(&mut Waiting) -> bool) -> Kept {
+    fn enqueue(&self, enqueue: impl FnOnce(&mut QueueState) -> bool) -> Enqueued {
         let mut waiting = self.queue.lock();
         if !waiting.has_thread {
-            return Kept::Ended;
+            return Enqueued::Ended;
         }
-        let is_kept = put(&mut waiting);
+        let is_enqueued = enqueue(&mut waiting);
         self.queue.changed.notify_one();
-        if is_kept {
-            return Kept::Yes;
+        if is_enqueued {
+            return Enqueued::Yes;
         }
-        Kept::No {
+        Enqueued::No {
             lost_rows: waiting.lost_rows,
             lost_changes: waiting.lost_changes,
         }
@@ -200,12 +202,12 @@ impl Drop for RecordingThread {
 }
 
 impl WaitingParts {
-    /// Writes what comes until the recording is ended, and tells its totals after each part.
+    /// Writes what comes until the recording is ended, and reports its totals after each part.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn write(&self, mut recorder: Recorder, mut tell: impl FnMut(Totals)) -> io::Result<Totals> {
-        tell(recorder.totals());
+    pub fn write(&self, mut recorder: Recorder, mut report: impl FnMut(Totals)) -> io::Result<Totals> {
+        report(recorder.totals());
         loop {
             match self.next() {
                 Next::Write(Part::Samples(samples)) => recorder.event(&Event::Samples(samples))?,
@@ -216,7 +218,7 @@ impl WaitingParts {
                 Next::End(End::Finish) => return recorder.finish(),
                 Next::End(End::BreakOff) => return recorder.break_off(),
             }
-            tell(recorder.totals());
+            report(recorder.totals());
         }
     }
 
@@ -241,16 +243,16 @@ impl Drop for WaitingParts {
 }
 
 impl Queue {
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+    fn lock(&self) -> MutexGuard<'_, QueueState> {
         // It is consistent between any two statements, so a panic elsewhere leaves it usable.
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Waiting {
+impl QueueState {
     /// Says whether there was room.
-    fn put_samples(&mut self, samples: &SamplesEvent) -> bool {
-        self.put_lost_changes();
+    fn enqueue_samples(&mut self, samples: &SamplesEvent) -> bool {
+        self.enqueue_lost_changes();
         let rows = samples.rows.len().max(1);
         if self.missing.changes > 0 || self.rows + rows > self.room.rows {
             let lost = samples.dropped.saturating_add(samples.rows.len() as u64);
@@ -268,8 +270,8 @@ impl Waiting {
     }
 
     /// Says whether there was room.
-    fn put_change(&mut self, change: Part) -> bool {
-        self.put_lost_changes();
+    fn enqueue_change(&mut self, change: Part) -> bool {
+        self.enqueue_lost_changes();
         if self.missing.changes == 0 && self.changes < self.room.changes {
             self.push_change(change);
             return true;
@@ -290,17 +292,17 @@ impl Waiting {
     }
 
     /// Where there is room again after changes were lost, says how many, and what holds since.
-    fn put_lost_changes(&mut self) {
+    fn enqueue_lost_changes(&mut self) {
         if self.missing.changes == 0 || self.changes >= self.room.changes {
             return;
         }
-        let Missing {
+        let Losses {
             rows,
             changes,
             state,
             servo,
         } = std::mem::take(&mut self.missing);
-        self.put_gap(rows);
+        self.enqueue_gap(rows);
         // The newest ones are not lost.
         let kept = u64::from(state.is_some()) + u64::from(servo.is_some());
         self.lost_changes -= kept;
@@ -312,7 +314,7 @@ impl Waiting {
         }
     }
 
-    fn put_gap(&mut self, dropped: u64) {
+    fn enqueue_gap(&mut self, dropped: u64) {
         if dropped > 0 {
             let (seq, rows) = (0, Vec::new());
             self.rows += 1;
@@ -322,9 +324,9 @@ impl Waiting {
 
     fn next(&mut self) -> Option<Next> {
         if self.parts.is_empty() {
-            self.put_lost_changes();
+            self.enqueue_lost_changes();
             let rows = std::mem::take(&mut self.missing.rows);
-            self.put_gap(rows);
+            self.enqueue_gap(rows);
         }
         let Some(part) = self.parts.pop_front() else {
             let is_flush_due = std::mem::take(&mut self.is_flush_due);

@@ -1,7 +1,12 @@
 //! Writes a recording in any format.
 
-use super::sync::Syncer;
-use super::{CreateError, Entry, Format, Mark, Metadata, csv, mcap, parquet};
+use crate::entry::Entry;
+use crate::error::CreateError;
+use crate::format::Format;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::sync::Syncer;
+use crate::{csv, mcap, parquet};
 use haptic_ipc::Sample;
 use std::fs::File;
 use std::io;

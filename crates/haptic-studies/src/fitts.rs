@@ -6,13 +6,13 @@
 //!   +---------------- pause ----------------+   the trial under way is done again
 //! ```
 //!
-//! A segment begins with a click on the target opposite to the first trial's; that click is no trial. Each valid
+//! A segment begins with a click on the target opposite to the first trial's; that click is not a trial. Each valid
 //! click ends a trial and activates the other target in the same tick, so a movement time is the time between two
 //! valid clicks. A click is valid where the whole cursor is inside the target.
 
 use super::plan::{Condition, FittsPlan, Resistance, RigMapping};
 use super::random::{Purpose, Random};
-use super::resume::{NotThisStudy, compare};
+use super::resume::{StudyMismatch, compare};
 use super::subject::Subject;
 use super::trial::{FittsTrial, Operator};
 
@@ -179,7 +179,7 @@ impl FittsSession {
     ///
     /// # Errors
     /// They are not rows of this subject in this study.
-    pub fn resume(&mut self, practice: &[FittsTrial], trials: &[FittsTrial]) -> Result<(), NotThisStudy> {
+    pub fn resume(&mut self, practice: &[FittsTrial], trials: &[FittsTrial]) -> Result<(), StudyMismatch> {
         for (rows, is_practice) in [(practice, true), (trials, false)] {
             for (row, trial) in (1..).zip(rows) {
                 let segment = self.segment().filter(|segment| segment.is_practice == is_practice);

@@ -25,4 +25,4 @@ pub mod store;
 pub mod subject;
 pub mod trial;
 
-pub use resume::NotThisStudy;
+pub use resume::StudyMismatch;

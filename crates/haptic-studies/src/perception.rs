@@ -4,14 +4,14 @@
 //! Ready --begin--> gap -> interval 1 -> gap -> interval 2 -> question --answer--> Ready (a break, the next trial) ... Finished
 //! ```
 //!
-//! It is blind: what the subject sees is a [`Prompt`], which does not know what is rendered; what is rendered is
-//! told to the rig alone, by [`surface`](PerceptionSession::surface).
+//! It is blind: what the subject sees is a [`Prompt`], which does not know what is rendered; only the rig
+//! learns what is rendered, by [`surface`](PerceptionSession::surface).
 
 mod staircase;
 
 use super::plan::{PerceptionPlan, Test};
 use super::random::{Purpose, Random};
-use super::resume::{NotThisStudy, compare};
+use super::resume::{StudyMismatch, compare};
 use super::subject::Subject;
 use super::trial::{Case, Operator, PerceptionTrial};
 use haptic_core::Scene;
@@ -20,7 +20,7 @@ use staircase::Levels;
 /// What the subject sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Prompt {
-    /// A trial can begin, after a break of so many seconds where one is offered.
+    /// A trial can begin, after a break where one is offered.
     Ready {
         /// Length of the break, s; 0 where there is none.
         rest_s: f64,
@@ -76,7 +76,7 @@ enum Phase {
 
 /// The trial that is done now, or next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Upcoming {
+pub struct CurrentTrial {
     /// The test's number in the plan, from 0.
     pub test: usize,
     /// Its case.
@@ -139,7 +139,7 @@ impl PerceptionSession {
     ///
     /// # Errors
     /// They are not rows of this subject in this study.
-    pub fn resume(&mut self, practice: &[PerceptionTrial], trials: &[PerceptionTrial]) -> Result<(), NotThisStudy> {
+    pub fn resume(&mut self, practice: &[PerceptionTrial], trials: &[PerceptionTrial]) -> Result<(), StudyMismatch> {
         for (rows, is_practice) in [(practice, true), (trials, false)] {
             for (row, trial) in (1..).zip(rows) {
                 let expected = self.upcoming().filter(|upcoming| upcoming.is_practice == is_practice);
@@ -175,7 +175,7 @@ impl PerceptionSession {
 
     /// The trial that is done now, or next. Not for the subject.
     #[must_use]
-    pub fn upcoming(&self) -> Option<Upcoming> {
+    pub fn upcoming(&self) -> Option<CurrentTrial> {
         let (number, test) = self.test()?;
         let is_practice = self.practice_done < self.plan.practice_trials;
         let (trial, level_n) = if is_practice {
@@ -185,7 +185,7 @@ impl PerceptionSession {
         };
         let item = (u64::from(is_practice) << 63) | ((number as u64) << 32) | u64::from(trial);
         let coin = Random::new(self.seed, self.subject.number, Purpose::Interval, item).below(2);
-        Some(Upcoming {
+        Some(CurrentTrial {
             test: number,
             case: test.case,
             is_practice,
@@ -278,7 +278,7 @@ impl PerceptionSession {
         }
     }
 
-    /// Lets time go on to a tick.
+    /// Advances time to a tick.
     pub fn step(&mut self, tick: u64) {
         #[expect(clippy::cast_precision_loss, reason = "ticks of an interval are far below 2^53")]
         let gone_s = tick.saturating_sub(self.phase_tick) as f64 * self.period_s;

@@ -1,5 +1,5 @@
 //! Random numbers that stay the same for ever: a study that is resumed years later, by a later version and on
-//! another machine, goes on in the order in which it began.
+//! another machine, continues in the order in which it began.
 //!
 //! A stream is ChaCha with 8 rounds. Its key is four words, little-endian: the study's seed, the subject's number,
 //! what the stream is for, and the item that it is for. No stream depends on how much was drawn from another.

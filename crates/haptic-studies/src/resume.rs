@@ -1,9 +1,9 @@
-//! Going on where the rows of a study end.
+//! Continuing where the rows of a study end.
 
-/// Rows that are not those of the study that is to go on.
+/// Rows that are not those of the study to continue.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("row {row} of subject {subject}: {column} is {found}, and the plan has {expected}")]
-pub struct NotThisStudy {
+pub struct StudyMismatch {
     /// The subject's code.
     pub subject: String,
     /// The row, from 1.
@@ -17,10 +17,14 @@ pub struct NotThisStudy {
 }
 
 /// Compares a row's cells with what the plan has there.
-pub(crate) fn compare(subject: &str, row: usize, cells: &[(&'static str, String, String)]) -> Result<(), NotThisStudy> {
+pub(crate) fn compare(
+    subject: &str,
+    row: usize,
+    cells: &[(&'static str, String, String)],
+) -> Result<(), StudyMismatch> {
     match cells.iter().find(|(_, found, expected)| found != expected) {
         None => Ok(()),
-        Some((column, found, expected)) => Err(NotThisStudy {
+        Some((column, found, expected)) => Err(StudyMismatch {
             subject: subject.to_owned(),
             row,
             column,

@@ -18,7 +18,7 @@ pub enum RunError {
     /// It cannot be stored.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The operator cannot go on.
+    /// The operator cannot continue.
     #[error(transparent)]
     Operator(#[from] OperatorError),
     /// The operator does not do again what it did.
@@ -35,7 +35,7 @@ pub enum RunError {
         trial: u32,
     },
     /// People are not simulated.
-    #[error("people do this study: the panel's pages Task and Perception go on with it, `haptic-gui --page task`")]
+    #[error("people do this study: continue with the panel's pages Task and Perception, `haptic-gui --page task`")]
     NeedsPeople,
 }
 
@@ -84,10 +84,10 @@ impl Progress {
     }
 }
 
-/// Runs what is left of a study on so many threads, until it is done or stopped.
+/// Runs what is left of a study on `threads` threads, until it is done or stopped.
 ///
 /// # Errors
-/// It cannot be stored, or the operator cannot go on. What is done by then is on the disk.
+/// It cannot be stored, or the operator cannot continue. What is done by then is on the disk.
 pub fn run(study: &Study, threads: usize, progress: &Progress) -> Result<(), RunError> {
     let Some(constants) = study
         .about()

@@ -8,10 +8,10 @@ use serde::Serialize;
 pub const HOW_MEASURED: &str = "by the program that draws the subject's screen: from the sample on the device to the \
                                 beginning of the frame after the one that shows its position; the display's own delay comes on top";
 
-/// What the rows tell of the subject's screen.
+/// What the rows say of the subject's screen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ScreenSummary {
-    /// Trials that tell.
+    /// Trials with values.
     pub trials: usize,
     /// Median of the trials' median latencies, s.
     pub cursor_latency_s: f64,
@@ -19,7 +19,7 @@ pub struct ScreenSummary {
     pub cursor_latency_p95_s: f64,
     /// The largest of the trials' 95th percentiles, s.
     pub worst_trial_p95_s: f64,
-    /// Median of the trials' frame rates, Hz; absent where no row tells.
+    /// Median of the trials' frame rates, Hz; absent where no row has one.
     pub frame_rate_hz: Option<f64>,
 }
 

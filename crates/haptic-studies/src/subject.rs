@@ -18,7 +18,7 @@ pub enum CodeError {
     #[error("subject `{0}`: a code has 1 to 32 letters and digits of ASCII, and no other characters")]
     Characters(String),
     /// Two of one code.
-    #[error("subject `{0}` stands there twice; capital letters do not tell codes apart")]
+    #[error("subject `{0}`: duplicate code (case is ignored)")]
     Twice(String),
     /// Too few or too many.
     #[error("{0} subjects: there must be 1 to 999")]
@@ -43,7 +43,7 @@ impl Subject {
     }
 }
 
-/// The codes of so many subjects that nobody named.
+/// The codes of `subjects` subjects that nobody named.
 #[must_use]
 pub fn numbered_codes(subjects: u32) -> Vec<String> {
     (1..=subjects).map(|number| Subject::numbered(number).code).collect()
@@ -52,7 +52,7 @@ pub fn numbered_codes(subjects: u32) -> Vec<String> {
 /// Checks codes: they stand in the names of files.
 ///
 /// # Errors
-/// One has another character than letters and digits, or stands there twice.
+/// One has another character than letters and digits, or is there twice.
 pub fn check_codes(codes: &[String]) -> Result<(), CodeError> {
     if !(1..=999).contains(&codes.len()) {
         return Err(CodeError::Count(codes.len()));

@@ -39,7 +39,7 @@ const SURE_FACTOR: f64 = 1.5;
 /// Pulses in each direction for friction alone.
 const FRICTION_PULSES: usize = 2;
 
-/// Share of the range at either end where a pulse tells no friction: the end may have taken up its energy.
+/// Share of the range at either end where a pulse shows no friction: the end may have taken up its energy.
 const END_SHARE: f64 = 0.05;
 
 /// Travel of a pulse below which the handle is at its end, m.
@@ -147,7 +147,7 @@ struct Work<'a> {
     findings: Findings,
 }
 
-/// What a pulse that surely moved the handle tells of its friction.
+/// What a pulse that surely moved the handle shows of its friction.
 struct Slide {
     sign: f64,
     friction_n: f64,
@@ -202,7 +202,7 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Asks whether to go on.
+    /// Asks whether to continue.
     async fn agree(&mut self, question: &str) -> Result<(), Failure> {
         if self.console.asks() && !self.answer(question, "y/N").await? {
             self.console.say("Nothing is kept.");
@@ -342,9 +342,9 @@ impl Work<'_> {
         let inner = found.least_m + margin_m..=found.greatest_m - margin_m;
         self.slides.retain(|slide| inner.contains(&slide.to_m));
         for sign in [1.0, -1.0] {
-            let told = self.slides.iter().filter(|slide| slide.sign * sign > 0.0);
-            let told: Vec<f64> = told.map(|slide| slide.friction_n).collect();
-            *self.findings.friction_n.of_mut(sign) = findings::mean(&told);
+            let slides = self.slides.iter().filter(|slide| slide.sign * sign > 0.0);
+            let friction_n: Vec<f64> = slides.map(|slide| slide.friction_n).collect();
+            *self.findings.friction_n.of_mut(sign) = findings::mean(&friction_n);
         }
     }
 
@@ -365,7 +365,7 @@ impl Work<'_> {
                 };
             }
         }
-        // Away from the end: that tells friction also of a handle that was near the first end.
+        // Away from the end: that shows the friction also of a handle that was near the first end.
         self.sure_pulse(1.0).await?;
         let found = self.status().await?;
         self.findings.range_m = Some(found.greatest_m - found.least_m);

@@ -53,7 +53,7 @@ impl Condition {
         }
     }
 
-    /// The topics to subscribe to. The state is always one: it tells that the rig is stopped.
+    /// The topics to subscribe to. The state is always one: it says that the rig is stopped.
     pub(crate) fn topics(&self) -> Vec<Topic> {
         let mut topics = vec![Topic::State];
         let wants = |wanted: fn(&Field) -> bool| self.comparisons.iter().any(|one| wanted(&one.field));

@@ -1,4 +1,4 @@
-//! The state of the rig, its link, the real-time thread and the devices, as the daemon tells them.
+//! The state of the rig, its link, the real-time thread and the devices, as the daemon reports them.
 
 use super::check::Check;
 use haptic_ipc::{DevicesReply, LinkCounts, LossSource, Problem, RigFrictionStatus, RigState, Status};

@@ -72,7 +72,7 @@ pub(crate) struct MotionArguments {
 
 /// The ticks of all motions.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Excited {
+pub(super) struct MotionTicks {
     pub(super) first_tick: u64,
     pub(super) last_tick: u64,
     /// The sweep for cogging, where one was asked for.
@@ -95,7 +95,7 @@ impl MotionArguments {
     }
 
     /// Asks the person, and moves the rig: for what is on it, or for the rig itself with a sweep.
-    pub(super) async fn excite(&self, session: &mut Session<'_>, of_rig: bool) -> Result<Excited, Failure> {
+    pub(super) async fn excite(&self, session: &mut Session<'_>, of_rig: bool) -> Result<MotionTicks, Failure> {
         let travel_m = self.travel_mm.map(|travel_mm| 1e-3 * travel_mm);
         let bounds = Bounds::new(&session.begun, self.max_force_n, travel_m);
         self.agree(session, &bounds, of_rig).await?;
@@ -110,7 +110,7 @@ impl MotionArguments {
             let strokes = bounds.strokes(ramps.largest_force_n.abs());
             session.excite("strokes", strokes).await?
         };
-        Ok(Excited {
+        Ok(MotionTicks {
             first_tick: chirp.first_tick,
             last_tick: last.last_tick,
             sweep: of_rig.then_some((last.first_tick, last.last_tick)),
@@ -206,11 +206,11 @@ fn check(excitation: &Excitation, most_n: f64, most_m: f64) -> Result<(), Failur
     }
     excitation
         .check()
-        .map_err(|error| Failure::Usage(told(excitation, &error)))
+        .map_err(|error| Failure::Usage(out_of_range(excitation, &error)))
 }
 
 /// What is out of range, under the name of its option.
-fn told(excitation: &Excitation, error: &BoundError) -> String {
+fn out_of_range(excitation: &Excitation, error: &BoundError) -> String {
     let BoundError { value, min, max, .. } = error;
     match (&excitation.course, error.field) {
         (Course::Chirp { .. }, "duration_s") => {

@@ -34,7 +34,7 @@ impl Place {
     /// else why not.
     pub(super) fn allows(&self, needed_m: f64, ticks: &[Sample], period_s: f64) -> Result<(), String> {
         let Some(newest) = ticks.last() else {
-            return Err("the daemon tells no position".to_owned());
+            return Err("the daemon reports no position".to_owned());
         };
         if ticks.iter().any(|row| row.state == RigState::Disconnected) {
             return Err("the rig was disconnected, and its position is no longer known".to_owned());

@@ -149,22 +149,22 @@ fn text(found: &Identified) -> String {
 
 /// What was refused, each reason once with all that it concerns: parameters, reason, and what to record instead.
 pub(super) fn refusals(found: &Identified) -> Vec<(String, &str, &str)> {
-    let mut told: Vec<(String, &str, &str)> = Vec::new();
+    let mut rows: Vec<(String, &str, &str)> = Vec::new();
     for Refusal {
         parameter,
         reason,
         instead,
     } in &found.refused
     {
-        match told.iter_mut().find(|told| (told.1, told.2) == (reason, instead)) {
+        match rows.iter_mut().find(|row| (row.1, row.2) == (reason, instead)) {
             Some((parameters, ..)) => {
                 parameters.push_str(", ");
                 parameters.push_str(parameter);
             }
-            None => told.push((parameter.clone(), reason, instead)),
+            None => rows.push((parameter.clone(), reason, instead)),
         }
     }
-    told
+    rows
 }
 
 #[cfg(test)]

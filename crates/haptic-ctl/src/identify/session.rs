@@ -110,7 +110,7 @@ impl<'a> Session<'a> {
         self.console.say(text);
     }
 
-    /// Asks whether to go on.
+    /// Asks whether to continue.
     pub(super) async fn agree(&mut self, question: &str) -> Result<(), Failure> {
         if self.asked(question).await? {
             return Ok(());
@@ -183,7 +183,7 @@ impl<'a> Session<'a> {
         ))
     }
 
-    /// After a fault of the time the motor has let go. Resets the rig and begins the identification again: by itself,
+    /// After a fault of the time the motor is off. Resets the rig and begins the identification again: by itself,
     /// as often as was agreed to and where the handle lies still in its place, else where the person agrees. Any other
     /// failure ends the identification.
     async fn resume(&mut self, name: &str, excitation: &Excitation, failure: Failure) -> Result<(), Failure> {
@@ -191,7 +191,7 @@ impl<'a> Session<'a> {
             return Err(failure);
         };
         self.console
-            .say(&format!("   {name}: interrupted, the motor has let go: {why}"));
+            .say(&format!("   {name}: interrupted, the motor is off: {why}"));
         let by_itself = self.repeats_by_itself(name, excitation).await?;
         if !by_itself {
             if !self.console.asks() {
@@ -297,7 +297,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Takes what the daemon tells, for so long.
+    /// Takes what the daemon reports, for a time.
     async fn hear_for(&mut self, time: Duration) -> Result<(), Failure> {
         let until = tokio::time::Instant::now() + time;
         loop {

@@ -33,7 +33,7 @@ impl Ticks {
         self.rows.last().map(|row| row.tick)
     }
 
-    /// Ticks that the daemon has not told.
+    /// Ticks that the daemon has not reported.
     pub(super) fn lost(&self) -> u64 {
         self.lost
     }

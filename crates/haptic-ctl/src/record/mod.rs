@@ -129,7 +129,7 @@ impl Arguments {
 
     fn subscription(&self) -> Request {
         Request::Subscribe {
-            // What is told each second shows that the daemon is there, however slow the samples.
+            // What is reported each second shows that the daemon is there, however slow the samples.
             topics: vec![Topic::State, Topic::Log, Topic::Timing, Topic::Samples],
             rate_hz: self.rate,
             batch_ms: Some(20),
@@ -369,16 +369,16 @@ impl Session<'_> {
             written => written.map_err(|error| not_written(file, &error))?,
         };
         let ending = if is_complete { "" } else { "; without an end" };
-        let told = format!("{}: {}{ending}", file.display(), shown(&totals, markers));
-        let mut told_json = report::as_json(file, &totals);
-        told_json["markers"] = markers.into();
-        told_json["complete"] = is_complete.into();
+        let summary = format!("{}: {}{ending}", file.display(), shown(&totals, markers));
+        let mut summary_json = report::as_json(file, &totals);
+        summary_json["markers"] = markers.into();
+        summary_json["complete"] = is_complete.into();
         match (is_streamed, json) {
-            (true, true) => eprintln!("{}", output::json_text(&told_json)?),
-            (true, false) if !output::is_quiet() => eprintln!("haptic-ctl: {told}"),
+            (true, true) => eprintln!("{}", output::json_text(&summary_json)?),
+            (true, false) if !output::is_quiet() => eprintln!("haptic-ctl: {summary}"),
             (true, false) => {}
-            (false, true) => output::json(&told_json)?,
-            (false, false) if !output::is_quiet() => output::text(&told)?,
+            (false, true) => output::json(&summary_json)?,
+            (false, false) if !output::is_quiet() => output::text(&summary)?,
             (false, false) => {}
         }
         failure.map_or(Ok(()), Err)

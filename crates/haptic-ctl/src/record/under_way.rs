@@ -59,7 +59,7 @@ impl RecordingUnderWay {
         if let Event::Samples(samples) = event {
             self.first_s = self.first_s.or(samples.rows.first().map(|row| row.t_s));
         }
-        // What is lost stands in the recording and in its totals; of an end `check` tells.
+        // What is lost stands in the recording and in its totals; an end is reported by `check`.
         self.thread.event(event);
     }
 

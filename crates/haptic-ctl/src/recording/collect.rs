@@ -1,7 +1,7 @@
 //! `recording collect`: recordings of many rigs as one Parquet set, partitioned by rig and date.
 
+use super::file_failure::{not_copied, unreadable};
 use super::report;
-use super::{not_copied, unreadable};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -33,21 +33,21 @@ pub(crate) struct Arguments {
     files: Vec<PathBuf>,
 
     /// Name of their rig [default: the device as each recording has it]
-    #[arg(long = "as", value_name = "NAME", value_parser = crate::rig_name)]
+    #[arg(long = "as", value_name = "NAME", value_parser = crate::rig_name::rig_name)]
     rig: Option<String>,
 }
 
 /// A recording and its place in the set.
-struct Placed<'a> {
+struct Placement<'a> {
     from: &'a Path,
     to: PathBuf,
 }
 
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let placed = arguments.files.iter().map(|from| place(arguments, from));
-    let placed: Vec<Placed<'_>> = placed.collect::<Result<_, _>>()?;
+    let placed: Vec<Placement<'_>> = placed.collect::<Result<_, _>>()?;
     let mut places = HashSet::new();
-    for Placed { from, to } in &placed {
+    for Placement { from, to } in &placed {
         if to.exists() {
             return Err(Failure::Usage(format!(
                 "{}: {} exists, and nothing of a set is replaced",
@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     }
     let bar = progress::busy("collecting");
     let mut collected: Vec<(&Path, Totals)> = Vec::new();
-    for Placed { from, to } in &placed {
+    for Placement { from, to } in &placed {
         let directory = to.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(directory).map_err(|error| Failure::not_created(directory, &error))?;
         let totals = haptic_recording::collect(from, to).map_err(|error| not_copied(&error))?;
@@ -82,7 +82,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
 }
 
 /// The place of a recording in the set.
-fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placed<'a>, Failure> {
+fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placement<'a>, Failure> {
     let reader = haptic_recording::open(from).map_err(|error| unreadable(from, &error))?;
     let metadata = reader.metadata();
     let rig = arguments.rig.clone().unwrap_or_else(|| plain(&metadata.device));
@@ -90,7 +90,7 @@ fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placed<'a>, Failur
     let milliseconds = (metadata.started_unix_s * 1e3).round() as i64;
     let begun = Timestamp::from_millisecond(milliseconds).map_err(|_| {
         let begun = metadata.started_unix_s;
-        Failure::BadRecording(format!("{}: {begun} s after 1970 is no date", from.display()))
+        Failure::BadRecording(format!("{}: {begun} s after 1970 is not a valid date", from.display()))
     })?;
     let begun = begun.to_zoned(TimeZone::UTC);
     let stem = from.file_stem().unwrap_or_default().to_string_lossy();
@@ -99,7 +99,7 @@ fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placed<'a>, Failur
         .join(format!("rig={rig}"))
         .join(begun.strftime("date=%Y-%m-%d").to_string())
         .join(format!("{}-{}.parquet", begun.strftime("%H%M%S"), plain(&stem)));
-    Ok(Placed { from, to })
+    Ok(Placement { from, to })
 }
 
 /// A text as part of a path that every program reads alike: letters, digits, `_`, `.` and `-`.

@@ -1,7 +1,9 @@
 //! `recording cut`: a part of a recording, as a recording of its own.
 
-use super::summary::{Summary, What};
-use super::{Output, not_copied, report, unreadable};
+use super::file_failure::{not_copied, unreadable};
+use super::output::Output;
+use super::report;
+use super::summary::{EventKind, Summary};
 use crate::duration::duration;
 use crate::failure::Failure;
 use crate::{output, progress};
@@ -87,7 +89,7 @@ fn markers(arguments: &Arguments) -> Result<Vec<(f64, String)>, Failure> {
         .events
         .into_iter()
         .filter_map(|event| match event.what {
-            What::Marker { text } => Some((event.t_s, text)),
+            EventKind::Marker { text } => Some((event.t_s, text)),
             _ => None,
         })
         .collect())

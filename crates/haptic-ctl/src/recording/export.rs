@@ -1,6 +1,8 @@
 //! `recording export`: the same recording in another format.
 
-use super::{Output, not_copied, report};
+use super::file_failure::not_copied;
+use super::output::Output;
+use super::report;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;

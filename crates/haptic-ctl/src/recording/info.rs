@@ -1,7 +1,7 @@
 //! `recording info`: what a recording holds.
 
-use super::summary::{Event, Summary, What};
-use super::unreadable;
+use super::file_failure::unreadable;
+use super::summary::{Event, EventKind, Summary};
 use crate::failure::Failure;
 use crate::output::count;
 use crate::{output, progress};
@@ -158,7 +158,7 @@ fn lost(summary: &Summary) -> String {
 /// How often the rig was stopped and faulted.
 fn faults(summary: &Summary) -> String {
     let times = |wanted: RigState| {
-        let is_wanted = |event: &&Event| matches!(&event.what, What::State { state, .. } if *state == wanted);
+        let is_wanted = |event: &&Event| matches!(&event.what, EventKind::State { state, .. } if *state == wanted);
         summary.events.iter().filter(is_wanted).count() as u64
     };
     match (times(RigState::Stopped), times(RigState::Faulted)) {
@@ -170,15 +170,15 @@ fn faults(summary: &Summary) -> String {
 /// Time, kind and text of an event.
 fn event_row(event: &Event) -> Vec<String> {
     let (kind, text) = match &event.what {
-        What::Scene { name, law, revision } => ("scene", format!("{name} ({law}), revision {revision}")),
-        What::State { state, fault: None } => ("state", state.to_string()),
-        What::State {
+        EventKind::Scene { name, law, revision } => ("scene", format!("{name} ({law}), revision {revision}")),
+        EventKind::State { state, fault: None } => ("state", state.to_string()),
+        EventKind::State {
             state,
             fault: Some(fault),
         } => ("state", format!("{state}: {fault}")),
-        What::Servo { servo } => ("servo", settings(servo)),
-        What::Marker { text } => ("marker", text.clone()),
-        What::Link { text } => ("link", text.clone()),
+        EventKind::Servo { servo } => ("servo", settings(servo)),
+        EventKind::Marker { text } => ("marker", text.clone()),
+        EventKind::Link { text } => ("link", text.clone()),
     };
     vec![
         format!("{:10.3} s", event.t_s),

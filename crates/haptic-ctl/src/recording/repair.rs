@@ -1,6 +1,8 @@
 //! `recording repair`: what can be read of a recording, as one with an end.
 
-use super::{Output, not_repaired, report};
+use super::file_failure::not_repaired;
+use super::output::Output;
+use super::report;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -23,10 +25,10 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     bar.finish_and_clear();
     let (ending, dropped) = (repaired.ending.to_string(), repaired.dropped_bytes);
     if json {
-        let mut told = report::as_json(out, &repaired.totals);
-        told["ending_before"] = ending.into();
-        told["dropped_bytes"] = dropped.into();
-        return output::json(&told);
+        let mut summary = report::as_json(out, &repaired.totals);
+        summary["ending_before"] = ending.into();
+        summary["dropped_bytes"] = dropped.into();
+        return output::json(&summary);
     }
     output::text(&format!(
         "{}: {}\n{}: {ending}; {dropped} bytes could not be read",

@@ -38,12 +38,12 @@ pub(crate) struct Event {
     pub(crate) t_s: f64,
     pub(crate) tick: u64,
     #[serde(flatten)]
-    pub(crate) what: What,
+    pub(crate) what: EventKind,
 }
 
 #[derive(Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-pub(crate) enum What {
+pub(crate) enum EventKind {
     Scene {
         name: String,
         law: String,
@@ -127,11 +127,11 @@ impl Summary {
                 name,
                 law,
                 ..
-            } => (tick, What::Scene { name, law, revision }),
-            Mark::State { tick, state, fault } => (tick, What::State { state, fault }),
-            Mark::Servo { tick, servo } => (tick, What::Servo { servo }),
-            Mark::Marker { tick, text } => (tick, What::Marker { text }),
-            Mark::Link { tick, text } => (tick, What::Link { text }),
+            } => (tick, EventKind::Scene { name, law, revision }),
+            Mark::State { tick, state, fault } => (tick, EventKind::State { state, fault }),
+            Mark::Servo { tick, servo } => (tick, EventKind::Servo { servo }),
+            Mark::Marker { tick, text } => (tick, EventKind::Marker { text }),
+            Mark::Link { tick, text } => (tick, EventKind::Link { text }),
             Mark::Lost { rows } => {
                 self.lost = self.lost.saturating_add(rows);
                 self.gaps += 1;

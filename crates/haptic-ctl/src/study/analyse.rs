@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
 use haptic_lab::drawing::Table;
-use haptic_studies::analysis::{self, Refused, Thresholds, Trials};
+use haptic_studies::analysis::{self, Refusal, Thresholds, Trials};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ A file of trials needs the columns subject, block, resistance, condition, trial,
 movement_time_s and errors; cursor_diameter_m and error_size_m are used where they are there. end_error_m is where the \
 movement ended beyond the target's centre, positive along that movement, whichever way it went. A sequence is the rows \
 of one subject, block, resistance and condition; the order of the rows does not matter. A file with the column level_N \
-holds answers of a perception test. docs/studies.md tells what each table and figure is.";
+holds answers of a perception test. docs/studies.md says what each table and figure is.";
 
 /// Seed of the intervals: the same trials give the same ones.
 const SEED: u64 = 1;
@@ -119,7 +119,7 @@ fn show(
     json: bool,
     analysis: &impl Serialize,
     tables: Vec<(String, Table)>,
-    refused: &[Refused],
+    refused: &[Refusal],
     notes: &[String],
 ) -> Result<(), Failure> {
     if json {
@@ -128,7 +128,7 @@ fn show(
     for (_, table) in tables.into_iter().filter(|(_, table)| table.rows.len() > 1) {
         output::line(&format!("{}\n{}\n", table.caption, output::table(&table.rows)))?;
     }
-    for Refused { what, reason } in refused {
+    for Refusal { what, reason } in refused {
         output::text(&format!("not found: {what}: {reason}"))?;
     }
     for note in notes {

@@ -5,13 +5,13 @@ use super::run::not_stored;
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, ValueHint};
-use haptic_studies::store::{About, Study};
+use haptic_studies::store::{Study, StudyDescription};
 use haptic_studies::subject::numbered_codes;
 use serde_json::json;
 use std::path::PathBuf;
 
 pub(super) const HELP: &str = "\
-The panel goes on with it: `haptic-gui --page task --study DIR` for targets, `haptic-gui --page perception --study DIR` for surfaces. Subjects are codes \
+Continue in the panel: `haptic-gui --page task --study DIR` for targets, `haptic-gui --page perception --study DIR` for surfaces. Subjects are codes \
 of letters and digits; keep the list that ties them to people elsewhere.";
 
 #[derive(Debug, Args)]
@@ -43,7 +43,7 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let codes = arguments
         .subjects
         .map_or_else(|| arguments.codes.clone(), numbered_codes);
-    let about = About::people(&plan, &text, arguments.seed, codes);
+    let about = StudyDescription::people(&plan, &text, arguments.seed, codes);
     let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
     if as_json {
         return output::json(&json!({
@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         }));
     }
     output::text(&format!(
-        "{}: a study for people: {}. `{}` goes on with it.",
+        "{}: a study for people: {}. Continue with `{}`.",
         study.folder().display(),
         about.subjects.join(", "),
         plan::panel(about.task, study.folder())

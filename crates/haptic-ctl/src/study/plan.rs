@@ -36,7 +36,7 @@ pub(super) fn read(name: &str) -> Result<(Plan, String), Failure> {
     Ok((plan, text))
 }
 
-/// The command with which the panel goes on with a study.
+/// The command with which the panel continues a study.
 pub(super) fn panel(task: Task, folder: &Path) -> String {
     let page = match task {
         Task::Fitts => "task",

@@ -6,7 +6,7 @@ use crate::{output, progress};
 use clap::{Args, ValueEnum};
 use haptic_studies::operator::Constants;
 use haptic_studies::run::{self, Progress, RunError};
-use haptic_studies::store::{About, StoreError, Study};
+use haptic_studies::store::{StoreError, Study, StudyDescription};
 use haptic_studies::trial;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use tokio::signal::unix::{SignalKind, signal};
 
 pub(super) const HELP: &str = "\
 Each trial is on the disk before the next one begins. An interrupt ends the study after the trials under way, with exit code \
-130, and `haptic-ctl study resume DIR` goes on with it; so it does after a crash.
+130: continue with `haptic-ctl study resume DIR`, after a crash as well.
 
 The data of a simulated operator show how a study runs and how its analysis reads. They say nothing about people, and every \
 row has operator = simulated.";
@@ -64,7 +64,7 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
     if arguments.operator.is_none() {
         return Err(Failure::Usage(format!(
             "--operator simulated is needed: people do a study in the panel; `haptic-ctl study new {} --subjects {} --out {}` makes \
-             it, and `{}` goes on with it",
+             it; continue with `{}`",
             arguments.plan,
             arguments.subjects,
             arguments.out.display(),
@@ -81,7 +81,7 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
         constants.set(name.trim(), value).map_err(|error| wrong(&error))?;
     }
     let recordings = !arguments.no_recordings;
-    let about = About::simulated(&plan, &text, arguments.seed, arguments.subjects, constants, recordings);
+    let about = StudyDescription::simulated(&plan, &text, arguments.seed, arguments.subjects, constants, recordings);
     let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
     go_on(study, &arguments.out, as_json).await
 }
@@ -126,7 +126,7 @@ fn people(study: &Study, as_json: bool) -> Result<(), Failure> {
         output::text(&format!("subject {code}: {done}{of} trials, practice included"))?;
     }
     output::text(&format!(
-        "{}: people do this study: `{}` goes on with it.",
+        "{}: people do this study: continue with `{}`.",
         study.folder().display(),
         plan::panel(study.about().task, study.folder())
     ))?;
@@ -203,6 +203,6 @@ fn report(progress: &Progress, folder: &Path, is_finished: bool, took_s: f64, as
         return output::text("The study is finished.");
     }
     output::text(&format!(
-        "The study is interrupted; `haptic-ctl study resume {place}` goes on with it."
+        "The study is interrupted; continue with `haptic-ctl study resume {place}`."
     ))
 }

@@ -13,20 +13,21 @@ mod theme;
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crossterm::event::{self, Event as TerminalEvent, KeyEventKind};
+use crossterm::event::{self, Event as TerminalEvent, KeyEvent, KeyEventKind};
 use crossterm::terminal::enable_raw_mode;
 use haptic_ipc::{Request, StateReply, Status, SubscribeReply, Topic};
-use model::{Intent, Model};
+use model::{Intent, Model, lock};
 use picture::Picture;
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
-use tokio::signal::unix::{SignalKind, signal};
+use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
 
-/// How often it is asked for what no event tells: the link, the thread, the clients.
+/// How often it is asked for what no event reports: the link, the thread, the clients.
 const STATUS_EVERY: Duration = Duration::from_millis(500);
 
 pub(crate) fn requests() -> Vec<Request> {
@@ -53,78 +54,140 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<()
             "top needs a terminal; `haptic-ctl events` and `haptic-ctl status` can be piped".to_owned(),
         ));
     }
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut hang_up = signal(SignalKind::hangup())?;
+    let mut signals = Signals::new()?;
     for request in requests().into_iter().take(1) {
         let _: SubscribeReply = daemon.ask(request).await?;
     }
-    let (answering, mut answers) = mpsc::channel(8);
-    let stops = Arc::new(AtomicU64::new(0));
-    let asking = answered(Daemon::connect(socket).await?, answering.clone(), Arc::clone(&stops));
-    let stopping = answered(Daemon::connect(socket).await?, answering, Arc::clone(&stops));
-    let model = Arc::new(Mutex::new(Model::new(daemon.hello().server.clone())));
-    // No key is lost to the shell's line while the terminal does not yet take a picture.
-    enable_raw_mode()?;
-    let mut picture = Picture::start(Arc::clone(&model));
-    let (typing, mut keys) = mpsc::channel(8);
-    std::thread::spawn(move || read_keys(&typing));
-    let mut status = tokio::time::interval(STATUS_EVERY);
-    let mut status_pending = false;
-    let ended = loop {
-        tokio::select! {
-            event = daemon.regular_event() => match event {
-                Ok(event) => lock(&model).take(event),
-                Err(failure) => break Err(failure),
-            },
-            Some(key) = keys.recv() => {
-                let intent = Intent::of(key);
-                let is_stop = intent == Some(Intent::Stop);
-                // What waits behind another answer must not bring the force back after the stop.
-                let before = stops.fetch_add(u64::from(is_stop), Ordering::Relaxed);
-                let way = if is_stop { &stopping } else { &asking };
-                match intent {
-                    Some(Intent::Quit) => break Ok(()),
-                    Some(intent) if way.try_send((intent, before)).is_err() => lock(&model).hung(),
-                    Some(_) => {}
-                    None => lock(&model).help_key(key),
-                }
-                picture.draw_now();
-            }
-            Some(answer) = answers.recv() => match answer {
-                Answer::Status(newest) => {
-                    status_pending = false;
-                    lock(&model).status = Some(*newest);
-                }
-                Answer::Moved(intent, reply) => {
-                    lock(&model).moved(intent, &reply);
-                    picture.draw_now();
-                }
-                Answer::Refused(intent, failure) => {
-                    status_pending &= intent != Intent::Look;
-                    lock(&model).refused(&failure);
-                    picture.draw_now();
-                }
-            },
-            _ = status.tick() => if !status_pending {
-                status_pending = asking.try_send((Intent::Look, 0)).is_ok();
-            },
-            failure = picture.failed() => break Err(failure),
-            _ = interrupt.recv() => break Err(Failure::Interrupted),
-            _ = terminate.recv() => break Err(Failure::Silent(128 + 15)),
-            _ = hang_up.recv() => break Err(Failure::Silent(128 + 1)),
-        }
-    };
-    picture.end().await;
+    let mut screen = Screen::start(daemon, socket).await?;
+    let ended = screen.follow(daemon, &mut signals).await;
+    screen.picture.end().await;
     ended
 }
 
-/// The model, whatever became of a thread that had it.
-fn lock(model: &Mutex<Model>) -> MutexGuard<'_, Model> {
-    model.lock().unwrap_or_else(PoisonError::into_inner)
+/// The signals that end it.
+struct Signals {
+    interrupt: Signal,
+    terminate: Signal,
+    hang_up: Signal,
 }
 
-fn read_keys(typing: &mpsc::Sender<event::KeyEvent>) {
+impl Signals {
+    fn new() -> io::Result<Self> {
+        Ok(Self {
+            interrupt: signal(SignalKind::interrupt())?,
+            terminate: signal(SignalKind::terminate())?,
+            hang_up: signal(SignalKind::hangup())?,
+        })
+    }
+
+    /// The failure with which a signal ends it. Safe to drop half-way.
+    async fn received(&mut self) -> Failure {
+        tokio::select! {
+            _ = self.interrupt.recv() => Failure::Interrupted,
+            _ = self.terminate.recv() => Failure::Silent(128 + 15),
+            _ = self.hang_up.recv() => Failure::Silent(128 + 1),
+        }
+    }
+}
+
+/// What is shown, and the tasks behind it.
+struct Screen {
+    model: Arc<Mutex<Model>>,
+    picture: Picture,
+    keys: mpsc::Receiver<KeyEvent>,
+    /// Requests other than stops.
+    asking: mpsc::Sender<(Intent, u64)>,
+    /// Stops.
+    stopping: mpsc::Sender<(Intent, u64)>,
+    answers: mpsc::Receiver<Answer>,
+    /// Stops so far.
+    stops: Arc<AtomicU64>,
+    status_pending: bool,
+}
+
+impl Screen {
+    /// Connects, and takes the terminal.
+    async fn start(daemon: &Daemon, socket: Option<&Path>) -> Result<Self, Failure> {
+        let (answering, answers) = mpsc::channel(8);
+        let stops = Arc::new(AtomicU64::new(0));
+        let asking = answered(Daemon::connect(socket).await?, answering.clone(), Arc::clone(&stops));
+        let stopping = answered(Daemon::connect(socket).await?, answering, Arc::clone(&stops));
+        let model = Arc::new(Mutex::new(Model::new(daemon.hello().server.clone())));
+        // No key is lost to the shell's line while the terminal does not yet take a picture.
+        enable_raw_mode()?;
+        let picture = Picture::start(Arc::clone(&model));
+        let (typing, keys) = mpsc::channel(8);
+        std::thread::spawn(move || read_keys(&typing));
+        Ok(Self {
+            model,
+            picture,
+            keys,
+            asking,
+            stopping,
+            answers,
+            stops,
+            status_pending: false,
+        })
+    }
+
+    /// Shows what happens and does what the keys say, until a key, a signal or a failure ends it.
+    async fn follow(&mut self, daemon: &mut Daemon, signals: &mut Signals) -> Result<(), Failure> {
+        let mut status = tokio::time::interval(STATUS_EVERY);
+        loop {
+            tokio::select! {
+                event = daemon.regular_event() => lock(&self.model).take(event?),
+                Some(key) = self.keys.recv() => {
+                    if self.key(key).is_break() {
+                        return Ok(());
+                    }
+                }
+                Some(answer) = self.answers.recv() => self.answer(answer),
+                _ = status.tick() => if !self.status_pending {
+                    self.status_pending = self.asking.try_send((Intent::Look, 0)).is_ok();
+                },
+                failure = self.picture.failed() => return Err(failure),
+                failure = signals.received() => return Err(failure),
+            }
+        }
+    }
+
+    /// Does what a key says; breaks where that is the end.
+    fn key(&mut self, key: KeyEvent) -> ControlFlow<()> {
+        let intent = Intent::of(key);
+        let is_stop = intent == Some(Intent::Stop);
+        // What waits behind another answer must not bring the force back after the stop.
+        let before = self.stops.fetch_add(u64::from(is_stop), Ordering::Relaxed);
+        let way = if is_stop { &self.stopping } else { &self.asking };
+        match intent {
+            Some(Intent::Quit) => return ControlFlow::Break(()),
+            Some(intent) if way.try_send((intent, before)).is_err() => lock(&self.model).hung(),
+            Some(_) => {}
+            None => lock(&self.model).help_key(key),
+        }
+        self.picture.draw_now();
+        ControlFlow::Continue(())
+    }
+
+    fn answer(&mut self, answer: Answer) {
+        match answer {
+            Answer::Status(newest) => {
+                self.status_pending = false;
+                lock(&self.model).status = Some(*newest);
+            }
+            Answer::Moved(intent, reply) => {
+                lock(&self.model).moved(intent, &reply);
+                self.picture.draw_now();
+            }
+            Answer::Refused(intent, failure) => {
+                self.status_pending &= intent != Intent::Look;
+                lock(&self.model).refused(&failure);
+                self.picture.draw_now();
+            }
+        }
+    }
+}
+
+fn read_keys(typing: &mpsc::Sender<KeyEvent>) {
     while let Ok(read) = event::read() {
         if let TerminalEvent::Key(key) = read
             && key.kind != KeyEventKind::Release

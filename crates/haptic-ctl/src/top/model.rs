@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use haptic_ipc::{Event, Request, Sample, StateEvent, StateReply, Status, Timing};
 use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Samples a second that are shown, Hz.
 pub(super) const RATE_HZ: f64 = 50.0;
@@ -132,6 +133,11 @@ impl Model {
             is_bad: true,
         });
     }
+}
+
+/// The model, whatever became of a thread that had it.
+pub(super) fn lock(model: &Mutex<Model>) -> MutexGuard<'_, Model> {
+    model.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! The thread that draws. Nothing waits for it: a terminal takes a picture when it likes, and while
 //! somebody selects text in it, has it stopped with Ctrl-S, or the network stands still, it takes none.
 
-use super::model::Model;
+use super::draw;
+use super::model::{Model, lock};
 use super::theme::Theme;
-use super::{draw, lock};
 use crate::colour;
 use crate::failure::Failure;
 use std::io;
@@ -52,7 +52,7 @@ impl Picture {
     pub(super) async fn end(self) {
         drop(self.wake);
         if !self.thread.is_finished() && tokio::time::timeout(END_TIMEOUT, self.thread).await.is_err() {
-            // The shell's line must work even where the last picture still stands. There is nobody to tell.
+            // The shell's line must work even where the last picture still stands. Nobody is left to report to.
             drop(crossterm::terminal::disable_raw_mode());
         }
     }

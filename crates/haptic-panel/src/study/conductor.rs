@@ -11,7 +11,7 @@ use crate::intent::Intent;
 use crate::update::{Answer, Update};
 use haptic_ipc::{ChangeReply, Event, RigState};
 use haptic_studies::perception::Answer as Choice;
-use haptic_studies::person::{Happening, PersonError, PersonSession};
+use haptic_studies::person::{PersonError, PersonSession, SessionEvent};
 use haptic_studies::session::{Frame, Interruption, Mounting, Phase, View};
 use std::mem::{Discriminant, discriminant};
 
@@ -70,7 +70,7 @@ impl Conductor {
     }
 
     /// What happened since.
-    pub(super) fn poll(&mut self) -> Result<Vec<Happening>, PersonError> {
+    pub(super) fn poll(&mut self) -> Result<Vec<SessionEvent>, PersonError> {
         self.session.poll()
     }
 

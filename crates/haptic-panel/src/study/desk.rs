@@ -10,10 +10,10 @@ use crate::intent::{BATCH_MS, Intent};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::Event;
-use haptic_studies::person::{Happening, PersonSession};
+use haptic_studies::person::{PersonSession, SessionEvent};
 use haptic_studies::plan::Plan;
 use haptic_studies::session::{Phase, View};
-use haptic_studies::store::{self, About, Study};
+use haptic_studies::store::{self, Study, StudyDescription};
 use haptic_studies::subject::Subject;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -259,9 +259,9 @@ impl Desk {
         self.ask(intents);
         for happening in happened {
             match happening {
-                Happening::Kept(row) => self.tell(StudyNews::Row(table::row(&row))),
-                Happening::Voided(voided) => self.tell(StudyNews::Row(table::void(&voided))),
-                Happening::Finished => {}
+                SessionEvent::Kept(row) => self.tell(StudyNews::Row(table::row(&row))),
+                SessionEvent::Voided(voided) => self.tell(StudyNews::Row(table::void(&voided))),
+                SessionEvent::Finished => {}
             }
         }
     }
@@ -349,7 +349,7 @@ fn create(folder: &Path, plan: &StudyPlan, subjects: Vec<String>, seed: u64) -> 
         }
     };
     let plan = Plan::read(&text).map_err(|error| error.to_string())?;
-    let about = About::people(&plan, &text, seed, subjects);
+    let about = StudyDescription::people(&plan, &text, seed, subjects);
     let made = Study::create(folder, &text, &about);
     made.map(drop).map_err(|error| error.to_string())
 }

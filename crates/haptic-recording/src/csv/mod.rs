@@ -24,7 +24,7 @@ pub(super) use reader::Reader;
 pub(super) use writer::Writer;
 
 #[cfg(doc)]
-use super::{Mark, Metadata};
+use crate::{Mark, Metadata};
 
 /// What the first line of every CSV recording begins with; its version follows.
 pub(super) const TITLE: &str = "# hapticd recording ";

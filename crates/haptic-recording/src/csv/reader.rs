@@ -1,7 +1,12 @@
 //! Reads CSV, to its end or to where it was broken off.
 
 use super::{TITLE, row};
-use crate::{Ending, Entry, Mark, Metadata, Place, RecordingError, VERSION, shown};
+use crate::entry::Entry;
+use crate::error::{Ending, Place, RecordingError};
+use crate::excerpt::excerpt;
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::version::VERSION;
 use haptic_ipc::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS};
 use serde::Deserialize;
 use std::io::{BufRead, Read};
@@ -33,7 +38,7 @@ impl<R: BufRead> Reader<R> {
             match next_line(&mut input, &mut line, text)? {
                 Line::Whole => Ok((line, String::from_utf8_lossy(trimmed(text)).into_owned())),
                 // A file of another kind may have no newline at all.
-                Line::Partial if line == 1 && !text.starts_with(TITLE.as_bytes()) => Ok((line, shown(text))),
+                Line::Partial if line == 1 && !text.starts_with(TITLE.as_bytes()) => Ok((line, excerpt(text))),
                 Line::Partial | Line::None => Err(RecordingError::NoRows {
                     place: Place::Line(line),
                 }),
@@ -84,7 +89,7 @@ impl<R: BufRead> Reader<R> {
         self.ending
     }
 
-    /// Bytes that could not be read, so far. After an error reading goes on with the next line.
+    /// Bytes that could not be read, so far. After an error reading continues with the next line.
     pub(crate) const fn dropped(&self) -> u64 {
         self.dropped
     }
@@ -124,7 +129,7 @@ impl<R: BufRead> Reader<R> {
 fn check_title(title: &str) -> Result<(), RecordingError> {
     match title.strip_prefix(TITLE) {
         None => Err(RecordingError::NotARecording {
-            found: shown(title.as_bytes()),
+            found: excerpt(title.as_bytes()),
         }),
         Some(version) if version != VERSION.to_string() => Err(RecordingError::Version {
             found: version.to_owned(),
@@ -154,7 +159,7 @@ fn check_columns(at: u64, header: &str) -> Result<(), RecordingError> {
                 place: Place::Line(at),
                 index: index + 1,
                 column,
-                found: shown(name.as_bytes()),
+                found: excerpt(name.as_bytes()),
             });
         }
     }
@@ -197,7 +202,7 @@ fn parse(line: u64, text: &[u8], columns: usize) -> Result<Option<Entry>, Record
     if let Some(remark) = text.strip_prefix(b"#") {
         return parse_mark(remark).map_err(|error| RecordingError::Mark {
             place,
-            found: shown(text),
+            found: excerpt(text),
             reason: error.to_string(),
         });
     }
@@ -208,7 +213,7 @@ fn parse(line: u64, text: &[u8], columns: usize) -> Result<Option<Entry>, Record
         .map(|row| Some(Entry::Row(row)))
         .map_err(|reason| RecordingError::Row {
             place,
-            found: shown(text),
+            found: excerpt(text),
             reason,
         })
 }

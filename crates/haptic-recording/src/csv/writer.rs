@@ -1,14 +1,16 @@
 //! Writes CSV.
 
 use super::TITLE;
-use crate::{Mark, Metadata, VERSION};
+use crate::mark::Mark;
+use crate::metadata::Metadata;
+use crate::version::VERSION;
 use haptic_ipc::{SAMPLE_COLUMNS, Sample};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 
 /// Writes rows and marks into a buffer.
 pub(crate) struct Writer<W: Write> {
-    out: Counted<BufWriter<W>>,
+    out: CountingWriter<BufWriter<W>>,
 }
 
 impl<W: Write> Writer<W> {
@@ -18,7 +20,7 @@ impl<W: Write> Writer<W> {
     /// `out` cannot be written to.
     pub(crate) fn new(out: W, metadata: &Metadata) -> io::Result<Self> {
         let mut writer = Self {
-            out: Counted {
+            out: CountingWriter {
                 inner: BufWriter::new(out),
                 bytes: 0,
             },
@@ -82,12 +84,12 @@ impl<W: Write> Writer<W> {
 
 /// Counts what goes through it.
 #[derive(Debug)]
-struct Counted<W> {
+struct CountingWriter<W> {
     inner: W,
     bytes: u64,
 }
 
-impl<W: Write> Write for Counted<W> {
+impl<W: Write> Write for CountingWriter<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.inner.write(bytes)?;
         self.bytes += written as u64;

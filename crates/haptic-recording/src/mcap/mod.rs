@@ -29,7 +29,7 @@ pub(super) use reader::Reader;
 pub(super) use writer::Writer;
 
 #[cfg(doc)]
-use super::{Mark, Metadata};
+use crate::{Mark, Metadata};
 
 /// Name of the Metadata record.
 const METADATA: &str = "hapticd recording";

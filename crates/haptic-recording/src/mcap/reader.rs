@@ -3,8 +3,12 @@
 use super::layout::{Layout, bytes_at};
 use super::records::{self, Next, RECORD_HEADER, Records, damaged};
 use super::{MARKS, MESSAGE_HEADER, METADATA, SAMPLES};
+use crate::entry::Entry;
+use crate::error::{Ending, Place, RecordingError};
+use crate::excerpt::excerpt;
 use crate::fields::from_fields;
-use crate::{Ending, Entry, Mark, Metadata, Place, RecordingError, shown};
+use crate::mark::Mark;
+use crate::metadata::Metadata;
 use mcap::records::op;
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -125,7 +129,7 @@ impl<R: Read> Reader<R> {
         Ok(None)
     }
 
-    /// Bytes that could not be read, so far. After an error reading goes on behind what is damaged.
+    /// Bytes that could not be read, so far. After an error reading continues behind what is damaged.
     pub(crate) const fn dropped(&self) -> u64 {
         self.dropped
     }
@@ -313,7 +317,7 @@ fn message(channels: &BTreeMap<u16, Channel>, place: u64, body: &[u8]) -> Result
             Ok(row) => Ok(Some(Entry::Row(row))),
             Err(reason) => Err(RecordingError::Row {
                 place: Place::Byte(place),
-                found: shown(data),
+                found: excerpt(data),
                 reason,
             }),
         },
@@ -321,7 +325,7 @@ fn message(channels: &BTreeMap<u16, Channel>, place: u64, body: &[u8]) -> Result
             Ok(mark) => Ok(mark.map(Entry::Mark)),
             Err(error) => Err(RecordingError::Mark {
                 place: Place::Byte(place),
-                found: shown(data),
+                found: excerpt(data),
                 reason: error.to_string(),
             }),
         },

@@ -1,7 +1,7 @@
 //! The records of an MCAP file, one after the other.
 
 use super::layout::bytes_at;
-use crate::{Place, RecordingError};
+use crate::error::{Place, RecordingError};
 use std::io::{self, Read};
 
 /// Longest record that is taken into memory, bytes: chunks of other tools have some megabytes.

@@ -24,10 +24,10 @@ pub(super) use reader::Reader;
 pub(super) use spool::{Spool, spool_of};
 pub(super) use writer::{Numbers, Writer};
 
-use super::columns::Kind;
+use crate::columns::Kind;
 
 #[cfg(doc)]
-use super::Metadata;
+use crate::metadata::Metadata;
 
 /// What a Parquet file begins and ends with.
 pub(super) const MAGIC: &[u8] = b"PAR1";

@@ -2,8 +2,11 @@
 
 use super::{KEY, MAGIC, MARKS, type_of};
 use crate::columns::{COLUMNS, Column, Kind, STATES};
+use crate::entry::Entry;
+use crate::error::{Ending, Place, RecordingError};
 use crate::fields::from_fields;
-use crate::{Ending, Entry, Mark, Metadata, Place, RecordingError};
+use crate::mark::Mark;
+use crate::metadata::Metadata;
 use haptic_ipc::{FIRST_SAMPLE_COLUMNS, Sample};
 use haptic_motion::guard::{Pages, guarded};
 use parquet::column::reader::ColumnReaderImpl;
@@ -47,7 +50,7 @@ impl Reader {
     /// Reads the footer.
     ///
     /// # Errors
-    /// The file lacks its footer, is no recording of hapticd, or one of another version.
+    /// The file lacks its footer, is not a recording of hapticd, or has another version.
     pub(crate) fn new<R: ChunkReader + 'static>(input: R) -> std::result::Result<Self, RecordingError> {
         let place = Place::Byte(input.len());
         let is_whole = guarded(|| input.get_bytes(input.len().saturating_sub(4), 4));
@@ -98,7 +101,7 @@ impl Reader {
         &self.metadata
     }
 
-    /// Rows that were handed out, and those that the footer tells of.
+    /// Rows that were handed out, and those that the footer announces.
     pub(crate) fn rows_read(&self) -> (u64, u64) {
         let rows = self.file.metadata().file_metadata().num_rows();
         (self.handed, u64::try_from(rows).unwrap_or(0))
@@ -125,7 +128,7 @@ impl Reader {
             guarded(|| self.next_rows())
                 .and_then(std::convert::identity)
                 .map_err(|reason| {
-                    // Reading goes on with the next group.
+                    // Reading continues with the next group.
                     self.rows.clear();
                     (self.left, self.handed) = (0, self.group_end);
                     RecordingError::Damaged { place, reason }
@@ -199,7 +202,7 @@ impl Reader {
 }
 
 impl Cells {
-    /// Reads so many cells, or those that are left, as bits.
+    /// Reads `count` cells, or those that are left, as bits.
     fn read(&mut self, count: usize) -> Result<Vec<u64>> {
         fn values<T: DataType>(reader: &mut ColumnReaderImpl<T>, count: usize) -> Result<Vec<T::T>> {
             let mut values = Vec::with_capacity(count);

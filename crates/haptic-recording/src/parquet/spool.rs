@@ -1,7 +1,10 @@
 //! A Parquet recording in the making: an MCAP file beside it.
 
 use super::{Numbers, Writer};
-use crate::{Entry, Metadata, RecordingError, mcap};
+use crate::entry::Entry;
+use crate::error::RecordingError;
+use crate::mcap;
+use crate::metadata::Metadata;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, Read};

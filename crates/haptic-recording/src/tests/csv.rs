@@ -89,11 +89,11 @@ fn what_is_no_recording_is_refused_by_its_line() {
         ),
         (
             whole.replacen(",0.0,0,0\n2,", "\n2,", 1),
-            vec!["line 4", "is no row", "17 cells of 20"],
+            vec!["line 4", "is not a row", "17 cells of 20"],
         ),
         (
             whole.replace("\"rows\":2", "\"rows\":two"),
-            vec!["line 6", "is no mark"],
+            vec!["line 6", "is not a mark"],
         ),
         (format!("{}\n", "9".repeat(2 << 20)), vec!["line 1 is longer"]),
     ] {

@@ -68,7 +68,7 @@ fn a_file_is_whole_after_each_flush_without_an_end() {
 }
 
 #[test]
-fn a_recording_that_was_ended_tells_how_much_it_holds() {
+fn a_recording_that_was_ended_says_how_much_it_holds() {
     let (bytes, totals) = written(Format::Mcap, &metadata(), &entries(&rows(600)));
     assert_eq!((totals.rows, totals.bytes), (600, bytes.len() as u64));
     assert_eq!(messages(&bytes).expect("whole"), [600, 1]);

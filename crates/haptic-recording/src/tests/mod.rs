@@ -1,6 +1,7 @@
 use super::columns::COLUMNS;
 use super::*;
-use haptic_ipc::Sample;
+use haptic_core::Scene;
+use haptic_ipc::{RigState, Sample};
 use std::path::Path;
 
 mod copies;

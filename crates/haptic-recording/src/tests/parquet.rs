@@ -85,7 +85,7 @@ fn what_is_killed_is_beside_it_and_reads_under_its_name() {
     let found = read(&path).expect("reads");
     assert_eq!((found.rows.len(), found.ending), (300, Ending::Complete));
     assert_eq!(open(&path).expect("reads").format(), Format::Parquet);
-    // One that replaces it begins anew.
+    // One that replaces it begins again.
     let mut writer = Writer::create(&path, &metadata(), true).expect("begun");
     writer.rows(&rows(2)).expect("written");
     assert_eq!(writer.break_off().expect("written").rows, 2);

@@ -2,7 +2,7 @@
 
 use super::*;
 use haptic_core::Directional;
-use haptic_ipc::Peer;
+use haptic_ipc::{JournalEntry, Peer};
 use proptest::prelude::*;
 
 fn any_number() -> impl Strategy<Value = f64> {

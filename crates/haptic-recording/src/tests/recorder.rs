@@ -62,7 +62,7 @@ fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_
     };
     recorder.mark(marker(30));
     recorder.mark(marker(60));
-    // More is missing than the daemon tells of, and the loop missed periods.
+    // More is missing than the daemon reports, and the loop missed periods.
     recorder.event(&samples(41..43, 6)).expect("written");
     let late = Event::Samples(SamplesEvent {
         seq: 0,

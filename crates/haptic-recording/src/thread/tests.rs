@@ -72,30 +72,38 @@ fn recording_into(path: PathBuf) -> (RecordingThread, mpsc::Receiver<io::Result<
 fn what_a_hanging_disk_does_not_take_is_counted_and_the_newest_scene_is_kept() {
     let (_directory, pipe) = hanging();
     let (recording, ended) = recording_into(pipe.clone());
-    assert_eq!(recording.event(&samples(1..11)), Kept::Yes);
-    assert_eq!(recording.event(&samples(11..21)), Kept::Yes);
-    let no = |lost_rows, lost_changes| Kept::No {
+    assert_eq!(recording.event(&samples(1..11)), Enqueued::Yes);
+    assert_eq!(recording.event(&samples(11..21)), Enqueued::Yes);
+    let no = |lost_rows, lost_changes| Enqueued::No {
         lost_rows,
         lost_changes,
     };
     assert_eq!(recording.event(&samples(21..24)), no(3, 0), "twenty rows wait");
-    assert_eq!(recording.event(&scene(24, 8)), Kept::Yes, "there is room for changes");
-    assert_eq!(recording.mark(marker(24)), Kept::Yes);
-    assert_eq!(recording.event(&scene(25, 9)), Kept::Yes);
+    assert_eq!(
+        recording.event(&scene(24, 8)),
+        Enqueued::Yes,
+        "there is room for changes"
+    );
+    assert_eq!(recording.mark(marker(24)), Enqueued::Yes);
+    assert_eq!(recording.event(&scene(25, 9)), Enqueued::Yes);
     assert_eq!(recording.mark(marker(26)), no(3, 1), "three changes wait");
     assert_eq!(recording.event(&scene(27, 10)), no(3, 2));
     assert_eq!(recording.event(&scene(28, 11)), no(3, 3));
     assert_eq!(recording.event(&samples(28..31)), no(6, 3));
     recording.flush();
     recording.finish();
-    // Now the disk goes on.
+    // Now the disk works again.
     let bytes = std::fs::read(&pipe).expect("it is written to its end");
     let totals = ended.recv().expect("it ends").expect("written");
     assert_eq!((totals.rows, totals.lost, totals.lost_changes), (20, 6, 2));
     let found = Reader::from_bytes(bytes)
         .and_then(Reader::into_recording)
         .expect("a recording");
-    let marks: Vec<_> = found.marks.iter().map(|(rows, mark)| (*rows, told(mark))).collect();
+    let marks: Vec<_> = found
+        .marks
+        .iter()
+        .map(|(rows, mark)| (*rows, described(mark)))
+        .collect();
     let after = |mark: &str| (20, mark.to_owned());
     assert_eq!(
         marks,
@@ -112,7 +120,7 @@ fn what_a_hanging_disk_does_not_take_is_counted_and_the_newest_scene_is_kept() {
     );
 }
 
-fn told(mark: &Mark) -> String {
+fn described(mark: &Mark) -> String {
     match mark {
         Mark::Scene { revision, .. } => format!("scene {revision}"),
         Mark::State { .. } => "state".to_owned(),
@@ -143,7 +151,7 @@ fn rows_after_a_gap_stand_behind_what_was_lost_and_the_newest_scene() {
     begin.send(()).expect("it waits");
     // The thread makes room as it takes the changes.
     let mut tick = 14;
-    while recording.event(&samples(tick..tick + 1)) != Kept::Yes {
+    while recording.event(&samples(tick..tick + 1)) != Enqueued::Yes {
         tick += 1;
         std::thread::yield_now();
     }
@@ -154,7 +162,7 @@ fn rows_after_a_gap_stand_behind_what_was_lost_and_the_newest_scene() {
         .expect("a recording");
     assert_eq!(found.rows.len(), 1);
     let before = found.marks.iter().filter(|(rows, _)| *rows == 0);
-    let before: Vec<_> = before.map(|(_, mark)| told(mark)).collect();
+    let before: Vec<_> = before.map(|(_, mark)| described(mark)).collect();
     assert!(before.contains(&"2 changes lost".to_owned()), "{before:?}");
     assert!(before.contains(&"scene 13".to_owned()), "{before:?}");
     assert_eq!(
@@ -176,10 +184,10 @@ fn a_full_disk_ends_it_and_nothing_is_kept_any_more() {
     recording.flush();
     let error = ended.recv().expect("it ends").expect_err("nothing fits there");
     assert_eq!(error.kind(), io::ErrorKind::StorageFull);
-    while recording.event(&samples(11..12)) != Kept::Ended {
+    while recording.event(&samples(11..12)) != Enqueued::Ended {
         std::thread::yield_now();
     }
-    assert_eq!(recording.mark(marker(12)), Kept::Ended);
+    assert_eq!(recording.mark(marker(12)), Enqueued::Ended);
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! The paper's Tables 3 to 5: how many subjects did better and worse than with the baseline, by index of difficulty and
 //! resistance.
 
+use super::baseline::BASELINE;
+use super::refusal::Refusal;
 use super::segments::Segment;
-use super::{BASELINE, Refused};
 use haptic_lab::stats::exact::sign_test;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -77,7 +78,7 @@ pub struct Difference {
     pub time_s: f64,
     /// Errors.
     pub errors: f64,
-    /// Mean size of the errors, m; absent where the rows do not tell sizes.
+    /// Mean size of the errors, m; absent where the rows have no sizes.
     pub error_size_m: Option<f64>,
 }
 
@@ -179,7 +180,7 @@ pub struct Comparison {
 
 /// All differences from the baseline. Where a subject has more than one segment of a resistance in a condition, the
 /// last block counts: the paper's subjects began with a round of the baseline, and were less used to the task then.
-pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refused>) -> Vec<Difference> {
+pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refusal>) -> Vec<Difference> {
     let last: BTreeMap<_, &Segment<'_>> = segments
         .iter()
         .map(|segment| ((segment.subject, segment.condition, segment.resistance), segment))
@@ -194,7 +195,7 @@ pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refused>) 
         };
         let (trials, expected) = (segment.trials.len(), baseline.trials.len());
         if trials != expected {
-            refused.push(Refused {
+            refused.push(Refusal {
                 what: format!("comparison of {}", segment.name()),
                 reason: format!(
                     "it has {trials} trials, and the baseline (block {}) has {expected}",
@@ -217,7 +218,7 @@ pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refused>) 
     differences
 }
 
-/// The tables of those measures that the rows tell.
+/// The tables of those measures that the rows have.
 pub(super) fn comparisons(
     differences: &[Difference],
     resistances: &[String],

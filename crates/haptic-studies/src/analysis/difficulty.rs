@@ -1,6 +1,6 @@
 //! Fitts's law by resistance: movement time against the paper's index of difficulty.
 
-use super::Refused;
+use super::refusal::Refusal;
 use super::segments::Segment;
 use haptic_lab::stats::mean::mean;
 use haptic_lab::stats::regression::{Line, line};
@@ -33,7 +33,7 @@ pub struct DifficultyLine {
 pub(super) fn by_resistance(
     segments: &[Segment<'_>],
     resistances: &[String],
-    refused: &mut Vec<Refused>,
+    refused: &mut Vec<Refusal>,
 ) -> Vec<DifficultyLine> {
     resistances
         .iter()
@@ -60,7 +60,7 @@ pub(super) fn by_resistance(
                 .collect();
             let line = line(&through)
                 .map_err(|error| {
-                    refused.push(Refused {
+                    refused.push(Refusal {
                         what: format!("regression of {resistance}"),
                         reason: error.to_string(),
                     });

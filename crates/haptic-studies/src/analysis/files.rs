@@ -54,7 +54,7 @@ pub enum ReadError {
     },
 }
 
-/// Reads a file of trials. Its columns tell the task.
+/// Reads a file of trials. Its columns show the task.
 ///
 /// # Errors
 /// It cannot be read, or a row is wrong.

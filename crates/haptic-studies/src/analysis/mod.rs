@@ -3,6 +3,7 @@
 //! Everything is computed from the rows alone, in an order of its own: a file with its rows in another order gives the
 //! same to the last bit.
 
+mod baseline;
 mod beside_paper;
 mod comparison;
 mod difficulty;
@@ -12,19 +13,21 @@ mod outputs;
 mod page;
 mod paper;
 mod perception;
+mod refusal;
 mod segments;
 mod sequences;
 mod tables;
 mod trajectories;
 
+pub use baseline::BASELINE;
 pub use beside_paper::BesidePaper;
 pub use comparison::{Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
 pub use difficulty::{DifficultyLine, Point};
 pub use error::AnalysisError;
 pub use files::{ReadError, Trials, read_file, read_folder};
 pub use outputs::{fitts_files, perception_files};
-
 pub use perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, perception};
+pub use refusal::Refusal;
 pub use sequences::{Sequence, Summary};
 pub use tables::{fitts_tables, perception_tables};
 pub use trajectories::{Trajectory, trajectories};
@@ -33,22 +36,10 @@ use super::screen::ScreenSummary;
 use super::trial::{FittsTrial, Operator};
 use serde::Serialize;
 
-/// The resistance that the others are compared with.
-pub const BASELINE: &str = "baseline";
-
-/// Something that the trials do not tell, and why.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Refused {
-    /// What it is.
-    pub what: String,
-    /// Why.
-    pub reason: String,
-}
-
 /// What the trials of a targeting task say.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FittsAnalysis {
-    /// Whether people or a model did the trials, where the rows tell.
+    /// Whether people or a model did the trials, where the rows say so.
     pub operator: Option<Operator>,
     /// Number of trials.
     pub trials: usize,
@@ -67,10 +58,10 @@ pub struct FittsAnalysis {
     pub beside_paper: Vec<BesidePaper>,
     /// Movement time against the paper's index of difficulty, by resistance.
     pub difficulty: Vec<DifficultyLine>,
-    /// How late, and how often, the subjects' screen showed the cursor; absent where no row tells.
+    /// How late, and how often, the subjects' screen showed the cursor; absent where no row has it.
     pub screen: Option<ScreenSummary>,
-    /// What the trials do not tell.
-    pub refused: Vec<Refused>,
+    /// What the trials do not show.
+    pub refused: Vec<Refusal>,
     /// Remarks for people.
     pub notes: Vec<String>,
 }
@@ -91,7 +82,7 @@ pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds) -> Result<FittsAnal
     }
     if differences.is_empty() {
         let reason = format!("no subject has a segment of `{BASELINE}` and one of another resistance in one condition");
-        refused.push(Refused {
+        refused.push(Refusal {
             what: "comparison with the baseline".to_owned(),
             reason,
         });

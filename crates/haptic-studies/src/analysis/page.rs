@@ -3,7 +3,7 @@
 use super::perception::{CaseAnalysis, PerceptionAnalysis};
 use super::tables::{fitts_tables, perception_tables};
 use super::trajectories::Trajectory;
-use super::{Difference, FittsAnalysis, Refused};
+use super::{Difference, FittsAnalysis, Refusal};
 use haptic_lab::drawing::{Chart, Page, Table, Trace};
 use std::collections::BTreeSet;
 
@@ -51,7 +51,7 @@ pub(super) fn perception_page(analysis: &PerceptionAnalysis, charts: Vec<Chart>,
     )
 }
 
-fn page(title: &str, charts: Vec<Chart>, tables: Vec<(String, Table)>, refused: &[Refused], notes: &[String]) -> Page {
+fn page(title: &str, charts: Vec<Chart>, tables: Vec<(String, Table)>, refused: &[Refusal], notes: &[String]) -> Page {
     let refused = refused
         .iter()
         .map(|one| format!("Not found: {}: {}", one.what, one.reason));

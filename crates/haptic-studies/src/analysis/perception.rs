@@ -1,6 +1,8 @@
 //! Just noticeable differences by case.
 
-use super::{AnalysisError, Refused, paper};
+use super::error::AnalysisError;
+use super::paper;
+use super::refusal::Refusal;
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
@@ -11,7 +13,7 @@ use std::collections::BTreeMap;
 
 /// Reversals at the beginning of a staircase that do not count: it comes from far above.
 const DROPPED_REVERSALS: usize = 4;
-/// How often answers are drawn anew for an interval.
+/// How often answers are drawn again for an interval.
 const DRAWS: usize = 500;
 
 /// The threshold of a subject, or of all of them together.
@@ -22,7 +24,7 @@ pub struct SubjectThreshold {
     pub subject: Option<String>,
     /// Number of answers.
     pub trials: usize,
-    /// The answers by level, N: correct ones of so many.
+    /// The answers by level, N: how many were correct, and how many there are.
     #[serde(skip)]
     pub levels: Vec<Level>,
     /// The fitted function; threshold and width in N. Absent where the answers do not determine it.
@@ -59,14 +61,14 @@ pub struct CaseAnalysis {
 /// What the answers of a perception test say.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PerceptionAnalysis {
-    /// Whether people or a model answered, where the rows tell.
+    /// Whether people or a model answered, where the rows say so.
     pub operator: Option<Operator>,
     /// Number of trials.
     pub trials: usize,
     /// By case and method.
     pub cases: Vec<CaseAnalysis>,
-    /// What the answers do not tell.
-    pub refused: Vec<Refused>,
+    /// What the answers do not show.
+    pub refused: Vec<Refusal>,
     /// Remarks for people.
     pub notes: Vec<String>,
 }
@@ -119,10 +121,10 @@ fn analysed(
     (case, method): (Case, Method),
     subjects: &BySubject<'_>,
     seed: u64,
-    refused: &mut Vec<Refused>,
+    refused: &mut Vec<Refusal>,
 ) -> CaseAnalysis {
     let mut refuse = |what: &str, of: String, error: &StatsError| {
-        refused.push(Refused {
+        refused.push(Refusal {
             what: format!("{what} of {of}, case {case:?}"),
             reason: error.to_string(),
         });

@@ -1,6 +1,8 @@
 //! Trials by segment: the movements of a subject under one resistance in one condition, one after another.
 
-use super::{AnalysisError, BASELINE, paper};
+use super::baseline::BASELINE;
+use super::error::AnalysisError;
+use super::paper;
 use crate::trial::FittsTrial;
 use haptic_lab::stats::difficulty::index_of_difficulty;
 use std::collections::BTreeMap;
@@ -46,7 +48,7 @@ impl Segment<'_> {
         self.trials.iter().map(|trial| trial.errors).sum()
     }
 
-    /// Mean size of the invalid clicks, m: 0 without one, `None` where the rows do not tell sizes.
+    /// Mean size of the invalid clicks, m: 0 without one, `None` where the rows have no sizes.
     pub(super) fn mean_error_size_m(&self) -> Option<f64> {
         let sizes: Option<Vec<f64>> = self
             .trials

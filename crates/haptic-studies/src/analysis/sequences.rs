@@ -1,6 +1,6 @@
 //! ISO 9241-411 by sequence, and the mean over sequences.
 
-use super::Refused;
+use super::refusal::Refusal;
 use super::segments::Segment;
 use haptic_lab::stats::mean::{clustered_mean, mean};
 use haptic_lab::stats::throughput::{Movement, throughput};
@@ -63,12 +63,12 @@ pub struct Summary {
 }
 
 /// The sequences that have a throughput; the others are refused by name.
-pub(super) fn sequences(segments: &[Segment<'_>], refused: &mut Vec<Refused>) -> Vec<Sequence> {
+pub(super) fn sequences(segments: &[Segment<'_>], refused: &mut Vec<Refusal>) -> Vec<Sequence> {
     let mut sequences = Vec::new();
     for segment in segments {
         match sequence(segment) {
             Ok(sequence) => sequences.push(sequence),
-            Err(error) => refused.push(Refused {
+            Err(error) => refused.push(Refusal {
                 what: format!("throughput of {}", segment.name()),
                 reason: error.to_string(),
             }),

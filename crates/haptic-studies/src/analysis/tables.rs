@@ -266,7 +266,7 @@ fn number(value: Option<f64>) -> String {
 fn case_row(case: &CaseAnalysis) -> Vec<String> {
     vec![
         format!("{:?} {}", case.case, format!("{:?}", case.method).to_lowercase()),
-        // A subject whose threshold is refused is no part of the mean.
+        // A subject whose threshold is refused is not part of the mean.
         format!("{}/{}", case.jnd_n.map_or(0, |mean| mean.count), case.subjects.len()),
         number(case.jnd_n.map(|mean| mean.value)),
         interval(case.jnd_n.and_then(|mean| mean.interval), 2),

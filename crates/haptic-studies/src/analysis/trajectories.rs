@@ -23,7 +23,7 @@ pub struct Trajectory {
 
 /// A movement under each resistance in the easiest and in the hardest condition: those of the first subject that has
 /// recordings there, in the last block, in the middle of the segment. A recording that cannot be read is left out, and
-/// told in the second value.
+/// reported in the second value.
 ///
 /// # Errors
 /// As [`fitts`](super::fitts).

@@ -115,7 +115,7 @@ fn a_click_is_valid_where_the_whole_cursor_is_inside() {
     assert_eq!(
         session.step(&click(742, rig(half_m))),
         None,
-        "the same click, told twice"
+        "the same click, reported twice"
     );
     let Some(Event::Hit(row)) = session.step(&click(1500, rig(-half_m - 1e-3))) else {
         panic!("inside")
@@ -129,47 +129,47 @@ fn a_click_is_valid_where_the_whole_cursor_is_inside() {
 
 /// What a subject does in a tick.
 #[derive(Clone, Copy, Debug)]
-enum Deed {
+enum SubjectAction {
     Begin,
     Pause,
     Hit,
     Miss,
     Wait,
-    /// The program ends, and another one goes on with the rows.
+    /// The program ends, and another one continues with the rows.
     Restart,
 }
 
-fn deeds() -> impl Strategy<Value = Vec<Deed>> {
+fn deeds() -> impl Strategy<Value = Vec<SubjectAction>> {
     let deed = prop_oneof![
-        4 => Just(Deed::Begin), 1 => Just(Deed::Pause), 8 => Just(Deed::Hit), 2 => Just(Deed::Miss), 1 => Just(Deed::Wait),
-        1 => Just(Deed::Restart),
+        4 => Just(SubjectAction::Begin), 1 => Just(SubjectAction::Pause), 8 => Just(SubjectAction::Hit), 2 => Just(SubjectAction::Miss), 1 => Just(SubjectAction::Wait),
+        1 => Just(SubjectAction::Restart),
     ];
     prop::collection::vec(deed, 0..120)
 }
 
 /// The rows of a subject who does this; the practice's and the others'.
-fn rows(plan: &FittsPlan, deeds: &[Deed]) -> ([Vec<FittsTrial>; 2], usize) {
+fn rows(plan: &FittsPlan, deeds: &[SubjectAction]) -> ([Vec<FittsTrial>; 2], usize) {
     let mut session = session(plan);
     let (mut rows, mut misses) = ([Vec::new(), Vec::new()], 0);
     for (tick, deed) in (1..).zip(deeds) {
         let is_practice = session.segment().is_some_and(|segment| segment.is_practice);
         let target_m = session.view().target_m;
         let event = match deed {
-            Deed::Begin => {
+            SubjectAction::Begin => {
                 session.begin();
                 None
             }
-            Deed::Pause => {
+            SubjectAction::Pause => {
                 session.pause();
                 None
             }
-            Deed::Hit => session.step(&click(tick, target_m.unwrap_or_default() / 3.0)),
-            Deed::Miss => session.step(&click(tick, 0.0)),
-            Deed::Wait => session.step(&Sample {
+            SubjectAction::Hit => session.step(&click(tick, target_m.unwrap_or_default() / 3.0)),
+            SubjectAction::Miss => session.step(&click(tick, 0.0)),
+            SubjectAction::Wait => session.step(&Sample {
                 clicked: false,
                 ..click(tick, 0.0)
             }),
-            Deed::Restart => {
+            SubjectAction::Restart => {
                 session = super::tests::session(plan);
                 session.resume(&rows[0], &rows[1]).expect("its own rows");
                 None
@@ -204,7 +204,7 @@ proptest! {
         let counted: u32 = done.iter().map(|row| row.errors).sum();
         prop_assert!(counted as usize <= misses);
         // At most the errors of the trials that were broken off are missing.
-        if !deeds.iter().any(|deed| matches!(deed, Deed::Pause | Deed::Restart)) {
+        if !deeds.iter().any(|deed| matches!(deed, SubjectAction::Pause | SubjectAction::Restart)) {
             let mut session = session(&plan);
             session.resume(&practice, &trials).expect("its own rows");
             prop_assert_eq!(session.progress().0, done.len());
@@ -217,7 +217,12 @@ fn rows_of_another_study_are_not_gone_on_with() {
     let plan = small();
     let mut all = Vec::new();
     for _ in 0..20 {
-        all.extend([Deed::Begin, Deed::Hit, Deed::Hit, Deed::Hit]);
+        all.extend([
+            SubjectAction::Begin,
+            SubjectAction::Hit,
+            SubjectAction::Hit,
+            SubjectAction::Hit,
+        ]);
     }
     let ([practice, trials], _) = rows(&plan, &all);
     assert_eq!((practice.len(), trials.len()), (2, 18));

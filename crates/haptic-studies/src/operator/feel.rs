@@ -24,7 +24,7 @@ const SLIDE_MPS: f64 = 0.02;
 
 /// What is felt of a surface.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Felt {
+pub(super) struct Sensation {
     /// Largest force of the stroke under way, N.
     peak_n: f64,
     /// Largest force of all strokes, N.
@@ -36,7 +36,7 @@ pub(super) struct Felt {
     slide_sum_n: f64,
 }
 
-impl Felt {
+impl Sensation {
     /// Feels a tick.
     pub(super) fn feel(&mut self, row: &Sample) {
         let force_n = row.command_force_n.abs();
@@ -84,7 +84,7 @@ impl Strokes {
         }
     }
 
-    /// The force on the handle in the next tick, N; the hand rests where nothing is to be felt.
+    /// The force on the handle in the next tick, N; the hand rests where there is nothing to feel.
     pub(super) fn force_n(&mut self, rig: &Rig, is_felt: bool) -> f64 {
         if self.arm.is_over() {
             self.rest_s += PERIOD_S;
@@ -98,7 +98,7 @@ impl Strokes {
     }
 
     /// Which surface had more friction, in a test of a case.
-    pub(super) fn answer(&mut self, constants: &Constants, case: Case, [first, second]: [Felt; 2]) -> Answer {
+    pub(super) fn answer(&mut self, constants: &Constants, case: Case, [first, second]: [Sensation; 2]) -> Answer {
         if judge(constants, case, first.forces_n(), second.forces_n(), &mut self.random) > 0.0 {
             Answer::First
         } else {

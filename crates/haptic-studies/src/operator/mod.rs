@@ -22,7 +22,7 @@ use super::random::{Purpose, Random};
 use super::session::{FinishedTrial, News, Phase, Session, Settings, Task};
 use super::subject::Subject;
 use super::trial::Operator;
-use feel::{Felt, Strokes};
+use feel::{Sensation, Strokes};
 use haptic_core::friction::Friction;
 use haptic_core::{Scene, SceneError};
 use reach::Reach;
@@ -34,7 +34,7 @@ const LONGEST_TRIAL_S: f64 = 60.0;
 /// Time in which a subject answers, s: ours, and no model of decisions.
 const ANSWER_S: f64 = 0.4;
 
-/// Why a simulated operator cannot go on.
+/// Why a simulated operator cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum OperatorError {
     /// A surface cannot be rendered.
@@ -110,7 +110,7 @@ fn load_of(scene: &Scene) -> Load {
     Load { mass_kg, ..load }
 }
 
-/// A session of a simulated operator that goes on where the task is, without files.
+/// A session of a simulated operator that continues where the task is, without files.
 #[must_use]
 pub fn session(task: Task, subject: &Subject) -> Session {
     let settings = Settings {
@@ -136,7 +136,7 @@ pub fn run_next(
     mut done: impl FnMut(FinishedTrial) -> bool,
 ) -> Result<(), OperatorError> {
     session.restart_segment();
-    // The hand of this model is put back between two segments, and the rig set up anew.
+    // The hand of this model is put back between two segments, and the rig set up again.
     session.new_link();
     while session.waits_for_consent() {
         session.proceed();
@@ -230,7 +230,7 @@ fn run_trial(
     session.rendered(rig.revision(), 0);
     let random = Random::new(seed, subject.number, Purpose::Noise, number as u64);
     let mut strokes = Strokes::new(person, load_of(base), random);
-    let mut felt = [Felt::default(); 2];
+    let mut felt = [Sensation::default(); 2];
     let asked_tick = loop {
         let phase = session.view().phase;
         let row = rig.tick(strokes.force_n(&rig, matches!(phase, Phase::Feel(_))));

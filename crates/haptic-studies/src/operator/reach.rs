@@ -1,8 +1,8 @@
 //! A simulated operator at the targeting task.
 //!
-//! A primary movement, then at most so many corrections of what is seen after the visual delay, then a click (Meyer
-//! and others 1988, "Optimality in human motor performance"). The slower a movement, the less its end varies; the
-//! operator takes the time in which most ends lie within the target.
+//! A primary movement, then a limited number of corrections of what is seen after the visual delay, then a click
+//! (Meyer and others 1988, "Optimality in human motor performance"). The slower a movement, the less its end varies;
+//! the operator takes the time in which most ends lie within the target.
 
 use super::arm::Arm;
 use super::constants::Constants;
@@ -12,10 +12,10 @@ use crate::plan::RigMapping;
 use crate::random::Random;
 use std::collections::VecDeque;
 
-/// What the operator is about.
+/// Phase of a movement.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Doing {
-    /// Looks at what there is, for so many ticks more.
+enum Phase {
+    /// Looks at what there is, for this number of further ticks.
     Looking(u32),
     /// Moves.
     Moving {
@@ -34,7 +34,7 @@ pub(super) struct Reach {
     /// Positions on the screen that are not seen yet, m of the task; the first is seen next.
     unseen: VecDeque<f64>,
     target_m: Option<f64>,
-    doing: Doing,
+    phase: Phase,
     corrections: f64,
 }
 
@@ -58,7 +58,7 @@ impl Reach {
             random,
             unseen: std::iter::repeat_n(mapping.task_m(at_m), delay_ticks as usize).collect(),
             target_m: None,
-            doing: Doing::Looking(delay_ticks),
+            phase: Phase::Looking(delay_ticks),
             corrections: 0.0,
         }
     }
@@ -80,19 +80,19 @@ impl Reach {
     }
 
     fn look(&mut self) {
-        self.doing = Doing::Looking(ticks(self.constants.visual_delay_s));
+        self.phase = Phase::Looking(ticks(self.constants.visual_delay_s));
     }
 
     /// Decides what to do; whether that is a click.
     fn decide(&mut self, seen_m: f64, target_m: f64, view: &View) -> bool {
-        match self.doing {
-            Doing::Looking(0) => {}
-            Doing::Looking(ticks) => {
-                self.doing = Doing::Looking(ticks - 1);
+        match self.phase {
+            Phase::Looking(0) => {}
+            Phase::Looking(ticks) => {
+                self.phase = Phase::Looking(ticks - 1);
                 return false;
             }
-            Doing::Moving { .. } if !self.arm.is_over() => return false,
-            Doing::Moving { sure } => {
+            Phase::Moving { .. } if !self.arm.is_over() => return false,
+            Phase::Moving { sure } => {
                 self.look();
                 return sure;
             }
@@ -132,7 +132,7 @@ impl Reach {
         let moved_m = distance_m * (1.0 + deviation * self.random.normal());
         let goal_m = self.arm.goal_m() + moved_m / self.mapping.gain;
         self.arm.move_to(goal_m, duration_s);
-        self.doing = Doing::Moving {
+        self.phase = Phase::Moving {
             sure: deviation * distance_m.abs() <= 0.5 * margin_m,
         };
     }

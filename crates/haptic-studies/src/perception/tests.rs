@@ -40,7 +40,7 @@ fn to_question(session: &mut PerceptionSession, mut tick: u64) -> u64 {
     tick
 }
 
-fn answer_that_is(correct: bool, upcoming: &Upcoming) -> Answer {
+fn answer_that_is(correct: bool, upcoming: &CurrentTrial) -> Answer {
     let is_first_more = upcoming.comparison_first == (upcoming.case != Case::C);
     if is_first_more == correct {
         Answer::First
@@ -159,7 +159,7 @@ fn a_staircase_follows_its_rule_and_ends_at_trials_or_reversals() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Whatever the answers, a study that is resumed after any row goes on as it would have.
+    /// Whatever the answers, a study that is resumed after any row continues as it would have.
     #[test]
     fn a_resumed_study_has_the_same_rest(answers in prop::collection::vec(any::<bool>(), 64), at in any::<prop::sample::Index>()) {
         let plan = small();

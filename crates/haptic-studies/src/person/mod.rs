@@ -23,16 +23,16 @@ use haptic_recording::StateMarks;
 use std::collections::VecDeque;
 use std::io;
 use std::path::Path;
-use writer::{Kept, WriterThread};
+use writer::{Outcome, WriterThread};
 
-/// Why a person's session cannot go on.
+/// Why a person's session cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum PersonError {
     /// The study cannot be read or written.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// Simulated operators do this study.
-    #[error("simulated operators do this study, and no people: `haptic-ctl study resume` goes on with it")]
+    #[error("simulated operators do this study, and no people: continue with `haptic-ctl study resume`")]
     Simulated,
     /// No thread can be started.
     #[error("no thread can be started: {0}")]
@@ -41,7 +41,7 @@ pub enum PersonError {
 
 /// What happened in a person's session.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Happening {
+pub enum SessionEvent {
     /// A trial is on the disk, with this row.
     Kept(Row),
     /// A trial under way is void, and done again.
@@ -65,7 +65,7 @@ enum Input {
     Proceed,
 }
 
-/// A person's session. It holds the study's lock while it is there, so that no other program goes on with the study.
+/// A person's session. It holds the study's lock while it is there, so that no other program continues the study.
 #[derive(Debug)]
 pub struct PersonSession {
     session: Session,
@@ -75,13 +75,13 @@ pub struct PersonSession {
     /// Rows and voided attempts on their way to the disk.
     unkept: usize,
     waiting: VecDeque<Input>,
-    happenings: VecDeque<Happening>,
+    session_events: VecDeque<SessionEvent>,
     /// The study's trials are in one file, or on their way there, since all of this subject's are done.
     is_collected: bool,
 }
 
 impl PersonSession {
-    /// Opens a study to go on with a subject at the trial where the subject stopped, be that days ago.
+    /// Opens a study to continue with a subject at the trial where the subject stopped, be that days ago.
     ///
     /// # Errors
     /// It is not a study for people, another program has it open, there is no such subject, or its rows are not those
@@ -100,7 +100,7 @@ impl PersonSession {
             writer: WriterThread::spawn(study, keeper)?,
             unkept: 0,
             waiting: VecDeque::new(),
-            happenings: VecDeque::new(),
+            session_events: VecDeque::new(),
             is_collected: false,
         };
         // The program may have been killed after the last row.
@@ -166,7 +166,8 @@ impl PersonSession {
         self.put(Input::Frame(frame));
     }
 
-    /// Goes on: from instructions, from a break, after mounting, after an interruption. The last is the experimenter's.
+    /// Continues: from instructions, from a break, after mounting, after an interruption. The last is the
+    /// experimenter's.
     pub fn proceed(&mut self) {
         self.put(Input::Proceed);
     }
@@ -181,12 +182,12 @@ impl PersonSession {
         self.put(Input::Interrupt(why));
     }
 
-    /// Says that the daemon was started again, or connected to anew.
+    /// Says that the daemon was started again, or the connection to it re-established.
     pub fn new_link(&mut self) {
         self.put(Input::NewLink);
     }
 
-    /// The scene that the rig is to change to, once; none where it is active, or on its way. Not for the subject.
+    /// The scene that the rig shall change to, once; none where it is active, or on its way. Not for the subject.
     pub fn take_scene(&mut self) -> Option<Scene> {
         if self.unkept > 0 {
             return None;
@@ -204,45 +205,45 @@ impl PersonSession {
         self.put(Input::Refused(why.to_owned()));
     }
 
-    /// Goes on with what waited for the disk, and says what happened. Call it in every frame.
+    /// Continues with what waited for the disk, and says what happened. Call it in every frame.
     ///
     /// # Errors
-    /// A row cannot be written. The session is at its end: close it; one that is opened again goes on at that trial.
-    pub fn poll(&mut self) -> Result<Vec<Happening>, PersonError> {
-        while let Some(kept) = self.writer.take() {
-            self.kept(kept?);
+    /// A row cannot be written. The session is at its end: close it; one that is opened again continues at that trial.
+    pub fn poll(&mut self) -> Result<Vec<SessionEvent>, PersonError> {
+        while let Some(outcome) = self.writer.take() {
+            self.job_done(outcome?);
         }
-        Ok(self.happenings.drain(..).collect())
+        Ok(self.session_events.drain(..).collect())
     }
 
     /// The same, but waits for the disk first.
     ///
     /// # Errors
     /// As of [`poll`](Self::poll).
-    pub fn wait(&mut self) -> Result<Vec<Happening>, PersonError> {
+    pub fn wait(&mut self) -> Result<Vec<SessionEvent>, PersonError> {
         while self.unkept > 0 {
-            let Some(kept) = self.writer.wait() else { break };
-            self.kept(kept?);
+            let Some(outcome) = self.writer.wait() else { break };
+            self.job_done(outcome?);
         }
         self.poll()
     }
 
-    /// Ends it: what became final is on the disk, and another program may go on with the study, when this returns.
+    /// Ends it: what became final is on the disk, and another program may continue the study, when this returns.
     ///
     /// # Errors
     /// A row cannot be written.
     pub fn close(mut self) -> Result<(), PersonError> {
-        let kept = self.wait().map(drop);
+        let result = self.wait().map(drop);
         self.writer.join();
-        kept
+        result
     }
 
-    fn kept(&mut self, kept: Kept) {
+    fn job_done(&mut self, outcome: Outcome) {
         self.unkept = self.unkept.saturating_sub(1);
-        match kept {
-            Kept::News(Some(row)) => self.happenings.push_back(Happening::Kept(row)),
-            Kept::News(None) => {}
-            Kept::Collected => self.happenings.push_back(Happening::Finished),
+        match outcome {
+            Outcome::News(Some(row)) => self.session_events.push_back(SessionEvent::Kept(row)),
+            Outcome::News(None) => {}
+            Outcome::Collected => self.session_events.push_back(SessionEvent::Finished),
         }
         while self.unkept == 0 {
             let Some(input) = self.waiting.pop_front() else { return };
@@ -306,7 +307,7 @@ impl PersonSession {
     fn pass_on(&mut self) {
         while let Some(news) = self.session.take_news() {
             if let News::Voided(voided) = &news {
-                self.happenings.push_back(Happening::Voided(voided.clone()));
+                self.session_events.push_back(SessionEvent::Voided(voided.clone()));
             }
             self.unkept += 1;
             self.writer.keep(news);

@@ -4,7 +4,7 @@ use super::super::perception::Answer;
 use super::super::plan::Plan;
 use super::super::session::{Feedback, Instruction, Phase};
 use super::super::small_plans::{small_fitts, small_perception};
-use super::super::store::{About, StoreError, trials};
+use super::super::store::{StoreError, StudyDescription, trials};
 use super::super::trial::{FittsTrial, Operator, PerceptionTrial};
 use super::*;
 use haptic_ipc::{RigState, Sample, SamplesEvent};
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The folder in which this test program, started anew, does a study until it is killed.
+/// The folder in which this test program, started again, does a study until it is killed.
 const FOLDER: &str = "HAPTICD_TEST_STUDY";
 
 fn rig() -> RigDescription {
@@ -29,7 +29,7 @@ fn rig() -> RigDescription {
 /// Makes a study for people with one subject.
 fn make(folder: &Path, text: &str) {
     let plan = Plan::read(text).expect("a plan");
-    let about = About::people(&plan, text, 1, vec!["P7".to_owned()]);
+    let about = StudyDescription::people(&plan, text, 1, vec!["P7".to_owned()]);
     drop(Study::create(folder, text, &about).expect("created"));
 }
 
@@ -55,7 +55,7 @@ struct Person {
     state: RigState,
     position_m: f64,
     buttons: u8,
-    happenings: Vec<Happening>,
+    session_events: Vec<SessionEvent>,
     /// Scenes that were rendered.
     scenes: Vec<Scene>,
 }
@@ -70,7 +70,7 @@ impl Person {
             state: RigState::Engaged,
             position_m: 0.0,
             buttons: 0,
-            happenings: Vec::new(),
+            session_events: Vec::new(),
             scenes: Vec::new(),
         }
     }
@@ -96,7 +96,7 @@ impl Person {
     }
 
     fn listen(&mut self) {
-        self.happenings.extend(self.session.wait().expect("kept"));
+        self.session_events.extend(self.session.wait().expect("kept"));
     }
 
     fn ticks(&mut self, count: u32) {
@@ -137,20 +137,20 @@ impl Person {
     }
 
     /// Lets the disk come to its end first.
-    fn end_after_listening(mut self) -> Vec<Happening> {
+    fn end_after_listening(mut self) -> Vec<SessionEvent> {
         self.listen();
         self.end()
     }
 
-    /// Ends the program: another one goes on.
-    fn end(self) -> Vec<Happening> {
+    /// Ends the program: another one continues.
+    fn end(self) -> Vec<SessionEvent> {
         self.session.close().expect("closed");
-        self.happenings
+        self.session_events
     }
 
     fn kept(&self) -> usize {
-        let kept = |happening: &&Happening| matches!(happening, Happening::Kept(_));
-        self.happenings.iter().filter(kept).count()
+        let kept = |event: &&SessionEvent| matches!(event, SessionEvent::Kept(_));
+        self.session_events.iter().filter(kept).count()
     }
 }
 
@@ -190,7 +190,7 @@ fn a_person_goes_on_after_any_end_and_two_programs_cannot_fight() {
         }
         done += person.kept();
         assert_eq!(person.session.view().done, done);
-        if person.end().contains(&Happening::Finished) {
+        if person.end().contains(&SessionEvent::Finished) {
             break;
         }
     }
@@ -225,23 +225,26 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
             |person| person.revision += 1,
             "another program changed the scene: revision ",
         ),
-        (|person| person.session.new_link(), "the daemon was connected to anew"),
+        (
+            |person| person.session.new_link(),
+            "the connection to the daemon was re-established",
+        ),
     ];
     let mut person = Person::new(&folder);
     for (number, (disturb, reason)) in (1..).zip(disturbances) {
         person.find_target();
         person.click();
         person.ticks(100);
-        person.happenings.clear();
+        person.session_events.clear();
         disturb(&mut person);
         person.ticks(2);
-        let [Happening::Voided(voided)] = &person.happenings[..] else {
-            panic!("{reason}: {:?}", person.happenings)
+        let [SessionEvent::Voided(voided)] = &person.session_events[..] else {
+            panic!("{reason}: {:?}", person.session_events)
         };
         assert!(voided.reason.starts_with(reason), "{}", voided.reason);
         assert!((voided.row, voided.practice) == (1, true), "{voided:?}");
         assert_eq!(person.phase(), Phase::Paused);
-        // Nothing goes on before the rig is well again and the experimenter consents.
+        // Nothing continues before the rig is well again and the experimenter consents.
         person.state = RigState::Engaged;
         person.ticks(500);
         assert_eq!(person.phase(), Phase::Paused, "{reason}");
@@ -252,10 +255,10 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
     }
     person.find_target();
     person.click();
-    person.happenings.clear();
+    person.session_events.clear();
     person.click();
-    let Some(Happening::Kept(Row::Fitts(row))) = person.happenings.first() else {
-        panic!("{:?}", person.happenings)
+    let Some(SessionEvent::Kept(Row::Fitts(row))) = person.session_events.first() else {
+        panic!("{:?}", person.session_events)
     };
     assert_eq!((row.trial, row.voided), (1, 6));
     // Its recording is of the attempt that counts, and knows its scene.
@@ -274,8 +277,8 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
     person.find_target();
     person.click();
     person.click();
-    let Some(Happening::Kept(Row::Fitts(row))) = person.happenings.last() else {
-        panic!("{:?}", person.happenings)
+    let Some(SessionEvent::Kept(Row::Fitts(row))) = person.session_events.last() else {
+        panic!("{:?}", person.session_events)
     };
     assert_eq!((row.trial, row.voided), (2, 0), "the next trial has no void attempts");
 }
@@ -314,7 +317,7 @@ fn a_click_counts_at_its_tick_by_the_rigs_button_or_however_late_it_is_told() {
     person.ticks(200);
     person.session.click(clicked);
     person.listen();
-    let Some(Happening::Kept(Row::Fitts(first))) = person.happenings.pop() else {
+    let Some(SessionEvent::Kept(Row::Fitts(first))) = person.session_events.pop() else {
         panic!("a row")
     };
     assert_eq!(
@@ -332,7 +335,7 @@ fn a_click_counts_at_its_tick_by_the_rigs_button_or_however_late_it_is_told() {
     let coming = person.tick + 50;
     person.session.click(coming);
     person.ticks(60);
-    let Some(Happening::Kept(Row::Fitts(second))) = person.happenings.pop() else {
+    let Some(SessionEvent::Kept(Row::Fitts(second))) = person.session_events.pop() else {
         panic!("a row")
     };
     assert_eq!((second.start_tick, second.end_tick), (Some(clicked), Some(coming)));
@@ -353,8 +356,8 @@ fn a_person_tells_surfaces_apart_and_sees_nothing_of_them() {
         person.listen();
         let feedback = person.session.view().feedback;
         assert_eq!(feedback == Some(Feedback::Answered), !is_practice, "{feedback:?}");
-        rows.extend(person.happenings.drain(..).filter_map(|happening| match happening {
-            Happening::Kept(Row::Perception(row)) => Some(*row),
+        rows.extend(person.session_events.drain(..).filter_map(|event| match event {
+            SessionEvent::Kept(Row::Perception(row)) => Some(*row),
             _ => None,
         }));
     }
@@ -473,7 +476,7 @@ fn people_do_not_do_a_simulated_study_nor_a_model_that_of_people() {
     let (_parent, folder) = a_folder();
     let text = small_fitts();
     let plan = Plan::read(&text).expect("a plan");
-    let about = About::simulated(&plan, &text, 1, 1, Default::default(), false);
+    let about = StudyDescription::simulated(&plan, &text, 1, 1, Default::default(), false);
     drop(Study::create(&folder, &text, &about).expect("created"));
     let error = PersonSession::open(&folder, "01", rig())
         .expect_err("a model's")

@@ -12,8 +12,8 @@ enum Job {
     Collect,
 }
 
-/// What the thread has done.
-pub(super) enum Kept {
+/// What a job of the thread came to.
+pub(super) enum Outcome {
     /// This is on the disk; of a trial, its row as it stands there.
     News(Option<Row>),
     /// All trials of the study are in one file.
@@ -23,7 +23,7 @@ pub(super) enum Kept {
 /// The thread; it ends with this, after what it was given.
 pub(super) struct WriterThread {
     jobs: Sender<Job>,
-    kept: Receiver<Result<Kept, StoreError>>,
+    outcomes: Receiver<Result<Outcome, StoreError>>,
     thread: JoinHandle<()>,
 }
 
@@ -31,12 +31,12 @@ impl WriterThread {
     /// Starts it. It holds the study, and with it the lock.
     pub(super) fn spawn(study: Study, mut keeper: Keeper) -> io::Result<Self> {
         let (jobs, work) = channel();
-        let (done, kept) = channel();
+        let (done, outcomes) = channel();
         let thread = thread::Builder::new().name("study files".to_owned()).spawn(move || {
             for job in work {
                 let result = match job {
-                    Job::Keep(news) => keeper.keep(news).map(Kept::News),
-                    Job::Collect => study.collect().map(|_| Kept::Collected),
+                    Job::Keep(news) => keeper.keep(news).map(Outcome::News),
+                    Job::Collect => study.collect().map(|_| Outcome::Collected),
                 };
                 let failed = result.is_err();
                 // Nobody may be left to hear of it; what was given is kept all the same.
@@ -46,19 +46,19 @@ impl WriterThread {
                 }
             }
         })?;
-        Ok(Self { jobs, kept, thread })
+        Ok(Self { jobs, outcomes, thread })
     }
 
     /// Ends it, and waits until it has let the study go.
     pub(super) fn join(self) {
         let Self { jobs, thread, .. } = self;
         drop(jobs);
-        // A panic of it has told itself.
+        // A panic of the thread has printed its message.
         thread.join().unwrap_or_default();
     }
 
     pub(super) fn keep(&self, news: News) {
-        // A thread that has failed has told so.
+        // A thread that failed has reported it.
         self.jobs.send(Job::Keep(news)).unwrap_or_default();
     }
 
@@ -67,13 +67,13 @@ impl WriterThread {
     }
 
     /// What was done since, without waiting; `None` where nothing was.
-    pub(super) fn take(&self) -> Option<Result<Kept, StoreError>> {
-        self.kept.try_recv().ok()
+    pub(super) fn take(&self) -> Option<Result<Outcome, StoreError>> {
+        self.outcomes.try_recv().ok()
     }
 
     /// The same, waiting for what was given last.
-    pub(super) fn wait(&self) -> Option<Result<Kept, StoreError>> {
-        self.kept.recv().ok()
+    pub(super) fn wait(&self) -> Option<Result<Outcome, StoreError>> {
+        self.outcomes.recv().ok()
     }
 }
 

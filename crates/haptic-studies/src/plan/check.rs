@@ -2,7 +2,7 @@
 
 use super::super::trial::Case;
 
-/// The cursor moves at most so much farther than the handle.
+/// Largest ratio of the cursor's motion to the handle's.
 pub(super) const LARGEST_GAIN: f64 = 100.0;
 
 /// What is wrong with a plan.
@@ -26,7 +26,7 @@ pub enum PlanError {
         high: f64,
     },
     /// Two of a list have one name.
-    #[error("{list}: `{name}` stands there twice")]
+    #[error("{list}: duplicate name `{name}`")]
     Twice {
         /// The list.
         list: &'static str,

@@ -1,7 +1,7 @@
 //! The plan of a targeting task.
 
-use super::Task;
 use super::check::{LARGEST_GAIN, PlanError, names, within};
+use super::task::Task;
 use haptic_core::friction::{Friction, Viscous};
 use haptic_core::{Directional, Scene};
 use serde::{Deserialize, Serialize};
@@ -91,7 +91,7 @@ pub struct Resistance {
     pub scene: Option<Scene>,
     /// A real block that a person mounts; the motor gives no force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mounted: Option<Mounted>,
+    pub mounted: Option<MountedBlock>,
 }
 
 impl Resistance {
@@ -117,7 +117,7 @@ impl Resistance {
 /// A real block on a real surface, mounted on the handle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Mounted {
+pub struct MountedBlock {
     /// Mass of the block, kg (>= 0).
     pub mass_kg: f64,
     /// Force that sets it in motion, N (>= the dynamic force).

@@ -3,53 +3,22 @@
 mod check;
 mod fitts;
 mod perception;
+mod task;
 
 pub use check::PlanError;
-pub use fitts::{Condition, Cursor, FittsPlan, Mounted, Resistance, RigMapping};
+pub use fitts::{Condition, Cursor, FittsPlan, MountedBlock, Resistance, RigMapping};
 pub use perception::{Constant, PerceptionPlan, Staircase, Test};
+pub use task::Task;
 
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-
-/// The task of a study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Task {
-    /// Targets to be clicked.
-    Fitts,
-    /// Surfaces to be told apart.
-    Perception,
-}
-
-impl Task {
-    /// All tasks.
-    pub const ALL: [Self; 2] = [Self::Fitts, Self::Perception];
-
-    /// Its name, in plans and in names of files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fitts => "fitts",
-            Self::Perception => "perception",
-        }
-    }
-
-    /// The plan that every program has for it, as TOML.
-    #[must_use]
-    pub const fn built_in_plan(self) -> &'static str {
-        match self {
-            Self::Fitts => include_str!("../../../../studies/fitts.toml"),
-            Self::Perception => include_str!("../../../../studies/perception.toml"),
-        }
-    }
-}
 
 /// What a study consists of.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plan {
     /// Targets to be clicked.
     Fitts(FittsPlan),
-    /// Surfaces to be told apart.
+    /// Surfaces to distinguish.
     Perception(PerceptionPlan),
 }
 
@@ -126,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_plan_is_told_by_field_value_limit_and_unit() {
+    fn a_wrong_plan_is_reported_by_field_value_limit_and_unit() {
         let fitts = Task::Fitts.built_in_plan();
         let perception = Task::Perception.built_in_plan();
         for (text, was, is, message) in [
@@ -156,12 +125,7 @@ mod tests {
                 "conditions.9: its targets take 0.112 m of the handle to either side of rig.center_m, and rig.range_m leaves \
                  0 m: move rig.center_m towards the middle of rig.range_m",
             ),
-            (
-                fitts,
-                "name = \"2\"",
-                "name = \"1\"",
-                "conditions: `1` stands there twice",
-            ),
+            (fitts, "name = \"2\"", "name = \"1\"", "conditions: duplicate name `1`"),
             (
                 fitts,
                 "baseline = \"baseline\"",

@@ -1,8 +1,8 @@
 //! The plan of perception tests.
 
 use super::super::trial::{Case, Method};
-use super::Task;
 use super::check::{PlanError, within};
+use super::task::Task;
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::{Directional, Scene};
 use serde::{Deserialize, Serialize};
@@ -102,10 +102,10 @@ pub struct Staircase {
     pub correct_before_harder: u32,
     /// Wrong answers in a row that make it easier.
     pub wrong_before_easier: u32,
-    /// It ends after so many trials.
+    /// It ends after this number of trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_after_trials: Option<u32>,
-    /// It ends after so many turns.
+    /// It ends after this number of turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_after_reversals: Option<u32>,
 }

@@ -20,7 +20,7 @@ pub(super) enum ActiveScene {
 }
 
 impl ActiveScene {
-    /// Whether the change to a scene is to be made; it is on its way then.
+    /// Whether the caller shall change to a scene; the change is on its way then.
     pub(super) fn request(&mut self, wanted: &Scene) -> bool {
         let is_due = match self {
             Self::Unknown => true,

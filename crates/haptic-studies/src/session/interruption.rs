@@ -11,7 +11,7 @@ pub enum Interruption {
     State(RigState),
     /// Ticks are missing.
     LostTicks(u64),
-    /// The daemon was started again, or connected to anew.
+    /// The daemon was started again, or the connection to it re-established.
     NewLink,
     /// Another program changed the scene.
     SceneChanged {
@@ -33,7 +33,7 @@ impl std::fmt::Display for Interruption {
             Self::Paused => write!(formatter, "paused"),
             Self::State(state) => write!(formatter, "the rig is {state}"),
             Self::LostTicks(ticks) => write!(formatter, "{ticks} ticks are missing"),
-            Self::NewLink => write!(formatter, "the daemon was connected to anew"),
+            Self::NewLink => write!(formatter, "the connection to the daemon was re-established"),
             Self::SceneChanged { revision } => {
                 write!(formatter, "another program changed the scene: revision {revision}")
             }

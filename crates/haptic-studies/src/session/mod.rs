@@ -10,7 +10,7 @@
 //!
 //! The caller gives it every tick ([`row`](Session::row)), clicks and answers with the tick at which they came,
 //! renders the scenes that it asks for ([`take_scene`](Session::take_scene), [`rendered`](Session::rendered)), shows
-//! its [`View`], and puts what becomes final on the disk ([`take_news`](Session::take_news)) before it goes on.
+//! its [`View`], and puts what becomes final on the disk ([`take_news`](Session::take_news)) before it continues.
 
 mod active_scene;
 mod frames;
@@ -63,7 +63,7 @@ pub struct Settings {
     pub voided: u32,
 }
 
-/// What the experimenter does at the handle before the session goes on.
+/// What the experimenter does at the handle before the session continues.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Mounting {
     /// Mount the real block of this resistance.
@@ -92,7 +92,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// A session that goes on where the task is.
+    /// A session that continues where the task is.
     #[must_use]
     pub fn new(task: Task, subject: &Subject, settings: Settings) -> Self {
         let mut session = Self {
@@ -185,7 +185,7 @@ impl Session {
         }
     }
 
-    /// Whether it goes on by [`proceed`](Self::proceed) alone.
+    /// Whether it continues by [`proceed`](Self::proceed) alone.
     #[must_use]
     pub fn waits_for_consent(&self) -> bool {
         !matches!(self.stage, Stage::Running | Stage::GetReady | Stage::Done)
@@ -231,7 +231,7 @@ impl Session {
         self.stage = Stage::Paused(why);
     }
 
-    /// Says that the daemon was started again, or connected to anew: ticks and revisions begin anew.
+    /// Says that the daemon was started again, or the connection to it re-established: ticks and revisions begin again.
     pub fn new_link(&mut self) {
         // At the start target, too: the rig may render another scene by now.
         if self.stage == Stage::Running {
@@ -280,7 +280,7 @@ impl Session {
         }
     }
 
-    /// Takes what is to be put on the disk, oldest first. Give no more ticks before it is there.
+    /// Takes what the caller shall put on the disk, oldest first. Give no more ticks before it is there.
     pub fn take_news(&mut self) -> Option<News> {
         self.news.pop_front()
     }
@@ -477,6 +477,6 @@ impl Session {
     reason = "a break of minutes, and none below 0"
 )]
 fn whole_seconds(time_s: f64) -> u32 {
-    // Ticks are no whole number of binary fractions of a second.
+    // Ticks are not a whole number of binary fractions of a second.
     (time_s - 1e-6).ceil() as u32
 }

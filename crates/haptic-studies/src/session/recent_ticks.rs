@@ -1,11 +1,11 @@
-//! The newest ticks, and clicks by their ticks: a screen learns of ticks in batches, so that a click may be told before
-//! its tick or after it.
+//! The newest ticks, and clicks by their ticks: a screen learns of ticks in batches, so that a click may be
+//! reported before its tick or after it.
 
 use haptic_core::servo::InputWord;
 use haptic_ipc::Sample;
 use std::collections::VecDeque;
 
-/// How late a click may be told, in ticks.
+/// How late a click may be reported, in ticks.
 const LATEST_CLICK_TICKS: usize = 1000;
 
 /// The newest ticks, and the clicks that wait for theirs.

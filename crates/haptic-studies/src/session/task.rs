@@ -12,7 +12,7 @@ use haptic_core::Scene;
 pub enum Task {
     /// Targets to be clicked.
     Fitts(FittsSession),
-    /// Surfaces to be told apart.
+    /// Surfaces to distinguish.
     Perception(PerceptionSession),
 }
 

@@ -1,4 +1,4 @@
-//! What the subject's screen shows. Nothing here tells what is rendered, nor how a trial is named.
+//! What the subject's screen shows. Nothing here shows what is rendered, nor how a trial is named.
 
 use super::super::fitts;
 use super::super::perception::Prompt;
@@ -22,13 +22,13 @@ pub struct View {
 /// Where the subject is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
-    /// Read what comes; goes on by `proceed`.
+    /// Read what comes; continues by `proceed`.
     Instruction(Instruction),
-    /// The experimenter changes the handle; goes on by `proceed`.
+    /// The experimenter changes the handle; continues by `proceed`.
     Mounting,
     /// A break, which may be ended by `proceed` at any time.
     Rest {
-        /// What is left of it in whole seconds, rounded up: a screen need not be drawn anew for less. 0 where it is
+        /// What is left of it in whole seconds, rounded up: a screen need not be drawn again for less. 0 where it is
         /// over.
         remaining_s: u32,
     },
@@ -42,7 +42,7 @@ pub enum Phase {
     Feel(u8),
     /// Which had more friction: the first (1, left arrow) or the second (2, right arrow)?
     Question,
-    /// Paused, or broken off; goes on by `proceed`, which is the experimenter's.
+    /// Paused, or broken off; continues by `proceed`, which is the experimenter's.
     Paused,
     /// All is done: thanks.
     Done,
@@ -83,7 +83,7 @@ pub struct Targets {
     pub width_m: f64,
     /// Diameter of the cursor.
     pub cursor_diameter_m: f64,
-    /// Whether the active target is the one that a segment starts from: its click is no trial.
+    /// Whether the active target is the one that a segment starts from: its click is not a trial.
     pub is_start: bool,
 }
 
@@ -106,7 +106,7 @@ pub enum Feedback {
     Hit,
     /// The cursor was not wholly inside.
     Missed,
-    /// The answer was taken. Whether it was right is told in practice alone.
+    /// The answer was taken. Whether it was right is shown in practice alone.
     Answered,
     /// The answer was right.
     Right,

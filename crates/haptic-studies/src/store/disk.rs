@@ -1,6 +1,6 @@
 //! Files that are on the disk when a call returns.
 
-use super::StoreError;
+use super::error::StoreError;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;

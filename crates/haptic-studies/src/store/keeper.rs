@@ -3,7 +3,9 @@
 use super::super::session::{FinishedTrial, News, Row, Session, Settings, Task, Ticks};
 use super::super::subject::Subject;
 use super::super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
-use super::{StoreError, Study, SubjectFiles};
+use super::Study;
+use super::error::StoreError;
+use super::subject_files::SubjectFiles;
 use haptic_ipc::ServoSetup;
 use haptic_recording::Metadata;
 use serde_json::Value;
@@ -44,7 +46,7 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// Opens a subject's files, and the session that goes on where they end.
+    /// Opens a subject's files, and the session that continues where they end.
     ///
     /// # Errors
     /// They cannot be read, or are not those of the plan.
@@ -98,7 +100,7 @@ impl Keeper {
     /// Keeps what became final: it is on the disk when this returns. Returns the row of a trial as it stands there.
     ///
     /// # Errors
-    /// It cannot be written. The session must not go on then; another one goes on at this trial.
+    /// It cannot be written. The session must not continue then; another one continues at this trial.
     pub fn keep(&mut self, news: News) -> Result<Option<Row>, StoreError> {
         match news {
             News::Voided(voided) => {

@@ -20,198 +20,39 @@
 //! row is kept as `....unscored-1.mcap`. Nothing is overwritten.
 
 mod disk;
+mod error;
 mod keeper;
+mod layout;
 mod notes;
 mod parquet;
+mod reading;
 mod sidecar;
+mod study_description;
 mod subject_files;
 
+pub use error::StoreError;
 pub use keeper::{Keeper, RigDescription};
 pub use notes::note;
+pub use reading::{read, trials, trials_of};
+pub use study_description::StudyDescription;
 pub use subject_files::SubjectFiles;
 
-use super::operator::Constants;
-use super::plan::{Plan, PlanError, Task};
-use super::resume::NotThisStudy;
+use super::plan::{Plan, Task};
 use super::session;
-use super::subject::{CodeError, Subject, check_codes, numbered_codes};
-use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial, TrialError};
+use super::subject::{Subject, check_codes};
+use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
 use disk::{at, replace, sync_folder, write_new};
-use serde::{Deserialize, Serialize};
+use layout::{ALL_TRIALS, DESCRIPTION, LOCK, PLAN, STUDY};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-const PLAN: &str = "plan.toml";
-const STUDY: &str = "study.json";
-const DESCRIPTION: &str = "dataset_description.json";
-const LOCK: &str = ".lock";
-const DATA: &str = "data";
-const ALL_TRIALS: &str = "trials.parquet";
-
-/// The version of the layout.
-const VERSION: u32 = 1;
-
-/// Why a study cannot be stored, or gone on with.
-#[derive(Debug, thiserror::Error)]
-pub enum StoreError {
-    /// The folder has something in it.
-    #[error("{}: {what}", .path.display())]
-    Taken {
-        /// The folder.
-        path: PathBuf,
-        /// What is there.
-        what: String,
-    },
-    /// There is no study.
-    #[error("{}: there is no study: it has no {STUDY}", .0.display())]
-    NotAStudy(PathBuf),
-    /// Another program runs it.
-    #[error("{}: another program is running this study", .0.display())]
-    Locked(PathBuf),
-    /// A later version made it.
-    #[error("{}: its version is {found}, and this program knows up to {VERSION}", .path.display())]
-    Version {
-        /// The file.
-        path: PathBuf,
-        /// Its version.
-        found: u32,
-    },
-    /// The plan is not the one that the study began with.
-    #[error("{}: the plan was changed since the study began: its checksum was {expected:08x} and is {found:08x}", .path.display())]
-    PlanChanged {
-        /// The file.
-        path: PathBuf,
-        /// Checksum at the beginning.
-        expected: u32,
-        /// Checksum now.
-        found: u32,
-    },
-    /// A plan cannot be used.
-    #[error("{}: {source}", .path.display())]
-    Plan {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: PlanError,
-    },
-    /// The subjects cannot take part under these codes.
-    #[error(transparent)]
-    Codes(#[from] CodeError),
-    /// There is no such subject.
-    #[error("`{code}` is not a subject of this study; there are {known}")]
-    NoSubject {
-        /// The code.
-        code: String,
-        /// Those that there are.
-        known: String,
-    },
-    /// A file of rows has a column that no row of this program has.
-    #[error("{}: the column `{column}` is none of this program's, and would be lost: keep it in another file, or finish the \
-             study with the version that began it", .path.display())]
-    Column {
-        /// The file.
-        path: PathBuf,
-        /// The column.
-        column: String,
-    },
-    /// A row of the other task.
-    #[error("a row of the other task is no row of this study")]
-    OtherTask,
-    /// The rows are not those of the plan.
-    #[error(transparent)]
-    NotThisStudy(#[from] NotThisStudy),
-    /// A file of trials cannot be read.
-    #[error("{}: {source}", .path.display())]
-    Trials {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: TrialError,
-    },
-    /// A file cannot be read or written.
-    #[error("{}: {source}", .path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-}
-
-/// What a study is beside its plan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct About {
-    /// Version of the layout.
-    pub version: u32,
-    /// Program that began it.
-    pub program: String,
-    /// The task.
-    pub task: Task,
-    /// Seed of every random order.
-    pub seed: u64,
-    /// The subjects' codes; a subject's number, which decides on its random orders, is its place here.
-    pub subjects: Vec<String>,
-    /// Who takes part.
-    pub operator: Operator,
-    /// Constants of a simulated operator.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub constants: Option<Constants>,
-    /// Whether the ticks of each trial are kept.
-    pub recordings: bool,
-    /// CRC-32 of the plan.
-    pub plan_crc32: u32,
-}
-
-impl About {
-    /// A study by people.
-    #[must_use]
-    pub fn people(plan: &Plan, plan_text: &str, seed: u64, subjects: Vec<String>) -> Self {
-        Self {
-            version: VERSION,
-            program: concat!("hapticd ", env!("CARGO_PKG_VERSION")).to_owned(),
-            task: plan.task(),
-            seed,
-            subjects,
-            operator: Operator::Human,
-            constants: None,
-            recordings: true,
-            plan_crc32: crc32fast::hash(plan_text.as_bytes()),
-        }
-    }
-
-    /// A study by simulated operators.
-    #[must_use]
-    pub fn simulated(
-        plan: &Plan,
-        plan_text: &str,
-        seed: u64,
-        subjects: u32,
-        constants: Constants,
-        recordings: bool,
-    ) -> Self {
-        Self {
-            operator: Operator::Simulated,
-            constants: Some(constants),
-            recordings,
-            ..Self::people(plan, plan_text, seed, numbered_codes(subjects))
-        }
-    }
-
-    /// The subjects.
-    pub fn all_subjects(&self) -> impl Iterator<Item = Subject> {
-        (1..)
-            .zip(&self.subjects)
-            .map(|(number, code)| Subject::new(number, code))
-    }
-}
-
-/// A study on the disk, which this program alone may go on with.
+/// A study on the disk, which this program alone may continue.
 #[derive(Debug)]
 pub struct Study {
     folder: PathBuf,
     plan: Plan,
-    about: About,
+    about: StudyDescription,
     _lock: Lock,
 }
 
@@ -220,7 +61,7 @@ impl Study {
     ///
     /// # Errors
     /// The folder has something in it, or cannot be written.
-    pub fn create(folder: &Path, plan_text: &str, about: &About) -> Result<Self, StoreError> {
+    pub fn create(folder: &Path, plan_text: &str, about: &StudyDescription) -> Result<Self, StoreError> {
         if folder.join(STUDY).exists() {
             return Err(StoreError::Taken {
                 path: folder.to_owned(),
@@ -258,7 +99,7 @@ impl Study {
         Self::open(folder)
     }
 
-    /// Opens a study to go on with it.
+    /// Opens a study to continue it.
     ///
     /// # Errors
     /// There is none, another program runs it, or its plan was changed.
@@ -291,7 +132,7 @@ impl Study {
 
     /// What it is beside the plan.
     #[must_use]
-    pub fn about(&self) -> &About {
+    pub fn about(&self) -> &StudyDescription {
         &self.about
     }
 
@@ -321,7 +162,7 @@ impl Study {
     /// The files of a subject.
     ///
     /// # Errors
-    /// They cannot be read, or mended where the program was killed.
+    /// They cannot be read, or repaired where the program was killed.
     pub fn subject<T: Trial>(&self, subject: &Subject) -> Result<SubjectFiles<T>, StoreError> {
         SubjectFiles::open(&self.folder, subject, self.about.task)
     }
@@ -397,56 +238,8 @@ impl Drop for Lock {
     }
 }
 
-/// Reads what a study is, without a lock.
-///
-/// # Errors
-/// There is no study, or its plan was changed.
-pub fn read(folder: &Path) -> Result<(Plan, About), StoreError> {
-    let path = folder.join(STUDY);
-    let text = match fs::read_to_string(&path) {
-        Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
-            return Err(StoreError::NotAStudy(folder.to_owned()));
-        }
-        read => read.map_err(at(&path))?,
-    };
-    let about: About = serde_json::from_str(&text).map_err(|error| at(&path)(error.into()))?;
-    if about.version > VERSION {
-        let found = about.version;
-        return Err(StoreError::Version { path, found });
-    }
-    let path = folder.join(PLAN);
-    let text = fs::read_to_string(&path).map_err(at(&path))?;
-    let (expected, found) = (about.plan_crc32, crc32fast::hash(text.as_bytes()));
-    if expected != found {
-        return Err(StoreError::PlanChanged { path, expected, found });
-    }
-    let plan = Plan::read(&text).map_err(|source| StoreError::Plan { path, source })?;
-    Ok((plan, about))
-}
-
-/// All trials of a study, subject by subject, without those of practice. The study may be under way.
-///
-/// # Errors
-/// There is no study, or a file of it cannot be read.
-pub fn trials<T: Trial>(folder: &Path) -> Result<Vec<T>, StoreError> {
-    let (_, about) = read(folder)?;
-    let mut trials = Vec::new();
-    for subject in about.all_subjects() {
-        trials.extend(trials_of(folder, &subject, about.task)?);
-    }
-    Ok(trials)
-}
-
-/// All trials of one subject of a study, without those of practice. The study may be under way.
-///
-/// # Errors
-/// The file cannot be read.
-pub fn trials_of<T: Trial>(folder: &Path, subject: &Subject, task: Task) -> Result<Vec<T>, StoreError> {
-    subject_files::trials(folder, subject, task, false)
-}
-
-/// How the study that is there differs from the one that is to be created.
-fn difference(folder: &Path, about: &About) -> String {
+/// How the study that is there differs from the one to create.
+fn difference(folder: &Path, about: &StudyDescription) -> String {
     let Ok((_, found)) = read(folder) else {
         return "there is a study already".to_owned();
     };
@@ -465,7 +258,7 @@ fn difference(folder: &Path, about: &About) -> String {
         }
     }
     if differing.is_empty() {
-        "there is this study already; `haptic-ctl study resume` goes on with it".to_owned()
+        "there is this study already; continue with `haptic-ctl study resume`".to_owned()
     } else {
         let differing = differing.join(" and ");
         format!("there is another study already, which differs in {differing}; nothing is overwritten")
@@ -473,7 +266,7 @@ fn difference(folder: &Path, about: &About) -> String {
 }
 
 /// What Psych-DS asks for.
-fn description(plan: &Plan, about: &About) -> Result<String, StoreError> {
+fn description(plan: &Plan, about: &StudyDescription) -> Result<String, StoreError> {
     let who = match about.operator {
         Operator::Human => "people",
         Operator::Simulated => "a simulated operator, and no people",

@@ -1,7 +1,7 @@
 //! Notes of the experimenter: a line each, with the subject and the tick at which it was taken.
 
-use super::StoreError;
 use super::disk::{append, at};
+use super::error::StoreError;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};

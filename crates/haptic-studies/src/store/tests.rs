@@ -1,11 +1,12 @@
+use super::super::operator::Constants;
 use super::super::run::{Progress, run};
 use super::super::small_plans::{small_fitts, small_perception};
 use super::*;
 use std::collections::BTreeMap;
 
-fn about(text: &str, seed: u64, recordings: bool) -> About {
+fn about(text: &str, seed: u64, recordings: bool) -> StudyDescription {
     let plan = Plan::read(text).expect("a plan");
-    About::simulated(&plan, text, seed, 2, Constants::default(), recordings)
+    StudyDescription::simulated(&plan, text, seed, 2, Constants::default(), recordings)
 }
 
 /// Every file of a folder, but the lock.
@@ -62,7 +63,7 @@ fn threads_change_nothing_and_nothing_is_overwritten() {
         for (seed, message) in [
             (
                 1,
-                "there is this study already; `haptic-ctl study resume` goes on with it",
+                "there is this study already; continue with `haptic-ctl study resume`",
             ),
             (
                 2,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// A valid click of the Fitts task, and the invalid ones before it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittsTrial {
-    /// Who did it; a file from elsewhere need not tell.
+    /// Who did it; a file from elsewhere need not say so.
     #[serde(default)]
     pub operator: Option<Operator>,
     /// Code of the subject.

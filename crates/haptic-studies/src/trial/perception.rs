@@ -28,7 +28,7 @@ pub enum Method {
 /// A two-interval choice between the base surface and a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PerceptionTrial {
-    /// Who did it; a file from elsewhere need not tell.
+    /// Who did it; a file from elsewhere need not say so.
     #[serde(default)]
     pub operator: Option<Operator>,
     /// Code of the subject.

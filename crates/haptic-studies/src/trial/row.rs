@@ -73,7 +73,7 @@ pub(super) fn named(column: &'static str, value: &str) -> Result<(), OutOfRange>
     check(!value.is_empty(), column, &"``", "", "it must not be empty")
 }
 
-/// The session of a row that does not tell: the first.
+/// The session of a row that does not say it: the first.
 pub(super) const fn first_session() -> u32 {
     1
 }

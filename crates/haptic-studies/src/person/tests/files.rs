@@ -12,7 +12,7 @@ fn a_program_that_was_killed_after_the_last_row_has_all_trials_in_one_file_when_
     let bytes = std::fs::read(&all).expect("it is there");
     std::fs::remove_file(&all).expect("removed");
     let happened = Person::new(&folder).end_after_listening();
-    assert_eq!(happened, [Happening::Finished]);
+    assert_eq!(happened, [SessionEvent::Finished]);
     assert_eq!(std::fs::read(&all).expect("it is there again"), bytes);
 }
 

@@ -1,0 +1,96 @@
+//! Why a study cannot be stored, or continued.
+
+use super::super::plan::PlanError;
+use super::super::resume::StudyMismatch;
+use super::super::subject::CodeError;
+use super::super::trial::TrialError;
+use super::layout::{STUDY, VERSION};
+use std::io;
+use std::path::PathBuf;
+
+/// Why a study cannot be stored, or continued.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The folder has something in it.
+    #[error("{}: {what}", .path.display())]
+    Taken {
+        /// The folder.
+        path: PathBuf,
+        /// What is there.
+        what: String,
+    },
+    /// There is no study.
+    #[error("{}: there is no study: it has no {STUDY}", .0.display())]
+    NotAStudy(PathBuf),
+    /// Another program runs it.
+    #[error("{}: another program is running this study", .0.display())]
+    Locked(PathBuf),
+    /// A later version made it.
+    #[error("{}: its version is {found}, and this program knows up to {VERSION}", .path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+    },
+    /// The plan is not the one that the study began with.
+    #[error("{}: the plan was changed since the study began: its checksum was {expected:08x} and is {found:08x}", .path.display())]
+    PlanChanged {
+        /// The file.
+        path: PathBuf,
+        /// Checksum at the beginning.
+        expected: u32,
+        /// Checksum now.
+        found: u32,
+    },
+    /// A plan cannot be used.
+    #[error("{}: {source}", .path.display())]
+    Plan {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: PlanError,
+    },
+    /// The subjects cannot take part under these codes.
+    #[error(transparent)]
+    Codes(#[from] CodeError),
+    /// There is no such subject.
+    #[error("`{code}` is not a subject of this study; there are {known}")]
+    NoSubject {
+        /// The code.
+        code: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// A file of rows has a column that no row of this program has.
+    #[error("{}: the column `{column}` is none of this program's, and would be lost: keep it in another file, or finish the \
+             study with the version that began it", .path.display())]
+    Column {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// A row of the other task.
+    #[error("the row belongs to the other task")]
+    OtherTask,
+    /// The rows are not those of the plan.
+    #[error(transparent)]
+    StudyMismatch(#[from] StudyMismatch),
+    /// A file of trials cannot be read.
+    #[error("{}: {source}", .path.display())]
+    Trials {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TrialError,
+    },
+    /// A file cannot be read or written.
+    #[error("{}: {source}", .path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
