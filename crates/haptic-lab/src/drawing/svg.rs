@@ -1,7 +1,7 @@
 //! Charts as SVG. Colours and lines stand in a style sheet, which a dark ground changes.
 
 use super::axis::Scale;
-use super::{Chart, Form, Trace};
+use super::chart::{Chart, Form, Trace};
 use std::collections::HashSet;
 use std::fmt::{Arguments, Write as _};
 

@@ -6,8 +6,9 @@
 //! and again, and each such record is fitted. How far those fits scatter is the interval; how far their mean is from
 //! the truth that made them is the bias.
 
+use super::record::Record;
+use super::result::Interval;
 use super::sensor::{counted, noise, samples_in};
-use super::{Interval, Record};
 use fastrand::Rng;
 
 /// Length of the pieces of the residual that keep their place and get a sign by chance (Wu 1986), s: longer than noise

@@ -5,9 +5,12 @@
 //! changes in sight: at rest a rigid contact holds whatever there is, and predicts nothing. Of the laws within one
 //! standard error of the best, the simplest is chosen (Breiman, Friedman, Olshen and Stone 1984).
 
+use super::error::IdentifyError;
+use super::options::Options;
 use super::presliding::{self, Fit, PathLaw, Prepared};
 use super::progress::Progress;
-use super::{IdentifyError, ModelKind, Options, Record};
+use super::record::Record;
+use super::result::ModelKind;
 
 /// Shares of the record that are left out in turn.
 const FOLDS: usize = 5;

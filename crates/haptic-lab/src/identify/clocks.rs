@@ -1,6 +1,6 @@
 //! What is known of the clocks by which positions and forces were stamped.
 
-use super::Record;
+use super::record::Record;
 
 /// The clocks of positions and forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

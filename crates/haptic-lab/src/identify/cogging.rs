@@ -15,7 +15,7 @@
     reason = "some hundred bins and steps"
 )]
 
-use super::Interval;
+use super::result::Interval;
 use crate::robust_fit::NORMAL_95;
 use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
 use nalgebra::DMatrix;

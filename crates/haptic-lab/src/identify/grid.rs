@@ -1,6 +1,6 @@
 //! A record on an even grid of times, with the samples marked that hold no information.
 
-use super::Record;
+use super::record::Record;
 use crate::smoothing::{white_noise, whole};
 
 /// A grid point farther than this from a sample of the record, in periods, lies in a gap.

@@ -1,6 +1,7 @@
 //! What an identification fits, and how well, for people.
 
-use super::{Identified, Record};
+use super::record::Record;
+use super::result::Identified;
 use crate::derivatives::{less_inertia, velocity};
 use crate::drawing::{Chart, Trace};
 use crate::median::usual_period_s;

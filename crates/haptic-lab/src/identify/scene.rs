@@ -1,6 +1,6 @@
 //! The scene that feels like what was identified.
 
-use super::{Identified, ModelKind};
+use super::result::{Identified, ModelKind};
 use haptic_core::{Directional, Scene};
 use serde_json::{Value, json};
 

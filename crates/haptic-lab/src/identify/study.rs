@@ -14,7 +14,7 @@ mod judgement;
 
 pub use judgement::{Judged, Judgement};
 
-use super::Record;
+use super::record::Record;
 use super::sensor::{counted, noise, samples_in};
 use fastrand::Rng;
 use haptic_core::friction::Friction;

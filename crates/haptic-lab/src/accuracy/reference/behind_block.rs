@@ -1,8 +1,7 @@
 //! The true motion of a block under any law, between samples on a straight line of `K p + B v`.
 
 use super::course::{Course, Driver};
-use super::equations::{Law, Mode};
-use super::has_stuck_state;
+use super::equations::{Law, Mode, has_stuck_state};
 use crate::motion::DeviceSample;
 use crate::simulate::{ContactChange, Row, Simulation, Start};
 use haptic_core::Direction;

@@ -36,6 +36,16 @@ pub(super) enum Regime {
     Flowing,
 }
 
+/// Whether a contact under this law sticks and breaks away, and does not give way all the time:
+/// then its changes of contact are events, and not a matter of definition.
+#[must_use]
+pub fn has_stuck_state(law: &Friction) -> bool {
+    matches!(
+        law,
+        Friction::Karnopp(_) | Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_)
+    )
+}
+
 /// Where two regimes meet their laws differ by the square of the distance from there: so far, in
 /// `u`, a regime lasts beyond its border, so that rounding does not lead to and fro.
 const OVERLAP: f64 = 1e-9;

@@ -1,10 +1,14 @@
 //! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
 
 use super::motion::Motion;
+use super::problem::Problem;
 use super::regression::{Rows, Shape, Unknown};
-use super::{Problem, Slides, window};
+use super::slides::Slides;
+use super::window;
+use crate::identify::clocks::Clocks;
 use crate::identify::grid::Grid;
-use crate::identify::{Clocks, Directions, Identified, Options, Refusal};
+use crate::identify::options::{Directions, Options};
+use crate::identify::result::{Identified, Refusal};
 use crate::robust_fit::Unfit;
 use crate::two_clocks::NoShift;
 

@@ -1,9 +1,11 @@
 //! Static friction from the breakaways of a record.
 
 use super::breakaway::{self, Breakaway};
+use super::problem::Problem;
 use super::regression::Unknown;
-use super::{Problem, Slides};
-use crate::identify::{Identified, Options, Refusal};
+use super::slides::Slides;
+use crate::identify::options::Options;
+use crate::identify::result::{Identified, Refusal};
 use crate::robust_fit::NORMAL_95;
 use crate::stats::mean::student_t;
 use haptic_core::Directional;

@@ -1,7 +1,7 @@
 //! Least squares of the force under test functions, over logarithms where a parameter is positive, by Levenberg and
 //! Marquardt.
 
-use super::super::Options;
+use super::super::options::Options;
 use super::errors::Errors;
 use super::laws::{Course, PathLaw};
 use super::path::Path;

@@ -22,9 +22,14 @@ pub(super) use fitted::fitted;
 pub(super) use laws::PathLaw;
 
 use super::bootstrap::{Spread, World};
+use super::clocks::Clocks;
+use super::error::IdentifyError;
+use super::karnopp;
 use super::karnopp::{ALIKE, CALIBRATION_SHARE, SAMPLING_SHARE};
+use super::options::{Directions, Options};
 use super::progress::Progress;
-use super::{Clocks, Directions, Identified, IdentifyError, ModelKind, Options, Record, Refusal, karnopp};
+use super::record::Record;
+use super::result::{Identified, ModelKind, Refusal};
 use fastrand::Rng;
 use fit::{Assumed, Estimate};
 use quantity::Quantity;

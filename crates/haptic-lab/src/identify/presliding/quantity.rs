@@ -1,6 +1,6 @@
 //! What is reported of an estimate: each quantity's name, its value, and how sure one must be of it.
 
-use super::super::Identified;
+use super::super::result::Identified;
 use super::fit::{Assumed, Estimate};
 use super::laws::PathLaw;
 use haptic_core::Directional;

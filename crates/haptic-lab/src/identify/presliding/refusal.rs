@@ -1,6 +1,6 @@
 //! What a record cannot determine: first by physics, then by how far the fits to drawn records scatter.
 
-use super::super::{Interval, Refusal};
+use super::super::result::{Interval, Refusal};
 use super::find::Prepared;
 use super::fit::{Assumed, Estimate};
 use super::laws::PathLaw;

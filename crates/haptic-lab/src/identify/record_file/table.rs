@@ -1,10 +1,12 @@
 //! A table of text or Parquet: a heading, and rows of numbers.
 
 use super::columns::{Quantity, in_brackets};
+use super::error::RecordFileError;
 use super::layout::{Layout, cells, evened, number, on_the_same_day};
+use super::loaded::Loaded;
 use super::parquet_table::ParquetTable;
-use super::{Loaded, RecordFileError, Source};
-use crate::identify::Record;
+use super::source::Source;
+use crate::identify::record::Record;
 use haptic_recording::Place;
 use std::fs::File;
 use std::io::Read;

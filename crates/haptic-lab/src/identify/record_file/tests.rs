@@ -1,6 +1,7 @@
 //! Files of other laboratories.
 
 use super::*;
+use std::path::PathBuf;
 
 fn write(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");
