@@ -93,7 +93,7 @@ fn pick(scores: &[Score]) -> Option<Choice> {
         .find(|(score, (worse, error))| score.model == best.model || worse <= error)?;
     let figures: Vec<String> = scores
         .iter()
-        .map(|score| format!("{} {:.4} N", name(score.model), score.mean().sqrt()))
+        .map(|score| format!("{} {:.4} N", score.model.word(), score.mean().sqrt()))
         .collect();
     let verdict = if chosen.model == best.model {
         String::from("is the best, and no simpler one is within one standard error of it")
@@ -101,7 +101,7 @@ fn pick(scores: &[Score]) -> Option<Choice> {
         format!(
             "is the simplest within one standard error of {}, the best: its mean square is worse by {worse:.2e} N^2, \
              with a standard error of {error:.2e} N^2",
-            name(best.model)
+            best.model.word()
         )
     };
     Some(Choice {
@@ -109,18 +109,9 @@ fn pick(scores: &[Score]) -> Option<Choice> {
         because: format!(
             "strokes that were left out of the fit are predicted to, rms: {}; {} {verdict}",
             figures.join(", "),
-            name(chosen.model)
+            chosen.model.word()
         ),
     })
-}
-
-const fn name(model: ModelKind) -> &'static str {
-    match model {
-        ModelKind::Karnopp => "karnopp",
-        ModelKind::Dahl => "dahl",
-        ModelKind::Lugre => "lugre",
-        ModelKind::Auto => "auto",
-    }
 }
 
 /// The rows of each block of whole strokes.
