@@ -50,7 +50,7 @@ pub enum CompareError {
         /// Step of its encoder, um.
         step_um: f64,
     },
-    /// They were to be aligned by time, and their motions differ.
+    /// Alignment by time was asked for, and the motions differ.
     #[error(
         "the motions are not the same: at the best shift, {shift_s:.3} s, they overlap for {overlap_s:.1} s and their \
          positions agree by {agreement:.3}, less than {LEAST_AGREEMENT}; --align velocity compares force at the same \
@@ -64,10 +64,11 @@ pub enum CompareError {
         /// Agreement of the positions.
         agreement: f64,
     },
-    /// They were to be aligned by time, and their motions do not tell how.
+    /// Alignment by time was asked for, and the motions do not determine the shift.
     #[error(
-        "the motions do not tell the shift between the clocks: whatever it is, the positions agree as well, as those \
-         of one steady speed do. Record strokes of 0.5 to 3 Hz; --align velocity compares force at the same velocity"
+        "the motions do not determine the shift between the clocks: at any shift the positions agree equally well, as \
+         those of one steady speed do. Record strokes of 0.5 to 3 Hz; --align velocity compares force at the same \
+         velocity"
     )]
     AnyShift,
     /// There is no velocity at which both slide.

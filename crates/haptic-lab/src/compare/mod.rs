@@ -19,7 +19,7 @@ pub use plot::{page, summary, table};
 use crate::identify::{Interval, Record};
 use crate::median::usual_period_s;
 use align::Alignment;
-use clocks::Aligned;
+use clocks::AlignedRecords;
 use error::LEAST_AGREEMENT;
 use serde::Serialize;
 use signal::Signal;
@@ -104,8 +104,8 @@ pub struct Curves {
 pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Comparison, CompareError> {
     let period_s = usual_period_s(real.t_s.iter().copied()).max(usual_period_s(rendered.t_s.iter().copied()));
     let own = Signal::new(real, period_s, options.mass_kg, Side::Real)?;
-    let aligned = Aligned::new(&own, rendered, period_s, options.mass_kg)?;
-    let Aligned {
+    let aligned = AlignedRecords::new(&own, rendered, period_s, options.mass_kg)?;
+    let AlignedRecords {
         second: other,
         alignment,
         ..
@@ -128,7 +128,7 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
         AlignedBy::Time if !is_by_time => return Err(CompareError::AnyShift),
         AlignedBy::Time => {
             let mut comparison = by_time(&own, other, alignment);
-            tell_clocks(&mut comparison, &aligned);
+            note_clocks(&mut comparison, &aligned);
             comparison
         }
         AlignedBy::Velocity => by_velocity(&own, other, alignment)?,
@@ -164,8 +164,8 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
     Ok(comparison)
 }
 
-/// Puts the shift's interval and the clocks' drift into the result.
-fn tell_clocks(comparison: &mut Comparison, aligned: &Aligned) {
+/// Stores the shift's interval and the clocks' drift in the result.
+fn note_clocks(comparison: &mut Comparison, aligned: &AlignedRecords) {
     if let Some(shift) = aligned.shift {
         comparison.intervals.insert("shift_s".to_owned(), shift.interval());
     }
@@ -177,7 +177,7 @@ fn tell_clocks(comparison: &mut Comparison, aligned: &Aligned) {
         .insert("clock_drift_ppm".to_owned(), drift.interval);
     comparison.notes.push(format!(
         "the clock of the rendered record runs {:.1} ppm faster than the real one's, within [{low:.1}, {high:.1}] ppm: \
-         taken out about the middle, of which the shift is told",
+         removed about the middle, where the shift is given",
         drift.ppm
     ));
 }

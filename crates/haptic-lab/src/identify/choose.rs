@@ -1,4 +1,4 @@
-//! The model that predicts best what it has not seen, and is no more than it need be.
+//! The model that predicts best what it has not seen, and is not more complex than necessary.
 //!
 //! The record is cut at its turns into blocks of whole strokes. Each fifth of them is left out in turn, every law is
 //! fitted to the rest, and judged by the force that it predicts in the blocks left out. It is judged where the position
@@ -7,7 +7,7 @@
 
 use super::error::IdentifyError;
 use super::options::Options;
-use super::presliding::{self, Fit, PathLaw, Prepared};
+use super::presliding::{self, Fit, PathLaw, PreparedRecord};
 use super::progress::Progress;
 use super::record::Record;
 use super::result::ModelKind;
@@ -115,7 +115,7 @@ fn pick(scores: &[Score]) -> Option<Choice> {
 }
 
 /// The rows of each block of whole strokes.
-fn blocks(prepared: &Prepared) -> Vec<Vec<usize>> {
+fn blocks(prepared: &PreparedRecord) -> Vec<Vec<usize>> {
     let turns = prepared.turns();
     let samples = prepared.path.smooth_m.len();
     let mut ends: Vec<usize> = (1..FOLDS * BLOCKS_A_FOLD)
@@ -140,7 +140,7 @@ fn blocks(prepared: &Prepared) -> Vec<Vec<usize>> {
 
 /// What a model predicts of each block when the share of the record that it belongs to is left out.
 fn score(
-    prepared: &Prepared,
+    prepared: &PreparedRecord,
     model: ModelKind,
     law: PathLaw,
     blocks: &[Vec<usize>],

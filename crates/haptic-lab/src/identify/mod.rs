@@ -67,7 +67,7 @@ pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
 /// Identifies a record.
 ///
 /// # Errors
-/// The record or an option is unusable. What a usable record cannot determine is no error: it is in
+/// The record or an option is unusable. What a usable record cannot determine is not an error: it is in
 /// [`Identified::refused`].
 pub fn identify(record: &Record, options: &Options) -> Result<Identified, IdentifyError> {
     identify_with_progress(record, options, &mut |_| ControlFlow::Continue(()))
@@ -97,8 +97,8 @@ pub fn identify_with_progress(
     found.clock_drift_ppm = Some(ppm);
     found.intervals.insert("clock_drift_ppm".to_owned(), interval);
     found.notes.push(format!(
-        "the force's clock runs {ppm:.1} ppm faster than the position's, within [{:.1}, {:.1}] ppm: taken out about \
-         the middle of the record, of which the shift is told",
+        "the force's clock runs {ppm:.1} ppm faster than the position's, within [{:.1}, {:.1}] ppm: removed about \
+         the middle of the record, where the shift is given",
         interval[0], interval[1]
     ));
     Ok(found)

@@ -67,7 +67,7 @@ impl Options {
 /// Whether friction may differ by direction.
 ///
 /// Sliding alone determines `Fd+ + offset` and `Fd- - offset`: a constant force and friction that
-/// differs by direction look the same. An assumption, or a known offset, tells them apart.
+/// differs by direction look the same. An assumption, or a known offset, separates them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Directions {
     /// Alike, unless the record shows otherwise.

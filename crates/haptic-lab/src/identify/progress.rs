@@ -1,4 +1,4 @@
-//! How far an identification is, for whoever waits for it and may cancel it.
+//! How far an identification is, for a caller that waits for it and may cancel it.
 
 use super::error::IdentifyError;
 use std::ops::ControlFlow;

@@ -12,7 +12,7 @@
 pub mod cases;
 mod judgement;
 
-pub use judgement::{Judged, Judgement};
+pub use judgement::{Judgement, ParameterJudgement};
 
 use super::record::Record;
 use super::sensor::{counted, noise, samples_in};

@@ -90,7 +90,7 @@ impl Driver for Pull {
         [self.stiffness, self.per_speed]
     }
 
-    fn moved(&mut self, t: f64, displacement: f64) {
+    fn advance(&mut self, t: f64, displacement: f64) {
         self.x += exact(displacement);
         self.set_out(t);
     }

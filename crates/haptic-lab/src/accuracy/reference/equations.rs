@@ -5,7 +5,7 @@ use haptic_core::Direction;
 use haptic_core::block::Contact;
 use haptic_core::friction::Friction;
 
-/// Kind of motion between two events. Within one the equations are smooth, and go on so a little
+/// Kind of motion between two events. Within one the equations are smooth, and remain so a little
 /// beyond its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Mode {

@@ -37,12 +37,12 @@ use problem::Problem;
 use regression::{Rows, Shape, Unknown};
 use slides::Slides;
 
-/// A fit with friction alike must leave so many times what the separate one leaves before friction is
+/// What a fit with friction alike must leave, in multiples of what the separate one leaves, before friction is
 /// said to differ by direction, where the separate one leaves more than noise. A better fit of a law that
 /// misses something says little about the unknowns that it gained.
 const LEAST_GAIN: f64 = 3.0;
 
-/// What a fit leaves is noise up to this correlation between windows that do not touch, up to so many times what the
+/// What a fit leaves is noise up to this correlation between windows that do not touch, up to this multiple of what the
 /// noise of the force itself leaves, and where windows of 2.25 times the length leave less by this factor: white noise
 /// falls by 1.5.
 const NOISE_STRUCTURE: f64 = 0.2;
@@ -86,7 +86,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     };
     found.residual_rms_n = slides.fit.rms_n();
     found.residual_window_s = Some(2.0 * slides.rows.half_s);
-    tell_drift(&mut found, &slides);
+    note_drift(&mut found, &slides);
     found.notes.push(format!(
         "{} windows of {:.0} ms slide; the residual is that of the force smoothed by them",
         slides.rows.rows.len(),
@@ -98,7 +98,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     found
 }
 
-fn tell_drift(found: &mut Identified, slides: &Slides) {
+fn note_drift(found: &mut Identified, slides: &Slides) {
     let certain = slides
         .value(&[(Unknown::Drift, 1.0)])
         .filter(|(drift, reach)| drift.abs() > 2.0 * reach);
@@ -115,9 +115,9 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
     if let Clocks::Shifted(shift_s) = options.clocks {
         found.shift_s = shift_s;
     }
-    let as_told = problem.grid.force_shifted(found.shift_s, 0.0);
+    let as_given = problem.grid.force_shifted(found.shift_s, 0.0);
     if longest_s <= 0.0 {
-        return as_told;
+        return as_given;
     }
     let of = |problem: &Problem<'_>| {
         let rows = window::choose(problem, shape).map_err(|_| NoShift::OutOfReach)?;
@@ -134,8 +134,8 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
     let shift = match shift {
         Ok(shift) => shift,
         Err(why) => {
-            refusal::tell_no_shift(found, why, options.clocks);
-            return as_told;
+            refusal::report_no_shift(found, why, options.clocks);
+            return as_given;
         }
     };
     let [low, high] = shift.interval();
@@ -147,7 +147,7 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
             low * 1e3,
             high * 1e3
         ));
-        return as_told;
+        return as_given;
     }
     found.shift_s = shift.value_s;
     found.notes.push(format!(
@@ -233,8 +233,8 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
         structure < NOISE_STRUCTURE && falls && apart.fit.rms_n() <= NOISE_EXCESS * problem.force_noise(&apart.rows);
     if statics_differ || gain >= LEAST_GAIN || is_noise {
         found.notes.push(format!(
-            "friction differs by direction: alike it leaves {:.3} N, by direction {:.3} N. A constant force cannot be \
-             told from it",
+            "friction differs by direction: alike it leaves {:.3} N, by direction {:.3} N. A constant force \
+             would look the same",
             together.fit.rms_n(),
             apart.fit.rms_n()
         ));
@@ -252,7 +252,7 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
     false
 }
 
-/// Puts what the slides tell into the result.
+/// Stores what the slides determine in the result.
 fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
     let interval = |value: f64, reach: f64| -> Interval { [value - reach, value + reach] };
     if let Some((mass, reach)) = slides.value(&[(Unknown::Mass, 1.0)]) {

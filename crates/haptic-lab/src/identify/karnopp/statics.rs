@@ -59,7 +59,7 @@ pub(super) fn differ(problem: &Problem<'_>, together: &Slides) -> bool {
     apart.abs() > certain.max(0.01 * (positive.0 + negative.0))
 }
 
-/// Puts the static friction into the result, or says why it cannot be told.
+/// Puts the static friction into the result, or says why it is not determined.
 pub(super) fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
     let (breakaways, drift_reach) = breakaways(problem, slides);
     let offset = found.offset_n.or(options.offset_n).unwrap_or(0.0);
@@ -97,13 +97,13 @@ pub(super) fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Sli
         .fold(f64::INFINITY, f64::min);
     let reason = if fast.is_empty() {
         format!(
-            "no breakaway from a rest under a rising force is there {lacking} ({} rests)",
+            "there is no breakaway from a rest under a rising force {lacking} ({} rests)",
             problem.motion.rests.len()
         )
     } else {
         format!(
-            "no breakaway under a slow load is there {lacking}; {} come under faster ones, the slowest at {slowest:.3} \
-             N/s: the force goes on rising while the mass sets off",
+            "there is no breakaway under a slow load {lacking}; {} come under faster ones, the slowest at {slowest:.3} \
+             N/s: the force continues to rise while the mass sets off",
             fast.len()
         )
     };

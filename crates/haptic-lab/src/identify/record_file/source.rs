@@ -3,7 +3,7 @@
 use super::columns::Columns;
 use std::path::{Path, PathBuf};
 
-/// Which mass a recording of hapticd is to tell of.
+/// Which mass of a recording of hapticd is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MovingMass {
     /// The block, where the scene has one and the rig was engaged; else the device.
@@ -25,11 +25,11 @@ pub struct Source {
     /// Names of columns.
     pub columns: Columns,
     /// Newtons a unit of the force column; negative where the sensor points the other way. `None` for
-    /// the unit that the column's name tells, or N.
+    /// the unit in the column's name, or N.
     pub force_gain: Option<f64>,
-    /// Metres a unit of the position column; `None` for the unit that the column's name tells, or m.
+    /// Metres a unit of the position column; `None` for the unit in the column's name, or m.
     pub position_gain: Option<f64>,
-    /// What a recording of hapticd is to tell of.
+    /// The mass of a recording of hapticd.
     pub moving: MovingMass,
 }
 

@@ -1,5 +1,5 @@
-//! How sure a fit is: answers are drawn anew, fitted again, and the fits' scatter is the interval (Efron and Tibshirani
-//! 1993; Wichmann and Hill 2001, part II).
+//! How sure a fit is: answers are drawn again, fitted again, and the fits' scatter is the interval (Efron and
+//! Tibshirani 1993; Wichmann and Hill 2001, part II).
 
 use super::function::{Level, Psychometric};
 use super::likelihood::best;
