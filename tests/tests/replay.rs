@@ -3,7 +3,7 @@
 
 use haptic_core::servo::Settings;
 use haptic_ipc::RigState;
-use haptic_lab::replay::{self, NotCompared, Report};
+use haptic_lab::replay::{self, Report, SkipReason};
 use haptic_recording::{Ending, Mark, Metadata, Recording};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -153,7 +153,7 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
     // and for a few ticks.
     assert!(report.not_compared < 300, "{report:?}");
     assert!(
-        report.uncompared.iter().all(|one| one.reason == NotCompared::Settling),
+        report.uncompared.iter().all(|one| one.reason == SkipReason::Settling),
         "{report:?}"
     );
     assert_eq!(report.with_force, live);

@@ -9,7 +9,7 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::Scheme;
 use haptic_ipc::{Request, WireError};
-use haptic_lab::replay::{self, Alternative, Felt, LargestDifference, Report, Summary, Tally, WhatIf};
+use haptic_lab::replay::{self, Alternative, LargestDifference, Report, Summary, Tally, WhatIf, WhatIfRow};
 use haptic_recording::{Ending, Metadata, Reader, RecordingError};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -295,7 +295,7 @@ impl<'a> Forces<'a> {
     }
 
     /// Writes a row; cells of what does not follow are empty.
-    fn write(&mut self, Felt { recorded, what_if }: &Felt) -> Result<(), Failure> {
+    fn write(&mut self, WhatIfRow { recorded, what_if }: &WhatIfRow) -> Result<(), Failure> {
         let cell =
             |of: fn(&haptic_ipc::Sample) -> f64| what_if.as_ref().map_or_else(String::new, |row| of(row).to_string());
         let contact = what_if.as_ref().map_or_else(String::new, |row| row.contact.to_string());

@@ -11,7 +11,7 @@ mod scenes;
 pub use callgrind::{CountError, count};
 pub use scenes::{excitations, scenes};
 
-use crate::accuracy::cases::{self, Case, ToAndFro};
+use crate::accuracy::cases::{self, Case, OscillatingHand};
 use crate::accuracy::{Extent, INSTRUCTIONS_ON, LawCase, law_cases, schemes_by_law};
 use crate::motion::{DeviceSample, per_tick, usual_period_s};
 use crate::simulate::{Start, measure_cost, renderer};
@@ -66,9 +66,9 @@ pub fn measure_excitations(instructions: Option<&[u64]>) -> Result<Vec<SceneCost
 /// and breakaway in it.
 #[must_use]
 pub fn hand() -> Vec<DeviceSample> {
-    ToAndFro {
+    OscillatingHand {
         samples: 2001,
-        ..ToAndFro::PLAIN
+        ..OscillatingHand::PLAIN
     }
     .samples()
 }
@@ -80,7 +80,7 @@ pub struct SceneCost {
     pub scene: &'static str,
     /// Bytes that a tick keeps.
     pub state_bytes: usize,
-    /// Instructions a tick, over the whole motion; nothing where they could not be counted.
+    /// Instructions a tick, over the whole motion; `None` where they could not be counted.
     pub instructions: Option<f64>,
     /// Nanoseconds a tick, median.
     pub median_ns: f64,
@@ -109,7 +109,7 @@ pub fn measure(instructions: Option<&[u64]>) -> Result<Vec<SceneCost>, SceneErro
         .collect()
 }
 
-/// What is measured: a function of its own, so that callgrind can tell it from the rest of the program.
+/// What is measured: a function of its own, so that callgrind can separate it from the rest of the program.
 #[inline(never)]
 pub fn measured_ticks(renderer: &mut Renderer, motion: &[DeviceSample]) {
     for pair in motion.windows(2) {

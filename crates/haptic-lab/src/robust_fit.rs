@@ -4,12 +4,12 @@ use crate::median::median;
 use crate::stats::mean::student_t_of;
 use nalgebra::{DMatrix, DVector};
 
-/// A residual counts fully up to so many robust standard deviations. Wider than Huber's 1.345: what a law does not
-/// explain is to be seen in the intervals, and only glitches are to be left out.
+/// Robust standard deviations up to which a residual counts fully. Wider than Huber's 1.345: what a law does not
+/// explain must show in the intervals, and only glitches must be left out.
 const FULL_WEIGHT_DEVIATIONS: f64 = 3.0;
 
-/// Parts that are left out one after another. So many hold the slow errors of a record of a dozen strokes,
-/// and still tell a variance.
+/// Parts that are left out one after another. This number holds the slow errors of a record of a dozen strokes,
+/// and still gives a variance.
 const PARTS: usize = 24;
 
 /// Standard deviations of a normal value that its 95 % interval reaches to either side.
@@ -43,9 +43,9 @@ impl RobustFit {
 pub(crate) enum Unfit {
     /// Fewer rows than a fit with errors needs.
     TooFewRows(usize),
-    /// The unknowns cannot be told apart: condition number.
+    /// The rows do not separate the unknowns: condition number.
     Condition(f64),
-    /// Without one part of the record the unknowns cannot be told apart.
+    /// Without one part of the record the rows do not separate the unknowns.
     OnePart,
 }
 
@@ -83,7 +83,7 @@ pub(crate) fn fit(mut design: DMatrix<f64>, target: &[f64]) -> Result<RobustFit,
         values,
         covariance,
         residuals: residuals.as_slice().to_vec(),
-        // Parts differ in what they tell of an unknown: fewer count than there are.
+        // Parts differ in what they say of an unknown: fewer count than there are.
         freedom: ((PARTS - k) as f64 / 1.5).max(3.0),
         own_variance,
     })

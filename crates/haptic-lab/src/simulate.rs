@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_has_a_row_for_each_sample_and_starts_where_it_is_told() {
+    fn a_run_has_a_row_for_each_sample_and_starts_where_it_is_asked_to() {
         let motion = pull();
         let run = simulate(&Scene::paper(), Scheme::Exact, &motion, Start::default()).expect("a valid scene");
         assert_eq!(run.rows.len(), motion.len());

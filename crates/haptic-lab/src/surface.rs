@@ -53,7 +53,7 @@ pub fn experiment(mass_kg: f64, friction: Friction, sensors: Sensors) -> Experim
 
 /// What a lab has recorded.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Recorded {
+pub struct LabRecord {
     /// The mass and the force that drives it, as their sensors see them.
     pub mass: Record,
     /// Motion of the hand, which holds the mass by the grip.
@@ -65,7 +65,7 @@ pub struct Recorded {
 /// # Panics
 /// The truth is not valid as a scene.
 #[must_use]
-pub fn record(experiment: &Experiment, seed: u64) -> Recorded {
+pub fn record(experiment: &Experiment, seed: u64) -> LabRecord {
     let scene = Scene {
         name: String::new(),
         block: Some(Block {
@@ -86,7 +86,7 @@ pub fn record(experiment: &Experiment, seed: u64) -> Recorded {
             .collect(),
         ..Record::default()
     };
-    Recorded {
+    LabRecord {
         mass: experiment.sensors.watch(&motion, seed),
         hand,
     }
@@ -132,7 +132,7 @@ mod tests {
         assert_eq!(record.t_s.len(), 13_001);
         let greatest = record.force_n.iter().copied().fold(0.0, f64::max);
         let least = record.force_n.iter().copied().fold(0.0, f64::min);
-        // A pull of 5 N/mm at 1 mm/s rises by 0.005 N from sample to sample, and goes on to rise until the
+        // A pull of 5 N/mm at 1 mm/s rises by 0.005 N from sample to sample, and continues to rise until the
         // mass is as fast, within 5 ms.
         for limit in [greatest, -least] {
             assert!((2.19..2.22).contains(&limit), "{limit}");

@@ -1,17 +1,17 @@
 //! The shift between two recorders' clocks and their drift, with intervals.
 //!
 //! What both saw of one motion is laid over one another: the shift, and how much it grows over the record, are unknowns
-//! of a linear fit, repeated until they stand still. A motion that leaves about the same under every shift tells
-//! nothing of it.
+//! of a linear fit, repeated until they stand still. A motion that leaves about the same under every shift
+//! does not determine it.
 
 use crate::robust_fit::certain;
 use crate::stats::mean::student_t;
 
-/// The worst shift leaves at least so many times the squares that the best one leaves, or the motion says nothing of
-/// it: what is left scatters by a twentieth where nothing does.
+/// Least ratio of the squares that the worst shift leaves to those that the best one leaves; below it the motion does
+/// not determine the shift: what is left scatters by a twentieth where nothing does.
 const LEAST_DIFFERENCE: f64 = 1.25;
 
-/// Least drift that is told, parts in a million: it moves a minute's record by 6 us from its middle to its ends.
+/// Least drift that is reported, parts in a million: it moves a minute's record by 6 us from its middle to its ends.
 const LEAST_PPM: f64 = 0.2;
 
 /// Most fits until a shift stands still, and the share of its error within which it does.
@@ -66,8 +66,8 @@ impl Drift {
     /// The drift under which a shift grows so over a time, s; `None` where it is not certain, or too small to matter.
     pub(crate) fn of(growth: &Shift, length_s: f64) -> Option<Self> {
         let ppm = 1e6 / length_s;
-        let is_told = growth.is_significant && (ppm * growth.value_s).abs() >= LEAST_PPM;
-        is_told.then(|| Self {
+        let is_reported = growth.is_significant && (ppm * growth.value_s).abs() >= LEAST_PPM;
+        is_reported.then(|| Self {
             ppm: ppm * growth.value_s,
             interval: growth.interval().map(|end_s| ppm * end_s),
         })

@@ -2,7 +2,7 @@
 //! stored references, then used on the hard cases.
 
 use haptic_core::{Parameter, ParameterKey, Scene, Scheme};
-use haptic_lab::accuracy::cases::{self, Case, ToAndFro};
+use haptic_lab::accuracy::cases::{self, Case, OscillatingHand};
 use haptic_lab::accuracy::compare;
 use haptic_lab::accuracy::reference::solve;
 use haptic_lab::motion::{self, DeviceSample};
@@ -208,9 +208,9 @@ fn a_stop_that_is_hardly_touched_is_found_or_not_and_matters_not() {
 fn far_from_the_origin_forces_lose_the_digits_of_the_position_and_no_more() {
     for origin in [1e3, 1e9] {
         let scene = scene(&[]);
-        let near = ToAndFro {
+        let near = OscillatingHand {
             samples: 300,
-            ..ToAndFro::PLAIN
+            ..OscillatingHand::PLAIN
         }
         .samples();
         let far: Vec<DeviceSample> = near
@@ -290,14 +290,14 @@ proptest! {
         jump_every in prop_oneof![2 => Just(0_usize), 1 => 5_usize..40],
     ) {
         let Some(scene) = scene else { return Ok(()) };
-        let hand = ToAndFro {
+        let hand = OscillatingHand {
             frequency_hz,
             jitter,
             encoder_m,
             jump_every,
             amplitude_m: 0.03 / frequency_hz,
             samples: 120,
-            ..ToAndFro::PLAIN
+            ..OscillatingHand::PLAIN
         };
         let motion = hand.samples();
         let truth = solve(&scene, &motion, Start::default());

@@ -4,6 +4,7 @@ use super::report;
 use crate::failure::Failure;
 use crate::progress;
 use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use haptic_lab::identify::record_file::{self, Columns, MovingMass, Source};
 use haptic_lab::identify::{self, Clocks, Directions, Identified, ModelKind, Options};
 use std::path::{Path, PathBuf};
@@ -11,23 +12,10 @@ use std::path::{Path, PathBuf};
 /// Largest shift of the clocks that may be given, ms.
 const LARGEST_SHIFT_MS: f64 = 1e4;
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Model {
-    Karnopp,
-    Dahl,
-    Lugre,
-    Auto,
-}
-
-impl From<Model> for ModelKind {
-    fn from(model: Model) -> Self {
-        match model {
-            Model::Karnopp => Self::Karnopp,
-            Model::Dahl => Self::Dahl,
-            Model::Lugre => Self::Lugre,
-            Model::Auto => Self::Auto,
-        }
-    }
+/// Takes the word of a model.
+fn model() -> impl TypedValueParser<Value = ModelKind> {
+    PossibleValuesParser::new(ModelKind::ALL.map(ModelKind::word))
+        .try_map(|word| ModelKind::of_word(&word).ok_or("not a model"))
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -48,8 +36,8 @@ enum Moving {
 #[derive(Debug, clap::Args)]
 pub(super) struct Wanted {
     /// Friction law; auto takes the one that predicts best, which takes longer
-    #[arg(long, value_enum, default_value = "karnopp", conflicts_with = "rig")]
-    model: Model,
+    #[arg(long, value_parser = model(), default_value = "karnopp", conflicts_with = "rig")]
+    model: ModelKind,
 
     /// Known mass, kg; then it is not identified
     #[arg(long, value_name = "KG", allow_hyphen_values = true, conflicts_with = "rig")]
@@ -131,7 +119,7 @@ impl Wanted {
                 AlikeOrSeparate::Alike => Directions::Alike,
                 AlikeOrSeparate::Separate => Directions::Separate,
             },
-            ..Options::new(self.model.into())
+            ..Options::new(self.model)
         }
     }
 }

@@ -227,7 +227,7 @@ pub fn measure_law(
         .collect()
 }
 
-/// The errors of a law over so many [single ticks](hands::single_ticks) with each scheme, with an
+/// The errors of a law over a number of [single ticks](hands::single_ticks) with each scheme, with an
 /// error of the reference.
 ///
 /// # Errors
@@ -278,7 +278,7 @@ pub fn measure_single_ticks(
         .collect()
 }
 
-/// Errors as they come in.
+/// Errors as they are measured.
 #[derive(Default)]
 struct Tally {
     counted: Vec<f64>,

@@ -29,10 +29,10 @@ impl Case {
     }
 }
 
-/// A hand that goes to and fro, with jitter, missed ticks, jumps and encoder steps where wanted.
+/// A hand that oscillates, with jitter, missed ticks, jumps and encoder steps where wanted.
 /// The same in every run.
 #[derive(Clone, Copy, Debug)]
-pub struct ToAndFro {
+pub struct OscillatingHand {
     /// Half the stroke, m.
     pub amplitude_m: f64,
     /// Turns a second, Hz.
@@ -43,15 +43,15 @@ pub struct ToAndFro {
     pub jitter: f64,
     /// One count of the encoder, m; 0 for a perfect one.
     pub encoder_m: f64,
-    /// A jump of up to 2 mm every so many samples; 0 for none.
+    /// Samples between jumps of up to 2 mm; 0 for no jumps.
     pub jump_every: usize,
-    /// Eleven missed ticks every so many samples; 0 for none.
+    /// Samples between gaps of eleven missed ticks; 0 for no gaps.
     pub miss_every: usize,
     /// Samples in all.
     pub samples: usize,
 }
 
-impl ToAndFro {
+impl OscillatingHand {
     /// 30 mm at 2 Hz, 1 kHz, 0.7 s: the hand of the paper's reference scene.
     pub const PLAIN: Self = Self {
         amplitude_m: 0.03,
@@ -110,8 +110,8 @@ fn changed(changes: &[(&str, f64)]) -> Scene {
     Scene::paper().with(&changes).expect("the cases are valid scenes")
 }
 
-/// A device that stands still, and a block that is let go.
-fn let_go() -> (Vec<DeviceSample>, Start) {
+/// A device that stands still, and a block that is released.
+fn release() -> (Vec<DeviceSample>, Start) {
     let motion = (0..700)
         .map(|k| DeviceSample {
             t_s: f64::from(k) * 1e-3,
@@ -260,11 +260,11 @@ pub fn all() -> Vec<Case> {
 /// Never: the cases are valid scenes, which the tests run through.
 #[must_use]
 pub fn of_laws() -> Vec<Case> {
-    let plain = ToAndFro {
+    let plain = OscillatingHand {
         samples: 300,
-        ..ToAndFro::PLAIN
+        ..OscillatingHand::PLAIN
     };
-    let rough = ToAndFro {
+    let rough = OscillatingHand {
         encoder_m: 1e-5,
         jitter: 0.3,
         jump_every: 40,
@@ -280,7 +280,7 @@ pub fn of_laws() -> Vec<Case> {
             }),
             ..Scene::paper()
         },
-        motion: let_go().0,
+        motion: release().0,
         start: Start {
             position_m: Some(-0.02),
             velocity_mps: 0.0,
@@ -307,7 +307,7 @@ pub fn of_laws() -> Vec<Case> {
 /// Never: the cases are valid scenes, which the tests run through.
 #[must_use]
 pub fn of_karnopp() -> Vec<Case> {
-    const PLAIN: ToAndFro = ToAndFro::PLAIN;
+    const PLAIN: OscillatingHand = OscillatingHand::PLAIN;
     const ASYMMETRIC: &[(&str, f64)] = &[
         ("Fs+", 5.0),
         ("Fs-", 3.0),
@@ -317,7 +317,7 @@ pub fn of_karnopp() -> Vec<Case> {
         ("b-", 0.5),
     ];
     const NONE: &[(&str, f64)] = &[];
-    let rough = ToAndFro {
+    let rough = OscillatingHand {
         encoder_m: 1e-5,
         jitter: 0.3,
         jump_every: 40,
@@ -325,7 +325,7 @@ pub fn of_karnopp() -> Vec<Case> {
         ..PLAIN
     };
     type Changes = &'static [(&'static str, f64)];
-    let hands: [(&'static str, Changes, ToAndFro); 27] = [
+    let hands: [(&'static str, Changes, OscillatingHand); 27] = [
         ("paper", NONE, PLAIN),
         ("high stiction", &[("Fs", 7.0)], PLAIN),
         ("viscous", &[("Fs", 0.0), ("Fd", 0.0), ("b", 35.0)], PLAIN),
@@ -346,17 +346,17 @@ pub fn of_karnopp() -> Vec<Case> {
         (
             "1 mg, soft",
             &[("M", 1e-6), ("K", 500.0), ("B", 0.01)],
-            ToAndFro { samples: 260, ..PLAIN },
+            OscillatingHand { samples: 260, ..PLAIN },
         ),
         ("100 kg", &[("M", 100.0), ("Fs", 60.0), ("Fd", 50.0)], PLAIN),
         ("3e6 N/m", &[("K", 3e6), ("B", 100.0)], PLAIN),
         ("critical damping", &[("K", 200.0), ("B", 20.0)], PLAIN),
         ("overdamped", &[("K", 2000.0), ("B", 300.0)], PLAIN),
-        ("jitter of 30 %", NONE, ToAndFro { jitter: 0.3, ..PLAIN }),
+        ("jitter of 30 %", NONE, OscillatingHand { jitter: 0.3, ..PLAIN }),
         (
             "missed ticks",
             NONE,
-            ToAndFro {
+            OscillatingHand {
                 miss_every: 17,
                 ..PLAIN
             },
@@ -364,7 +364,7 @@ pub fn of_karnopp() -> Vec<Case> {
         (
             "jumps",
             NONE,
-            ToAndFro {
+            OscillatingHand {
                 jump_every: 40,
                 ..PLAIN
             },
@@ -372,7 +372,7 @@ pub fn of_karnopp() -> Vec<Case> {
         (
             "encoder of 10 um",
             NONE,
-            ToAndFro {
+            OscillatingHand {
                 encoder_m: 1e-5,
                 ..PLAIN
             },
@@ -382,12 +382,12 @@ pub fn of_karnopp() -> Vec<Case> {
         (
             "light and undamped",
             &[("M", 1e-4), ("B", 0.0)],
-            ToAndFro { samples: 400, ..PLAIN },
+            OscillatingHand { samples: 400, ..PLAIN },
         ),
         (
             "20 kHz",
             NONE,
-            ToAndFro {
+            OscillatingHand {
                 period_s: 5e-5,
                 samples: 4000,
                 frequency_hz: 20.0,
@@ -397,7 +397,7 @@ pub fn of_karnopp() -> Vec<Case> {
         (
             "100 Hz",
             NONE,
-            ToAndFro {
+            OscillatingHand {
                 period_s: 1e-2,
                 samples: 200,
                 ..PLAIN
@@ -413,7 +413,7 @@ pub fn of_karnopp() -> Vec<Case> {
             start: Start::default(),
         })
         .collect();
-    let (motion, start) = let_go();
+    let (motion, start) = release();
     cases.push(Case {
         name: "free motion".to_owned(),
         scene: changed(&[("Fs", 4.0), ("Fd", 4.0)]),

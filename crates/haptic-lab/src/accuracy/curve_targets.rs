@@ -102,26 +102,37 @@ pub fn curve_targets(
     measurements: &[LawMeasurement],
     karnopp_instructions: Option<f64>,
 ) -> Result<Vec<Target>, SceneError> {
+    let mut targets = error_targets(measurements);
+    targets.push(lists(exact(measurements, false)));
+    targets.extend(cost_targets(measurements));
+    karnopp(&mut targets, exact(measurements, false), karnopp_instructions);
+    at_bound(&mut targets)?;
+    Ok(targets)
+}
+
+/// The measurements with the exact scheme, on the device or behind a block.
+fn exact(measurements: &[LawMeasurement], on_device: bool) -> impl Iterator<Item = &LawMeasurement> + Clone {
+    measurements
+        .iter()
+        .filter(move |one| one.scheme == Scheme::Exact && one.is_on_device() == on_device)
+}
+
+/// What the forces may be off by.
+fn error_targets(measurements: &[LawMeasurement]) -> Vec<Target> {
     let curved: Vec<&str> = laws_under_hands()
         .iter()
         .filter(|(_, law)| is_curved(law))
         .map(|(name, _)| *name)
         .collect();
-    let exact = |on_device: bool| {
-        measurements
-            .iter()
-            .filter(move |one| one.scheme == Scheme::Exact && one.is_on_device() == on_device)
-    };
-    let (behind, device) = (
-        worst_of(exact(false).filter(|one| curved.contains(&one.law))),
-        worst_of(exact(true).filter(|one| curved.contains(&one.law))),
-    );
-    let mut targets = vec![
+    let [behind, device] =
+        [false, true].map(|on_device| worst_of(exact(measurements, on_device).filter(|one| curved.contains(&one.law))));
+    let uncertainty_n = worst_of(measurements).uncertainty_n;
+    vec![
         target(
             "the reference's own error, all laws, hands and masses",
             "<= 1e-12 N",
-            worst_of(measurements).uncertainty_n <= 1e-12,
-            format!("{:.0e} N", worst_of(measurements).uncertainty_n),
+            uncertainty_n <= 1e-12,
+            format!("{uncertainty_n:.0e} N"),
         ),
         target(
             "force error, curved laws behind a block",
@@ -147,31 +158,27 @@ pub fn curve_targets(
             true,
             at_bound_text(&behind),
         ),
-        lists(exact(false)),
-    ];
-    for wanted in &MEDIAN_TICKS {
-        targets.push(median_tick(wanted, exact(false), Some(0.5)));
-    }
-    for wanted in &DEAREST_TICKS {
-        let us = exact(false)
+    ]
+}
+
+/// What the ticks may cost.
+fn cost_targets(measurements: &[LawMeasurement]) -> Vec<Target> {
+    let medians = MEDIAN_TICKS
+        .iter()
+        .map(|wanted| median_tick(wanted, exact(measurements, false), Some(0.5)));
+    let dearest = DEAREST_TICKS.iter().map(|wanted| {
+        let us = exact(measurements, false)
             .find(|one| one.law == wanted.law && one.hand == "437 Hz" && one.mass_kg == Some(0.01))
             .and_then(|one| one.cost)
             .map_or(f64::NAN, |cost| cost.dearest_ns * 1e-3);
-        targets.push(target(
-            wanted.what,
-            wanted.to_be,
-            us <= wanted.most_us,
-            format!("{us:.1} us"),
-        ));
-    }
-    for wanted in &DEVICE_TICKS {
-        let mut row = median_tick(wanted, exact(true), None);
+        target(wanted.what, wanted.to_be, us <= wanted.most_us, format!("{us:.1} us"))
+    });
+    let device = DEVICE_TICKS.iter().map(|wanted| {
+        let mut row = median_tick(wanted, exact(measurements, true), None);
         row.measured = nanoseconds(&row.measured);
-        targets.push(row);
-    }
-    karnopp(&mut targets, exact(false), karnopp_instructions);
-    at_bound(&mut targets)?;
-    Ok(targets)
+        row
+    });
+    medians.chain(dearest).chain(device).collect()
 }
 
 fn nanoseconds(us: &str) -> String {

@@ -1,7 +1,7 @@
 //! The hands that every law is held against, the blocks behind which it is, and ticks drawn at
 //! random.
 
-use super::cases::{ToAndFro, laws};
+use super::cases::{OscillatingHand, laws};
 use crate::motion::DeviceSample;
 use crate::simulate::Start;
 use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre};
@@ -51,19 +51,19 @@ const AMPLITUDE_M: f64 = 0.002;
 const PERIOD_S: f64 = 1e-3;
 
 impl Hand {
-    /// The motion, over so many samples.
+    /// The motion, over a number of samples.
     #[must_use]
     pub fn motion(&self, samples: usize) -> Vec<DeviceSample> {
         self.sampled(PERIOD_S, samples)
     }
 
     fn sampled(&self, period_s: f64, samples: usize) -> Vec<DeviceSample> {
-        ToAndFro {
+        OscillatingHand {
             amplitude_m: AMPLITUDE_M,
             frequency_hz: self.frequency_hz,
             period_s,
             samples,
-            ..ToAndFro::PLAIN
+            ..OscillatingHand::PLAIN
         }
         .samples()
     }

@@ -24,7 +24,7 @@ const ERROR: (f64, f64) = (-15.0, 3.0);
 const DARK: &str = "<style>@media (prefers-color-scheme:dark){text{fill:#e6e6e6}rect{fill:#16181b}\
                     path[stroke=\"#d5d5d5\"]{stroke:#3a3d42}}</style>";
 
-/// Colours of the schemes (Okabe and Ito 2008), which also those tell apart who see few.
+/// Colours of the schemes (Okabe and Ito 2008), which people with any colour vision distinguish.
 const COLOURS: [(&str, &str); 3] = [
     ("#0072b2", "exact (named)"),
     ("#d55e00", "literal, as the paper prints it"),

@@ -321,7 +321,7 @@ impl Tables<'_> {
     }
 }
 
-/// A document with its tables made anew. A table `NAME` stands between the lines `<!-- table: NAME
+/// A document with its tables made again. A table `NAME` stands between the lines `<!-- table: NAME
 /// -->` and `<!-- end of table -->`.
 ///
 /// # Errors

@@ -1,6 +1,6 @@
 //! The figures that the exact scheme is held to, each measured here and now.
 
-use super::cases::{self, ToAndFro};
+use super::cases::{self, OscillatingHand};
 use super::compare;
 use super::reference;
 use crate::median::median;
@@ -114,7 +114,7 @@ fn tick(renderer: &mut Renderer, from: &DeviceSample, to: &DeviceSample) -> u32 
 }
 
 fn speed(targets: &mut Vec<Target>) -> Result<(), SceneError> {
-    // A steady slide: the hand goes on at one speed.
+    // A steady slide: the hand keeps one speed.
     let steady: Vec<DeviceSample> = (0..2000)
         .map(|k| DeviceSample {
             t_s: f64::from(k) * 1e-3,
@@ -146,7 +146,7 @@ fn speed(targets: &mut Vec<Target>) -> Result<(), SceneError> {
         exact <= 3.0 * literal,
         format!("{:.2}", exact / literal),
     ));
-    let one_event = slowest_tick(&paper, &ToAndFro::PLAIN.samples(), |events| events == 1)?;
+    let one_event = slowest_tick(&paper, &OscillatingHand::PLAIN.samples(), |events| events == 1)?;
     targets.push(target(
         "tick with one event, paper scene, the dearest one's median",
         "<= 1 us",
@@ -155,9 +155,9 @@ fn speed(targets: &mut Vec<Target>) -> Result<(), SceneError> {
     ));
     // omega_d T = 30 without damping, where every half-turn can hold a stop: M = K T^2/900.
     let light = changed(&[("M", 25_000.0 * 1e-6 / 900.0), ("B", 0.0)]);
-    let hand = ToAndFro {
+    let hand = OscillatingHand {
         samples: 400,
-        ..ToAndFro::PLAIN
+        ..OscillatingHand::PLAIN
     };
     let any = slowest_tick(&light, &hand.samples(), |_| true)?;
     targets.push(target(

@@ -1,7 +1,6 @@
 //! Two clocks: the shift at which two motions are the same.
 
-use super::LEAST_S;
-use super::signal::{Signal, count_of};
+use super::signal::{LEAST_S, Signal, count_of};
 
 /// Time between the positions that are compared at every shift, s: a hand moves at 10 Hz at most.
 const COARSE_S: f64 = 0.02;

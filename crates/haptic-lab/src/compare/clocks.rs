@@ -1,7 +1,7 @@
 //! How far apart the clocks of two records of one motion are, and how fast they drift.
 //!
-//! The positions tell: where the second record is late, it is behind by its velocity times the delay. A hand that moves
-//! both surfaces alike is not where both masses are: a grip gives way by the difference of the forces over its
+//! The positions show it: where the second record is late, it is behind by its velocity times the delay. A hand that
+//! moves both surfaces alike is not where both masses are: a grip gives way by the difference of the forces over its
 //! stiffness, which is one more unknown, or a stickier surface would pass for a slower clock.
 
 use super::align::{self, Alignment};
@@ -29,11 +29,11 @@ const FARTHEST_S: f64 = 0.1;
 const LEAST_AGREEMENT: f64 = 0.5;
 
 /// Two records on one clock.
-pub(super) struct Aligned {
+pub(super) struct AlignedRecords {
     /// The second record, without the drift of its clock.
     pub(super) second: Signal,
     pub(super) alignment: Alignment,
-    /// The shift with its interval, where that can be told.
+    /// The shift with its interval, where the motions determine it.
     pub(super) shift: Option<Shift>,
     /// The drift that was taken out.
     pub(super) drift: Option<Drift>,
@@ -41,7 +41,7 @@ pub(super) struct Aligned {
     pub(super) is_any_shift_alike: bool,
 }
 
-impl Aligned {
+impl AlignedRecords {
     /// Aligns the record of the second side with the first one's signal.
     ///
     /// # Errors
@@ -53,12 +53,16 @@ impl Aligned {
         mass_kg: Option<f64>,
     ) -> Result<Self, CompareError> {
         let signal = |record: &Record| Signal::new(record, period_s, mass_kg, Side::Rendered);
-        let (as_told, drift) = Self::as_told(first, signal(record)?);
-        let Some(drift) = drift else { return Ok(as_told) };
-        let steady = steady(record, &drift, as_told.alignment.middle_s(first, &as_told.second));
-        let (aligned, _) = Self::as_told(first, signal(&steady)?);
-        Ok(if aligned.alignment.agreement < as_told.alignment.agreement {
-            as_told
+        let (as_recorded, drift) = Self::as_recorded(first, signal(record)?);
+        let Some(drift) = drift else { return Ok(as_recorded) };
+        let steady = steady(
+            record,
+            &drift,
+            as_recorded.alignment.middle_s(first, &as_recorded.second),
+        );
+        let (aligned, _) = Self::as_recorded(first, signal(&steady)?);
+        Ok(if aligned.alignment.agreement < as_recorded.alignment.agreement {
+            as_recorded
         } else {
             Self {
                 drift: Some(drift),
@@ -67,8 +71,8 @@ impl Aligned {
         })
     }
 
-    /// Takes no drift out; gives the one that is certain.
-    fn as_told(first: &Signal, second: Signal) -> (Self, Option<Drift>) {
+    /// Aligns without removing a drift, and gives the drift that is certain.
+    fn as_recorded(first: &Signal, second: Signal) -> (Self, Option<Drift>) {
         let coarse = align::find(first, &second);
         let found = find(first, &second, &coarse);
         let alignment = match &found {

@@ -7,21 +7,23 @@
 
 mod align;
 mod clocks;
+mod error;
 mod levels;
 mod plot;
 mod signal;
 
+pub use error::{CompareError, Side};
 pub use levels::{Level, Levels};
 pub use plot::{page, summary, table};
 
 use crate::identify::{Interval, Record};
 use crate::median::usual_period_s;
 use align::Alignment;
-use clocks::Aligned;
+use clocks::AlignedRecords;
+use error::LEAST_AGREEMENT;
 use serde::Serialize;
 use signal::Signal;
 use std::collections::BTreeMap;
-use thiserror::Error;
 
 /// How two records are laid over one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -42,89 +44,6 @@ pub struct Options {
     /// How they are aligned; by time where the motions are the same, else by velocity, where absent.
     pub align: Option<AlignedBy>,
 }
-
-/// Which of the two records.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// The record of the real surface.
-    Real,
-    /// The record of the rendered one.
-    Rendered,
-}
-
-impl std::fmt::Display for Side {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Real => "real",
-            Self::Rendered => "rendered",
-        })
-    }
-}
-
-/// Why two records cannot be compared.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum CompareError {
-    /// A record is too short.
-    #[error("the {side} record holds {length_s:.2} s; at least {least_s} s are needed")]
-    TooShort {
-        /// Which one.
-        side: Side,
-        /// Its length, s.
-        length_s: f64,
-        /// Shortest that is taken, s.
-        least_s: f64,
-    },
-    /// A record holds no motion.
-    #[error(
-        "the {side} record holds no motion: its positions span {span_um:.1} um, its encoder's step is {step_um:.1} um"
-    )]
-    NoMotion {
-        /// Which one.
-        side: Side,
-        /// Extent of its positions, um.
-        span_um: f64,
-        /// Step of its encoder, um.
-        step_um: f64,
-    },
-    /// They were to be aligned by time, and their motions differ.
-    #[error(
-        "the motions are not the same: at the best shift, {shift_s:.3} s, they overlap for {overlap_s:.1} s and their \
-         positions agree by {agreement:.3}, less than {LEAST_AGREEMENT}; --align velocity compares force at the same \
-         velocity"
-    )]
-    OtherMotion {
-        /// The best shift, s.
-        shift_s: f64,
-        /// Time that both hold then, s.
-        overlap_s: f64,
-        /// Agreement of the positions.
-        agreement: f64,
-    },
-    /// They were to be aligned by time, and their motions do not tell how.
-    #[error(
-        "the motions do not tell the shift between the clocks: whatever it is, the positions agree as well, as those \
-         of one steady speed do. Record strokes of 0.5 to 3 Hz; --align velocity compares force at the same velocity"
-    )]
-    AnyShift,
-    /// There is no velocity at which both slide.
-    #[error(
-        "the records have no motion in common: the real one slides at {real} mm/s, the rendered one at {rendered} \
-         mm/s; record the rendered surface under a motion like the real one's"
-    )]
-    NoCommonMotion {
-        /// Velocities of the real record, mm/s.
-        real: String,
-        /// Velocities of the rendered record, mm/s.
-        rendered: String,
-    },
-}
-
-/// Shortest record, s.
-const LEAST_S: f64 = 1.0;
-/// Least agreement of the positions of one motion: their difference is a fifth of their extent. A rig
-/// that replays a motion reaches 0.999.
-const LEAST_AGREEMENT: f64 = 0.98;
 
 /// How far the forces are apart. Differences are those of rendered less real.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -185,8 +104,8 @@ pub struct Curves {
 pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Comparison, CompareError> {
     let period_s = usual_period_s(real.t_s.iter().copied()).max(usual_period_s(rendered.t_s.iter().copied()));
     let own = Signal::new(real, period_s, options.mass_kg, Side::Real)?;
-    let aligned = Aligned::new(&own, rendered, period_s, options.mass_kg)?;
-    let Aligned {
+    let aligned = AlignedRecords::new(&own, rendered, period_s, options.mass_kg)?;
+    let AlignedRecords {
         second: other,
         alignment,
         ..
@@ -209,7 +128,7 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
         AlignedBy::Time if !is_by_time => return Err(CompareError::AnyShift),
         AlignedBy::Time => {
             let mut comparison = by_time(&own, other, alignment);
-            tell_clocks(&mut comparison, &aligned);
+            note_clocks(&mut comparison, &aligned);
             comparison
         }
         AlignedBy::Velocity => by_velocity(&own, other, alignment)?,
@@ -245,8 +164,8 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
     Ok(comparison)
 }
 
-/// Puts the shift's interval and the clocks' drift into the result.
-fn tell_clocks(comparison: &mut Comparison, aligned: &Aligned) {
+/// Stores the shift's interval and the clocks' drift in the result.
+fn note_clocks(comparison: &mut Comparison, aligned: &AlignedRecords) {
     if let Some(shift) = aligned.shift {
         comparison.intervals.insert("shift_s".to_owned(), shift.interval());
     }
@@ -258,7 +177,7 @@ fn tell_clocks(comparison: &mut Comparison, aligned: &Aligned) {
         .insert("clock_drift_ppm".to_owned(), drift.interval);
     comparison.notes.push(format!(
         "the clock of the rendered record runs {:.1} ppm faster than the real one's, within [{low:.1}, {high:.1}] ppm: \
-         taken out about the middle, of which the shift is told",
+         removed about the middle, where the shift is given",
         drift.ppm
     ));
 }

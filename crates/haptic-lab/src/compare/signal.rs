@@ -1,9 +1,12 @@
 //! A record at even times, with the velocity and acceleration of its positions.
 
-use super::{CompareError, LEAST_S, Side};
+use super::error::{CompareError, Side};
 use crate::derivatives::{less_inertia, velocity};
 use crate::identify::Record;
 use crate::smoothing::encoder_step;
+
+/// Shortest record, s.
+pub(super) const LEAST_S: f64 = 1.0;
 
 /// Least extent of the positions of a motion, in steps of the encoder.
 const LEAST_STEPS: f64 = 10.0;

@@ -121,7 +121,7 @@ fn two_clocks_rates_and_origins_are_aligned_and_levels_differ_as_the_laws_do() {
 }
 
 #[test]
-fn a_clock_that_drifts_is_told_and_taken_out_and_a_stickier_surface_is_no_drift() {
+fn a_clock_that_drifts_is_reported_and_removed_and_a_stickier_surface_is_not_drift() {
     let drifting = |record: &Record, ppm: f64| Record {
         t_s: record.t_s.iter().map(|t| 3.0 + (1.0 + 1e-6 * ppm) * t).collect(),
         ..record.clone()
@@ -183,7 +183,7 @@ fn a_steady_motion_tells_no_shift() {
         ..Options::default()
     };
     let refused = compare(&real, &rendered, &by_time).expect_err("refused").to_string();
-    assert!(refused.contains("do not tell the shift"), "{refused}");
+    assert!(refused.contains("do not determine the shift"), "{refused}");
 }
 
 #[test]

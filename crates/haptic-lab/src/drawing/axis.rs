@@ -1,6 +1,6 @@
 //! What an axis spans, and where its numbers stand.
 
-use super::Axis;
+use super::chart::Axis;
 
 /// Numbers that an axis has at least, about.
 const MARKS: f64 = 5.0;

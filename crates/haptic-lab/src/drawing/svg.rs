@@ -1,7 +1,7 @@
 //! Charts as SVG. Colours and lines stand in a style sheet, which a dark ground changes.
 
 use super::axis::Scale;
-use super::{Chart, Form, Trace};
+use super::chart::{Chart, Form, Trace};
 use std::collections::HashSet;
 use std::fmt::{Arguments, Write as _};
 
@@ -17,7 +17,7 @@ const LINE: f64 = 18.0;
 const LETTER: f64 = 7.0;
 
 /// Styles of a chart. The colours are those of Okabe and Ito (2008), which people with any colour
-/// vision tell apart; on dark ground the lighter ones.
+/// vision distinguish; on dark ground the lighter ones.
 pub(super) const STYLE: &str = "\
 .chart{font:12px sans-serif}.chart text{fill:#1b1b1b}.chart .ground{fill:#fff}.chart \
 .grid{stroke:#ddd;fill:none}.chart .frame{stroke:#888;fill:none}\
@@ -255,7 +255,7 @@ fn is_drawable([x, y]: &[f64; 2]) -> bool {
     x.abs() <= 1e6 && y.abs() <= 1e6
 }
 
-/// The points that a drawing shows. Where a line only goes on to the right, these are the first, the
+/// The points that a drawing shows. Where a line only runs to the right, these are the first, the
 /// lowest, the highest and the last of each column of pixels; elsewhere, those half a pixel apart.
 fn decimated(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let goes_right = points.windows(2).all(|pair| pair[1][0] >= pair[0][0]);

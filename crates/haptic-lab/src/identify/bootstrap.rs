@@ -1,13 +1,14 @@
 //! Honest intervals by a parametric bootstrap with the encoder in it (Efron and Tibshirani 1993).
 //!
-//! The covariance of a least squares fit knows nothing of an encoder's steps, which are no noise: over a short stroke
+//! The covariance of a least squares fit knows nothing of an encoder's steps, which are not noise: over a short stroke
 //! they bend every regressor in the same way, and the fit is sure of what is wrong. So the fit itself is taken for the
 //! truth, its motion is counted by the same encoder and its force drowned in noise of the residual's spectrum, again
 //! and again, and each such record is fitted. How far those fits scatter is the interval; how far their mean is from
 //! the truth that made them is the bias.
 
+use super::record::Record;
+use super::result::Interval;
 use super::sensor::{counted, noise, samples_in};
-use super::{Interval, Record};
 use fastrand::Rng;
 
 /// Length of the pieces of the residual that keep their place and get a sign by chance (Wu 1986), s: longer than noise
@@ -69,7 +70,7 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Of the estimates that were made of `truth`; `None` where they are too few to tell.
+    /// Of the estimates that were made of `truth`; `None` where they are too few for a spread.
     pub(super) fn of(truth: &[f64], estimates: &[Vec<f64>]) -> Option<Self> {
         let fits = estimates.len();
         if fits < 10 {

@@ -1,13 +1,16 @@
-//! The model that predicts best what it has not seen, and is no more than it need be.
+//! The model that predicts best what it has not seen, and is not more complex than necessary.
 //!
 //! The record is cut at its turns into blocks of whole strokes. Each fifth of them is left out in turn, every law is
 //! fitted to the rest, and judged by the force that it predicts in the blocks left out. It is judged where the position
 //! changes in sight: at rest a rigid contact holds whatever there is, and predicts nothing. Of the laws within one
 //! standard error of the best, the simplest is chosen (Breiman, Friedman, Olshen and Stone 1984).
 
-use super::presliding::{self, Fit, PathLaw, Prepared};
+use super::error::IdentifyError;
+use super::options::Options;
+use super::presliding::{self, Fit, PathLaw, PreparedRecord};
 use super::progress::Progress;
-use super::{IdentifyError, ModelKind, Options, Record};
+use super::record::Record;
+use super::result::ModelKind;
 
 /// Shares of the record that are left out in turn.
 const FOLDS: usize = 5;
@@ -90,7 +93,7 @@ fn pick(scores: &[Score]) -> Option<Choice> {
         .find(|(score, (worse, error))| score.model == best.model || worse <= error)?;
     let figures: Vec<String> = scores
         .iter()
-        .map(|score| format!("{} {:.4} N", name(score.model), score.mean().sqrt()))
+        .map(|score| format!("{} {:.4} N", score.model.word(), score.mean().sqrt()))
         .collect();
     let verdict = if chosen.model == best.model {
         String::from("is the best, and no simpler one is within one standard error of it")
@@ -98,7 +101,7 @@ fn pick(scores: &[Score]) -> Option<Choice> {
         format!(
             "is the simplest within one standard error of {}, the best: its mean square is worse by {worse:.2e} N^2, \
              with a standard error of {error:.2e} N^2",
-            name(best.model)
+            best.model.word()
         )
     };
     Some(Choice {
@@ -106,22 +109,13 @@ fn pick(scores: &[Score]) -> Option<Choice> {
         because: format!(
             "strokes that were left out of the fit are predicted to, rms: {}; {} {verdict}",
             figures.join(", "),
-            name(chosen.model)
+            chosen.model.word()
         ),
     })
 }
 
-const fn name(model: ModelKind) -> &'static str {
-    match model {
-        ModelKind::Karnopp => "karnopp",
-        ModelKind::Dahl => "dahl",
-        ModelKind::Lugre => "lugre",
-        ModelKind::Auto => "auto",
-    }
-}
-
 /// The rows of each block of whole strokes.
-fn blocks(prepared: &Prepared) -> Vec<Vec<usize>> {
+fn blocks(prepared: &PreparedRecord) -> Vec<Vec<usize>> {
     let turns = prepared.turns();
     let samples = prepared.path.smooth_m.len();
     let mut ends: Vec<usize> = (1..FOLDS * BLOCKS_A_FOLD)
@@ -146,7 +140,7 @@ fn blocks(prepared: &Prepared) -> Vec<Vec<usize>> {
 
 /// What a model predicts of each block when the share of the record that it belongs to is left out.
 fn score(
-    prepared: &Prepared,
+    prepared: &PreparedRecord,
     model: ModelKind,
     law: PathLaw,
     blocks: &[Vec<usize>],

@@ -1,6 +1,6 @@
 //! What is known of the clocks by which positions and forces were stamped.
 
-use super::Record;
+use super::record::Record;
 
 /// The clocks of positions and forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,7 +31,7 @@ impl Clocks {
 }
 
 /// The record with forces stamped by a clock that runs as fast as the position's, and agrees in the middle of the
-/// record with the one that was faster by so many parts in a million.
+/// record with the one that was faster by the drift, parts in a million.
 pub(super) fn without_drift(record: &Record, drift_ppm: f64) -> Record {
     let (t, last) = (&record.t_s, record.t_s.len() - 1);
     let middle_s = f64::midpoint(t[0], t[last]);

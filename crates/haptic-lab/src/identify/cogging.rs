@@ -5,7 +5,7 @@
 //! ```
 //!
 //! What friction takes changes its sign with the direction of motion, and cogging does not: both
-//! directions over the same places tell them apart. What the mass takes is subtracted, by the second
+//! directions over the same positions separate them. What the mass takes is subtracted, by the second
 //! difference of the positions. Forces are averaged in bins of the position, by direction; the period
 //! is the one whose harmonics leave the least.
 #![expect(
@@ -15,7 +15,7 @@
     reason = "some hundred bins and steps"
 )]
 
-use super::Interval;
+use super::result::Interval;
 use crate::robust_fit::NORMAL_95;
 use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
 use nalgebra::DMatrix;
@@ -139,7 +139,7 @@ pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, St
         .find(|turns| *turns <= most_turns && left(*turns) <= NEARLY_AS_GOOD * left(best));
     let turns = refined(shortest.unwrap_or(best), left);
     let period_m = way_m / turns;
-    let fitted = fit(&bins, period_m).ok_or("the places of the sweep do not tell harmonics apart")?;
+    let fitted = fit(&bins, period_m).ok_or("the sweep's positions do not separate the harmonics")?;
     let freedom = (bins.len() - COEFFICIENTS) as f64;
     let variance = fitted.left / freedom;
     let harmonics: [Harmonic; COGGING_HARMONICS] = std::array::from_fn(|k| Harmonic {

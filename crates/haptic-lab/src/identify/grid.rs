@@ -1,6 +1,6 @@
 //! A record on an even grid of times, with the samples marked that hold no information.
 
-use super::Record;
+use super::record::Record;
 use crate::smoothing::{white_noise, whole};
 
 /// A grid point farther than this from a sample of the record, in periods, lies in a gap.
@@ -9,8 +9,8 @@ pub(super) const GAP_PERIODS: f64 = 2.5;
 /// Samples whose times are even to this share of a period are taken as they are.
 const EVEN_SHARE: f64 = 1e-3;
 
-/// A single force so many standard deviations beyond both of its neighbours is a glitch, where that is also more than
-/// half of what nine tenths of the forces span: at a low rate a breakaway is a single sample, too.
+/// Standard deviations by which a single force must lie beyond both of its neighbours to be a glitch, where that is
+/// also more than half of what nine tenths of the forces span: at a low rate a breakaway is a single sample, too.
 const GLITCH_DEVIATIONS: f64 = 10.0;
 
 /// Shortest run at the largest force that counts as a saturated sensor or motor, in samples.
@@ -137,7 +137,7 @@ impl Grid {
         }
     }
 
-    /// A force that stays at the record's extreme value tells nothing but that it was larger.
+    /// A force that stays at the record's extreme value shows only that it was at least as large.
     fn mark_saturated(&mut self) {
         let mut saturated = 0;
         for sign in [1.0, -1.0] {

@@ -1,6 +1,7 @@
 //! What an identification fits, and how well, for people.
 
-use super::{Identified, Record};
+use super::record::Record;
+use super::result::Identified;
 use crate::derivatives::{less_inertia, velocity};
 use crate::drawing::{Chart, Trace};
 use crate::median::usual_period_s;
@@ -139,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn the_residual_that_is_drawn_is_the_one_that_is_told() {
+    fn the_residual_that_is_drawn_is_the_one_that_is_reported() {
         use crate::identify::study::{Experiment, cases};
         use crate::identify::{Options, fitted, identify};
         let case = &cases::cases()[4];
@@ -151,11 +152,11 @@ mod tests {
         let drawn = charts[3].traces[0].points.iter().map(|point| point[1]);
         let drawn: Vec<f64> = drawn.filter(|left| left.is_finite()).collect();
         let rms = (drawn.iter().map(|left| left * left).sum::<f64>() / drawn.len() as f64).sqrt();
-        let told = identified.residual_rms_n;
+        let reported = identified.residual_rms_n;
         // One sample has 0.1 N of noise. The fit leaves out where it creeps, which is drawn.
         assert!(
-            told < 0.05 && (0.8..1.3).contains(&(rms / told)),
-            "{rms} N drawn, {told} N told"
+            reported < 0.05 && (0.8..1.3).contains(&(rms / reported)),
+            "{rms} N drawn, {reported} N reported"
         );
     }
 }

@@ -1,6 +1,6 @@
-//! How far an identification is, for whoever waits for it and may cancel it.
+//! How far an identification is, for a caller that waits for it and may cancel it.
 
-use super::IdentifyError;
+use super::error::IdentifyError;
 use std::ops::ControlFlow;
 
 /// Reports the share that is done, from 0 to 1, over a part of the whole.

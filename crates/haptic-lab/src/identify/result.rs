@@ -19,6 +19,50 @@ pub enum ModelKind {
     Auto,
 }
 
+impl ModelKind {
+    /// Every model: the laws, the simplest first, and the choice among them.
+    pub const ALL: [Self; 4] = [Self::Karnopp, Self::Dahl, Self::Lugre, Self::Auto];
+
+    /// The word by which files and command lines name it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Karnopp => "karnopp",
+            Self::Dahl => "dahl",
+            Self::Lugre => "lugre",
+            Self::Auto => "auto",
+        }
+    }
+
+    /// The model of a [`word`](Self::word).
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|model| model.word() == word)
+    }
+
+    /// Its name in a text.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Karnopp => "Karnopp",
+            Self::Dahl => "Dahl",
+            Self::Lugre => "LuGre",
+            Self::Auto => "Auto",
+        }
+    }
+
+    /// What it holds, in one line.
+    #[must_use]
+    pub const fn summary(self) -> &'static str {
+        match self {
+            Self::Karnopp => "Static, dynamic and viscous friction",
+            Self::Dahl => "Presliding: the contact gives way like a spring before it slides",
+            Self::Lugre => "Presliding, with a static friction above the dynamic one",
+            Self::Auto => "The one that predicts best; this takes longer",
+        }
+    }
+}
+
 /// 95 % interval of a parameter: lower and upper end, in the parameter's unit.
 pub type Interval = [f64; 2];
 
@@ -128,6 +172,15 @@ fn as_pair<S: Serializer>(value: &Option<Directional>, serializer: S) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_word_of_a_model_is_the_one_in_json() {
+        for model in ModelKind::ALL {
+            assert_eq!(serde_json::to_value(model).expect("it writes"), model.word());
+            assert_eq!(ModelKind::of_word(model.word()), Some(model));
+        }
+        assert_eq!(ModelKind::of_word("Karnopp"), None);
+    }
 
     #[test]
     fn directions_are_a_pair_in_json_even_where_they_are_alike() {

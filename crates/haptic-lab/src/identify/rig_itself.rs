@@ -2,7 +2,11 @@
 //! sweep, and mass and friction from all of the record without it.
 
 use super::cogging::{FoundCogging, SweepSample, cogging};
-use super::{Directions, Identified, IdentifyError, ModelKind, Options, Record, Refusal, identify};
+use super::error::IdentifyError;
+use super::identify;
+use super::options::{Directions, Options};
+use super::record::Record;
+use super::result::{Identified, ModelKind, Refusal};
 use haptic_core::Directional;
 use haptic_core::rig_friction::{Cogging, RigFriction};
 

@@ -1,6 +1,6 @@
 //! The scene that feels like what was identified.
 
-use super::{Identified, ModelKind};
+use super::result::{Identified, ModelKind};
 use haptic_core::{Directional, Scene};
 use serde_json::{Value, json};
 
@@ -53,26 +53,26 @@ impl Identified {
         if viscous.positive.min(viscous.negative) < 0.0 {
             assumptions.push("viscous friction below 0 is rendered as 0".to_owned());
         }
-        let mut put = |key: &str, value: Value| friction[key] = value;
+        let mut set = |key: &str, value: Value| friction[key] = value;
         let largest = self.static_force_n.unwrap_or(dynamic);
         match self.model {
             ModelKind::Dahl => {
-                put("law", json!("dahl"));
-                put("contact_stiffness", json!(self.stiffness_n_per_m));
-                put("exponent", json!(self.exponent.unwrap_or(1.0)));
+                set("law", json!("dahl"));
+                set("contact_stiffness", json!(self.stiffness_n_per_m));
+                set("exponent", json!(self.exponent.unwrap_or(1.0)));
             }
             ModelKind::Lugre => {
-                put("law", json!("lugre"));
-                put("static_force", json!(largest));
-                put("contact_stiffness", json!(self.stiffness_n_per_m));
-                put("contact_damping", json!(self.bristle_damping_ns_per_m.unwrap_or(0.0)));
+                set("law", json!("lugre"));
+                set("static_force", json!(largest));
+                set("contact_stiffness", json!(self.stiffness_n_per_m));
+                set("contact_damping", json!(self.bristle_damping_ns_per_m.unwrap_or(0.0)));
                 if let Some(velocity) = self.stribeck_velocity_mps {
-                    put("stribeck_velocity", json!(velocity));
+                    set("stribeck_velocity", json!(velocity));
                 }
             }
             ModelKind::Karnopp | ModelKind::Auto => {
-                put("law", json!("karnopp"));
-                put("static_force", json!(largest));
+                set("law", json!("karnopp"));
+                set("static_force", json!(largest));
             }
         }
         if self.static_force_n.is_none() && self.model != ModelKind::Dahl {

@@ -12,9 +12,9 @@
 pub mod cases;
 mod judgement;
 
-pub use judgement::{Judged, Judgement};
+pub use judgement::{Judgement, ParameterJudgement};
 
-use super::Record;
+use super::record::Record;
 use super::sensor::{counted, noise, samples_in};
 use fastrand::Rng;
 use haptic_core::friction::Friction;

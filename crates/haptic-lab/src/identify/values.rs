@@ -1,6 +1,6 @@
 //! What was found, as rows for people: value, unit and interval.
 
-use super::{Identified, Interval};
+use super::result::{Identified, Interval};
 
 /// A value that was found or given.
 #[derive(Clone, Debug, PartialEq, Eq)]

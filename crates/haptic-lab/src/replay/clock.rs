@@ -4,7 +4,7 @@
 //! another since the device's first sample, which a recording does not hold. One of these windows begins
 //! with a sample of the recording's first tenth of a second. So a clock is begun with each of those
 //! samples: after its first window one of them is the servo's. As that window ends it is held against the
-//! one before, which the recording does not hold: a clock goes on and another one errs there. They agree on
+//! one before, which the recording does not hold: a clock continues and another one errs there. They agree on
 //! the time of nearly every sample; where they do not, the recorded velocities decide, once the estimate of
 //! velocity has settled. A fault decides nothing: it may have another reason than the clock.
 
@@ -149,14 +149,14 @@ impl ClockSearch {
         self.times.clear();
         self.is_open = false;
         self.now_ns = self.now_ns.saturating_add(row.elapsed_ns);
-        // An error faults a rig with force on; otherwise the estimate of velocity begins anew.
+        // An error faults a rig with force on; otherwise the estimate of velocity begins again.
         let may_err = if replace(&mut self.was_live, row.state.is_live()) {
             !row.state.is_live()
         } else {
             row.device_velocity_mps == 0.0
         };
         let Ok(sample) = sample else {
-            // The servo forgets the device, and so begins its clock anew with the next sample.
+            // The servo forgets the device, and so begins its clock again with the next sample.
             self.sequence = None;
             self.is_gathering = false;
             self.candidates = vec![Candidate::new(self.stale_ns, true)];

@@ -1,8 +1,8 @@
 //! What was computed against what was recorded.
 
 use super::error::ReplayError;
-use super::not_compared::NotCompared;
-use super::stepper::{Stepped, Stepper, is_same, word};
+use super::skip_reason::SkipReason;
+use super::stepper::{StepResult, Stepper, is_same, word};
 use haptic_ipc::{RigState, Sample};
 use haptic_recording::{Entry, Mark, Metadata};
 use serde::Serialize;
@@ -43,15 +43,15 @@ pub struct Difference {
     pub recorded: Value,
     /// Its computed value.
     pub computed: Value,
-    /// What may be the reason, as far as the recording tells.
+    /// What may be the reason, as far as the recording shows.
     pub likely: String,
 }
 
 /// Rows that were not compared for one reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Uncompared {
+pub struct SkippedTicks {
     /// The reason.
-    pub reason: NotCompared,
+    pub reason: SkipReason,
     /// How many.
     pub ticks: u64,
     /// The first of them.
@@ -70,7 +70,7 @@ pub struct Report {
     /// Rows whose outputs do not follow from the recording.
     pub not_compared: u64,
     /// The same by reason.
-    pub uncompared: Vec<Uncompared>,
+    pub uncompared: Vec<SkippedTicks>,
     /// Rows with force that were compared.
     pub with_force: u64,
 }
@@ -98,7 +98,7 @@ pub struct Comparison {
     with_force: u64,
     differing: u64,
     first_differing: Option<Difference>,
-    uncompared: BTreeMap<NotCompared, (u64, u64)>,
+    uncompared: BTreeMap<SkipReason, (u64, u64)>,
     /// Rows that are missing so far.
     lost: u64,
     /// The last scene that arrived: its tick and revision.
@@ -145,8 +145,8 @@ impl Comparison {
     #[must_use]
     pub fn report(self) -> Report {
         let uncompared = self.uncompared.into_iter();
-        let uncompared: Vec<Uncompared> = uncompared
-            .map(|(reason, (ticks, first_tick))| Uncompared {
+        let uncompared: Vec<SkippedTicks> = uncompared
+            .map(|(reason, (ticks, first_tick))| SkippedTicks {
                 reason,
                 ticks,
                 first_tick,
@@ -168,8 +168,8 @@ impl Comparison {
             self.arrived = Some((row.tick, row.revision));
         }
         match self.stepper.row(row)? {
-            Stepped::Unknown(reason) => self.uncompared.entry(reason).or_insert((0, row.tick)).0 += 1,
-            Stepped::Computed(computed) => {
+            StepResult::Unknown(reason) => self.uncompared.entry(reason).or_insert((0, row.tick)).0 += 1,
+            StepResult::Computed(computed) => {
                 self.with_force += u64::from(row.command_force_n != 0.0);
                 if !is_same(row, &computed) {
                     self.differing += 1;

@@ -2,7 +2,7 @@
 //! estimate of velocity.
 
 use super::clock::{ClockSearch, Time};
-use super::not_compared::NotCompared;
+use super::skip_reason::SkipReason;
 use super::tracker::{TrackerSearch, is_by_rounding};
 use haptic_core::sample::{DeviceError, Measurement};
 use haptic_core::servo::{DECAY_S, Inputs, SILENT_PERIODS, Servo};
@@ -28,7 +28,7 @@ pub(super) struct Device {
     held_s: f64,
     tracker: Option<TrackerSearch>,
     /// Until when on our clock (ns) an output may differ for this reason.
-    doubt: Option<(NotCompared, u64)>,
+    doubt: Option<(SkipReason, u64)>,
 }
 
 impl Device {
@@ -94,7 +94,7 @@ impl Device {
     }
 
     /// Why a row may differ though nothing is wrong with it, if there is a reason.
-    pub(super) fn doubt(&self, row: &Sample, computed: &Sample) -> Option<NotCompared> {
+    pub(super) fn doubt(&self, row: &Sample, computed: &Sample) -> Option<SkipReason> {
         if let Some((why, until_ns)) = self.doubt
             && self.clocks.now_ns() <= until_ns
         {
@@ -103,10 +103,10 @@ impl Device {
         let is_tracker_known = self.tracker.as_ref().is_none_or(TrackerSearch::is_over);
         let is_other = row.device_velocity_mps.to_bits() != computed.device_velocity_mps.to_bits();
         (!is_tracker_known && is_other && is_by_rounding(self.step_s, row, computed.device_velocity_mps))
-            .then_some(NotCompared::Settling)
+            .then_some(SkipReason::Settling)
     }
 
-    /// Has the servo time the device as the recorded one did, as far as the rows tell. Before the servo is settled its
+    /// Has the servo time the device as the recorded one did, as far as the rows show. Before the servo is settled its
     /// velocities say nothing of the recorded clock.
     pub(super) fn before(&mut self, row: &Sample, inputs: &Inputs, servo: &mut Servo, is_settled: bool) {
         if inputs.sample.is_err() {
@@ -142,7 +142,7 @@ impl Device {
                 searched.map_or(own, |searched| searched.min(own))
             }
             Err(_) if is_live => f64::INFINITY,
-            // The estimate begins anew.
+            // The estimate begins again.
             Err(_) => row.device_velocity_mps.abs(),
         };
         let times = self.clocks.times().iter();
@@ -155,7 +155,7 @@ impl Device {
         }
         // A hand at rest has the same velocity whatever the time.
         if fitting != 1 || row.device_velocity_mps == 0.0 {
-            self.doubt_for(NotCompared::ClockUnknown);
+            self.doubt_for(SkipReason::ClockUnknown);
         }
         Some(chosen)
     }
@@ -201,10 +201,10 @@ impl Device {
         if let Some(clock) = self.clocks.nearest(period_s, step_s) {
             *servo.clock_mut() = clock;
         }
-        self.doubt_for(NotCompared::DeviceSilent);
+        self.doubt_for(SkipReason::DeviceSilent);
     }
 
-    fn doubt_for(&mut self, why: NotCompared) {
+    fn doubt_for(&mut self, why: SkipReason) {
         self.doubt = Some((why, self.clocks.now_ns().saturating_add(DOUBT_NS)));
     }
 }

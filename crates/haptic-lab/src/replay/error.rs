@@ -10,7 +10,8 @@ use thiserror::Error;
 pub enum ReplayError {
     /// It does not say how the servo was set up.
     #[error(
-        "the recording does not hold the servo's settings ({server} did not tell them), so no force follows from it"
+        "the recording does not hold the servo's settings ({server} did not record them), so its forces cannot be \
+         recomputed"
     )]
     NoServo {
         /// Name and version of the daemon.

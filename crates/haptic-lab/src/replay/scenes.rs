@@ -24,12 +24,12 @@ impl Alternative {
     }
 }
 
-/// How a scene comes in.
+/// The scene that a recorded revision brings.
 #[derive(Debug)]
-pub(super) enum Arriving {
-    Scene(Box<CompiledScene>),
-    /// The one before stays.
-    Stays,
+pub(super) enum IncomingScene {
+    Compiled(Box<CompiledScene>),
+    /// The alternative renders the same scene throughout.
+    Unchanged,
     /// The recording does not hold it.
     Unknown,
 }
@@ -70,13 +70,13 @@ impl Scenes {
         Some(arrival.scene.friction.law())
     }
 
-    /// A scene as it arrives, with its ramp.
-    pub(super) fn arriving(&self, revision: u64) -> Result<Arriving, ReplayError> {
+    /// An incoming scene, with its ramp.
+    pub(super) fn incoming(&self, revision: u64) -> Result<IncomingScene, ReplayError> {
         let Some(SceneArrival { scene, ramp }) = self.by_revision.get(&revision) else {
-            return Ok(Arriving::Unknown);
+            return Ok(IncomingScene::Unknown);
         };
         if self.alternative.as_ref().is_some_and(|other| other.scene.is_some()) {
-            return Ok(Arriving::Stays);
+            return Ok(IncomingScene::Unchanged);
         }
         let (from, ramp_s) = ramp.as_ref().map_or((scene, 0.0), |ramp| (&ramp.from, ramp.over_s));
         let compile = || {
@@ -84,7 +84,7 @@ impl Scenes {
             CompiledScene::ramped(&from, &to, revision, self.scheme, self.period_s, ramp_s)
         };
         let compiled = compile().map_err(|error| ReplayError::Scene { revision, error })?;
-        Ok(Arriving::Scene(Box::new(compiled)))
+        Ok(IncomingScene::Compiled(Box::new(compiled)))
     }
 
     /// A scene that has arrived; `None` if the recording does not hold it.

@@ -2,8 +2,8 @@
 
 use super::device::Device;
 use super::error::ReplayError;
-use super::not_compared::NotCompared;
-use super::scenes::{Alternative, Arriving, Scenes};
+use super::scenes::{Alternative, IncomingScene, Scenes};
+use super::skip_reason::SkipReason;
 use crate::row::with_outputs;
 use haptic_core::sample::{DeviceError, Motor};
 use haptic_core::servo::{Command, Event, Events, InputWord, Inputs, Servo};
@@ -21,19 +21,19 @@ pub const LONGEST_MEMORY_SAMPLES: u32 = 1000;
 /// Share by which the rate of the rows may lie below the loop's before ticks are missing.
 const RATE_TOLERANCE: f64 = 1e-6;
 
-/// What became of a row.
+/// What a step through a row gives.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Stepped {
+pub(super) enum StepResult {
     /// The row with the outputs that were computed.
     Computed(Sample),
     /// No outputs follow.
-    Unknown(NotCompared),
+    Unknown(SkipReason),
 }
 
 #[derive(Debug)]
 enum Phase {
     /// Until the rig is without force.
-    Waiting(NotCompared),
+    Waiting(SkipReason),
     /// The servo runs along, and does not count yet.
     Settling {
         /// Ticks in a row with the recorded numbers.
@@ -90,7 +90,7 @@ impl Stepper {
             device: Device::new(setup.settings.period_s, setup.settings.stale_ns),
             setup,
             servo: None,
-            phase: Phase::Waiting(NotCompared::BeganWithForce),
+            phase: Phase::Waiting(SkipReason::BeganWithForce),
             last_tick: None,
         })
     }
@@ -127,14 +127,14 @@ impl Stepper {
     /// Rows are missing here, and with them samples of the device.
     fn lose_rows(&mut self) {
         self.device.lose();
-        self.wait(NotCompared::RowsLost);
+        self.wait(SkipReason::RowsLost);
     }
 
     /// Steps through a row.
     ///
     /// # Errors
     /// A scene cannot be rendered.
-    pub(super) fn row(&mut self, row: &Sample) -> Result<Stepped, ReplayError> {
+    pub(super) fn row(&mut self, row: &Sample) -> Result<StepResult, ReplayError> {
         if self.last_tick.is_some_and(|last| row.tick != last.wrapping_add(1)) {
             self.lose_rows();
         }
@@ -142,14 +142,14 @@ impl Stepper {
         let inputs = self.inputs(row);
         self.device.take(row, &inputs.sample);
         if word(row).is_motion() {
-            self.wait(NotCompared::UnknownScene);
-            return Ok(Stepped::Unknown(NotCompared::UnknownScene));
+            self.wait(SkipReason::UnknownScene);
+            return Ok(StepResult::Unknown(SkipReason::UnknownScene));
         }
         if let Phase::Waiting(why) = self.phase {
             return self.begin(row, why);
         }
         let Some(computed) = self.step(row, &inputs)? else {
-            return self.begin(row, NotCompared::UnknownScene);
+            return self.begin(row, SkipReason::UnknownScene);
         };
         if !matches!(self.phase, Phase::Settled) {
             return self.settle(row, &inputs, &computed);
@@ -159,24 +159,24 @@ impl Stepper {
             && let Some(why) = self.device.doubt(row, &computed)
         {
             self.wait(why);
-            return Ok(Stepped::Unknown(why));
+            return Ok(StepResult::Unknown(why));
         }
-        Ok(Stepped::Computed(computed))
+        Ok(StepResult::Computed(computed))
     }
 
     /// Counts a row towards the end of settling.
-    fn settle(&mut self, row: &Sample, inputs: &Inputs, computed: &Sample) -> Result<Stepped, ReplayError> {
+    fn settle(&mut self, row: &Sample, inputs: &Inputs, computed: &Sample) -> Result<StepResult, ReplayError> {
         let Phase::Settling { same, samples } = &mut self.phase else {
-            return Ok(Stepped::Computed(*computed));
+            return Ok(StepResult::Computed(*computed));
         };
         *samples += u32::from(self.device.is_fresh());
-        // A device that repeats a sample, or a motor that is to be off, may bring a fault by a time that
+        // A device that repeats a sample, or a motor that must be off, may bring a fault by a time that
         // began before the servo did.
-        let is_telling = match inputs.sample {
+        let is_conclusive = match inputs.sample {
             Ok(sample) => *samples > 0 && (sample.motor != Motor::Enabled || row.state.is_live()),
             Err(_) => true,
         };
-        *same = if is_telling && self.device.is_velocity_found() && is_same(row, computed) {
+        *same = if is_conclusive && self.device.is_velocity_found() && is_same(row, computed) {
             *same + 1
         } else {
             0
@@ -185,29 +185,29 @@ impl Stepper {
         if *same >= SETTLED_TICKS || samples >= LONGEST_MEMORY_SAMPLES {
             self.phase = Phase::Settled;
         } else if row.state.is_live() {
-            self.wait(NotCompared::ForceTooSoon);
-            return Ok(Stepped::Unknown(NotCompared::ForceTooSoon));
+            self.wait(SkipReason::ForceTooSoon);
+            return Ok(StepResult::Unknown(SkipReason::ForceTooSoon));
         } else if computed.state != row.state {
-            self.begin(row, NotCompared::Settling)?;
+            self.begin(row, SkipReason::Settling)?;
             self.phase = Phase::Settling { same: 0, samples };
         }
-        Ok(Stepped::Unknown(NotCompared::Settling))
+        Ok(StepResult::Unknown(SkipReason::Settling))
     }
 
     /// Goes on only once the rig is without force.
-    fn wait(&mut self, why: NotCompared) {
+    fn wait(&mut self, why: SkipReason) {
         self.servo = None;
         self.phase = Phase::Waiting(why);
     }
 
     /// Begins after a row, if the rig is without force there; a what-if begins with force, too.
-    fn begin(&mut self, row: &Sample, why: NotCompared) -> Result<Stepped, ReplayError> {
+    fn begin(&mut self, row: &Sample, why: SkipReason) -> Result<StepResult, ReplayError> {
         self.wait(why);
         if row.state.is_live() && self.is_exact {
-            return Ok(Stepped::Unknown(why));
+            return Ok(StepResult::Unknown(why));
         }
         let Some(scene) = self.scenes.active(row.revision)? else {
-            return Ok(Stepped::Unknown(NotCompared::UnknownScene));
+            return Ok(StepResult::Unknown(SkipReason::UnknownScene));
         };
         let mut servo = Servo::new(self.setup.settings, scene);
         let word = word(row);
@@ -243,7 +243,7 @@ impl Stepper {
         } else {
             Phase::Settled
         };
-        Ok(Stepped::Unknown(NotCompared::Settling))
+        Ok(StepResult::Unknown(SkipReason::Settling))
     }
 
     fn inputs(&self, row: &Sample) -> Inputs {
@@ -262,10 +262,10 @@ impl Stepper {
     fn step(&mut self, row: &Sample, inputs: &Inputs) -> Result<Option<Sample>, ReplayError> {
         let word = word(row);
         let scene = if word.new_scene() {
-            match self.scenes.arriving(row.revision)? {
-                Arriving::Scene(scene) => Some(scene),
-                Arriving::Stays => None,
-                Arriving::Unknown => return Ok(None),
+            match self.scenes.incoming(row.revision)? {
+                IncomingScene::Compiled(scene) => Some(scene),
+                IncomingScene::Unchanged => None,
+                IncomingScene::Unknown => return Ok(None),
             }
         } else {
             None

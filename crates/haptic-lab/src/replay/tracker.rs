@@ -13,18 +13,18 @@ use haptic_ipc::Sample;
 /// 0.376 a sample.
 const LEARNED_SAMPLES: u32 = 36;
 
-/// Samples after which the observer is asked anew where no state fits.
+/// Samples after which the observer is asked again where no state fits.
 const NEXT_TRY_SAMPLES: u32 = 8;
 
 /// Most states that are tried at once.
 const MOST_CANDIDATES: i64 = 200_000;
 
-/// So many units in the last place may the velocities of two trackers of one hand differ that have both forgotten where
-/// they began.
+/// Most units in the last place by which the velocities of two trackers of one hand differ once both have forgotten
+/// where they began.
 const MOST_ULPS: f64 = 8.0;
 
-/// Whether two velocities of one hand may be those of two trackers, for steps of `step_s`, that have both forgotten where
-/// they began: they differ by the rounding of the velocity, and of the position over a step.
+/// Whether two velocities of one hand may be those of two trackers, for steps of `step_s`, that have both forgotten
+/// where they began: they differ by the rounding of the velocity, and of the position over a step.
 pub(super) fn is_by_rounding(step_s: f64, row: &Sample, velocity_mps: f64) -> bool {
     let unit_mps = f64::EPSILON * (row.device_velocity_mps.abs() + row.sample_position_m.abs() / step_s);
     (row.device_velocity_mps - velocity_mps).abs() <= MOST_ULPS * unit_mps
@@ -52,7 +52,7 @@ impl TrackerSearch {
         }
     }
 
-    /// Whether the tracker is known to the last bit, or begins anew.
+    /// Whether the tracker is known to the last bit, or begins again.
     pub(super) fn is_over(&self) -> bool {
         self.is_over
     }
@@ -62,7 +62,7 @@ impl TrackerSearch {
         self.is_over || !self.candidates.is_empty()
     }
 
-    /// The tracker begins anew with the next sample: nothing is left to be found.
+    /// The tracker begins again with the next sample: nothing is left to be found.
     pub(super) fn end(&mut self) {
         self.is_over = true;
         self.candidates = Vec::new();
@@ -167,7 +167,7 @@ fn ulp(number: f64) -> f64 {
     size.next_up() - size
 }
 
-/// The number so many places up.
+/// The number a few places up.
 fn step(number: f64, places: i64) -> f64 {
     // The bits of numbers of one sign count their size.
     f64::from_bits(number.to_bits().saturating_add_signed(places))

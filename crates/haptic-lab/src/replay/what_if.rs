@@ -2,7 +2,7 @@
 
 use super::error::ReplayError;
 use super::scenes::Alternative;
-use super::stepper::{Stepped, Stepper};
+use super::stepper::{StepResult, Stepper};
 use haptic_ipc::Sample;
 use haptic_recording::{Entry, Metadata};
 use serde::Serialize;
@@ -88,7 +88,7 @@ pub struct LargestDifference {
 
 /// A row as it was, and as it would have been.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Felt {
+pub struct WhatIfRow {
     /// As recorded.
     pub recorded: Sample,
     /// With the other scene; `None` where nothing follows from the recording.
@@ -140,7 +140,7 @@ impl WhatIf {
     ///
     /// # Errors
     /// The scene cannot be rendered at the recording's rate.
-    pub fn entry(&mut self, entry: &Entry) -> Result<Option<Felt>, ReplayError> {
+    pub fn entry(&mut self, entry: &Entry) -> Result<Option<WhatIfRow>, ReplayError> {
         match entry {
             Entry::Mark(mark) => {
                 self.stepper.mark(mark);
@@ -156,7 +156,7 @@ impl WhatIf {
         self.summary
     }
 
-    fn row(&mut self, row: &Sample) -> Result<Felt, ReplayError> {
+    fn row(&mut self, row: &Sample) -> Result<WhatIfRow, ReplayError> {
         let Summary {
             ticks,
             not_computed,
@@ -165,10 +165,10 @@ impl WhatIf {
             largest_difference,
         } = &mut self.summary;
         *ticks += 1;
-        let Stepped::Computed(computed) = self.stepper.row(row)? else {
+        let StepResult::Computed(computed) = self.stepper.row(row)? else {
             *not_computed += 1;
             (recorded.last, what_if.last) = (None, None);
-            return Ok(Felt {
+            return Ok(WhatIfRow {
                 recorded: *row,
                 what_if: None,
             });
@@ -185,7 +185,7 @@ impl WhatIf {
         if size(&difference) > largest_difference.as_ref().map_or(0.0, size) {
             *largest_difference = Some(difference);
         }
-        Ok(Felt {
+        Ok(WhatIfRow {
             recorded: *row,
             what_if: Some(computed),
         })

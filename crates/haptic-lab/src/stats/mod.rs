@@ -1,8 +1,8 @@
 //! Statistics of studies: Fitts's law by ISO 9241-411, exact tests of counts, straight lines with intervals,
 //! psychometric functions and staircases.
 //!
-//! Nothing here knows of files or people. What the numbers cannot tell is refused by name ([`StatsError`]), with the
-//! reason, instead of being answered with a number that is not one.
+//! Nothing here knows of files or people. What the numbers do not determine is refused by name ([`StatsError`]), with
+//! the reason, instead of being answered with a number that is not one.
 //!
 //! ```
 //! use haptic_lab::stats::throughput::{Movement, throughput};

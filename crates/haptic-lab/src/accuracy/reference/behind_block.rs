@@ -1,8 +1,7 @@
 //! The true motion of a block under any law, between samples on a straight line of `K p + B v`.
 
 use super::course::{Course, Driver};
-use super::equations::{Law, Mode};
-use super::has_stuck_state;
+use super::equations::{Law, Mode, has_stuck_state};
 use crate::motion::DeviceSample;
 use crate::simulate::{ContactChange, Row, Simulation, Start};
 use haptic_core::Direction;
@@ -35,6 +34,41 @@ struct Pull {
 }
 
 impl Pull {
+    /// The pull on a block at a position, m, before its first tick.
+    fn new(mass: f64, coupling: &Coupling, law: &Friction, position_m: f64) -> Self {
+        let (stiffness, damping) = (coupling.stiffness, coupling.damping);
+        Self {
+            mass,
+            stiffness,
+            damping,
+            per_speed: damping + ((stiffness + law.contact_stiffness(false)) * mass).sqrt(),
+            at_start: exact(0.0),
+            slope: exact(0.0),
+            x: exact(position_m),
+            load: 0.0,
+            since: 0.0,
+        }
+    }
+
+    /// `K p + B v` of a sample, N.
+    fn drive(&self, sample: &DeviceSample) -> TwoFloat {
+        exact(self.stiffness) * exact(sample.position_m) + exact(self.damping) * exact(sample.velocity_mps)
+    }
+
+    /// Begins a tick: from one sample to the next, `elapsed_s` later.
+    fn begin_tick(&mut self, from: &DeviceSample, to: &DeviceSample, elapsed_s: f64) {
+        self.at_start = self.drive(from);
+        self.slope = (self.drive(to) - self.drive(from)) / exact(elapsed_s);
+        self.set_out(0.0);
+    }
+
+    /// The coupling's force, N, on a block of velocity `w`, m/s, at a sample.
+    fn force(&self, sample: &DeviceSample, w: TwoFloat) -> f64 {
+        let force = exact(self.stiffness) * (exact(sample.position_m) - self.x)
+            + exact(self.damping) * (exact(sample.velocity_mps) - w);
+        f64::from(force)
+    }
+
     fn set_out(&mut self, t: f64) {
         let load = self.at_start + self.slope * exact(t) - exact(self.stiffness) * self.x;
         (self.load, self.since) = (f64::from(load), t);
@@ -56,9 +90,26 @@ impl Driver for Pull {
         [self.stiffness, self.per_speed]
     }
 
-    fn moved(&mut self, t: f64, displacement: f64) {
+    fn advance(&mut self, t: f64, displacement: f64) {
         self.x += exact(displacement);
         self.set_out(t);
+    }
+}
+
+/// The mode of the contact at the start, and its own state.
+fn mode_at_start(law: &Friction, start: Start, first: &DeviceSample) -> (Mode, f64) {
+    let equations = Law(law);
+    match law {
+        Friction::Karnopp(_) if start.velocity_mps == 0.0 => (Mode::Rigid, 0.0),
+        Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_) if start.velocity_mps == 0.0 => (Mode::Spring, 0.0),
+        _ => {
+            let way = Direction::of(if start.velocity_mps == 0.0 {
+                first.velocity_mps
+            } else {
+                start.velocity_mps
+            });
+            equations.moving(way, equations.limit(way, LONG_REST_S), start.velocity_mps, 0.0)
+        }
     }
 }
 
@@ -77,40 +128,15 @@ pub(super) fn solve(
         position_m: 0.0,
         velocity_mps: 0.0,
     });
-    let (stiffness, damping) = (coupling.stiffness, coupling.damping);
     let equations = Law(law);
-    let way = Direction::of(if start.velocity_mps == 0.0 {
-        first.velocity_mps
-    } else {
-        start.velocity_mps
-    });
-    let (mode, z) = match law {
-        Friction::Karnopp(_) if start.velocity_mps == 0.0 => (Mode::Rigid, 0.0),
-        Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_) if start.velocity_mps == 0.0 => (Mode::Spring, 0.0),
-        _ => equations.moving(way, equations.limit(way, LONG_REST_S), start.velocity_mps, 0.0),
-    };
+    let (mode, z) = mode_at_start(law, start, &first);
     let mut course = Course::new(law, tolerance_n, start.velocity_mps, mode, z);
-    let mut pull = Pull {
-        mass,
-        stiffness,
-        damping,
-        per_speed: damping + ((stiffness + law.contact_stiffness(false)) * mass).sqrt(),
-        at_start: exact(0.0),
-        slope: exact(0.0),
-        x: exact(start.position_m.unwrap_or(first.position_m)),
-        load: 0.0,
-        since: 0.0,
-    };
+    let mut pull = Pull::new(mass, coupling, law, start.position_m.unwrap_or(first.position_m));
     let mut last = first;
     for sample in motion {
         let elapsed_s = sample.t_s - last.t_s;
         if elapsed_s > 0.0 {
-            let drive = |sample: &DeviceSample| {
-                exact(stiffness) * exact(sample.position_m) + exact(damping) * exact(sample.velocity_mps)
-            };
-            pull.at_start = drive(&last);
-            pull.slope = (drive(sample) - drive(&last)) / exact(elapsed_s);
-            pull.set_out(0.0);
+            pull.begin_tick(&last, sample, elapsed_s);
             course.follow(&mut pull, 0.0, elapsed_s, |at, from, to| {
                 let (from, to) = (equations.contact(0.0, 0.0, from), equations.contact(0.0, 0.0, to));
                 if from != to && has_stuck_state(law) {
@@ -122,13 +148,11 @@ pub(super) fn solve(
                 }
             });
         }
-        let force = exact(stiffness) * (exact(sample.position_m) - pull.x)
-            + exact(damping) * (exact(sample.velocity_mps) - course.w);
         rows.push(Row {
             device: *sample,
             block_position_m: f64::from(pull.x),
             block_velocity_mps: f64::from(course.w),
-            coupling_force_n: f64::from(force),
+            coupling_force_n: pull.force(sample, course.w),
             contact: course.contact(),
             at_bound: false,
         });

@@ -9,7 +9,7 @@ const NODES: usize = 8;
 const POINTS: usize = 32;
 /// Most sweeps over the nodes; a piece short enough to be accurate takes about 14.
 const MOST_SWEEPS: usize = 60;
-/// Sweeps go on until a change is this much below the sum that it changes,
+/// Sweeps continue until a change is this much below the sum that it changes,
 const ROUNDING: f64 = 1e-16;
 /// or this much, and no longer gets smaller: forces are differences.
 const NOISE: f64 = 1e-12;

@@ -33,7 +33,7 @@ pub(super) trait Driver {
     fn sizes(&self) -> [f64; 2];
 
     /// The end of a piece at a time of the tick, after a displacement.
-    fn moved(&mut self, t: f64, displacement: f64);
+    fn advance(&mut self, t: f64, displacement: f64);
 }
 
 /// A contact with its velocity.
@@ -81,7 +81,7 @@ impl<'a> Course<'a> {
         (self.mode, self.z) = (mode, exact(z));
     }
 
-    /// Lives through a tick from one time of it to another; tells of each change of mode.
+    /// Integrates a tick from one time of it to another; reports each change of mode.
     pub(super) fn follow(
         &mut self,
         driver: &mut impl Driver,
@@ -194,7 +194,7 @@ impl<'a> Course<'a> {
     }
 
     fn accept(&mut self, driver: &mut impl Driver, t: f64, piece: &Piece<3>) {
-        driver.moved(t, piece.end[0]);
+        driver.advance(t, piece.end[0]);
         self.w += exact(piece.end[1]);
         self.z += exact(piece.end[2]);
     }

@@ -5,7 +5,7 @@ use haptic_core::Direction;
 use haptic_core::block::Contact;
 use haptic_core::friction::Friction;
 
-/// Kind of motion between two events. Within one the equations are smooth, and go on so a little
+/// Kind of motion between two events. Within one the equations are smooth, and remain so a little
 /// beyond its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Mode {
@@ -34,6 +34,16 @@ pub(super) enum Regime {
     Yielding,
     /// It flows as in a steady slide.
     Flowing,
+}
+
+/// Whether a contact under this law sticks and breaks away, and does not give way all the time:
+/// then its changes of contact are events, and not a matter of definition.
+#[must_use]
+pub fn has_stuck_state(law: &Friction) -> bool {
+    matches!(
+        law,
+        Friction::Karnopp(_) | Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_)
+    )
 }
 
 /// Where two regimes meet their laws differ by the square of the distance from there: so far, in

@@ -11,20 +11,12 @@ mod equations;
 mod on_device;
 mod taylor;
 
+pub use equations::has_stuck_state;
+
 use crate::motion::DeviceSample;
 use crate::simulate::{Simulation, Start};
 use haptic_core::Scene;
 use haptic_core::friction::{Friction, Karnopp};
-
-/// Whether a contact under this law sticks and breaks away, and does not give way all the time:
-/// then its changes of contact are events, and not a matter of definition.
-#[must_use]
-pub fn has_stuck_state(law: &Friction) -> bool {
-    matches!(
-        law,
-        Friction::Karnopp(_) | Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_)
-    )
-}
 
 /// The true motion of a scene: to the last digits of a number under Karnopp's law without its
 /// options and under drag, else to about 1e-13 N, as [`uncertainty_n`] says. The hand on a device

@@ -26,7 +26,7 @@ impl Driver for Hand {
         [0.0, 0.0]
     }
 
-    fn moved(&mut self, _t: f64, _displacement: f64) {}
+    fn advance(&mut self, _t: f64, _displacement: f64) {}
 }
 
 /// Solves with a tolerance, N: see [`TOLERANCE_N`](super::course::TOLERANCE_N).

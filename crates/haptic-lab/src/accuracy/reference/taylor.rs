@@ -21,7 +21,7 @@ const STEP: f64 = 0.25;
 /// Halvings that find a change of contact to the last digit.
 const HALVINGS: usize = 120;
 
-/// Less than this, s, is no time: rounding in the net force at a breakaway lasts so long.
+/// Shorter times, s, count as zero: rounding in the net force at a breakaway lasts this long.
 const NO_TIME_S: f64 = 1e-14;
 
 struct Block {
@@ -122,7 +122,7 @@ impl Block {
         Series(c)
     }
 
-    /// Lives through one tick; tells of each change of contact and when it came.
+    /// Integrates one tick; reports each change of contact and its time.
     fn tick(
         &self,
         state: &mut State,

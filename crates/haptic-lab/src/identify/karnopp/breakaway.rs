@@ -5,27 +5,27 @@ use crate::identify::grid::Grid;
 use crate::smoothing::whole;
 use nalgebra::{Matrix4, Vector4};
 
-/// A load is slow when it takes at least so long to reach the breakaway, s. At a coupling of 25000 N/m and a
-/// limit of 4 N that is a hand at 1.6 mm/s. A faster one goes on rising while the mass sets off:
+/// Least time, s, in which a slow load reaches the breakaway. At a coupling of 25000 N/m and a
+/// limit of 4 N that is a hand at 1.6 mm/s. A faster one continues to rise while the mass sets off:
 /// at 100 mm/s a limit of 7 N reads as 14 N.
 const SLOWEST_LOAD_S: f64 = 0.1;
 
-/// The load is fitted over at most so long before the mass may have set off, s.
+/// Longest time, s, before the mass may have set off over which the load is fitted.
 const LONGEST_LOAD_S: f64 = 0.1;
 
 /// Largest part of the force that may be uncertain.
 const LARGEST_ERROR: f64 = 0.08;
 
-/// The motion is first seen at a distance, and so many times as far away.
+/// The motion is first seen at a distance, and then at this multiple of it.
 const FARTHER: f64 = 2.25;
 
-/// It may have begun so many times the time between both before the first.
+/// How long before the first it may have begun, in multiples of the time between both.
 const EARLIER: f64 = 3.0;
 
 /// Least number of samples over which it may have begun.
 const FEWEST_STARTS: usize = 6;
 
-/// A start takes at most so long from the one distance to the other, s.
+/// Longest time, s, that a start takes from the one distance to the other.
 const LONGEST_START_S: f64 = 0.1;
 
 /// A breakaway from rest.
@@ -75,7 +75,7 @@ pub(super) fn find(grid: &Grid, motion: &Motion, force: &[f64]) -> Vec<Breakaway
         }
         let span = whole(EARLIER * (second - first) as f64).max(FEWEST_STARTS);
         let earliest = first.saturating_sub(span).max(quiet);
-        // A rest begins within its tolerance, where the slip before it may still go on.
+        // A rest begins within its tolerance, where the slip before it may still continue.
         let unsettled_m = 2.0 * motion.noise_m + 0.5 * motion.step_m;
         let is_unsettled = |at: &usize| (x[*at] - rest_m).abs() > unsettled_m;
         let settled = (rest.start..quiet)

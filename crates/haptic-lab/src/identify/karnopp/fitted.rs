@@ -2,7 +2,8 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
-use crate::identify::{Identified, Record};
+use crate::identify::record::Record;
+use crate::identify::result::Identified;
 use crate::smoothing::{Window, weighted};
 
 /// Half-length of the window under which accelerations are drawn, s; of at least six samples.

@@ -14,126 +14,44 @@ mod breakaway;
 mod clocks;
 mod fitted;
 mod motion;
+mod problem;
 mod refusal;
 mod regression;
+mod slides;
 mod statics;
 mod window;
 
 pub(super) use fitted::fitted;
+pub(super) use slides::{CALIBRATION_SHARE, SAMPLING_SHARE};
 
+use super::clocks::Clocks;
 use super::grid::Grid;
-use super::{Clocks, Directions, Identified, Interval, ModelKind, Options, Record};
+use super::options::{Directions, Options};
+use super::record::Record;
+use super::result::{Identified, Interval, ModelKind};
 use crate::robust_fit::{Unfit, certain};
-use crate::smoothing::white_noise;
 use crate::two_clocks::{Drift, NoShift};
 use haptic_core::Directional;
 use motion::Motion;
-use regression::{Fit, Rows, Shape, Unknown, fit};
+use problem::Problem;
+use regression::{Rows, Shape, Unknown};
+use slides::Slides;
 
-/// A fit with friction alike must leave so many times what the separate one leaves before friction is
+/// What a fit with friction alike must leave, in multiples of what the separate one leaves, before friction is
 /// said to differ by direction, where the separate one leaves more than noise. A better fit of a law that
 /// misses something says little about the unknowns that it gained.
 const LEAST_GAIN: f64 = 3.0;
 
-/// What a fit leaves is noise up to this correlation between windows that do not touch, up to so many times what the
+/// What a fit leaves is noise up to this correlation between windows that do not touch, up to this multiple of what the
 /// noise of the force itself leaves, and where windows of 2.25 times the length leave less by this factor: white noise
 /// falls by 1.5.
 const NOISE_STRUCTURE: f64 = 0.2;
 const NOISE_EXCESS: f64 = 1.4;
 const NOISE_FALL: f64 = 1.3;
 
-/// No calibration is better than this share of a value, however narrow the fit's own interval.
-pub(super) const CALIBRATION_SHARE: f64 = 1e-3;
-
-/// The same for a mass. A grip of stiffness `K` bends the force between two samples, so that its mean differs from the
-/// samples by `K T^2 / 12` times the acceleration: 1.7 g at 20 kN/m and 1 kHz.
-pub(super) const SAMPLING_SHARE: f64 = 3e-3;
-
 /// What is said where friction is taken as alike.
 pub(super) const ALIKE: &str = "friction is taken as alike in both directions; a constant force and a difference of Fd \
                                 look the same. Where the sensor's zero is known, give the offset";
-
-/// A record on its way through the fit.
-#[derive(Debug)]
-struct Problem<'a> {
-    grid: &'a Grid,
-    motion: &'a Motion,
-    /// Driving force on the positions' clock, N.
-    force: Vec<f64>,
-    known_mass: f64,
-}
-
-impl Problem<'_> {
-    fn fit(&self, rows: &Rows, shape: Shape) -> Result<Fit, Unfit> {
-        let forces = clocks::without_inertia(rows, rows.forces(&self.force), self.known_mass);
-        fit(rows, &forces, &[], shape)
-    }
-
-    /// What the force's white noise leaves of a row's force, N.
-    fn force_noise(&self, rows: &Rows) -> f64 {
-        let mean_noise = rows
-            .window
-            .mean
-            .iter()
-            .map(|weight| weight * weight)
-            .sum::<f64>()
-            .sqrt();
-        white_noise(&self.force, &self.grid.is_valid) * mean_noise
-    }
-}
-
-/// A fit under its window, and the fits under a shorter and a longer one.
-#[derive(Debug)]
-struct Slides {
-    rows: Rows,
-    fit: Fit,
-    neighbours: Vec<Fit>,
-    /// Standard deviation of the acceleration's noise, m/s^2.
-    acceleration_noise: f64,
-}
-
-impl Slides {
-    fn new(problem: &Problem<'_>, rows: Rows, shape: Shape) -> Result<Self, Unfit> {
-        let neighbours = [1.0 / 1.5, 1.5]
-            .into_iter()
-            .filter_map(|factor| {
-                let rows = Rows::new(problem.grid, problem.motion, factor * rows.half_s);
-                problem.fit(&rows, shape).ok()
-            })
-            .collect();
-        Ok(Self {
-            fit: problem.fit(&rows, shape)?,
-            neighbours,
-            acceleration_noise: problem.motion.noise_m * rows.window.curvature_noise(),
-            rows,
-        })
-    }
-
-    /// A sum of unknowns with factors, and half of its 95 % interval.
-    fn value(&self, sum: &[(Unknown, f64)]) -> Option<(f64, f64)> {
-        let of = |fit: &Fit| {
-            sum.iter()
-                .map(|(unknown, factor)| fit.value(*unknown).map(|value| factor * value))
-                .sum::<Option<f64>>()
-        };
-        let value = of(&self.fit)?;
-        let all = || self.neighbours.iter().filter_map(of).chain([value]);
-        let spread = all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min);
-        let statistical = self.fit.reach_95() * self.fit.combined_error(sum)?;
-        let bias = match sum {
-            [(Unknown::Mass, _)] => value * self.fit.attenuation(Unknown::Mass, self.acceleration_noise)?,
-            _ => 0.0,
-        };
-        let floor = match sum {
-            [(Unknown::Mass, _)] => SAMPLING_SHARE,
-            _ => CALIBRATION_SHARE,
-        };
-        Some((
-            value,
-            statistical.hypot(spread / 2.0) + bias.abs() + floor * value.abs(),
-        ))
-    }
-}
 
 /// Identifies a record that was checked.
 pub(super) fn identify(record: &Record, options: &Options) -> Identified {
@@ -168,7 +86,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     };
     found.residual_rms_n = slides.fit.rms_n();
     found.residual_window_s = Some(2.0 * slides.rows.half_s);
-    tell_drift(&mut found, &slides);
+    note_drift(&mut found, &slides);
     found.notes.push(format!(
         "{} windows of {:.0} ms slide; the residual is that of the force smoothed by them",
         slides.rows.rows.len(),
@@ -180,7 +98,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     found
 }
 
-fn tell_drift(found: &mut Identified, slides: &Slides) {
+fn note_drift(found: &mut Identified, slides: &Slides) {
     let certain = slides
         .value(&[(Unknown::Drift, 1.0)])
         .filter(|(drift, reach)| drift.abs() > 2.0 * reach);
@@ -197,9 +115,9 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
     if let Clocks::Shifted(shift_s) = options.clocks {
         found.shift_s = shift_s;
     }
-    let as_told = problem.grid.force_shifted(found.shift_s, 0.0);
+    let as_given = problem.grid.force_shifted(found.shift_s, 0.0);
     if longest_s <= 0.0 {
-        return as_told;
+        return as_given;
     }
     let of = |problem: &Problem<'_>| {
         let rows = window::choose(problem, shape).map_err(|_| NoShift::OutOfReach)?;
@@ -216,8 +134,8 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
     let shift = match shift {
         Ok(shift) => shift,
         Err(why) => {
-            refusal::tell_no_shift(found, why, options.clocks);
-            return as_told;
+            refusal::report_no_shift(found, why, options.clocks);
+            return as_given;
         }
     };
     let [low, high] = shift.interval();
@@ -229,7 +147,7 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
             low * 1e3,
             high * 1e3
         ));
-        return as_told;
+        return as_given;
     }
     found.shift_s = shift.value_s;
     found.notes.push(format!(
@@ -315,8 +233,8 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
         structure < NOISE_STRUCTURE && falls && apart.fit.rms_n() <= NOISE_EXCESS * problem.force_noise(&apart.rows);
     if statics_differ || gain >= LEAST_GAIN || is_noise {
         found.notes.push(format!(
-            "friction differs by direction: alike it leaves {:.3} N, by direction {:.3} N. A constant force cannot be \
-             told from it",
+            "friction differs by direction: alike it leaves {:.3} N, by direction {:.3} N. A constant force \
+             would look the same",
             together.fit.rms_n(),
             apart.fit.rms_n()
         ));
@@ -334,7 +252,7 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
     false
 }
 
-/// Puts what the slides tell into the result.
+/// Stores what the slides determine in the result.
 fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
     let interval = |value: f64, reach: f64| -> Interval { [value - reach, value + reach] };
     if let Some((mass, reach)) = slides.value(&[(Unknown::Mass, 1.0)]) {

@@ -7,7 +7,7 @@ use std::ops::Range;
 /// Longest time over which velocity is taken as even, s.
 const LONGEST_SLOPE_S: f64 = 20e-3;
 
-/// The direction of a motion is certain beyond so many standard deviations of its velocity.
+/// Standard deviations of its velocity beyond which the direction of a motion is certain.
 const CERTAIN_DEVIATIONS: f64 = 4.0;
 
 /// Shortest rest, s.

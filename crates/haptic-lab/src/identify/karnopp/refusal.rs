@@ -1,18 +1,22 @@
 //! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
 
 use super::motion::Motion;
+use super::problem::Problem;
 use super::regression::{Rows, Shape, Unknown};
-use super::{Problem, Slides, window};
+use super::slides::Slides;
+use super::window;
+use crate::identify::clocks::Clocks;
 use crate::identify::grid::Grid;
-use crate::identify::{Clocks, Directions, Identified, Options, Refusal};
+use crate::identify::options::{Directions, Options};
+use crate::identify::result::{Identified, Refusal};
 use crate::robust_fit::Unfit;
 use crate::two_clocks::NoShift;
 
 /// Fewest windows in a direction.
 const FEWEST_ROWS: usize = 12;
 
-/// The fastest tenth of a slide must be so many times as fast as the slowest tenth before the share of viscous
-/// friction can be told.
+/// Least ratio of the speed of the fastest tenth of a slide to that of its slowest tenth that determines the share of
+/// viscous friction.
 const LEAST_SPEED_RATIO: f64 = 1.5;
 
 /// Share of the acceleration's own variance that may be noise.
@@ -118,7 +122,7 @@ pub(super) fn reason(unfit: &Unfit, grid: &Grid, motion: &Motion) -> String {
             too_little_sliding(&Rows::new(grid, motion, half_s), grid, motion)
         }
         Unfit::Condition(condition) => format!(
-            "the motion cannot tell inertia, viscous and dynamic friction apart (condition number {condition:.0e})"
+            "the motion does not separate inertia, viscous and dynamic friction (condition number {condition:.0e})"
         ),
         Unfit::OnePart => format!(
             "it rests on one part of the record alone: {} slides in the positive and {} in the negative direction",
@@ -128,7 +132,7 @@ pub(super) fn reason(unfit: &Unfit, grid: &Grid, motion: &Motion) -> String {
     }
 }
 
-/// Refuses all that slides would tell.
+/// Refuses all that slides would determine.
 pub(super) fn refuse_all(found: &mut Identified, options: &Options, reason: &str) {
     let mass = options.mass_kg.is_none().then_some("mass_kg");
     let names = ["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "offset_N"];
@@ -142,12 +146,12 @@ pub(super) fn refuse_all(found: &mut Identified, options: &Options, reason: &str
 }
 
 /// Says why no shift between the clocks was found. Of two recorders it is refused.
-pub(super) fn tell_no_shift(found: &mut Identified, why: NoShift, clocks: Clocks) {
+pub(super) fn report_no_shift(found: &mut Identified, why: NoShift, clocks: Clocks) {
     let longest_ms = 1e3 * clocks.longest_shift_s();
     let reason = match why {
         NoShift::AllAlike => format!(
             "whatever the shift within {longest_ms} ms, about the same force is left: the motion changes too little to \
-             tell; 0 is taken"
+             determine it; 0 is taken"
         ),
         NoShift::OutOfReach => format!("no shift within {longest_ms} ms fits best; 0 is taken"),
     };
@@ -171,14 +175,14 @@ pub(super) fn refuse_offset(found: &mut Identified) {
     );
 }
 
-/// Refuses what sliding in one direction alone cannot tell.
+/// Refuses what sliding in one direction alone does not determine.
 pub(super) fn refuse_one_direction(found: &mut Identified, slides: &Slides, problem: &Problem<'_>) {
     let side = usize::from(!slides.fit.shape.sides[0]);
     let direction = ["positive", "negative"][side];
     let level = slides.fit.value(Unknown::Level(side)).unwrap_or(0.0);
     let (slow, fast) = speeds(problem.motion);
     let viscous = slides.fit.value(Unknown::Viscous(side));
-    let told = viscous.map_or_else(
+    let total = viscous.map_or_else(
         || format!("{level:.4} N at {slow:.4} to {fast:.4} m/s"),
         |viscous| {
             format!(
@@ -187,7 +191,7 @@ pub(super) fn refuse_one_direction(found: &mut Identified, slides: &Slides, prob
             )
         },
     );
-    let reason = format!("it slides in the {direction} direction only, where friction and offset together are {told}");
+    let reason = format!("it slides in the {direction} direction only, where friction and offset together are {total}");
     for name in ["dynamic_force_N", "viscous_Ns_per_m", "offset_N"] {
         refuse(found, name, reason.clone(), MOVE_BOTH_WAYS);
     }

@@ -109,7 +109,7 @@ fn row(grid: &Grid, motion: &Motion, window: &Window, at: usize) -> Row {
 /// The unknowns of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Shape {
-    /// The mass; else it is known, or not told.
+    /// The mass; else it is known, or not determined.
     pub(super) has_mass: bool,
     /// Viscous friction.
     pub(super) has_viscous: bool,

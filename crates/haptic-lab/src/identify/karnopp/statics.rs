@@ -1,9 +1,11 @@
 //! Static friction from the breakaways of a record.
 
 use super::breakaway::{self, Breakaway};
+use super::problem::Problem;
 use super::regression::Unknown;
-use super::{Problem, Slides};
-use crate::identify::{Identified, Options, Refusal};
+use super::slides::Slides;
+use crate::identify::options::Options;
+use crate::identify::result::{Identified, Refusal};
 use crate::robust_fit::NORMAL_95;
 use crate::stats::mean::student_t;
 use haptic_core::Directional;
@@ -57,7 +59,7 @@ pub(super) fn differ(problem: &Problem<'_>, together: &Slides) -> bool {
     apart.abs() > certain.max(0.01 * (positive.0 + negative.0))
 }
 
-/// Puts the static friction into the result, or says why it cannot be told.
+/// Puts the static friction into the result, or says why it is not determined.
 pub(super) fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
     let (breakaways, drift_reach) = breakaways(problem, slides);
     let offset = found.offset_n.or(options.offset_n).unwrap_or(0.0);
@@ -95,13 +97,13 @@ pub(super) fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Sli
         .fold(f64::INFINITY, f64::min);
     let reason = if fast.is_empty() {
         format!(
-            "no breakaway from a rest under a rising force is there {lacking} ({} rests)",
+            "there is no breakaway from a rest under a rising force {lacking} ({} rests)",
             problem.motion.rests.len()
         )
     } else {
         format!(
-            "no breakaway under a slow load is there {lacking}; {} come under faster ones, the slowest at {slowest:.3} \
-             N/s: the force goes on rising while the mass sets off",
+            "there is no breakaway under a slow load {lacking}; {} come under faster ones, the slowest at {slowest:.3} \
+             N/s: the force continues to rise while the mass sets off",
             fast.len()
         )
     };

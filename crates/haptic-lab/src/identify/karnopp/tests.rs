@@ -165,11 +165,11 @@ fn a_constant_force_is_the_offset_of_friction_that_is_alike() {
 }
 
 #[test]
-fn clocks_that_differ_are_aligned_and_the_shift_told() {
+fn clocks_that_differ_are_aligned_and_the_shift_reported() {
     let truth = record(alike(), 4);
     for samples in [4_usize, 25] {
         let mut late = truth.clone();
-        // The force is stamped so many samples later than it was.
+        // The force is stamped this number of samples later than it was.
         late.force_n.rotate_right(samples);
         let found = found(&late);
         let shift_s = samples as f64 * 1e-3;
@@ -209,7 +209,7 @@ fn by_another_clock(truth: &Record, shift_s: f64, drift_ppm: f64) -> Record {
 }
 
 #[test]
-fn a_clock_that_drifts_is_told_with_its_shift_and_taken_out() {
+fn a_clock_that_drifts_is_reported_with_its_shift_and_removed() {
     let truth = record(alike(), 4);
     let of = |record: &Record, clocks| {
         let options = Options {
@@ -220,10 +220,10 @@ fn a_clock_that_drifts_is_told_with_its_shift_and_taken_out() {
     };
     for (shift_s, drift_ppm) in [(0.012, 400.0), (-0.2, -500.0)] {
         let found = of(&by_another_clock(&truth, shift_s, drift_ppm), Clocks::Two);
-        let told = found.clock_drift_ppm.expect("it drifts");
+        let reported = found.clock_drift_ppm.expect("it drifts");
         assert!(
-            (told - drift_ppm).abs() < 30.0,
-            "{told} ppm for {drift_ppm}: {found:#?}"
+            (reported - drift_ppm).abs() < 30.0,
+            "{reported} ppm for {drift_ppm}: {found:#?}"
         );
         let [low, high] = found.intervals["clock_drift_ppm"];
         assert!(low <= drift_ppm && drift_ppm <= high, "{low} to {high}");
@@ -272,7 +272,7 @@ fn a_steady_motion_says_nothing_of_two_clocks() {
 }
 
 #[test]
-fn other_rates_units_and_directions_tell_the_same() {
+fn other_rates_units_and_directions_give_the_same() {
     for &rate_hz in test_run::extent(&[100.0, 250.0][..], &[100.0, 250.0, 5000.0]) {
         let found = found(&watched(alike(), 5, rate_hz));
         assert!(
@@ -315,7 +315,7 @@ fn a_glitch_a_drift_and_a_clipped_force_do_not_deceive() {
 }
 
 #[test]
-fn what_the_motion_cannot_tell_is_refused_by_name() {
+fn what_the_motion_does_not_determine_is_refused_by_name() {
     let of = |movements: &[Movement]| {
         let experiment = experiment(alike()).with_movements(movements);
         found(&experiment.record(1).expect("it can be rendered"))

@@ -1,6 +1,6 @@
 //! Which window the record is seen through.
 
-use super::Problem;
+use super::problem::Problem;
 use super::regression::{Rows, Shape, Unknown};
 use crate::robust_fit::Unfit;
 

@@ -12,7 +12,7 @@ const HALF_WINDOWS_S: [f64; 9] = [0.003, 0.004, 0.006, 0.009, 0.013, 0.019, 0.02
 /// How far a count may be from the cubic, in steps: half of one, and a little for what the cubic does not know.
 const WITHIN_STEPS: f64 = 0.56;
 
-/// The window is chosen anew after so many samples.
+/// Samples after which the window is chosen again.
 const CHOSEN_EVERY: usize = 3;
 
 /// Weights that give the cubic through the samples of a window (Savitzky and Golay 1964).

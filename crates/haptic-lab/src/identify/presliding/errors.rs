@@ -15,7 +15,7 @@ use crate::median::median;
 
 /// Root mean square of where a turn was, in steps of the encoder: anywhere within one.
 const TURN_STEPS: f64 = 0.29;
-/// A motion turns when it goes back by so many steps.
+/// Steps of the encoder by which a motion must go back to count as a turn.
 const STEPS_OF_A_TURN: f64 = 1.0;
 /// Rows with less than this share of the steepest slope show the error of the force alone.
 const FLAT: f64 = 0.01;

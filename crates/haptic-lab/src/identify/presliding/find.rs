@@ -1,8 +1,9 @@
 //! The best fit of a law to a record, from several starts.
 
+use super::super::options::{Directions, Options};
+use super::super::record::Record;
 use super::super::sensor::samples_in;
-use super::super::{Directions, Options, Record};
-use super::fit::{Assumed, Estimate, Fit, Rows, fit};
+use super::fit::{Assumptions, Estimate, Fit, Rows, fit};
 use super::laws::PathLaw;
 use super::path::Path;
 use crate::smoothing::white_noise;
@@ -13,16 +14,16 @@ const FINAL: f64 = 1e-8;
 const ROUGH: f64 = 1e-4;
 /// The same for a fit that starts next to where it ends.
 const WARM: f64 = 1e-4;
-/// A motion turns when it goes back by so many steps of the encoder.
+/// Steps of the encoder by which a motion must go back to count as a turn.
 const STEPS_OF_A_TURN: f64 = 3.0;
-/// Directions differ where telling them apart explains this much more, as twice the logarithm of a likelihood: far
+/// Directions differ where values of their own explain this much more, as twice the logarithm of a likelihood: far
 /// beyond chance, for neighbouring rows share their noise. Limits that are alike reach 60 where the surface gives way
 /// by four steps of the encoder; limits that are 20 % apart reach 2000.
 const CLEARLY_BETTER: f64 = 150.0;
 
 /// A record made ready for fits.
 #[derive(Clone, Debug)]
-pub(crate) struct Prepared {
+pub(crate) struct PreparedRecord {
     /// The record on an even clock.
     pub(crate) path: Path,
     /// The equation of motion.
@@ -37,12 +38,12 @@ pub(crate) struct Prepared {
     pub(crate) knows_offset: bool,
 }
 
-impl Prepared {
+impl PreparedRecord {
     /// `None` where nothing moves. The force's clock is `shift_s` ahead.
     pub(crate) fn new(record: &Record, shift_s: f64, options: &Options) -> Option<Self> {
         let path = Path::new(record, shift_s)?;
         let white_rms_n = white_noise(&path.force_n, &path.is_recorded);
-        let assumed = Assumed::of(options, true);
+        let assumed = Assumptions::of(options, true);
         let start = Estimate {
             law: PathLaw::Coulomb,
             mass_kg: 0.0,
@@ -91,9 +92,9 @@ impl Prepared {
         kept: &[usize],
         options: &Options,
         earlier: Option<&Fit>,
-    ) -> Option<(Fit, Assumed)> {
-        let alike = Assumed::of(options, true);
-        let separate = Assumed {
+    ) -> Option<(Fit, Assumptions)> {
+        let alike = Assumptions::of(options, true);
+        let separate = Assumptions {
             offset_n: Some(options.offset_n.unwrap_or(0.0)),
             alike: false,
             ..alike
@@ -123,9 +124,9 @@ impl Prepared {
 
     /// The fit of Dahl's law with the clocks' further shift in it, from an earlier estimate where there is one.
     pub(crate) fn further_shift(&self, earlier: Option<&Estimate>, options: &Options) -> Option<Estimate> {
-        let assumed = Assumed {
+        let assumed = Assumptions {
             one_clock: false,
-            ..Assumed::of(options, true)
+            ..Assumptions::of(options, true)
         };
         let fit = match earlier {
             Some(start) => self.refine(&self.all(), &assumed, start, ROUGH),
@@ -135,12 +136,18 @@ impl Prepared {
     }
 
     /// The fit of a law from one start.
-    pub(crate) fn refine(&self, kept: &[usize], assumed: &Assumed, start: &Estimate, tolerance: f64) -> Option<Fit> {
+    pub(crate) fn refine(
+        &self,
+        kept: &[usize],
+        assumed: &Assumptions,
+        start: &Estimate,
+        tolerance: f64,
+    ) -> Option<Fit> {
         fit(&self.path, &self.rows, kept, assumed, start, tolerance)
     }
 
     /// The same fit to another record of the same kind, which starts at its result.
-    pub(crate) fn refit(&self, record: &Record, assumed: &Assumed, start: &Estimate) -> Option<Fit> {
+    pub(crate) fn refit(&self, record: &Record, assumed: &Assumptions, start: &Estimate) -> Option<Fit> {
         let path = self.path.drawn_again(record);
         let mut rows = Rows::new(&path, self.stride);
         rows.errors.clone_from(&self.rows.errors);
@@ -149,7 +156,7 @@ impl Prepared {
     }
 
     /// The best of several starts.
-    fn best_start(&self, law: PathLaw, kept: &[usize], assumed: &Assumed) -> Option<Fit> {
+    fn best_start(&self, law: PathLaw, kept: &[usize], assumed: &Assumptions) -> Option<Fit> {
         let limits = [self.coulomb.estimate.values[0]; 2];
         let starts: Vec<Vec<f64>> = match law {
             PathLaw::Coulomb => vec![limits.to_vec()],

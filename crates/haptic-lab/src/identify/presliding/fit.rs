@@ -1,7 +1,7 @@
 //! Least squares of the force under test functions, over logarithms where a parameter is positive, by Levenberg and
 //! Marquardt.
 
-use super::super::Options;
+use super::super::options::Options;
 use super::errors::Errors;
 use super::laws::{Course, PathLaw};
 use super::path::Path;
@@ -9,7 +9,7 @@ use super::weak::TestFunctions;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
-/// Positions are in sight where they change by so many steps of the encoder under a test function.
+/// Steps of the encoder by which positions must change under a test function to be in sight.
 const STEPS_IN_SIGHT: f64 = 2.0;
 
 /// What the equation of motion holds under each test function.
@@ -103,7 +103,7 @@ impl Rows {
         (self.force.iter().map(|force| (force - mean).powi(2)).sum::<f64>() / count).sqrt()
     }
 
-    /// Values of the rows at each of so many samples, along straight lines between the middles of the rows.
+    /// Values of the rows at each of a number of samples, along straight lines between the middles of the rows.
     pub(crate) fn at_samples(&self, values: &[f64], samples: usize) -> Vec<f64> {
         let middle = |row: usize| self.middle(row) as f64;
         let mut after = 0;
@@ -128,7 +128,7 @@ impl Rows {
 
 /// What is assumed, and so not fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Assumed {
+pub(crate) struct Assumptions {
     /// Mass, kg, where it is known.
     pub(crate) mass_kg: Option<f64>,
     /// Constant force, N, where it is known.
@@ -139,7 +139,7 @@ pub(crate) struct Assumed {
     pub(crate) one_clock: bool,
 }
 
-impl Assumed {
+impl Assumptions {
     /// What is known beforehand.
     pub(crate) const fn of(options: &Options, alike: bool) -> Self {
         Self {
@@ -199,7 +199,7 @@ enum Place {
 }
 
 /// The parameters that are fitted.
-fn places(law: PathLaw, assumed: &Assumed) -> Vec<Place> {
+fn places(law: PathLaw, assumed: &Assumptions) -> Vec<Place> {
     let mut places = Vec::new();
     if assumed.mass_kg.is_none() {
         places.push(Place::Mass);
@@ -246,8 +246,8 @@ impl Place {
         }
     }
 
-    fn put(self, value: f64, alike: bool, estimate: &mut Estimate) {
-        let mut put_value = |at: usize, value: f64| {
+    fn set_value(self, value: f64, alike: bool, estimate: &mut Estimate) {
+        let mut set_at = |at: usize, value: f64| {
             estimate.values[at] = value;
             if alike && estimate.law.is_by_direction(at) {
                 estimate.values[at + 1] = value;
@@ -259,8 +259,8 @@ impl Place {
             Self::Shift => estimate.shift_s = value,
             Self::Viscous(_) if alike => estimate.viscous = [value; 2],
             Self::Viscous(side) => estimate.viscous[side] = value,
-            Self::Logarithm { at, least, most } => put_value(at, value.exp().clamp(least, most)),
-            Self::Value(at) => put_value(at, value),
+            Self::Logarithm { at, least, most } => set_at(at, value.exp().clamp(least, most)),
+            Self::Value(at) => set_at(at, value),
         }
     }
 }
@@ -295,7 +295,7 @@ impl Problem<'_> {
     fn set(&mut self, values: &DVector<f64>) {
         let before = self.estimate.values.clone();
         for (place, value) in self.places.iter().zip(values.iter()) {
-            place.put(*value, self.alike, &mut self.estimate);
+            place.set_value(*value, self.alike, &mut self.estimate);
         }
         if self.friction.is_empty() || before != self.estimate.values {
             self.course = self.estimate.law.along(&self.estimate.values, self.path);
@@ -390,7 +390,7 @@ pub(crate) fn fit(
     path: &Path,
     rows: &Rows,
     kept: &[usize],
-    assumed: &Assumed,
+    assumed: &Assumptions,
     start: &Estimate,
     tolerance: f64,
 ) -> Option<Fit> {

@@ -248,8 +248,8 @@ fn lugre(values: &[f64], path: &Path) -> Course {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::Record;
     use super::*;
+    use crate::identify::record::Record;
     use haptic_core::friction::{Dahl, Friction, Lugre};
     use haptic_core::{Directional, Renderer, Scene, Scheme};
 

@@ -16,17 +16,22 @@ mod quantity;
 mod refusal;
 mod weak;
 
-pub(super) use find::Prepared;
+pub(super) use find::PreparedRecord;
 pub(super) use fit::Fit;
 pub(super) use fitted::fitted;
 pub(super) use laws::PathLaw;
 
 use super::bootstrap::{Spread, World};
+use super::clocks::Clocks;
+use super::error::IdentifyError;
+use super::karnopp;
 use super::karnopp::{ALIKE, CALIBRATION_SHARE, SAMPLING_SHARE};
+use super::options::{Directions, Options};
 use super::progress::Progress;
-use super::{Clocks, Directions, Identified, IdentifyError, ModelKind, Options, Record, Refusal, karnopp};
+use super::record::Record;
+use super::result::{Identified, ModelKind, Refusal};
 use fastrand::Rng;
-use fit::{Assumed, Estimate};
+use fit::{Assumptions, Estimate};
 use quantity::Quantity;
 
 /// Records that are drawn for the intervals.
@@ -49,14 +54,14 @@ const FIT_SHARE: f64 = 0.3;
 
 /// The best fit of a law to a record.
 pub(super) struct Found {
-    pub(super) prepared: Prepared,
+    pub(super) prepared: PreparedRecord,
     fit: Fit,
-    assumed: Assumed,
+    assumed: Assumptions,
     shift_s: f64,
 }
 
 /// Why there is none, and what to record instead.
-type Nothing = (String, &'static str);
+type NoFit = (String, &'static str);
 
 /// Identifies Dahl's law or LuGre's from a record that was checked.
 ///
@@ -75,7 +80,7 @@ pub(super) fn identify(
     match find(record, law, options) {
         Ok(found) => report(&found, options, &mut progress.part(FIT_SHARE, 1.0)),
         Err((reason, instead)) => {
-            let assumed = Assumed::of(options, true);
+            let assumed = Assumptions::of(options, true);
             let mut found = Identified::empty(options.model);
             for quantity in Quantity::of(law, &assumed) {
                 refuse(&mut found, Refusal::new(quantity.parameter(), &reason, instead));
@@ -86,7 +91,7 @@ pub(super) fn identify(
 }
 
 /// The best fit of a law, on whichever clock it is better: the common one, or the one on which the slides agree best.
-pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<Found, Nothing> {
+pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<Found, NoFit> {
     if let Clocks::Shifted(shift_s) = options.clocks {
         return find_on(record, shift_s, law, options);
     }
@@ -102,7 +107,7 @@ pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<F
 }
 
 /// How much the force's clock is ahead of the position's, s; `None` where that is less than a sample. A fit on one
-/// clock that leaves little is near enough to go on from; else the slides say where to begin, which take the way by
+/// clock that leaves little is near enough to begin from; else the slides say where to begin, which take the way by
 /// which a surface gives for a part of the shift.
 fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option<f64> {
     let longest_s = options.clocks.longest_shift_s();
@@ -119,7 +124,7 @@ fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option
         }
     }
     for _ in 0..ROUNDS {
-        let prepared = Prepared::new(record, shift_s, options)?;
+        let prepared = PreparedRecord::new(record, shift_s, options)?;
         let further = prepared.further_shift(estimate.as_ref(), options)?;
         let further_s = further.shift_s;
         shift_s = (shift_s + further_s).clamp(-longest_s, longest_s);
@@ -138,8 +143,8 @@ fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option
 }
 
 /// The best fit of a law where the force's clock is ahead.
-fn find_on(record: &Record, shift_s: f64, law: PathLaw, options: &Options) -> Result<Found, Nothing> {
-    let mut prepared = Prepared::new(record, shift_s, options).ok_or_else(|| {
+fn find_on(record: &Record, shift_s: f64, law: PathLaw, options: &Options) -> Result<Found, NoFit> {
+    let mut prepared = PreparedRecord::new(record, shift_s, options).ok_or_else(|| {
         let reason = String::from("the position hardly changes");
         (reason, "record strokes of 10 mm and more, for at least ten seconds")
     })?;
@@ -219,7 +224,7 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
         ));
     }
     for (at, quantity) in quantities.iter().enumerate() {
-        put(&mut found, best, *quantity, truth[at], (&spread, at));
+        store_or_refuse(&mut found, best, *quantity, truth[at], (&spread, at));
     }
     // Static friction is the upper end of Stribeck's fall, and is undetermined if the fall was not recorded.
     let fall = found
@@ -235,7 +240,7 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
     Ok(found)
 }
 
-/// What is told of a fit besides its values.
+/// What is reported of a fit besides its values.
 fn without_values(best: &Found, options: &Options) -> Identified {
     let mut found = Identified::empty(options.model);
     found.notes.clone_from(&best.prepared.path.notes);
@@ -256,9 +261,15 @@ fn without_values(best: &Found, options: &Options) -> Identified {
     found
 }
 
-/// Puts a quantity with its interval into the result, or refuses it: the value of the fit, and its place in the spread
+/// Stores a quantity with its interval in the result, or refuses it: the value of the fit, and its place in the spread
 /// of those of drawn records.
-fn put(found: &mut Identified, best: &Found, quantity: Quantity, truth: f64, (spread, at): (&Spread, usize)) {
+fn store_or_refuse(
+    found: &mut Identified,
+    best: &Found,
+    quantity: Quantity,
+    truth: f64,
+    (spread, at): (&Spread, usize),
+) {
     let (value, [low, high]) = spread.interval(at, truth);
     let share = if quantity == Quantity::Mass {
         SAMPLING_SHARE
@@ -280,7 +291,7 @@ fn put(found: &mut Identified, best: &Found, quantity: Quantity, truth: f64, (sp
     }
     let is_refused = |refusal: &Refusal| refusal.parameter == quantity.parameter();
     if !found.refused.iter().any(is_refused) {
-        quantity.put(quantity.itself(value), found);
+        quantity.store(quantity.itself(value), found);
         found.intervals.insert(quantity.interval(), interval);
     }
 }
@@ -303,7 +314,7 @@ fn refuse(found: &mut Identified, refusal: Refusal) {
 }
 
 /// What the fit says happened, with what it leaves, and how much the sensors' noise alone leaves, N rms.
-fn world(prepared: &Prepared, fit: &Fit, assumed: &Assumed, seed: u64) -> (World, f64) {
+fn world(prepared: &PreparedRecord, fit: &Fit, assumed: &Assumptions, seed: u64) -> (World, f64) {
     let path = &prepared.path;
     let motion = Record {
         t_s: (0..path.smooth_m.len())

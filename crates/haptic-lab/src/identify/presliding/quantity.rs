@@ -1,7 +1,7 @@
 //! What is reported of an estimate: each quantity's name, its value, and how sure one must be of it.
 
-use super::super::Identified;
-use super::fit::{Assumed, Estimate};
+use super::super::result::Identified;
+use super::fit::{Assumptions, Estimate};
 use super::laws::PathLaw;
 use haptic_core::Directional;
 
@@ -21,7 +21,7 @@ pub(crate) enum Quantity {
 
 impl Quantity {
     /// Those that a law has, but for what was assumed.
-    pub(crate) fn of(law: PathLaw, assumed: &Assumed) -> Vec<Self> {
+    pub(crate) fn of(law: PathLaw, assumed: &Assumptions) -> Vec<Self> {
         let mut quantities = Vec::new();
         if assumed.mass_kg.is_none() {
             quantities.push(Self::Mass);
@@ -109,8 +109,8 @@ impl Quantity {
     }
 
     /// Puts a value into what was found.
-    pub(crate) fn put(self, value: f64, found: &mut Identified) {
-        let put = |place: &mut Option<Directional>, side: usize| {
+    pub(crate) fn store(self, value: f64, found: &mut Identified) {
+        let set = |place: &mut Option<Directional>, side: usize| {
             let pair = place.get_or_insert(Directional::both(value));
             if side == 0 {
                 pair.positive = value;
@@ -120,9 +120,9 @@ impl Quantity {
         };
         match self {
             Self::Mass => found.mass_kg = Some(value),
-            Self::Dynamic(side) => put(&mut found.dynamic_force_n, side),
-            Self::Viscous(side) => put(&mut found.viscous_ns_per_m, side),
-            Self::Static(side) => put(&mut found.static_force_n, side),
+            Self::Dynamic(side) => set(&mut found.dynamic_force_n, side),
+            Self::Viscous(side) => set(&mut found.viscous_ns_per_m, side),
+            Self::Static(side) => set(&mut found.static_force_n, side),
             Self::Offset => found.offset_n = Some(value),
             Self::Stiffness => found.stiffness_n_per_m = Some(value),
             Self::Exponent => found.exponent = Some(value),

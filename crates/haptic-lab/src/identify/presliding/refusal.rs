@@ -1,28 +1,28 @@
 //! What a record cannot determine: first by physics, then by how far the fits to drawn records scatter.
 
-use super::super::{Interval, Refusal};
-use super::find::Prepared;
-use super::fit::{Assumed, Estimate};
+use super::super::result::{Interval, Refusal};
+use super::find::PreparedRecord;
+use super::fit::{Assumptions, Estimate};
 use super::laws::PathLaw;
 use super::quantity::Quantity;
 
-/// A surface must give way by so many steps of the encoder, or the steps are taken for it.
+/// Fewest steps of the encoder by which a surface must give way, or the steps are taken for it.
 const FEWEST_STEPS: f64 = 3.0;
-/// By so many, or the stiffness is off by 8 % where the steps happen to lie badly: with five it is within 3 %.
+/// The same for the stiffness, which is off by up to 8 % with fewer, as the steps lie: with five it is within 3 %.
 const FEWEST_STEPS_FOR_STIFFNESS: f64 = 5.0;
-/// By so many, or the exponent, which bends the curve between rest and limit, is off by up to 10 %.
+/// The same for the exponent, which bends the curve between rest and limit: with fewer it is off by up to 10 %.
 const FEWEST_STEPS_FOR_EXPONENT: f64 = 9.0;
 /// Over shorter strokes, in steps of the encoder, what smoothing leaves of the steps bends the whole law.
 const LEAST_STROKE_STEPS: f64 = 100.0;
 /// Fewest turns that show how a surface gives way.
 const FEWEST_TURNS: usize = 4;
-/// A limit is reached after so many times the deflection `Fd/sigma`.
+/// Deflection at which a limit is reached, in multiples of `Fd/sigma`.
 const DEFLECTIONS_TO_LIMIT: f64 = 4.0;
 /// Fewest rows of slow, and of fast, sliding that show Stribeck's fall.
 const FEWEST_ROWS: usize = 30;
 
 /// Why the motion itself cannot determine some of the quantities, whatever a fit says.
-pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Assumed) -> Vec<Refusal> {
+pub(crate) fn by_physics(prepared: &PreparedRecord, estimate: &Estimate, assumed: &Assumptions) -> Vec<Refusal> {
     let path = &prepared.path;
     let step = path.resolution_m;
     let (farthest, turns) = (path.longest_stroke(step), prepared.turns().len());
@@ -73,7 +73,7 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
         );
     }
     // Each reason names what any law may have.
-    let unknown = Assumed {
+    let unknown = Assumptions {
         mass_kg: None,
         offset_n: None,
         ..*assumed
@@ -130,7 +130,7 @@ fn short_strokes(refused: &mut Refusals, farthest: f64, deflection: f64, step: f
 }
 
 /// Why Stribeck's fall does not show, where the law has one.
-fn hidden_fall(prepared: &Prepared, estimate: &Estimate) -> Option<String> {
+fn hidden_fall(prepared: &PreparedRecord, estimate: &Estimate) -> Option<String> {
     if estimate.law != PathLaw::Lugre {
         return None;
     }
@@ -151,12 +151,12 @@ fn hidden_fall(prepared: &Prepared, estimate: &Estimate) -> Option<String> {
 
 /// Why the encoder hides how the surface gives way; `None` where it does not. All of the law leans on that: a fit makes
 /// of the steps what it likes.
-pub(crate) fn hidden(prepared: &Prepared, estimate: &Estimate) -> Option<String> {
+pub(crate) fn hidden(prepared: &PreparedRecord, estimate: &Estimate) -> Option<String> {
     hidden_below(FEWEST_STEPS, prepared, estimate)
 }
 
 /// The same for what needs more steps.
-fn hidden_below(fewest_steps: f64, prepared: &Prepared, estimate: &Estimate) -> Option<String> {
+fn hidden_below(fewest_steps: f64, prepared: &PreparedRecord, estimate: &Estimate) -> Option<String> {
     let step = prepared.path.resolution_m;
     let limit = estimate.values[PathLaw::DYNAMIC].max(estimate.values[PathLaw::DYNAMIC + 1]);
     let deflection = limit / estimate.values[PathLaw::STIFFNESS];
@@ -171,7 +171,7 @@ fn hidden_below(fewest_steps: f64, prepared: &Prepared, estimate: &Estimate) -> 
 }
 
 /// Whether there is too little motion in one of the directions.
-pub(crate) fn goes_one_way(prepared: &Prepared) -> bool {
+pub(crate) fn goes_one_way(prepared: &PreparedRecord) -> bool {
     prepared.sides().into_iter().any(|rows| rows < FEWEST_ROWS)
 }
 
@@ -182,7 +182,7 @@ const PRESLIDING: [&str; 3] = ["stiffness_N_per_m", "exponent", "bristle_damping
 pub(crate) fn by_interval(
     quantity: Quantity,
     [low, high]: Interval,
-    prepared: &Prepared,
+    prepared: &PreparedRecord,
     estimate: &Estimate,
 ) -> Option<Refusal> {
     let limit = estimate.values[PathLaw::DYNAMIC];

@@ -299,7 +299,7 @@ fn a_rig_at_rest_gives_no_numbers() {
 }
 
 #[test]
-fn clocks_that_differ_are_aligned_and_the_shift_is_told() {
+fn clocks_that_differ_are_aligned_and_the_shift_is_reported() {
     let mut record = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL)))
         .with_movements(&[STROKES])
         .record(1)

@@ -71,8 +71,8 @@ impl TestFunctions {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::Record;
     use super::*;
+    use crate::identify::record::Record;
 
     #[test]
     fn they_give_force_and_acceleration_of_a_parabola() {

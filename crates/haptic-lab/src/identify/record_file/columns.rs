@@ -99,8 +99,8 @@ impl Quantity {
         }
     }
 
-    /// SI units a unit of a column of this title: what its end tells, else 1; `None` where it tells a unit that is not
-    /// one of this quantity.
+    /// SI units a unit of a column of this title: by the unit at its end, else 1; `None` where that unit is not one of
+    /// this quantity.
     pub(super) fn unit(self, title: &str) -> Option<f64> {
         let of = |text: &str| {
             let known = self.units().iter().find(|(unit, _)| *unit == plain(text));

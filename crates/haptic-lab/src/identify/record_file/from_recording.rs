@@ -1,8 +1,10 @@
 //! A recording of hapticd as a record to identify from.
 
+use super::error::RecordFileError;
+use super::loaded::Loaded;
 use super::parquet_table::ParquetTable;
-use super::{Loaded, MovingMass, RecordFileError, Source};
-use crate::identify::Record;
+use super::source::{MovingMass, Source};
+use crate::identify::record::Record;
 use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
 use haptic_recording::{Mark, Recording, RecordingError};

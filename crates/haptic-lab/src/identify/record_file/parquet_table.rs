@@ -1,6 +1,6 @@
 //! A table that another program has written as Parquet.
 
-use super::RecordFileError;
+use super::error::RecordFileError;
 use haptic_motion::guard::guarded;
 use haptic_motion::numbers::{Numbers, NumbersError, is_in_seconds};
 use haptic_recording::{Place, parquet::KEY};

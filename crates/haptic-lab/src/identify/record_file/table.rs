@@ -1,10 +1,12 @@
 //! A table of text or Parquet: a heading, and rows of numbers.
 
 use super::columns::{Quantity, in_brackets};
+use super::error::RecordFileError;
 use super::layout::{Layout, cells, evened, number, on_the_same_day};
+use super::loaded::Loaded;
 use super::parquet_table::ParquetTable;
-use super::{Loaded, RecordFileError, Source};
-use crate::identify::Record;
+use super::source::Source;
+use crate::identify::record::Record;
 use haptic_recording::Place;
 use std::fs::File;
 use std::io::Read;
@@ -108,7 +110,7 @@ fn at_times(times: &[f64], t_s: &[f64], values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The text of a file, up to so many bytes: UTF-8, UTF-16 with its mark, or Latin-1.
+/// The text of a file, up to a number of bytes: UTF-8, UTF-16 with its mark, or Latin-1.
 fn text(path: &Path, most_bytes: u64) -> Result<String, RecordFileError> {
     /// Bytes in which a file that is not text shows it.
     const BEGINNING: usize = 4096;
@@ -167,7 +169,7 @@ fn names(layout: &Layout, lines: &[&str]) -> Vec<String> {
     }
 }
 
-/// The lines of a file that are no remarks, with their numbers from 1.
+/// The lines of a file that are not remarks, with their numbers from 1.
 fn content(text: &str) -> (Vec<usize>, Vec<&str>) {
     text.trim_start_matches('\u{feff}')
         .lines()
@@ -185,7 +187,7 @@ fn layout(path: &Path, lines: &[&str]) -> Result<Layout, RecordFileError> {
 }
 
 /// A column that is wanted: its place, and SI units a unit of it.
-type Wanted = Option<(usize, f64)>;
+type WantedColumn = Option<(usize, f64)>;
 
 /// The columns of a file.
 struct Headings<'a> {
@@ -292,7 +294,7 @@ impl Table {
         headings: &Headings<'_>,
         source: &Source,
         quantities: &[Quantity],
-    ) -> Result<(Self, Vec<Wanted>), RecordFileError> {
+    ) -> Result<(Self, Vec<WantedColumn>), RecordFileError> {
         let mut wanted = vec![headings.find(source, Quantity::Time)?];
         for quantity in quantities {
             wanted.push(headings.find(source, *quantity)?);
@@ -372,11 +374,11 @@ impl Table {
 
 impl Headings<'_> {
     /// Place and SI units a unit of a column; `None` where a velocity is not there.
-    fn find(&self, source: &Source, quantity: Quantity) -> Result<Wanted, RecordFileError> {
+    fn find(&self, source: &Source, quantity: Quantity) -> Result<WantedColumn, RecordFileError> {
         let Some(place) = self.place(source, quantity)? else {
             return Ok(None);
         };
-        // A gain that is given is what a unit of the column is, whatever its name tells.
+        // A gain that is given is what a unit of the column is, whatever its name says.
         let gain = match quantity {
             Quantity::Time => self.in_seconds.get(place).filter(|is_so| **is_so).map(|_| 1.0),
             Quantity::Position | Quantity::Velocity => source.position_gain,

@@ -1,6 +1,7 @@
 //! Files of other laboratories.
 
 use super::*;
+use std::path::PathBuf;
 
 fn write(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");
@@ -94,7 +95,7 @@ fn a_bad_file_is_refused_by_line_and_column() {
 }
 
 #[test]
-fn repeated_times_are_left_out_and_told() {
+fn repeated_times_are_left_out_and_reported() {
     let loaded = read_text("t,x,f\n0,1,2\n0,1,2\n1,2,3\n", |_| {}).expect("a record");
     assert_eq!(loaded.record.t_s, [0.0, 1.0]);
     assert!(
@@ -139,7 +140,7 @@ fn the_columns_of_a_binary_recording_cannot_be_named() {
 }
 
 #[test]
-fn a_velocity_in_other_units_is_told() {
+fn a_velocity_in_other_units_is_reported() {
     let rows: String = (0..100)
         .map(|k| format!("{},{},{},1\n", f64::from(k) * 1e-3, f64::from(k) * 2e-3, 2000.0))
         .collect();
@@ -152,7 +153,7 @@ fn a_velocity_in_other_units_is_told() {
 }
 
 #[test]
-fn the_headings_of_a_file_are_told_before_it_is_read() {
+fn the_headings_of_a_file_are_known_before_it_is_read() {
     let (_directory, path) = write(
         "record.csv",
         "\u{feff}# a remark\n\n\"Zeit (s)\";\"Weg [mm]\";Kraft\n1,5;0,25;-3\n",

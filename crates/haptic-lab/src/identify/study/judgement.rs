@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// What was found of a parameter over many seeds.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Judged {
+pub struct ParameterJudgement {
     /// The truth, in the parameter's unit; `None` where the truth has no such parameter.
     pub truth: Option<f64>,
     /// In how many runs it was reported.
@@ -33,7 +33,7 @@ pub struct Judged {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Judgement {
     /// Parameter by parameter, by the names of the intervals.
-    pub parameters: BTreeMap<String, Judged>,
+    pub parameters: BTreeMap<String, ParameterJudgement>,
     /// How many seeds were run.
     pub runs: usize,
     /// In how many of them the program remarked that the law lacks something.

@@ -1,6 +1,6 @@
 //! Recordings of a device behind a link: its clock is not ours, and both jitter.
 
-use super::session::{Happening, Session, drag, setup};
+use super::session::{Session, TickInput, drag, setup};
 use crate::accuracy::cases;
 use crate::replay::Report;
 use fastrand::Rng;
@@ -177,9 +177,9 @@ fn session(seed: u64, link: Link) -> Session {
     let mut pause = rng.u32(150..900);
     for _ in 0..LENGTH {
         let measured = Some(rig.tick());
-        let mut happening = Happening {
+        let mut happening = TickInput {
             measured,
-            ..Happening::default()
+            ..TickInput::default()
         };
         pause = pause.saturating_sub(1);
         if pause == 0 {

@@ -1,7 +1,7 @@
 //! What was recorded against what is computed.
 
-use super::session::{Happening, Session, compared, eventful, metadata, reasons};
-use crate::replay::{Comparison, NotCompared, replay};
+use super::session::{Session, TickInput, compared, eventful, metadata, reasons};
+use crate::replay::{Comparison, SkipReason, replay};
 use haptic_core::Scene;
 use haptic_core::passivity::RigLosses;
 use haptic_core::servo::{Command, InputWord};
@@ -17,7 +17,7 @@ fn a_session_with_ramps_stops_faults_and_failed_writes_is_the_same_to_the_last_b
         let entries = session.without_first(begun);
         let report = compared(&entries);
         assert_eq!((report.differing, &report.first_differing), (0, &None), "{begun}");
-        assert_eq!(reasons(&report), [NotCompared::Settling]);
+        assert_eq!(reasons(&report), [SkipReason::Settling]);
         assert!(report.not_compared < 150 && report.with_force > 900, "{report:?}");
         assert!(report.is_exact());
     }
@@ -77,7 +77,7 @@ fn after_a_gap_nothing_is_compared_until_the_rig_is_without_force_and_that_is_co
         }
         let report = compared(&entries);
         assert_eq!(report.differing, 0, "{report:?}");
-        assert_eq!(reasons(&report), [NotCompared::Settling, NotCompared::RowsLost]);
+        assert_eq!(reasons(&report), [SkipReason::Settling, SkipReason::RowsLost]);
         let lost = report.uncompared[1];
         let stopped = session.entries.iter().find_map(|entry| match entry {
             Entry::Row(row) if row.state == RigState::Stopped => Some(row.tick),
@@ -86,7 +86,7 @@ fn after_a_gap_nothing_is_compared_until_the_rig_is_without_force_and_that_is_co
         assert_eq!(
             Some(lost.first_tick + lost.ticks),
             stopped,
-            "it goes on where the rig stopped: {report:?}"
+            "it continues where the rig stopped: {report:?}"
         );
         // The rest begins with too short a time without force, and is compared from the next one on.
         assert!(report.with_force > 100, "{report:?}");
@@ -98,22 +98,19 @@ fn after_a_gap_nothing_is_compared_until_the_rig_is_without_force_and_that_is_co
 fn a_recording_that_began_with_force_says_so_and_goes_on_once_it_is_gone() {
     let mut session = eventful();
     let whole = compared(&session.without_first(400));
-    assert_eq!(
-        reasons(&whole)[..2],
-        [NotCompared::Settling, NotCompared::BeganWithForce]
-    );
+    assert_eq!(reasons(&whole)[..2], [SkipReason::Settling, SkipReason::BeganWithForce]);
     assert!(whole.is_exact(), "{whole:?}");
     session.entries.truncate(500);
     let report = compared(&session.without_first(400));
     assert_eq!((report.compared(), report.differing), (0, 0));
-    assert_eq!(reasons(&report), [NotCompared::BeganWithForce]);
+    assert_eq!(reasons(&report), [SkipReason::BeganWithForce]);
     assert!(!report.is_exact(), "nothing was compared");
 }
 
 #[test]
 fn force_that_comes_before_the_servo_has_settled_is_not_compared() {
     let report = compared(&eventful().without_first(280));
-    assert!(reasons(&report).contains(&NotCompared::ForceTooSoon), "{report:?}");
+    assert!(reasons(&report).contains(&SkipReason::ForceTooSoon), "{report:?}");
     assert_eq!(report.differing, 0);
 }
 
@@ -126,7 +123,7 @@ fn the_ticks_of_a_scene_that_is_not_in_the_recording_are_not_compared() {
         .position(|entry| matches!(entry, Entry::Mark(Mark::Scene { .. })));
     entries.remove(place.expect("a scene arrived"));
     let report = compared(&entries);
-    assert_eq!(reasons(&report), [NotCompared::Settling, NotCompared::UnknownScene]);
+    assert_eq!(reasons(&report), [SkipReason::Settling, SkipReason::UnknownScene]);
     assert!(report.differing == 0 && report.with_force > 300, "{report:?}");
 }
 
@@ -137,7 +134,7 @@ fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
         Entry::Row(row) => Some(row),
         Entry::Mark(_) => None,
     });
-    // While the rig is without force, it is lent to a motion that nothing else in the recording tells of.
+    // While the rig is without force, it is lent to a motion that nothing else in the recording shows.
     for row in rows.by_ref().skip(50).take(40) {
         row.input_flags = InputWord {
             flags: row.input_flags,
@@ -153,8 +150,8 @@ fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
     let motion = report
         .uncompared
         .iter()
-        .find(|one| one.reason == NotCompared::UnknownScene);
-    assert_eq!(motion.expect("it is told").ticks, 40, "{report:?}");
+        .find(|one| one.reason == SkipReason::UnknownScene);
+    assert_eq!(motion.expect("it is reported").ticks, 40, "{report:?}");
     assert!(report.with_force > 900 && report.is_exact(), "{report:?}");
 }
 
@@ -163,9 +160,9 @@ fn a_silent_device_is_not_compared_where_its_period_was_set_before_the_recording
     let mut session = Session::new();
     session.run(350).command(Command::Engage).run(200);
     for _ in 0..6 {
-        session.tick(Happening {
+        session.tick(TickInput {
             is_silent: true,
-            ..Happening::default()
+            ..TickInput::default()
         });
     }
     session
@@ -176,7 +173,7 @@ fn a_silent_device_is_not_compared_where_its_period_was_set_before_the_recording
         .run(100);
     let report = compared(&session.without_first(137));
     assert_eq!(report.differing, 0, "{report:?}");
-    assert!(reasons(&report).contains(&NotCompared::DeviceSilent), "{report:?}");
+    assert!(reasons(&report).contains(&SkipReason::DeviceSilent), "{report:?}");
     assert!(report.with_force > 250, "{report:?}");
 }
 
@@ -212,7 +209,7 @@ fn what_follows_from_no_recording_is_refused() {
     let mut early = metadata();
     early.servo = None;
     let error = Comparison::new(&early).expect_err("without settings").to_string();
-    assert!(error.contains("hapticd 0.0.9 did not tell"), "{error}");
+    assert!(error.contains("hapticd 0.0.9 did not record"), "{error}");
 }
 
 #[test]
@@ -257,9 +254,9 @@ fn the_steps_of_an_hour_take_seconds() {
         } else {
             stickier.clone()
         };
-        session.tick(Happening {
+        session.tick(TickInput {
             scene: Some((scene.clone(), 0.1)),
-            ..Happening::default()
+            ..TickInput::default()
         });
         session.run(5000);
         let entries = std::mem::take(&mut session.entries);

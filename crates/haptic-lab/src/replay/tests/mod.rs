@@ -8,7 +8,7 @@ use haptic_core::servo::Command;
 use haptic_recording::Entry;
 use proptest::prelude::*;
 use session::{Session, compared, drag};
-use what_if::felt;
+use what_if::what_if_rows;
 
 proptest! {
     /// No row, however damaged, panics a replay, and none makes it differ from itself.
@@ -32,7 +32,8 @@ proptest! {
             }
         }
         compared(&session.entries);
-        let (_, summary) = felt(&session.entries, Alternative { scene: Some(drag()), ..Alternative::default() });
+        let alternative = Alternative { scene: Some(drag()), ..Alternative::default() };
+        let (_, summary) = what_if_rows(&session.entries, alternative);
         prop_assert!(summary.ticks == 302);
     }
 }

@@ -1,6 +1,6 @@
 //! A rig without a daemon, and what a recording of it holds.
 
-use crate::replay::{NotCompared, Report, replay};
+use crate::replay::{Report, SkipReason, replay};
 use crate::row::of_step;
 use haptic_core::compensation::Compensation;
 use haptic_core::limiter::Limits;
@@ -76,7 +76,7 @@ fn metadata_of(setup: ServoSetup, scene: Scene) -> Metadata {
 
 /// What happens in a tick of a session, beside the motion.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Happening {
+pub(super) struct TickInput {
     pub(super) events: Events,
     pub(super) command: Option<Command>,
     pub(super) error: Option<DeviceError>,
@@ -121,19 +121,19 @@ impl Session {
 
     pub(super) fn run(&mut self, ticks: u64) -> &mut Self {
         for _ in 0..ticks {
-            self.tick(Happening::default());
+            self.tick(TickInput::default());
         }
         self
     }
 
     pub(super) fn command(&mut self, command: Command) -> &mut Self {
-        self.tick(Happening {
+        self.tick(TickInput {
             command: Some(command),
-            ..Happening::default()
+            ..TickInput::default()
         })
     }
 
-    pub(super) fn tick(&mut self, happening: Happening) -> &mut Self {
+    pub(super) fn tick(&mut self, happening: TickInput) -> &mut Self {
         let ServoSetup {
             settings,
             scheme,
@@ -200,7 +200,7 @@ impl Session {
         self.servo.state()
     }
 
-    /// A replay of a recording that began so many entries later.
+    /// A replay of a recording that began a number of entries later.
     pub(super) fn replayed(&self, first: usize) -> Report {
         let (before, recorded) = self.entries.split_at(first);
         let mut metadata = metadata_of(self.setup.clone(), self.first.clone());
@@ -228,7 +228,7 @@ pub(super) fn compared(entries: &[Entry]) -> Report {
     replay(&metadata(), entries.iter().cloned().map(Ok)).expect("it is replayed")
 }
 
-pub(super) fn reasons(report: &Report) -> Vec<NotCompared> {
+pub(super) fn reasons(report: &Report) -> Vec<SkipReason> {
     report.uncompared.iter().map(|one| one.reason).collect()
 }
 
@@ -241,31 +241,31 @@ pub(super) fn drag() -> Scene {
 /// Everything that can happen to a rig.
 pub(super) fn eventful() -> Session {
     let mut session = Session::new();
-    let happening = Happening::default;
+    let happening = TickInput::default;
     let stickier = Scene::paper()
         .with(&[("Fs".parse().expect("a key"), 8.0), ("Fd".parse().expect("a key"), 5.0)])
         .expect("a scene");
     session.run(300).command(Command::Engage).run(200);
     session
-        .tick(Happening {
+        .tick(TickInput {
             scene: Some((stickier, 0.2)),
             ..happening()
         })
         .run(100);
     session
-        .tick(Happening {
+        .tick(TickInput {
             scene: Some((Scene::paper(), 0.1)),
             ..happening()
         })
         .run(200);
     session
-        .tick(Happening {
+        .tick(TickInput {
             scene: Some((drag(), 0.1)),
             ..happening()
         })
         .run(200);
     session
-        .tick(Happening {
+        .tick(TickInput {
             events: Event::Stop.into(),
             ..happening()
         })
@@ -273,31 +273,31 @@ pub(super) fn eventful() -> Session {
     session.command(Command::Reset).command(Command::Engage).run(200);
     let failed = DeviceError::Failed(ErrorCode::Sensor.into());
     session
-        .tick(Happening {
+        .tick(TickInput {
             error: Some(failed),
             ..happening()
         })
         .run(20);
     session.command(Command::Reset).command(Command::Engage).run(100);
     session
-        .tick(Happening {
+        .tick(TickInput {
             write_failed: true,
             ..happening()
         })
         .run(50);
     session
-        .tick(Happening {
+        .tick(TickInput {
             error: Some(DeviceError::Disconnected),
             ..happening()
         })
         .run(50);
-    session.tick(Happening {
+    session.tick(TickInput {
         scene: Some((Scene::paper(), 0.1)),
         ..happening()
     });
     session.command(Command::Engage).run(200);
     session
-        .tick(Happening {
+        .tick(TickInput {
             events: Event::LeaseLapsed.into(),
             ..happening()
         })

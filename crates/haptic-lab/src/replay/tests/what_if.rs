@@ -1,29 +1,29 @@
 //! Another scene along a recorded motion.
 
 use super::session::{drag, eventful, metadata};
-use crate::replay::{Alternative, Felt, Summary, WhatIf};
+use crate::replay::{Alternative, Summary, WhatIf, WhatIfRow};
 use haptic_ipc::RigState;
 use haptic_recording::Entry;
 
-pub(super) fn felt(entries: &[Entry], alternative: Alternative) -> (Vec<Felt>, Summary) {
+pub(super) fn what_if_rows(entries: &[Entry], alternative: Alternative) -> (Vec<WhatIfRow>, Summary) {
     let mut what_if = WhatIf::new(&metadata(), alternative).expect("it can be rendered");
-    let felt = entries
+    let rows = entries
         .iter()
         .filter_map(|entry| what_if.entry(entry).expect("it is rendered"));
-    let felt = felt.collect();
-    (felt, what_if.summary())
+    let rows = rows.collect();
+    (rows, what_if.summary())
 }
 
 #[test]
 fn the_same_scene_is_felt_the_same_and_another_otherwise() {
     let session = eventful();
-    let (rows, same) = felt(&session.entries, Alternative::default());
+    let (rows, same) = what_if_rows(&session.entries, Alternative::default());
     assert_eq!(same.largest_difference, None, "{same:?}");
     assert_eq!(same.recorded, same.what_if);
     assert!(same.recorded.breakaways >= 3 && same.recorded.stops >= 3, "{same:?}");
     assert!(same.recorded.energy_j > 0.0 && same.recorded.stuck_s > 0.02, "{same:?}");
     assert_eq!(rows.len() as u64, same.ticks);
-    let (rows, other) = felt(
+    let (rows, other) = what_if_rows(
         &session.entries,
         Alternative {
             scene: Some(drag()),
@@ -33,7 +33,7 @@ fn the_same_scene_is_felt_the_same_and_another_otherwise() {
     assert_eq!(other.recorded, same.recorded);
     assert_eq!((other.what_if.stops, other.what_if.ticks), (0, other.recorded.ticks));
     let most = other.largest_difference.expect("they differ");
-    let size = |row: &Felt| {
+    let size = |row: &WhatIfRow| {
         row.what_if.map_or(0.0, |other| {
             (other.command_force_n - row.recorded.command_force_n).abs()
         })
@@ -61,19 +61,19 @@ fn a_parameter_is_changed_in_every_scene_or_the_scene_that_lacks_it_is_named() {
     let mut what_if = WhatIf::new(&metadata(), alternative.clone()).expect("the first scene has it");
     let error = session.entries.iter().find_map(|entry| what_if.entry(entry).err());
     assert!(error.expect("refused").to_string().starts_with("revision 4: "));
-    let (_, stickier) = felt(&session.entries[..700], alternative);
+    let (_, stickier) = what_if_rows(&session.entries[..700], alternative);
     assert!(stickier.what_if.stuck_s > stickier.recorded.stuck_s, "{stickier:?}");
 }
 
 #[test]
 fn what_if_also_goes_along_where_force_flowed_from_the_beginning() {
     let session = eventful();
-    let (_, whole) = felt(&session.entries, Alternative::default());
-    let (rows, begun) = felt(&session.entries[420..], Alternative::default());
+    let (_, whole) = what_if_rows(&session.entries, Alternative::default());
+    let (rows, begun) = what_if_rows(&session.entries[420..], Alternative::default());
     assert!(begun.not_computed < 5, "{begun:?}");
     assert!(begun.recorded.ticks + 200 > whole.recorded.ticks, "{begun:?}");
     // The block began elsewhere, and has come to the same place soon.
-    let off = |row: &Felt| {
+    let off = |row: &WhatIfRow| {
         row.what_if.map_or(0.0, |other| {
             (other.command_force_n - row.recorded.command_force_n).abs()
         })

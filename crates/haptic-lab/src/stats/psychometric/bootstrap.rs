@@ -1,8 +1,8 @@
-//! How sure a fit is: answers are drawn anew, fitted again, and the fits' scatter is the interval (Efron and Tibshirani
-//! 1993; Wichmann and Hill 2001, part II).
+//! How sure a fit is: answers are drawn again, fitted again, and the fits' scatter is the interval (Efron and
+//! Tibshirani 1993; Wichmann and Hill 2001, part II).
 
+use super::function::{Level, Psychometric};
 use super::likelihood::best;
-use super::{Level, Psychometric};
 use crate::stats::CONFIDENCE;
 use crate::stats::mean::quantile;
 use fastrand::Rng;

@@ -1,6 +1,6 @@
 //! The largest likelihood: the least sum of squared deviance residuals, which the solver for least squares finds.
 
-use super::{DEVIATIONS_IN_WIDTH, GUESS, LARGEST_LAPSE, Level, Psychometric, normal_cdf};
+use super::function::{DEVIATIONS_IN_WIDTH, GUESS, LARGEST_LAPSE, Level, Psychometric, normal_cdf};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 

@@ -134,30 +134,14 @@ fn show_column(ui: &mut Ui, label: &str, names: &[String], column: &mut Option<S
 
 fn show_options(ui: &mut Ui, choice: &mut Choice) {
     ui.label("Model");
-    let models = [
-        (ModelKind::Karnopp, "Karnopp", "Static, dynamic and viscous friction"),
-        (
-            ModelKind::Dahl,
-            "Dahl",
-            "Presliding: the contact gives way like a spring before it slides",
-        ),
-        (
-            ModelKind::Lugre,
-            "LuGre",
-            "Presliding, with a static friction above the dynamic one",
-        ),
-        (ModelKind::Auto, "Auto", "The one that predicts best; this takes longer"),
-    ];
-    let name = models.iter().find(|(model, ..)| *model == choice.model);
     let items = || {
-        let item = |(model, name, hint): (ModelKind, &str, &str)| Item {
-            hint: hint.to_owned(),
-            ..Item::new(model, name, &choice.model)
+        let item = |model: ModelKind| Item {
+            hint: model.summary().to_owned(),
+            ..Item::new(model, model.name(), &choice.model)
         };
-        models.map(item).into()
+        ModelKind::ALL.map(item).into()
     };
-    let shown = name.map_or("", |(_, name, _)| name);
-    let (chosen, _) = drop_down::show(ui, "model", FIELD_WIDTH - 8.0, shown, items);
+    let (chosen, _) = drop_down::show(ui, "model", FIELD_WIDTH - 8.0, choice.model.name(), items);
     choice.model = chosen.unwrap_or(choice.model);
     ui.end_row();
     ui.label("Moving mass");

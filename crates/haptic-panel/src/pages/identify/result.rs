@@ -4,18 +4,13 @@ use crate::identification::Found;
 use crate::theme::Palette;
 use egui::{Grid, Label, RichText, Ui};
 use haptic_core::Scene;
-use haptic_lab::identify::{ModelKind, in_words};
+use haptic_lab::identify::in_words;
 
 /// Shows it; `active` is the scene on the rig.
 pub(super) fn show(ui: &mut Ui, found: &Found, active: Option<&Scene>) {
     let Found { origin, identified, .. } = found;
     ui.separator();
-    let model = match identified.model {
-        ModelKind::Karnopp => "Karnopp",
-        ModelKind::Dahl => "Dahl",
-        ModelKind::Lugre => "LuGre",
-        ModelKind::Auto => "Auto",
-    };
+    let model = identified.model.name();
     let heading = format!("{model}, residual {:.4} N rms", identified.residual_rms_n);
     ui.label(RichText::new(heading).strong());
     small(ui, &format!("From {origin}"));

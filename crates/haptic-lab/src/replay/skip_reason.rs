@@ -5,7 +5,7 @@ use serde::Serialize;
 /// Why a row is not compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum NotCompared {
+pub enum SkipReason {
     /// The servo has just begun: its estimate of velocity still depends on what came before.
     Settling,
     /// Force flowed when the recording began.
@@ -22,7 +22,7 @@ pub enum NotCompared {
     ClockUnknown,
 }
 
-impl std::fmt::Display for NotCompared {
+impl std::fmt::Display for SkipReason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Settling => "the estimate of velocity still remembered what came before",

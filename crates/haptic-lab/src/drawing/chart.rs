@@ -1,0 +1,108 @@
+//! What a chart holds: its traces and its axes, in the units of the quantities.
+
+/// How a trace is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A line through the points; a point that is not finite interrupts it.
+    Line,
+    /// The same, dashed.
+    Dashed,
+    /// A dot for each point.
+    Dots,
+}
+
+/// Points under one name and in one colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// Name in the legend; one without a name is not in it.
+    pub name: String,
+    /// Points, across and up, in the units of the axes.
+    pub points: Vec<[f64; 2]>,
+    /// How they are drawn.
+    pub form: Form,
+    /// Colour, counted from 0; that of its place among the traces where absent.
+    pub colour: Option<usize>,
+}
+
+impl Trace {
+    /// A line.
+    #[must_use]
+    pub fn line(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        Self::new(name, points, Form::Line)
+    }
+
+    /// A dashed line.
+    #[must_use]
+    pub fn dashed(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        Self::new(name, points, Form::Dashed)
+    }
+
+    /// Dots.
+    #[must_use]
+    pub fn dots(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        Self::new(name, points, Form::Dots)
+    }
+
+    fn new(name: impl Into<String>, points: Vec<[f64; 2]>, form: Form) -> Self {
+        let name = name.into();
+        Self {
+            name,
+            points,
+            form,
+            colour: None,
+        }
+    }
+
+    /// The same in a colour of another trace's: what belongs together looks alike.
+    #[must_use]
+    pub const fn in_colour(mut self, colour: usize) -> Self {
+        self.colour = Some(colour);
+        self
+    }
+}
+
+/// An axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity and unit, as in `Force (N)`.
+    pub label: String,
+    /// What it spans; the extent of the points where absent.
+    pub range: Option<(f64, f64)>,
+}
+
+/// A chart: traces over one another. Later ones are above, and each has the colour of its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// Title, above the chart.
+    pub title: String,
+    /// Horizontal axis.
+    pub across: Axis,
+    /// Vertical axis.
+    pub up: Axis,
+    /// Traces.
+    pub traces: Vec<Trace>,
+    /// Height of the plot itself, px.
+    pub height_px: f64,
+}
+
+impl Chart {
+    /// A chart without traces, 300 px high.
+    #[must_use]
+    pub fn new(title: impl Into<String>, across: impl Into<String>, up: impl Into<String>) -> Self {
+        let axis = |label| Axis { label, range: None };
+        Self {
+            title: title.into(),
+            across: axis(across.into()),
+            up: axis(up.into()),
+            traces: Vec::new(),
+            height_px: 300.0,
+        }
+    }
+
+    /// With one more trace.
+    #[must_use]
+    pub fn with(mut self, trace: Trace) -> Self {
+        self.traces.push(trace);
+        self
+    }
+}

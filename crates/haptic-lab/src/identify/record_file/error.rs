@@ -1,0 +1,161 @@
+//! Why a record cannot be read, and where in its file.
+
+use haptic_recording::Place;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why a record cannot be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RecordFileError {
+    /// The file cannot be read.
+    #[error("{}: {source}", .path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A recording of hapticd is damaged.
+    #[error("{}: {source}", .path.display())]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: haptic_recording::RecordingError,
+    },
+    /// A recording holds nothing of what was asked for.
+    #[error("{}: {reason}", .path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// What is missing.
+        reason: String,
+    },
+    /// A column is missing.
+    #[error("{}: no {what} column among `{header}`: name it with {option} (usual names: {usual})", .path.display())]
+    MissingColumn {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        what: &'static str,
+        /// The option that names it.
+        option: &'static str,
+        /// The heading found.
+        header: String,
+        /// Names that are found by themselves.
+        usual: String,
+    },
+    /// A column of a Parquet file cannot be read.
+    #[error("{}: the column `{column}` is not read: {reason}", .path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Why.
+        reason: String,
+    },
+    /// Another program wrote it, in a format that is read of hapticd alone.
+    #[error("{}: hapticd did not write this MCAP file; tables of other programs are read from CSV and \
+             Parquet", .path.display())]
+    OtherMcap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is neither text nor a recording.
+    #[error("{}: neither a table of text nor a recording of hapticd", .path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The unit in a column's title is not one of its quantity.
+    #[error("{}: the unit of `{column}` is not known: {instead}", .path.display())]
+    UnknownUnit {
+        /// The file.
+        path: PathBuf,
+        /// The column with its unit.
+        column: String,
+        /// What to give.
+        instead: &'static str,
+    },
+    /// An option has no meaning for this kind of file.
+    #[error("{option} has no meaning for {}: {reason}", .path.display())]
+    NoMeaning {
+        /// The option.
+        option: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: &'static str,
+    },
+    /// Columns of a recording that is not text are named.
+    #[error("{}: the columns of a recording in MCAP or Parquet cannot be named, nor those of another MCAP file; \
+             `haptic-ctl recording export` makes CSV of a recording", .path.display())]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A name is there twice.
+    #[error("{}: {count} columns are named `{column}`", .path.display())]
+    DoubledColumn {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        column: String,
+        /// How often it is there.
+        count: usize,
+    },
+    /// A cell is not a number.
+    #[error("{}, {place}: {column} = `{value}` is not a number", .path.display())]
+    NotANumber {
+        /// The file.
+        path: PathBuf,
+        /// Where.
+        place: Place,
+        /// The column.
+        column: String,
+        /// The cell.
+        value: String,
+    },
+    /// A row ends before a column.
+    #[error("{}, line {line}: the row has {cells} cells, and none for {column}", .path.display())]
+    ShortRow {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file, from 1.
+        line: usize,
+        /// Cells in the row.
+        cells: usize,
+        /// The column.
+        column: String,
+    },
+    /// Time goes back.
+    #[error("{}, {place}: time goes back from {before_s} s to {t_s} s: sort the rows by time", .path.display())]
+    TimeGoesBack {
+        /// The file.
+        path: PathBuf,
+        /// Where.
+        place: Place,
+        /// Time there, s.
+        t_s: f64,
+        /// Time in the row before, s.
+        before_s: f64,
+    },
+    /// The two files have no time in common.
+    #[error("{} and {} have less than 1 s in common", .path.display(), .force_path.display())]
+    Apart {
+        /// The file of positions.
+        path: PathBuf,
+        /// The file of forces.
+        force_path: PathBuf,
+    },
+    /// A gain cannot be.
+    #[error("{option} = {value} is not a finite number other than 0")]
+    Gain {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
