@@ -1,8 +1,8 @@
 //! From where the hand is to the force on it: scene, compensation, limits, passivity.
 
-use super::Servo;
 use super::fault::Fault;
 use super::force_offset::ForceOffset;
+use super::signal_chain::Servo;
 use crate::compensation::Motion;
 use crate::limiter::NonFiniteForce;
 
