@@ -112,7 +112,7 @@ mod tests {
     impl Dialect for QuietDevice {
         const ASK_OVERDUE_NS: u64 = 0;
 
-        fn hear(&mut self, _line: &[u8], axis: &mut Axis, _now_ns: u64) {
+        fn receive(&mut self, _line: &[u8], axis: &mut Axis, _now_ns: u64) {
             if let Motor::Off { confirmed, .. } = &mut axis.motor {
                 *confirmed = true;
             }

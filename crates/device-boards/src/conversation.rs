@@ -70,7 +70,7 @@ impl<D: Dialect> Conversation<D> {
     /// Takes in a line, without its end, that came at a time of ours, ns.
     pub(crate) fn take(&mut self, line: Result<&[u8], TooLong>, now_ns: u64) {
         match line {
-            Ok(line) => self.dialect.hear(line, &mut self.axis, now_ns),
+            Ok(line) => self.dialect.receive(line, &mut self.axis, now_ns),
             Err(TooLong) => add(&self.axis.counters().malformed, 1),
         }
     }

@@ -12,7 +12,7 @@ pub(crate) trait Dialect: Send {
     const ASK_OVERDUE_NS: u64;
 
     /// Interprets a line of the controller, without its end.
-    fn hear(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64);
+    fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64);
 
     /// An error of the position sensor, whatever the motor does.
     fn sensor_error(&self) -> Option<DeviceError> {

@@ -58,7 +58,7 @@ impl<D: Dialect, B: FakeBoard> VirtualLine<D, B> {
         for _ in 0..MS / STEP_NS {
             self.now_ns += STEP_NS;
             while let Some(line) = self.down.receive(self.now_ns) {
-                for answer in self.board.hear(&line, self.now_ns) {
+                for answer in self.board.receive(&line, self.now_ns) {
                     self.up.send(answer, &self.quality, self.now_ns);
                 }
             }

@@ -57,7 +57,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use daemon::Daemon;
 use failure::Failure;
 use fields::{Fields, Schema};
-use haptic_ipc::socket_path::{Surroundings, is_rig_name};
+use haptic_ipc::socket_path::{Environment, is_rig_name};
 use haptic_ipc::{Envelope, Request, RigState};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -383,7 +383,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     let of_rig = arguments
         .rig_name
         .as_deref()
-        .map(|rig| Surroundings::of_process().for_rig(rig));
+        .map(|rig| Environment::of_process().for_rig(rig));
     let socket = of_rig.as_deref().or(arguments.socket.as_deref());
     match command {
         Command::Doctor => return doctor::run(socket, json).await,

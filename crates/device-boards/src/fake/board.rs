@@ -7,7 +7,7 @@ use device_io::fake::FakeRig;
 /// caller tells it the time.
 pub trait FakeBoard: Send {
     /// Takes in bytes at a time, ns; returns the lines of its answers, with their ends.
-    fn hear(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>>;
+    fn receive(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>>;
 
     /// Lives until a time, ns, and its watchdog with it.
     fn live_until(&mut self, now_ns: u64);
@@ -16,7 +16,7 @@ pub trait FakeBoard: Send {
     fn is_on(&self) -> bool;
 
     /// Whether a watchdog has switched the motor off since it was last on.
-    fn watchdog_has_bitten(&self) -> bool;
+    fn watchdog_has_tripped(&self) -> bool;
 
     /// The mechanism that it measures and drives.
     fn pulley(&self) -> &Pulley;

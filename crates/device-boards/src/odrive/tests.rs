@@ -95,7 +95,7 @@ fn a_host_that_dies_leaves_no_force() {
         assert!(line.now_ns - began_ns <= 52 * MS, "its watchdog must bite");
     }
     assert!(line.now_ns - began_ns > 45 * MS);
-    assert!(line.board.watchdog_has_bitten() && !line.board.is_on());
+    assert!(line.board.watchdog_has_tripped() && !line.board.is_on());
     // Nothing comes any more: the connection is over.
     assert_eq!(
         line.ticks_until_failure(1000, 5.0, true).map(|(_, error)| error),
@@ -231,7 +231,8 @@ fn an_axis_that_cannot_close_its_loop_is_told() {
 fn whoever_else_closes_the_loop_while_no_force_is_wanted_is_overruled() {
     let mut line = line();
     line.ticks(100, 0.0, false);
-    line.board.hear(b"c 0 0.05\nw axis0.requested_state 8\n", line.now_ns);
+    line.board
+        .receive(b"c 0 0.05\nw axis0.requested_state 8\n", line.now_ns);
     line.ticks(200, 0.0, false);
     assert!(!line.board.is_on());
     assert_eq!(line.board.force_n(), 0.0);
@@ -319,7 +320,7 @@ fn the_last_word_switches_it_off() {
     let mut text = Text::default();
     line.conversation.farewell(&mut text);
     let now_ns = line.now_ns;
-    line.board.hear(text.as_bytes(), now_ns);
+    line.board.receive(text.as_bytes(), now_ns);
     line.board.live_until(now_ns + 2 * MS);
     assert_eq!((line.board.is_on(), line.board.force_n()), (false, 0.0));
     assert!(

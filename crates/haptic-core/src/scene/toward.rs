@@ -36,7 +36,7 @@ impl Scene {
                     even
                 }
             };
-            put(
+            set_value(
                 &mut between,
                 row.parameter,
                 at(Direction::Positive),
@@ -47,7 +47,7 @@ impl Scene {
     }
 }
 
-fn put(scene: &mut Scene, parameter: Parameter, positive: f64, negative: f64) {
+fn set_value(scene: &mut Scene, parameter: Parameter, positive: f64, negative: f64) {
     match scene.slot(parameter) {
         Some(Slot::One(value)) => *value = positive,
         Some(Slot::Two(value)) => (value.positive, value.negative) = (positive, negative),

@@ -1,6 +1,6 @@
 //! The scenes that were active: one undo history for all clients.
 
-use crate::telemetry::feed::KnownScene;
+use crate::telemetry::subscribers::KnownScene;
 use haptic_core::{ParameterKey, Scene};
 use haptic_ipc::{BUILT_IN_SCENES, LibraryScene, SceneRamp};
 use std::collections::VecDeque;

@@ -93,7 +93,7 @@ pub(crate) struct Shared {
     lease_until_ns: AtomicU64,
     /// When the control thread last gave a sign of life, ns on the monotonic clock; the largest
     /// number before it has begun to.
-    beat_ns: AtomicU64,
+    heartbeat_ns: AtomicU64,
     pub(crate) answers: Answers,
 }
 
@@ -151,7 +151,7 @@ impl Shared {
             command: AtomicU64::new(0),
             admitted: AtomicU64::new(ANY_CONNECTION),
             lease_until_ns: AtomicU64::new(u64::MAX),
-            beat_ns: AtomicU64::new(u64::MAX),
+            heartbeat_ns: AtomicU64::new(u64::MAX),
             answers: Answers::new(),
         }
     }
@@ -167,13 +167,13 @@ impl Shared {
     }
 
     /// The control thread's sign of life: it hears stops at this time.
-    pub(crate) fn beat(&self, now_ns: u64) {
-        self.beat_ns.store(now_ns, Ordering::Release);
+    pub(crate) fn heartbeat(&self, now_ns: u64) {
+        self.heartbeat_ns.store(now_ns, Ordering::Release);
     }
 
     /// For how long the control thread has given no sign of life, ns.
     pub(crate) fn silent_ns(&self, now_ns: u64) -> u64 {
-        now_ns.saturating_sub(self.beat_ns.load(Ordering::Acquire))
+        now_ns.saturating_sub(self.heartbeat_ns.load(Ordering::Acquire))
     }
 
     /// Asks for zero force at once; returns the number that this stop has.
@@ -267,21 +267,21 @@ pub(crate) struct Answers {
 pub(crate) struct Stopped {
     pub(crate) tick: u64,
     pub(crate) state: RigState,
-    pub(crate) heard: Heard,
+    pub(crate) confirmation: StopConfirmation,
     /// When the zero force had been written, ns on the monotonic clock.
     pub(crate) written_ns: u64,
     /// When the device was known to have its motor off, ns on the monotonic clock.
     pub(crate) confirmed_ns: u64,
 }
 
-/// Whether a device has heard a stop.
+/// Whether a device has confirmed a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Heard {
+pub(crate) enum StopConfirmation {
     /// It has its motor off.
     Confirmed,
     /// It was sent the zero force, and has not said in time that its motor is off.
     Unconfirmed,
-    /// There was none to hear it.
+    /// No device was connected.
     NoDevice,
 }
 
@@ -367,12 +367,13 @@ impl Answers {
         self.stop_tick.store(stopped.tick, Ordering::Relaxed);
         self.stop_written_ns.store(stopped.written_ns, Ordering::Relaxed);
         self.stop_confirmed_ns.store(stopped.confirmed_ns, Ordering::Relaxed);
-        let heard = match stopped.heard {
-            Heard::Confirmed => CONFIRMED,
-            Heard::Unconfirmed => UNCONFIRMED,
-            Heard::NoDevice => 0,
+        let confirmation = match stopped.confirmation {
+            StopConfirmation::Confirmed => CONFIRMED,
+            StopConfirmation::Unconfirmed => UNCONFIRMED,
+            StopConfirmation::NoDevice => 0,
         };
-        self.stop_state.store(stopped.state as u64 | heard, Ordering::Relaxed);
+        self.stop_state
+            .store(stopped.state as u64 | confirmation, Ordering::Relaxed);
         self.stops.store(stops, Ordering::Release);
     }
 
@@ -383,10 +384,10 @@ impl Answers {
             Stopped {
                 tick: self.stop_tick.load(Ordering::Relaxed),
                 state: state_from(word),
-                heard: match word & (CONFIRMED | UNCONFIRMED) {
-                    CONFIRMED => Heard::Confirmed,
-                    UNCONFIRMED => Heard::Unconfirmed,
-                    _ => Heard::NoDevice,
+                confirmation: match word & (CONFIRMED | UNCONFIRMED) {
+                    CONFIRMED => StopConfirmation::Confirmed,
+                    UNCONFIRMED => StopConfirmation::Unconfirmed,
+                    _ => StopConfirmation::NoDevice,
                 },
                 written_ns: self.stop_written_ns.load(Ordering::Relaxed),
                 confirmed_ns: self.stop_confirmed_ns.load(Ordering::Relaxed),

@@ -2,6 +2,10 @@
 
 use super::*;
 use crate::rt::outbox;
+use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
+use haptic_core::Scene;
+use std::sync::Arc;
+use tokio::sync::{Semaphore, mpsc};
 
 fn known(revision: u64) -> KnownScene {
     KnownScene {
@@ -27,7 +31,7 @@ fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, 
 
 fn pump(feed: &mut Feed, scenes: &VecDeque<KnownScene>, servo: impl Fn() -> Option<ServoSetup>) {
     feed.take_records();
-    feed.tell_subscribers(scenes, |_| servo());
+    feed.update_subscribers(scenes, |_| servo());
 }
 
 fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
