@@ -148,7 +148,7 @@ fn hid_device(device: HidNode) -> Candidate {
     let access_problem = match device.reports {
         Err(why) => Some(AccessProblem {
             why,
-            remedy: "it is no rig, or its firmware must be changed: docs/device-protocol.md".to_owned(),
+            remedy: "not a rig, or its firmware does not speak the link protocol: docs/device-protocol.md".to_owned(),
         }),
         Ok(_) => closed(&device.path, || hid_node::permission_remedy(&device.id)),
     };

@@ -18,8 +18,7 @@ pub struct Limits {
     pub slew_n_per_s: f64,
     /// Largest speed of the device, m/s (> 0).
     pub speed_mps: f64,
-    /// Largest acceleration of the device, m/s^2 (> 0): what is faster is no motion but an encoder
-    /// that has jumped.
+    /// Largest acceleration of the device, m/s^2 (> 0): anything faster is an encoder jump.
     pub acceleration_mps2: f64,
 }
 

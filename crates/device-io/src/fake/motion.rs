@@ -30,7 +30,8 @@ impl Motion {
                 frequency_hz,
             } => {
                 let omega = TAU * frequency_hz;
-                let (sin, cos) = (omega * t_s).sin_cos();
+                // Of `libm`, the same on every machine.
+                let (sin, cos) = libm::sincos(omega * t_s);
                 (-amplitude_m * cos, amplitude_m * omega * sin)
             }
             Self::Recorded(recording) => recording.at(t_s),

@@ -149,7 +149,7 @@ pub enum MessageError {
     #[error("a {0:?} does not come from this side")]
     WrongWay(Kind),
     /// A value that no device can have.
-    #[error("a device with {field} = {value} cannot be")]
+    #[error("invalid {field}: {value}")]
     Value {
         /// Which.
         field: &'static str,

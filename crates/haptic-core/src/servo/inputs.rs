@@ -135,7 +135,7 @@ impl InputWord {
     }
 
     fn with_happenings(mut self, inputs: &Inputs, new_scene: bool) -> Self {
-        let command = inputs.command.map_or(0, |command| command as u32);
+        let command = inputs.command.map_or(0, |command| u32::from(command.code()));
         self.flags |= u32::from(inputs.events.0) << EVENTS | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
         self
     }
@@ -201,12 +201,7 @@ impl InputWord {
     /// The command.
     #[must_use]
     pub fn command(self) -> Option<Command> {
-        match self.flags >> COMMAND & 3 {
-            1 => Some(Command::Engage),
-            2 => Some(Command::Release),
-            3 => Some(Command::Reset),
-            _ => None,
-        }
+        Command::from_code(self.byte(COMMAND) & 3)
     }
 
     /// What the device said, with the numbers of its sample.

@@ -4,6 +4,7 @@
 //! gets the same steps.
 
 use super::transition::{CompiledScene, Steps, Transition};
+use crate::math::ceil;
 use crate::{Renderer, Scene, SceneError, Scheme};
 use alloc::vec::Vec;
 
@@ -37,7 +38,7 @@ impl CompiledScene {
                 transition: Transition::Fade { over_s: ramp_s },
             });
         };
-        let count = libm::ceil(ramp_s / period_s).min(MOST_STEPS);
+        let count = ceil(ramp_s / period_s).min(MOST_STEPS);
         let mut on_the_way = Vec::new();
         let mut step = 1.0;
         while step < count {

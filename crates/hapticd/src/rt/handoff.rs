@@ -113,26 +113,16 @@ const SERIAL_SHIFT: u32 = 32;
 
 impl CommandWord {
     pub(super) fn pack(self) -> u64 {
-        let code = match self.command {
-            Command::Engage => 1,
-            Command::Release => 2,
-            Command::Reset => 3,
-        };
-        u64::from(self.serial) << SERIAL_SHIFT | u64::from(self.stops_known & STOPS_MASK) << 8 | code
+        let code = self.command.code();
+        u64::from(self.serial) << SERIAL_SHIFT | u64::from(self.stops_known & STOPS_MASK) << 8 | u64::from(code)
     }
 
     pub(super) fn unpack(word: u64) -> Option<Self> {
-        let command = match word & 0xff {
-            1 => Command::Engage,
-            2 => Command::Release,
-            3 => Command::Reset,
-            _ => return None,
-        };
         #[expect(clippy::cast_possible_truncation, reason = "the fields as packed")]
         Some(Self {
             serial: (word >> SERIAL_SHIFT) as u32,
             stops_known: (word >> 8) as u32 & STOPS_MASK,
-            command,
+            command: Command::from_code(word as u8)?,
         })
     }
 
