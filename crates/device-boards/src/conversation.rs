@@ -32,7 +32,7 @@ pub(crate) struct Scale {
     pub(crate) first_angle: f64,
     /// Way of the handle to one unit of angle, m, with its sign.
     pub(crate) metres_per_angle: f64,
-    /// Distance between two positions that the controller can tell apart, m.
+    /// Distance between two positions that the controller can distinguish, m.
     pub(crate) resolution_m: f64,
     /// Force on the handle to one unit of the target, N, with its sign.
     pub(crate) newtons_per_target: f64,

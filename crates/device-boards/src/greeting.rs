@@ -34,8 +34,8 @@ impl Greeting {
         })
     }
 
-    /// Asks until the controller answers. `unanswered` says what to think of so many bytes without
-    /// an answer.
+    /// Asks until the controller answers. `unanswered` says what a number of bytes without
+    /// an answer means.
     pub(crate) fn wake<T>(
         &mut self,
         mut ask: impl FnMut(&mut Self) -> Result<Option<T>, ConnectError>,

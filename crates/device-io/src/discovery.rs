@@ -100,7 +100,7 @@ fn links(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
     links
 }
 
-/// The kernel has nodes for ports that the machine does not have. It tells the superuser which
+/// The kernel has nodes for ports that the machine does not have. It says to the superuser which
 /// these are.
 fn is_real(node: &str) -> bool {
     let name = Path::new(node).file_name().unwrap_or_default();

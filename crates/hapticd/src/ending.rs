@@ -50,7 +50,7 @@ struct Progress {
     begun: AtomicBool,
 }
 
-/// Tells the overseer. Waits for nothing.
+/// Notifies the overseer. Waits for nothing.
 #[derive(Clone, Debug)]
 struct OverseerHandle {
     progress: Arc<Progress>,
@@ -58,7 +58,7 @@ struct OverseerHandle {
 }
 
 impl OverseerHandle {
-    fn tell(&self, of: impl Fn(&Progress) -> &AtomicBool) {
+    fn notify(&self, of: impl Fn(&Progress) -> &AtomicBool) {
         of(&self.progress).store(true, Ordering::Release);
         self.overseer.unpark();
     }
@@ -103,7 +103,7 @@ fn wake(mut waker: &Socket) {
 #[derive(Debug)]
 pub(crate) struct BlockedSignals {
     set: SigSet,
-    /// Whether the process has a terminal, whose end SIGHUP tells.
+    /// Whether the process has a terminal, whose end SIGHUP reports.
     has_terminal: bool,
 }
 
@@ -145,13 +145,13 @@ impl BlockedSignals {
         let overseen = Arc::clone(&progress);
         let overseer = start("overseer", move || oversee(&overseen, ramp + LONGEST_END, end_loop))?;
         let overseer = OverseerHandle { progress, overseer };
-        let told = overseer.clone();
+        let notifier = overseer.clone();
         start("signals", move || {
             loop {
                 match self.set.wait() {
                     Ok(Signal::SIGHUP) if !self.has_terminal => wake(&reload),
                     Ok(_) => {
-                        told.tell(|progress| &progress.asked);
+                        notifier.notify(|progress| &progress.asked);
                         wake(&end);
                     }
                     // The wait can only be interrupted.
@@ -171,9 +171,9 @@ impl StopSignals {
         }
     }
 
-    /// Tells the overseer that the daemon has begun to end, for whatever reason.
+    /// Notifies the overseer that the daemon has begun to end, for any reason.
     pub(crate) fn begun(&self) {
-        self.overseer.tell(|progress| &progress.begun);
+        self.overseer.notify(|progress| &progress.begun);
     }
 }
 

@@ -127,7 +127,7 @@ impl Serving {
     }
 }
 
-/// Runs both loops, turn by turn of so long, on the calling thread, which is prepared already.
+/// Runs both loops in turns of a duration, on the calling thread, which is prepared already.
 pub(crate) fn compare(
     tick: &mut Tick<dyn Device>,
     serving: Serving,

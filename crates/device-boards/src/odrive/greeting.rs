@@ -72,7 +72,7 @@ impl ODriveOptions {
         )
     }
 
-    /// Switches the axis off, whoever used it before, and then its watchdog.
+    /// Switches the axis off, which another program may have used, and then its watchdog.
     fn switch_off(&self, greeting: &mut Greeting) -> Result<(), ConnectError> {
         let axis = self.axis;
         for _ in 0..ATTEMPTS {

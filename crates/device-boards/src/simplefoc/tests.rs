@@ -91,7 +91,7 @@ fn a_board_that_does_not_control_torque_is_given_no_target() {
         ..SimpleFocProperties::default()
     };
     let mut line = line_with("", properties);
-    let (ticks, error) = line.ticks_until_failure(400, 5.0, true).expect("it is told");
+    let (ticks, error) = line.ticks_until_failure(400, 5.0, true).expect("it is reported");
     assert_eq!(error, DeviceError::MotorOff { watchdog: false });
     assert!((300..310).contains(&ticks), "{ticks}");
     let said = String::from_utf8(line.said.clone()).expect("text");
@@ -107,7 +107,7 @@ fn a_motor_that_is_disabled_behind_our_back_is_told() {
     let mut line = line();
     line.ticks(100, 2.0, true);
     line.board.disable();
-    let (ticks, error) = line.ticks_until_failure(100, 2.0, true).expect("it is told");
+    let (ticks, error) = line.ticks_until_failure(100, 2.0, true).expect("it is reported");
     assert_eq!(error, DeviceError::MotorOff { watchdog: false });
     assert!(ticks <= 20, "{ticks}");
     line.release(20);

@@ -1,5 +1,5 @@
 //! The device's side of the link protocol, on the fake rig: a firmware in a few hundred lines of
-//! Rust. It has no clock of its own: its caller tells it the time.
+//! Rust. It has no clock of its own: its caller passes the time.
 
 use super::fake_rig::FakeRig;
 use super::hand::Hand;
@@ -342,12 +342,12 @@ impl Firmware {
         self.errors.pop_front()
     }
 
-    /// Makes the encoder jump by so many counts, as from a magnetic disturbance.
+    /// Makes the encoder jump by a number of counts, as from a magnetic disturbance.
     pub fn jump(&mut self, counts: i32) {
         self.count_offset = self.count_offset.wrapping_add(counts);
     }
 
-    /// Sets the clock so that it wraps around so much later than `now_ns`, us.
+    /// Sets the clock so that it wraps around a time after `now_ns`, us.
     pub fn wrap_in(&mut self, time_us: u32, now_ns: u64) {
         self.clock_offset_us = 0;
         self.clock_offset_us = 0_u32.wrapping_sub(time_us).wrapping_sub(self.time_us(now_ns));

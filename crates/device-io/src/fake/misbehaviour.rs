@@ -7,7 +7,7 @@ use std::fmt;
 pub enum ClockFault {
     /// From now on its speed is multiplied by this: 0 stands still, -1 runs backwards.
     Speed(f64),
-    /// It jumps once by so much, ms.
+    /// It jumps once by this much, ms.
     Jump(f64),
     /// Its stamps have 16 bits: they wrap around each 65.536 ms.
     Wrap16,
@@ -226,7 +226,7 @@ mod tests {
         let mut clock = FaultyClock::default();
         clock.distort(ClockFault::Speed(2.0), 0);
         clock.restore(1000);
-        assert_eq!(clock.stamp(1500, 1500), 2500, "it goes on from where it was");
+        assert_eq!(clock.stamp(1500, 1500), 2500, "it continues from where it was");
     }
 
     #[test]

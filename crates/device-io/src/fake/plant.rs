@@ -247,7 +247,7 @@ mod tests {
         assert!((plant.position_m() - expected).abs() < 2e-6, "{plant:?}");
     }
 
-    /// The carriage after so long under a steady force.
+    /// The carriage after a time under a steady force.
     fn pushed(properties: RigProperties, force_n: f64, seconds: f64) -> Plant {
         let mut plant = Plant::new(&properties, Hand::Free);
         plant.advance(seconds, seconds, force_n);

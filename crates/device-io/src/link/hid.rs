@@ -78,7 +78,7 @@ impl Wire for HidWire {
     }
 
     fn wait(&self, timeout_ns: u64) {
-        // The read that follows tells the result.
+        // The read that follows shows the result.
         self.poll(PollFlags::IN, i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0));
     }
 

@@ -145,7 +145,7 @@ fn tick_until(
         let now_ns = clock::now_ns();
         let measured = connection.read(now_ns);
         // Where a thread waited for a processor longer than the rig's watchdog or the writer's
-        // waits for it, it lets go, and begins anew.
+        // waits for it, it lets go, and begins again.
         let written = connection.write(force_n, enabled && measured.is_ok(), now_ns);
         if let (Ok(measured), Ok(_)) = (measured, written)
             && done(measured)

@@ -94,7 +94,7 @@ impl Reports {
 mod tests {
     use super::*;
 
-    /// A vendor's own collection with reports of so many bytes each way.
+    /// A vendor's own collection with reports of a number of bytes each way.
     fn descriptor(input: u8, output: u8) -> Vec<u8> {
         let mut descriptor = vec![
             0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01, 0x15, 0x00, 0x26, 0xFF, 0x00, 0x75, 0x08,

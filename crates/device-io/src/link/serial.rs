@@ -204,7 +204,7 @@ mod tests {
         let mut taken = 0;
         while connection.write(1.0, true, now_ns) == Ok(Written::Taken) {
             taken += 1;
-            assert!(taken < 100_000, "nobody reads so much");
+            assert!(taken < 100_000, "nobody reads that much");
         }
         for _ in 0..3 {
             assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Later));

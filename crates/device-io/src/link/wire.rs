@@ -36,8 +36,8 @@ pub(super) trait Wire {
     fn receive(&mut self, each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError>;
 }
 
-/// Asks until the device answers. `unanswered` says what to think of so many bytes without an
-/// answer.
+/// Asks until the device answers. `unanswered` says what a number of bytes without an
+/// answer means.
 ///
 /// # Errors
 /// It has gone, or does not speak the protocol.

@@ -123,7 +123,7 @@ impl Course {
         BoundError::check("duration_s", self.duration_s(), shortest_s, longest_s, "s")
     }
 
-    /// Place (m) and speed (m/s) of the reference so long after the beginning, from 0 to the duration.
+    /// Place (m) and speed (m/s) of the reference at a time after the beginning, from 0 to the duration.
     pub(super) fn at(&self, at_s: f64) -> (f64, f64) {
         match *self {
             Self::Chirp {

@@ -110,7 +110,7 @@ impl Excitation {
     }
 
     /// Whether a sample this far from the first place, at this speed, so far from the reference (m,
-    /// m/s) lets it go on. NaN does not.
+    /// m/s) lets it continue. NaN does not.
     fn allows(&self, way_m: f64, velocity_mps: f64, lag_m: f64) -> bool {
         way_m.abs() <= self.travel_limit_m
             && velocity_mps.abs() <= self.speed_limit_mps
@@ -259,7 +259,7 @@ impl Moving for Follower {
         state
     }
 
-    /// The first time tells it where it begins. After that it has been interrupted: no force
+    /// The first call says where it begins. After that it has been interrupted: no force
     /// flowed, or another motion was meant.
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);

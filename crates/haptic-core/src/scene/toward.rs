@@ -11,7 +11,7 @@ impl Scene {
     /// other's.
     ///
     /// `None` between different laws, and between a scene with a block and one without. A scene
-    /// between two valid ones need not be valid itself; [`validate`](Scene::validate) tells.
+    /// between two valid ones need not be valid itself; [`validate`](Scene::validate) says so.
     #[must_use]
     pub fn toward(&self, other: &Self, share: f64) -> Option<Self> {
         let same_parts =

@@ -10,7 +10,7 @@ pub struct Inputs {
     pub elapsed_ns: u64,
     /// What the device said.
     pub sample: Result<Measurement, DeviceError>,
-    /// Distance between two positions that the device can tell apart, m. It changes only with the
+    /// Distance between two positions that the device can distinguish, m. It changes only with the
     /// device.
     pub device_resolution_m: f64,
     /// Largest force that the device gives, N; infinite where it names none. It changes only with

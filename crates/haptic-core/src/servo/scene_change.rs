@@ -26,7 +26,7 @@ impl Servo {
         }
     }
 
-    /// Whether the scene comes in step by step, or another one fades out.
+    /// Whether the scene takes effect step by step, or another one fades out.
     #[inline(always)]
     pub(super) fn is_changing(&self) -> bool {
         matches!(self.scene.transition, Transition::Steps(_)) || self.fading.is_some()

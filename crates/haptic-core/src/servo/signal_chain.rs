@@ -37,7 +37,7 @@ pub struct Servo {
     pub(super) passivity: PassivityObserver,
     pub(super) compensator: Option<Compensator>,
     pub(super) offset: ForceOffset,
-    /// Since when the device is told to have its motor off, ns.
+    /// Since when the device has been commanded to have its motor off, ns.
     pub(super) off_since_ns: Option<u64>,
 }
 
@@ -83,7 +83,7 @@ impl Servo {
         self.compensator = compensation.map(Compensator::new);
     }
 
-    /// Goes on with other limits, also while force flows: [`SafetyLimiter::set_limits`], over the ramp of engaging.
+    /// Continues with other limits, also while force flows: [`SafetyLimiter::set_limits`], over the ramp of engaging.
     pub fn set_limits(&mut self, limits: Limits) {
         self.settings.limits = limits;
         self.limiter.set_limits(limits, self.settings.ramp_s);
@@ -100,17 +100,17 @@ impl Servo {
         &self.settings
     }
 
-    /// The estimate of velocity, for a servo that goes on where another one was.
+    /// The estimate of velocity, for a servo that continues where another one was.
     pub fn estimator_mut(&mut self) -> &mut velocity::Estimator {
         self.sensing.estimator_mut()
     }
 
-    /// What is known of the device's clock, for a servo that goes on where another one was.
+    /// What is known of the device's clock, for a servo that continues where another one was.
     pub fn clock_mut(&mut self) -> &mut SampleClock {
         self.sensing.clock_mut()
     }
 
-    /// Sets our own clock, ns, by which samples are timed, for a servo that goes on where another one was.
+    /// Sets our own clock, ns, by which samples are timed, for a servo that continues where another one was.
     pub fn set_now_ns(&mut self, now_ns: u64) {
         self.now_ns = now_ns;
     }
@@ -151,7 +151,7 @@ impl Servo {
         self.retired.iter().any(Option::is_some)
     }
 
-    /// A scene that is no longer rendered, for whoever may free it.
+    /// A scene that is no longer rendered, for a thread that may free it.
     pub fn take_retired(&mut self) -> Option<Box<CompiledScene>> {
         self.retired.iter_mut().find_map(Option::take)
     }

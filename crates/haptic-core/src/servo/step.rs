@@ -19,7 +19,7 @@ const LAPSED_RELEASE_S: f64 = 0.2;
 /// Longest release after the control thread is lost, s.
 const LOST_RELEASE_S: f64 = 0.04;
 
-/// Time within which a device must report its motor off after it was told to, ns: twice the time
+/// Time within which a device must report its motor off after the command, ns: twice the time
 /// that its own watchdog may take.
 pub const OFF_TIMEOUT_NS: u64 = 100_000_000;
 
@@ -68,7 +68,7 @@ impl Servo {
         }
     }
 
-    /// Whether everything goes on that must for force to flow.
+    /// Checks that everything still holds that must for force to flow.
     fn check_events(&mut self, inputs: &Inputs) {
         let events = inputs.events;
         let stood_still = inputs.elapsed_ns > self.settings.stale_ns;
@@ -106,7 +106,7 @@ impl Servo {
         }
         self.rig.command(command)?;
         if command == Command::Reset {
-            // The motor may have been switched off meanwhile: the next samples tell.
+            // The motor may have been switched off meanwhile: the next samples show it.
             self.off_since_ns = None;
         }
         Ok(())
@@ -152,7 +152,7 @@ impl Servo {
         0.0
     }
 
-    /// The rig's own buttons, and whether its motor is off after it was told to be.
+    /// The rig's own buttons, and whether its motor is off after the command.
     #[inline(always)]
     fn check_device(&mut self) {
         if self.is_pressed(self.settings.stop_button) {

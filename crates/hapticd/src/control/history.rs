@@ -217,7 +217,7 @@ impl History {
         revision
     }
 
-    /// Keeps by which ramp the newest scene comes in.
+    /// Keeps the ramp of the newest scene.
     pub(crate) fn keep_ramp(&mut self, ramp: Option<SceneRamp>) {
         if let Some(newest) = self.scenes.back_mut() {
             newest.ramp = ramp.map(Box::new);

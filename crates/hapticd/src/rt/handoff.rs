@@ -19,7 +19,7 @@ use std::ptr;
 
 /// Holds the newest scene until the real-time thread takes it.
 ///
-/// The pointer in it is null or owned by the mailbox: whoever swaps it out owns the scene. Nothing
+/// The pointer in it is null or owned by the mailbox: the thread that swaps it out owns the scene. Nothing
 /// is read through a pointer that is still in the mailbox.
 #[derive(Debug)]
 pub(crate) struct SceneMailbox {
@@ -146,7 +146,7 @@ impl Shared {
         }
     }
 
-    /// Says when the rig is to be released should nobody move that time on.
+    /// Sets when the rig is released unless that time is postponed.
     pub(crate) fn lease_until(&self, until_ns: u64) {
         self.lease_until_ns.store(until_ns, Ordering::Release);
     }
@@ -198,7 +198,7 @@ impl Shared {
         admitted == ANY_CONNECTION || admitted == connection
     }
 
-    /// Leaves a command of somebody who knew of so many stops. The one before must have been
+    /// Leaves a command of a sender that knew of `stops_known` stops. The one before must have been
     /// answered or withdrawn.
     pub(crate) fn send(&self, serial: u32, command: Command, stops_known: u64) {
         #[expect(clippy::cast_possible_truncation, reason = "modulo 2^24")]
@@ -217,8 +217,8 @@ impl Shared {
         self.command.store(u64::from(serial) << SERIAL_SHIFT, Ordering::Release);
     }
 
-    /// Makes the loop look for a setup that was sent, by a word that is no command. The command before must have been
-    /// answered or withdrawn.
+    /// Makes the loop look for a setup that was sent, by a word that is not a command. The command before must
+    /// have been answered or withdrawn.
     pub(crate) fn announce_setup(&self, serial: u32) {
         self.withdraw(serial);
     }
@@ -235,7 +235,7 @@ impl Shared {
 pub(crate) struct Answers {
     revision: AtomicU64,
     revision_tick: AtomicU64,
-    /// Steps that the newest scene has come in by.
+    /// Steps of the newest scene's ramp that are rendered.
     steps: AtomicU64,
     command_serial: AtomicU64,
     command_tick: AtomicU64,
@@ -323,7 +323,7 @@ impl Answers {
         self.steps.store(steps as u64, Ordering::Relaxed);
     }
 
-    /// The steps that the newest scene has come in by.
+    /// The steps of the newest scene's ramp that are rendered.
     pub(crate) fn steps(&self) -> usize {
         usize::try_from(self.steps.load(Ordering::Relaxed)).unwrap_or(usize::MAX)
     }
@@ -397,7 +397,7 @@ impl Answers {
         (times, self.limits_tick.load(Ordering::Relaxed))
     }
 
-    /// So many samples were not rendered, because no hand can have made them.
+    /// Publishes the number of samples that were not rendered, because no hand can have made them.
     pub(crate) fn set_samples_forgotten(&self, samples: u64) {
         self.forgotten.store(samples, Ordering::Relaxed);
     }

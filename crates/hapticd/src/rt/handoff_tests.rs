@@ -94,7 +94,7 @@ fn a_scene_that_nobody_took_is_replaced_and_one_that_was_taken_does_not_come_aga
     assert!(shared.scenes.take_new(&mut seen).is_none());
     shared.scenes.post(compiled(3));
     assert_eq!(shared.scenes.take().map(|scene| scene.revision), Some(3));
-    // What nobody takes goes with the mailbox: Miri tells what is not freed.
+    // What nobody takes goes with the mailbox: Miri reports what is not freed.
     shared.scenes.post(compiled(4));
 }
 
@@ -115,7 +115,7 @@ fn a_command_is_there_until_it_is_withdrawn_and_knows_of_the_stops_before_it() {
     assert_eq!(command(), None);
     assert!(
         ![before, sent].contains(&shared.command_word()),
-        "the loop can tell that there was one"
+        "the loop can see that there was one"
     );
 }
 

@@ -181,7 +181,7 @@ impl<D: Device + ?Sized> Tick<D> {
             state: self.servo.state(),
             fault: self.servo.fault(),
         });
-        // The answers come last, so that whoever has one also finds the tick's record.
+        // The answers come last, so that a thread that has one also finds the tick's record.
         self.answer_rarely_changing();
         if !is_quiet {
             self.answer(new_scene, word, &inputs, &outputs);

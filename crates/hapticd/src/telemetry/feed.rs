@@ -40,7 +40,7 @@ pub(crate) struct Feed {
     /// Whether a record was lost from which on the servo has other settings.
     servo_is_doubtful: bool,
     timing_due: Instant,
-    /// Records lost in the ring so far that subscribers were told of.
+    /// Records lost in the ring so far that subscribers know of.
     ring_dropped: u64,
 }
 
@@ -120,7 +120,7 @@ impl Feed {
     }
 
     /// Begins, replaces or (without topics) ends the subscription of a session.
-    /// `servo` is what it is told of the servo's settings.
+    /// `servo` holds the servo's settings, which it has been sent.
     pub(crate) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
         self.subscribers.subscribe(session, subscription, servo);
     }
@@ -144,7 +144,7 @@ impl Feed {
     }
 
     /// Processes the records that were taken, and sends the events that are due. `scenes` holds all scenes that these
-    /// records may tell of; `servo` asks for the servo's settings, as far as they are known. Returns the first record
+    /// records may name; `servo` asks for the servo's settings, as far as they are known. Returns the first record
     /// of each state and revision.
     pub(crate) fn update_subscribers(
         &mut self,
@@ -187,7 +187,7 @@ impl Feed {
         if let Some(excitation) = &mut self.excitation {
             excitation.take(record);
         }
-        // What a row is computed with is told before the row: a stall of this thread may leave rows for
+        // What a row is computed with is sent before the row: a stall of this thread may leave rows for
         // several events.
         let before = self.newest.replace(*record);
         let is_doubtful = std::mem::take(&mut self.servo_is_doubtful);

@@ -33,7 +33,7 @@ pub(crate) struct Line {
 pub(crate) struct KnownScene {
     pub(crate) revision: u64,
     pub(crate) scene: Scene,
-    /// The ramp by which it came in.
+    /// The ramp by which it took effect.
     pub(crate) ramp: Option<Box<SceneRamp>>,
     pub(crate) undo_depth: usize,
     pub(crate) redo_depth: usize,
@@ -73,9 +73,9 @@ struct Subscriber {
     dropped: u64,
     due: Instant,
     state_sent: bool,
-    /// The servo's settings that it was told.
+    /// The servo's settings that it was sent.
     servo: ServoSetup,
-    /// Whether there are others, which it is yet to be told.
+    /// Whether there are others, which are not sent yet.
     servo_due: bool,
 }
 
@@ -89,7 +89,7 @@ pub(super) struct Subscribers {
 
 impl Subscribers {
     /// Begins, replaces or (without topics) ends the subscription of a session.
-    /// `servo` is what it is told of the servo's settings.
+    /// `servo` holds the servo's settings, which it has been sent.
     pub(super) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
         self.unsubscribe(session);
         if subscription.topics.is_empty() {
@@ -112,7 +112,7 @@ impl Subscribers {
         self.all.retain(|subscriber| subscriber.session != session);
     }
 
-    /// The servo has these settings from a tick on: sends them to those who were told others.
+    /// The servo has these settings from a tick on: sends them to those who have others.
     pub(super) fn set_servo(&mut self, tick: u64, servo: ServoSetup) {
         for subscriber in &mut self.all {
             subscriber.servo_due = subscriber.wants(Topic::State) && subscriber.servo != servo;
@@ -146,7 +146,7 @@ impl Subscribers {
         }
     }
 
-    /// Sends the servo's settings to those who were told others.
+    /// Sends the servo's settings to those who have others.
     pub(super) fn announce_servo(&mut self) {
         let Some((tick, servo)) = &self.servo else { return };
         for subscriber in self.all.iter_mut().filter(|subscriber| subscriber.servo_due) {

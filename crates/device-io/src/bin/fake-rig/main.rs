@@ -118,7 +118,7 @@ fn main() -> ExitCode {
 /// Time between two looks for the place, ns.
 const LOOK_NS: u64 = 20_000_000;
 
-/// A sample that is not on its way after so long was held up, ns: half of the time by which hapticd lets a stamp be
+/// Time after which a sample that is not on its way was held up, ns: half of the time by which hapticd lets a stamp be
 /// off.
 const HELD_UP_NS: u64 = 10_000_000;
 

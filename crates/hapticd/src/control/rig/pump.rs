@@ -20,7 +20,7 @@ impl RigHandle {
             feed.stops_ended(&self.shared.answers);
             feed.take_records();
         }
-        // After the records: whatever scene they tell of is in the history then.
+        // After the records: every scene that they name is in the history then.
         self.settle_schedule();
         let changes = self
             .feed
@@ -29,7 +29,7 @@ impl RigHandle {
         self.keep_journal(&changes);
     }
 
-    /// The feed, after every record of the loop so far: what a client was told is in it.
+    /// The feed, after every record of the loop so far: what a client was sent is in it.
     pub(crate) fn feed(&self) -> RefMut<'_, Feed> {
         self.pump();
         self.feed.borrow_mut()

@@ -206,7 +206,7 @@ impl RigHandle {
     /// Schedules changes: all of them, or none. Returns the revision of the first one.
     ///
     /// # Errors
-    /// As [`check_schedule`](Self::check_schedule), or another change came in since `base_revision`.
+    /// As [`check_schedule`](Self::check_schedule), or another change was made since `base_revision`.
     pub(in crate::control) fn schedule(
         &self,
         by: Requester<'_>,
@@ -285,7 +285,7 @@ impl RigHandle {
         Some(cancelled)
     }
 
-    /// Takes back what a client has scheduled, now that it has ended, unless it is to be kept.
+    /// Takes back what a client has scheduled, now that it has ended, unless its schedule is kept.
     pub(in crate::control) fn end_schedule_of(&self, session: u64, why: &str) {
         let is_over = {
             let schedule = self.schedule.borrow();

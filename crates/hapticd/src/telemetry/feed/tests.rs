@@ -163,7 +163,7 @@ fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
     let (subscription, mut received) = subscription(&[Topic::State, Topic::Samples], 1, 64);
     feed.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1), known(2)]);
-    // The control thread was held up for 600 ticks. A scene came in at 100, and the rig was engaged at 400.
+    // The control thread was held up for 600 ticks. A scene took effect at 100, and the rig was engaged at 400.
     for tick in 0..600 {
         let mut record = outbox::tests::record(tick);
         record.revision = if tick < 100 { 1 } else { 2 };
@@ -183,7 +183,7 @@ fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
             "rows 512 to 599",
         ]
     );
-    // What it was told is not told again, and a later one hears nothing of what came before it.
+    // What it was sent is not sent again, and a later one hears nothing of what came before it.
     let (newer, mut heard) = self::subscription(&[Topic::State], 1, 64);
     feed.subscribe(2, newer, setup(0.3));
     for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {

@@ -19,7 +19,7 @@ enum Happening {
     SlowScene(usize, f64),
     /// A pulse, an excitation, or rest in the place of the scene.
     Motion(usize),
-    /// Leases lapse, or are taken anew.
+    /// Leases lapse, or are taken again.
     Lease {
         lapses: bool,
     },

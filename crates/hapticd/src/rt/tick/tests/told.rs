@@ -1,4 +1,4 @@
-//! What a tick tells whoever runs it, and what it may be told: another device, and that standing
+//! What a tick reports to its loop, and what it may be passed: another device, and that standing
 //! still is no fault.
 
 use super::*;
