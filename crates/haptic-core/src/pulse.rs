@@ -174,10 +174,6 @@ impl Moving for Pulse {
         self.origin = self.position;
     }
 
-    fn at_rest(&self) -> Contact {
-        Contact::Sliding(Direction::Positive)
-    }
-
     /// None, for whatever follows: the force of a pulse that is replaced ends at once and does not fade.
     fn coupling_force(&self) -> f64 {
         0.0
@@ -185,10 +181,6 @@ impl Moving for Pulse {
 
     fn friction(&self) -> f64 {
         0.0
-    }
-
-    fn seat(&mut self, _force: f64) {
-        // It holds nothing.
     }
 }
 

@@ -393,8 +393,4 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
             }
         }
     }
-
-    fn seat(&mut self, _force: f64) {
-        // A rigid contact holds whatever there is.
-    }
 }

@@ -272,10 +272,6 @@ impl Moving for Follower {
         }
     }
 
-    fn at_rest(&self) -> Contact {
-        Contact::Sliding(Direction::Positive)
-    }
-
     /// None, for whatever follows: the force of an excitation that is replaced ends at once and does
     /// not fade.
     fn coupling_force(&self) -> f64 {
@@ -284,10 +280,6 @@ impl Moving for Follower {
 
     fn friction(&self) -> f64 {
         0.0
-    }
-
-    fn seat(&mut self, _force: f64) {
-        // It holds nothing.
     }
 }
 
