@@ -63,7 +63,7 @@ fn steady(speed_mps: f64, seconds: f64) -> Motion {
             (t, speed_mps * t)
         })
         .collect();
-    let recording = Recording::new("steady", &samples, 1.0, device_io::fake::AfterEnd::Hold).expect("a motion");
+    let recording = Recording::new("steady", &samples, 1.0, device_io::fake::EndBehaviour::Hold).expect("a motion");
     Motion::Recorded(Arc::new(recording))
 }
 

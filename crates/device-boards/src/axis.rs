@@ -40,7 +40,7 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    /// An axis whose motor was not told anything yet.
+    /// An axis whose motor has got no command yet.
     pub(crate) fn new(feedback: Feedback) -> Self {
         Self {
             feedback,

@@ -101,7 +101,7 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    /// A controller that is on as soon as it is told so, and is asked nothing.
+    /// A controller that is on as soon as it is commanded on, and is asked nothing.
     #[derive(Debug)]
     struct QuietDevice;
 
@@ -112,7 +112,7 @@ mod tests {
     impl Dialect for QuietDevice {
         const ASK_OVERDUE_NS: u64 = 0;
 
-        fn hear(&mut self, _line: &[u8], axis: &mut Axis, _now_ns: u64) {
+        fn receive(&mut self, _line: &[u8], axis: &mut Axis, _now_ns: u64) {
             if let Motor::Off { confirmed, .. } = &mut axis.motor {
                 *confirmed = true;
             }
@@ -165,7 +165,7 @@ mod tests {
         // Nobody reads until the line takes no more.
         let fill = |connection: &mut TextConnection<QuietDevice>, now_ns: u64| {
             let full = (0..100_000).find(|_| connection.write(1.0, true, now_ns) == Ok(Written::Later));
-            assert!(full.is_some_and(|writes| writes > 0), "nobody reads so much");
+            assert!(full.is_some_and(|writes| writes > 0), "nobody reads that much");
         };
         fill(&mut connection, now_ns);
         let mut off = |connection: &mut TextConnection<QuietDevice>, later_ns: u64| {
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(
             off(&mut connection, MS),
             Ok(Written::Later),
-            "there is room, and it is not told yet"
+            "there is room, and it is not commanded off yet"
         );
         assert_eq!(off(&mut connection, 10 * MS), Ok(Written::Taken), "told again");
         assert_eq!(off(&mut connection, MS), Ok(Written::Taken), "that counts on");

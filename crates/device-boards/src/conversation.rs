@@ -32,7 +32,7 @@ pub(crate) struct Scale {
     pub(crate) first_angle: f64,
     /// Way of the handle to one unit of angle, m, with its sign.
     pub(crate) metres_per_angle: f64,
-    /// Distance between two positions that the controller can tell apart, m.
+    /// Distance between two positions that the controller can distinguish, m.
     pub(crate) resolution_m: f64,
     /// Force on the handle to one unit of the target, N, with its sign.
     pub(crate) newtons_per_target: f64,
@@ -70,7 +70,7 @@ impl<D: Dialect> Conversation<D> {
     /// Takes in a line, without its end, that came at a time of ours, ns.
     pub(crate) fn take(&mut self, line: Result<&[u8], TooLong>, now_ns: u64) {
         match line {
-            Ok(line) => self.dialect.hear(line, &mut self.axis, now_ns),
+            Ok(line) => self.dialect.receive(line, &mut self.axis, now_ns),
             Err(TooLong) => add(&self.axis.counters().malformed, 1),
         }
     }

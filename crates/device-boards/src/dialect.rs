@@ -8,11 +8,11 @@ use device_io::DeviceError;
 /// One maker's protocol. It knows nothing of serial lines, and waits for nothing.
 pub(crate) trait Dialect: Send {
     /// Longest wait for the next question about the motor while answers are overdue, ns: its answer
-    /// tells which of the others are lost.
+    /// shows which of the others are lost.
     const ASK_OVERDUE_NS: u64;
 
     /// Interprets a line of the controller, without its end.
-    fn hear(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64);
+    fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64);
 
     /// An error of the position sensor, whatever the motor does.
     fn sensor_error(&self) -> Option<DeviceError> {
@@ -36,7 +36,7 @@ pub(crate) trait Dialect: Send {
     /// Writes the commands that switch the motor off.
     fn switch_off(&self, out: &mut Text);
 
-    /// The motor has been told to be off, for the first time since it was on.
+    /// The motor has been commanded off, for the first time since it was on.
     fn begin_off(&mut self, _axis: &mut Axis) {}
 
     /// Asks whether the motor is off. Not needed where the answer to [`Self::switch_off`] says so.

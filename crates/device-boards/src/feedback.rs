@@ -11,18 +11,18 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
 /// Most questions without an answer. On a line that is too slow for the rate this sets the pace:
-/// its buffers hold so many commands and no more.
+/// its buffers hold this many commands and no more.
 const WINDOW: usize = 4;
 
 /// Age at which questions without an answer count as lost, ns, where no other answer has told
 /// before ([`Feedback::answered_until`]).
 const LOST_AFTER_NS: u64 = 50_000_000;
 
-/// Age at which a question is overdue, ns: then another question is asked, whose answer tells which
+/// Age at which a question is overdue, ns: then another question is asked, whose answer shows which
 /// are lost.
 const OVERDUE_AFTER_NS: u64 = 10_000_000;
 
-/// Longest time without a position, ns; after it the controller is greeted anew.
+/// Longest time without a position, ns; after it the controller is greeted again.
 const SILENCE_NS: u64 = 500_000_000;
 
 /// Fastest hand, m/s: a position that needs a faster one was damaged on its way. Both protocols can
@@ -49,7 +49,7 @@ pub(crate) struct Feedback {
 }
 
 impl Feedback {
-    /// Begins with a first position, in the controller's unit of so many metres, at a time of ours.
+    /// Begins with a first position, in the controller's unit (m each), at a time of ours.
     pub(crate) fn new(
         first: f64,
         metres_per_unit: f64,
@@ -81,7 +81,7 @@ impl Feedback {
         self.under_way < WINDOW
     }
 
-    /// Whether there was no room for so long that answers are likely to be lost.
+    /// Whether there has been no room for such a time that answers are likely lost.
     pub(crate) fn is_overdue(&self, now_ns: u64) -> bool {
         self.under_way == WINDOW && now_ns.saturating_sub(self.asked_at_ns[0]) > OVERDUE_AFTER_NS
     }

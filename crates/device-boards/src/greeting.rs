@@ -34,8 +34,8 @@ impl Greeting {
         })
     }
 
-    /// Asks until the controller answers. `unanswered` says what to think of so many bytes without
-    /// an answer.
+    /// Asks until the controller answers. `unanswered` says what a number of bytes without
+    /// an answer means.
     pub(crate) fn wake<T>(
         &mut self,
         mut ask: impl FnMut(&mut Self) -> Result<Option<T>, ConnectError>,
@@ -50,7 +50,7 @@ impl Greeting {
     }
 
     /// Sends text.
-    pub(crate) fn say(&mut self, text: &[u8]) -> Result<(), ConnectError> {
+    pub(crate) fn send(&mut self, text: &[u8]) -> Result<(), ConnectError> {
         self.line
             .write(text, clock::now_ns())
             .map(drop)
@@ -58,7 +58,7 @@ impl Greeting {
     }
 
     /// The first line that is `wanted`, among those that come in time.
-    pub(crate) fn hear<T>(&mut self, mut wanted: impl FnMut(&[u8]) -> Option<T>) -> Result<Option<T>, ConnectError> {
+    pub(crate) fn receive<T>(&mut self, mut wanted: impl FnMut(&[u8]) -> Option<T>) -> Result<Option<T>, ConnectError> {
         let began = Instant::now();
         let mut found = None;
         while found.is_none() && began.elapsed() < ANSWER_TIMEOUT {

@@ -98,7 +98,7 @@ impl Text {
         written
     }
 
-    /// What has been written since there were so many bytes.
+    /// What has been written after the first `length` bytes.
     pub(crate) fn since(&self, length: usize) -> &[u8] {
         self.as_bytes().get(length..).unwrap_or_default()
     }

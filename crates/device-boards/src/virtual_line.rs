@@ -58,7 +58,7 @@ impl<D: Dialect, B: FakeBoard> VirtualLine<D, B> {
         for _ in 0..MS / STEP_NS {
             self.now_ns += STEP_NS;
             while let Some(line) = self.down.receive(self.now_ns) {
-                for answer in self.board.hear(&line, self.now_ns) {
+                for answer in self.board.receive(&line, self.now_ns) {
                     self.up.send(answer, &self.quality, self.now_ns);
                 }
             }
@@ -86,7 +86,7 @@ impl<D: Dialect, B: FakeBoard> VirtualLine<D, B> {
         }
     }
 
-    /// So many ticks that must not fail; the last sample.
+    /// A number of ticks that must not fail; the last sample.
     pub(crate) fn ticks(&mut self, count: u32, force_n: f64, enabled: bool) -> Measurement {
         let mut tick = |k| {
             self.tick(force_n, enabled)
@@ -95,13 +95,13 @@ impl<D: Dialect, B: FakeBoard> VirtualLine<D, B> {
         (0..count).map(&mut tick).last().expect("a tick")
     }
 
-    /// A tick without force, whatever has failed, and so many that must not fail.
+    /// A tick without force, whatever has failed, and a number of ticks that must not fail.
     pub(crate) fn release(&mut self, count: u32) {
         self.tick(0.0, false).ok();
         self.ticks(count, 0.0, false);
     }
 
-    /// Ticks until one fails, so many at most; which one, and how.
+    /// Ticks until one fails, a number at most; which one, and how.
     pub(crate) fn ticks_until_failure(&mut self, most: u32, force_n: f64, enabled: bool) -> Option<(u32, DeviceError)> {
         (1..=most).find_map(|k| self.tick(force_n, enabled).err().map(|error| (k, error)))
     }

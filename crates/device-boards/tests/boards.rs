@@ -68,7 +68,7 @@ impl RunningBoard {
                 let mut board = its.lock().expect("alive");
                 let mut answers = Vec::new();
                 terminal
-                    .read(|bytes| answers.extend(board.hear(bytes, now_ns)))
+                    .read(|bytes| answers.extend(board.receive(bytes, now_ns)))
                     .expect("it reads");
                 board.live_until(now_ns);
                 drop(board);
@@ -171,7 +171,7 @@ fn a_tick_on_a_board_allocates_nothing_and_the_last_word_switches_it_off() {
                 // itself.
                 let now_ns = u64::try_from(played.began.elapsed().as_nanos()).expect("soon");
                 board.take_largest_force_n();
-                board.hear(b"c 0 9\n", now_ns);
+                board.receive(b"c 0 9\n", now_ns);
                 assert!((board.take_largest_force_n() - 20.0).abs() < 0.01);
             }
             break;

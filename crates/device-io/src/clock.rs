@@ -10,7 +10,7 @@ pub fn now_ns() -> u64 {
 }
 
 /// A number for a hello: not that of any hello of this machine before, as far as a clock of
-/// nanoseconds can tell.
+/// nanoseconds can show.
 #[cfg(feature = "links")]
 pub(crate) fn nonce() -> u32 {
     let [a, b, c, d, ..] = now_ns().wrapping_mul(0x9E37_79B9_7F4A_7C15).to_be_bytes();

@@ -22,7 +22,7 @@ pub trait Device: Send {
     /// What the rig is, for people.
     fn description(&self) -> String;
 
-    /// Distance between two positions that the rig can tell apart, m; 0 for a perfect rig. It may
+    /// Distance between two positions that the rig can distinguish, m; 0 for a perfect rig. It may
     /// change with the number of the [connection](Self::connection) alone.
     fn resolution_m(&self) -> f64;
 

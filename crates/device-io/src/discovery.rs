@@ -25,7 +25,7 @@ pub struct Candidate {
     /// Its identity, for a device on USB and a HID device.
     pub identity: Option<Identity>,
     /// Why it cannot be used at present.
-    pub obstacle: Option<Obstacle>,
+    pub access_problem: Option<AccessProblem>,
 }
 
 /// The identity that a device reports.
@@ -45,7 +45,7 @@ pub struct Identity {
 
 /// Why a device cannot be used, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Obstacle {
+pub struct AccessProblem {
     /// Why.
     pub why: String,
     /// The remedy.
@@ -100,7 +100,7 @@ fn links(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
     links
 }
 
-/// The kernel has nodes for ports that the machine does not have. It tells the superuser which
+/// The kernel has nodes for ports that the machine does not have. It says to the superuser which
 /// these are.
 fn is_real(node: &str) -> bool {
     let name = Path::new(node).file_name().unwrap_or_default();
@@ -132,7 +132,7 @@ fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Candidate {
         },
         description: describe("serial port", &node, identity.as_ref()),
         identity,
-        obstacle: closed(&node, || crate::link::serial_permission_remedy(&node)),
+        access_problem: closed(&node, || crate::link::serial_permission_remedy(&node)),
         node,
     }
 }
@@ -145,10 +145,10 @@ fn hid_device(device: HidNode) -> Candidate {
         manufacturer: device.manufacturer,
         name: device.name,
     };
-    let obstacle = match device.reports {
-        Err(why) => Some(Obstacle {
+    let access_problem = match device.reports {
+        Err(why) => Some(AccessProblem {
             why,
-            remedy: "it is no rig, or its firmware must be changed: docs/device-protocol.md".to_owned(),
+            remedy: "not a rig, or its firmware does not speak the link protocol: docs/device-protocol.md".to_owned(),
         }),
         Ok(_) => closed(&device.path, || hid_node::permission_remedy(&device.id)),
     };
@@ -156,7 +156,7 @@ fn hid_device(device: HidNode) -> Candidate {
         address: Address::Hid(device.id),
         description: describe("HID device", &device.path, Some(&identity)),
         identity: Some(identity),
-        obstacle,
+        access_problem,
         node: device.path,
     }
 }
@@ -185,9 +185,9 @@ fn describe(kind: &str, node: &Path, identity: Option<&Identity>) -> String {
 }
 
 /// Whether this process may open a node for reading and writing, without opening it.
-fn closed(node: &Path, remedy: impl FnOnce() -> String) -> Option<Obstacle> {
+fn closed(node: &Path, remedy: impl FnOnce() -> String) -> Option<AccessProblem> {
     let error = access(node, Access::READ_OK | Access::WRITE_OK).err()?;
-    Some(Obstacle {
+    Some(AccessProblem {
         why: format!("{}: {error}", node.display()),
         remedy: match error {
             Errno::ACCESS | Errno::PERM => remedy(),
@@ -237,7 +237,7 @@ mod tests {
                 node.display()
             )
         );
-        assert_eq!(found.obstacle, None);
+        assert_eq!(found.access_problem, None);
         let plain = serial(port(SerialPortType::PciPort), &links(&folder.path().join("none")));
         assert_eq!(
             plain.address.to_string(),
@@ -265,7 +265,10 @@ mod tests {
         });
         assert_eq!(found.address, Address::Hid(id));
         assert_eq!(found.description, "Keyboard (046d:c31c), HID device /dev/hidraw-none");
-        assert_eq!(found.obstacle.expect("it is none").why, "its reports are too short");
+        assert_eq!(
+            found.access_problem.expect("it is none").why,
+            "its reports are too short"
+        );
     }
 
     #[test]

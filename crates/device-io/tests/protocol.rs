@@ -200,7 +200,7 @@ fn another_version_kind_or_length_is_refused_by_name() {
     let bytes = impossible.bytes();
     let view = View::whole(bytes.as_slice()).expect("a message");
     let error = FromDevice::read(view).expect_err("no such device");
-    assert!(error.to_string().contains("counts_per_metre = NaN"), "{error}");
+    assert!(error.to_string().contains("invalid counts_per_metre: NaN"), "{error}");
 }
 
 /// The document's test vectors, in its order.

@@ -3,7 +3,7 @@
 //!
 //! The force is a share of what was identified, along the velocity, and zero near zero velocity. The
 //! rig's real friction may be far lower than on the day when it was identified, and a share of a
-//! friction that is not there would drive the handle. No estimate can tell that from a hand that
+//! friction that is not there would drive the handle. No estimate can distinguish that from a hand that
 //! pulls, so energy bounds it: an account, in the way of the passivity controller of Hannaford and
 //! Ryu 2002, holds what has been taken out of the motion since the last rest:
 //!
@@ -47,7 +47,7 @@ const SLACK_COUNTS: f64 = 2.0;
 /// The same, m: the noise of an encoder that counts more finely than it measures.
 const LEAST_SLACK_M: f64 = 10e-6;
 
-/// After so long without a way the handle rests, s.
+/// Time without a way after which the handle rests, s.
 const REST_S: f64 = 0.1;
 
 /// Speed up to which nothing is compensated, in counts a sample: the noise of an estimated velocity.
@@ -95,7 +95,7 @@ pub(crate) struct Motion {
     pub(crate) position: f64,
     /// m/s
     pub(crate) velocity: f64,
-    /// Distance between two positions that the device can tell apart, m.
+    /// Distance between two positions that the device can distinguish, m.
     pub(crate) resolution: f64,
     /// Nominal time between two samples, s (> 0).
     pub(crate) period_s: f64,

@@ -18,8 +18,7 @@ pub struct Limits {
     pub slew_n_per_s: f64,
     /// Largest speed of the device, m/s (> 0).
     pub speed_mps: f64,
-    /// Largest acceleration of the device, m/s^2 (> 0): what is faster is no motion but an encoder
-    /// that has jumped.
+    /// Largest acceleration of the device, m/s^2 (> 0): anything faster is an encoder jump.
     pub acceleration_mps2: f64,
 }
 
@@ -45,7 +44,7 @@ pub const LONGEST_LOWERING_S: f64 = 0.2;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimiter {
     limits: Limits,
-    /// The configured limit of force as far as it has come in, N.
+    /// The configured limit of force as far as its ramp has come, N.
     configured_n: f64,
     /// How fast that moves to the limit, N/s; 0 once it is there.
     move_n_per_s: f64,
@@ -72,7 +71,7 @@ impl SafetyLimiter {
         }
     }
 
-    /// Goes on with other limits. Each holds at once but for the limit of force: a higher one comes in over
+    /// Continues with other limits. Each holds at once but for the limit of force: a higher one takes effect over
     /// `ramp_s`. A lower one lets no force grow beyond it from now on, and takes a force that is beyond it already
     /// down to it in that time, at most [`LONGEST_LOWERING_S`].
     pub fn set_limits(&mut self, limits: Limits, ramp_s: f64) {
@@ -100,7 +99,7 @@ impl SafetyLimiter {
         self.move_n_per_s != 0.0
     }
 
-    /// Moves the limit of force to its new value, by so much time, s.
+    /// Moves the limit of force towards its new value for a time, s.
     pub(crate) fn advance(&mut self, elapsed_s: f64) {
         let moved_n = self.configured_n + self.move_n_per_s * elapsed_s;
         let to_n = self.limits.force_n;
@@ -121,7 +120,7 @@ impl SafetyLimiter {
         self.move_n_per_s = 0.0;
     }
 
-    /// Another device is there, which gives so much force at most, N (>= 0; infinite where it names
+    /// Another device is there, which gives this force at most, N (>= 0; infinite where it names
     /// no limit). NaN counts as 0 N.
     pub fn set_device_force(&mut self, force_n: f64) {
         self.force_n = if force_n >= self.configured_n {
@@ -167,7 +166,7 @@ impl SafetyLimiter {
             self.last_n
         };
         let change = wanted - from;
-        // Not `clamp`, which panics: without a limit on the slew the step of no time is no number.
+        // Not `clamp`, which panics: without a limit on the slew the step of no time is not a number.
         let change = if change > step {
             step
         } else if change < -step {
@@ -198,7 +197,7 @@ impl SafetyLimiter {
     }
 
     /// Whether a device with a velocity (m/s) can have moved so far (m) in a time (s), counting
-    /// with a resolution (m). What is no number cannot.
+    /// with a resolution (m). NaN cannot.
     #[must_use]
     pub fn allows_step(&self, moved: f64, velocity: f64, elapsed_s: f64, resolution: f64) -> bool {
         // The velocity is an estimate from positions, good to about a count a sample.
@@ -206,7 +205,7 @@ impl SafetyLimiter {
         (moved - velocity * elapsed_s).abs() <= unforeseen
     }
 
-    /// Whether a velocity (m/s) is within the limit; one that is no number is not.
+    /// Whether a velocity (m/s) is within the limit; NaN is not.
     #[must_use]
     pub fn allows_speed(&self, velocity: f64) -> bool {
         velocity.abs() <= self.limits.speed_mps

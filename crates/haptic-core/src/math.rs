@@ -6,5 +6,6 @@
 //! the platform's are out of reach. Nothing here may fuse a multiplication with an addition.
 
 pub(crate) use libm::{
-    atan2, copysign, cos, exp, expm1 as exp_m1, log as ln, log1p as ln_1p, pow as powf, sincos as sin_cos, sqrt,
+    atan2, ceil, copysign, cos, exp, expm1 as exp_m1, floor, log as ln, log1p as ln_1p, pow as powf, sincos as sin_cos,
+    sqrt,
 };

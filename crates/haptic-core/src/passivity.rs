@@ -10,7 +10,7 @@
 //! sample. What is left over is the excess; it never falls below zero, so that no long rest is
 //! credited.
 //!
-//! What compensates the rig's friction is no part of the surface: all of its energy counts as made.
+//! What compensates the rig's friction is not a part of the surface: all of its energy counts as made.
 //!
 //! The controller, where it is wanted, opposes the motion until the excess is gone.
 
@@ -65,7 +65,7 @@ impl PassivityObserver {
 
     /// Takes in a sample and the force on the hand that it leads to (N); returns the force that the
     /// controller wants to add (N), against the motion. Where not just the sum of both is applied,
-    /// [`applied`](Self::applied) tells what is.
+    /// [`applied`](Self::applied) reports what is.
     ///
     /// `position` in m, `velocity` in m/s.
     #[inline(always)]
@@ -96,7 +96,7 @@ impl PassivityObserver {
         let made = (last.applied - 0.5 * (last.force + force)) * moved;
         let taken_up = self.losses.friction * moved.abs() + self.losses.damping * velocity.abs() * moved.abs();
         let excess_j = self.excess_j + made - taken_up;
-        // Next to nothing is nothing. An account that is no number is closed: the force itself is
+        // Next to nothing is nothing. An account that is not a number is closed: the force itself is
         // checked elsewhere.
         if !(NOTHING..f64::INFINITY).contains(&excess_j) {
             self.excess_j = 0.0;
@@ -115,7 +115,7 @@ impl PassivityObserver {
         -copysign((self.excess_j / coming).min(self.control_n), velocity)
     }
 
-    /// Without force there is nothing to watch: the account begins anew.
+    /// Without force there is nothing to watch: the account begins again.
     pub fn rest(&mut self) {
         self.excess_j = 0.0;
         self.last = None;

@@ -26,7 +26,7 @@ const MOST_WRONG: u32 = 100;
 /// What to do with a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// It is rendered, over so much time since the last one that was, s.
+    /// It is rendered, over the time since the last one that was, s.
     Believed {
         /// Time since the last sample that was believed, s.
         elapsed_s: f64,
@@ -61,7 +61,7 @@ pub struct Motion {
     pub position: f64,
     /// Velocity there, m/s.
     pub velocity: f64,
-    /// Distance between two positions that the device can tell apart, m.
+    /// Distance between two positions that the device can distinguish, m.
     pub resolution: f64,
 }
 
@@ -127,7 +127,7 @@ impl PositionGuard {
                 Verdict::Believed { elapsed_s: since_s }
             };
         }
-        // The hand goes on as before, or as the held sample said: an infinite velocity is never
+        // The hand continues as before, or as the held sample said: an infinite velocity is never
         // allowed.
         let step = position - held.position;
         let velocity = (held.position - before.position) / held.elapsed_s;

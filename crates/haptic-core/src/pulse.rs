@@ -52,8 +52,8 @@ impl PulseShape {
         self.rise_s + self.hold_s + self.fall_s
     }
 
-    /// Whether it is bounded as every pulse is. How large a force may be is for whoever knows the
-    /// rig to say; here it must be a number.
+    /// Whether it is bounded as every pulse is. How large a force may be depends on the
+    /// rig; here it must only be a number.
     ///
     /// # Errors
     /// The first quantity that is out of range, or no number.
@@ -69,7 +69,7 @@ impl PulseShape {
         within("force", self.force_n.abs(), f64::MAX, "N")
     }
 
-    /// The force so long after its beginning, N.
+    /// The force at a time after its beginning, N.
     fn force_at(&self, at_s: f64) -> f64 {
         let left_s = self.duration_s() - at_s;
         if left_s <= 0.0 {
@@ -92,7 +92,7 @@ enum Phase {
     Unplaced,
     /// It begins with the next tick.
     Armed,
-    /// For so long, s.
+    /// It has run for this time, s.
     Running(f64),
     /// It gives no force any more, whatever happens.
     Spent,
@@ -163,7 +163,7 @@ impl Moving for Pulse {
         state
     }
 
-    /// The first time tells it where it begins. After that it has been interrupted: no force
+    /// The first call says where it begins. After that it has been interrupted: no force
     /// flowed, or another pulse was meant.
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
@@ -174,10 +174,6 @@ impl Moving for Pulse {
         self.origin = self.position;
     }
 
-    fn at_rest(&self) -> Contact {
-        Contact::Sliding(Direction::Positive)
-    }
-
     /// None, for whatever follows: the force of a pulse that is replaced ends at once and does not fade.
     fn coupling_force(&self) -> f64 {
         0.0
@@ -185,10 +181,6 @@ impl Moving for Pulse {
 
     fn friction(&self) -> f64 {
         0.0
-    }
-
-    fn seat(&mut self, _force: f64) {
-        // It holds nothing.
     }
 }
 

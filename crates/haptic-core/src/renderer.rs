@@ -164,7 +164,7 @@ impl Renderer {
         let state = old.state();
         match (self.held, old.held) {
             (Some(now), Some(was)) => self.take_over_block(state, old.surface.friction(), now, was),
-            (Some(now), None) => self.take_up_block(state, old.surface.coupling_force(), now),
+            (Some(now), None) => self.introduce_block(state, old.surface.coupling_force(), now),
             (None, _) => {
                 self.set_state(state);
                 self.surface.seat(old.surface.coupling_force());
@@ -197,7 +197,7 @@ impl Renderer {
 
     /// A block comes in where there was none: at rest on a surface that stuck, and moving with the
     /// hand on one that slid.
-    fn take_up_block(&mut self, old: BlockState, force: f64, (_, now): (f64, Coupling)) -> f64 {
+    fn introduce_block(&mut self, old: BlockState, force: f64, (_, now): (f64, Coupling)) -> f64 {
         let mut state = BlockState {
             velocity: match old.contact {
                 Contact::Stuck => 0.0,

@@ -6,6 +6,7 @@
 //! ```
 
 use crate::directional::Directional;
+use crate::math::{floor, sin_cos};
 use crate::passivity::RigLosses;
 use core::f64::consts::TAU;
 use thiserror::Error;
@@ -118,7 +119,7 @@ impl Cogging {
     pub fn force(&self, position: f64) -> f64 {
         let turns = position / self.period_m;
         // The whole turns go first: far from zero the phase would lose its digits.
-        let (sine, cosine) = libm::sincos(TAU * (turns - libm::floor(turns)));
+        let (sine, cosine) = sin_cos(TAU * (turns - floor(turns)));
         let (mut sine_k, mut cosine_k, mut force) = (0.0, 1.0, 0.0);
         for harmonic in self.harmonics {
             (sine_k, cosine_k) = (sine_k * cosine + cosine_k * sine, cosine_k * cosine - sine_k * sine);
@@ -246,7 +247,7 @@ mod tests {
             let phase = TAU * position / COGGING.period_m;
             let mut sum = 0.0;
             for (k, harmonic) in (1_u32..).zip(COGGING.harmonics) {
-                let (sine, cosine) = libm::sincos(f64::from(k) * phase);
+                let (sine, cosine) = sin_cos(f64::from(k) * phase);
                 sum += harmonic.cosine * cosine + harmonic.sine * sine;
             }
             for periods in [0.0, 5.0, -300.0] {

@@ -9,7 +9,7 @@
 use core::mem::replace;
 use thiserror::Error;
 
-/// Over so long the two clocks are compared, ns.
+/// Time over which the two clocks are compared, ns.
 const WINDOW_NS: u64 = 100_000_000;
 
 /// Fewest samples in such a window.
@@ -91,7 +91,7 @@ struct Running {
 /// Compares a device's clock with ours, sample by sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleClock {
-    /// The device's time may be off ours by so much at once, ns.
+    /// The device's time may be off ours by this much at once, ns.
     tolerance_ns: u64,
     running: Option<Running>,
     /// Time between two samples by our clock, s; zero before it is known.
@@ -120,7 +120,7 @@ impl SampleClock {
         *self = Self::new(self.tolerance_ns);
     }
 
-    /// The next sample begins anew, with what is known of the period: as after an error.
+    /// The next sample begins again, with what is known of the period: as after an error.
     pub fn begin_anew(&mut self) {
         self.running = None;
     }
@@ -145,7 +145,7 @@ impl SampleClock {
     /// The time since the sample before, s; zero at the first.
     ///
     /// # Errors
-    /// The stamps cannot be those of a clock. The next sample begins anew, with what is known of the period.
+    /// The stamps cannot be those of a clock. The next sample begins again, with what is known of the period.
     #[inline(always)]
     pub fn elapsed_s(&mut self, stamp: Stamp) -> Result<f64, ClockError> {
         let Some(running) = &mut self.running else {

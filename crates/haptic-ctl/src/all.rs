@@ -6,7 +6,7 @@ use crate::drive;
 use crate::failure::Failure;
 use crate::fields::Schema;
 use crate::output;
-use haptic_ipc::socket_path::{NamedSocket, Surroundings};
+use haptic_ipc::socket_path::{Environment, NamedSocket};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -35,7 +35,7 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
         return Err(Failure::Usage(message.to_owned()));
     };
     let is_stop = request == Request::Stop {};
-    let sockets = Surroundings::of_process().all(named);
+    let sockets = Environment::of_process().all(named);
     if sockets.is_empty() {
         return Err(Failure::Usage(
             "there is no socket of a rig on this machine; --socket names one more".to_owned(),

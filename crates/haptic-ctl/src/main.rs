@@ -58,7 +58,7 @@ use clap::FromArgMatches;
 use command_line::{Arguments, Command, command_line};
 use daemon::Daemon;
 use failure::Failure;
-use haptic_ipc::socket_path::Surroundings;
+use haptic_ipc::socket_path::Environment;
 use haptic_ipc::{Envelope, RigState};
 use std::process::ExitCode;
 
@@ -147,7 +147,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     let of_rig = arguments
         .rig_name
         .as_deref()
-        .map(|rig| Surroundings::of_process().for_rig(rig));
+        .map(|rig| Environment::of_process().for_rig(rig));
     let socket = of_rig.as_deref().or(arguments.socket.as_deref());
     match command {
         Command::Doctor => return doctor::run(socket, json).await,

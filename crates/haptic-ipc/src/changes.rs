@@ -133,7 +133,7 @@ impl Field for Changes {
     fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         let params = Object::of(given).ok_or_else(|| given.is_not(&Self::expected(given.name, None)))?;
         let changes = params.values().map(|value| {
-            // A parameter is told by its own name alone.
+            // A parameter is recognised by its own name alone.
             let value = value.alone();
             Ok((value.name.to_owned(), read_change(&value)?))
         });

@@ -84,7 +84,7 @@ const GREETING_TIMEOUT: Duration = Duration::from_secs(5);
 /// Checks the greeting.
 ///
 /// # Errors
-/// The conversation cannot go on.
+/// The conversation cannot continue.
 pub(crate) fn greeting(line: ServerLine) -> Result<Hello, ClientError> {
     match line {
         ServerLine::Hello(hello) if hello.protocol == PROTOCOL_VERSION => Ok(hello),

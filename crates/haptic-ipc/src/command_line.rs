@@ -45,7 +45,7 @@ impl JournalEntry {
         Some(command)
     }
 
-    /// The name of the scene that came in, if it is that of a single scene in the library.
+    /// The name of the scene that took effect, if it is that of a single scene in the library.
     fn loaded<'a>(&self, library: &'a [ListedScene]) -> Option<&'a str> {
         let change = self.changes.iter().find(|change| change.param == "name")?;
         let Some(Value::Word(title)) = &change.after else {

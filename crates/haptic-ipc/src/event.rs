@@ -57,7 +57,7 @@ pub enum Event {
     /// The whole state: at once after `subscribe`, and at every change.
     State(StateEvent),
     /// The servo's settings, where they are not those that the answer to `subscribe` or the last such
-    /// event told: another device was plugged in, or more is known of the rig that was engaged. Of the
+    /// event gave: another device was plugged in, or more is known of the rig that was engaged. Of the
     /// topic `state`.
     Servo(Box<ServoEvent>),
     /// Once a second.
@@ -98,7 +98,7 @@ pub struct StateEvent {
     /// Number of changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
-    /// The whole scene, and how it came in; an earlier server does not tell.
+    /// The whole scene, and how it took effect; an earlier server does not send it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arrival: Option<Box<SceneArrival>>,
 }
@@ -137,7 +137,7 @@ pub struct SubscribeReply {
     pub batch_ms: u32,
     /// Names of a row's columns.
     pub columns: Vec<String>,
-    /// What the rows are computed with; an earlier server does not tell.
+    /// What the rows are computed with; an earlier server does not send it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoSetup>,
 }

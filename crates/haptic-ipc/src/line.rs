@@ -78,7 +78,7 @@ impl ServerLine {
             error: Option<WireError>,
             event: Option<serde::de::IgnoredAny>,
         }
-        // Nearly all that comes. What its key tells need not be looked for, and nothing is kept twice on the way to it.
+        // Nearly all that comes. What its key says need not be looked for, and nothing is kept twice on the way to it.
         if line.starts_with(SAMPLES) {
             let samples: SamplesEvent = serde_json::from_str(line)?;
             return Ok(Self::Event(Event::Samples(samples)));

@@ -99,7 +99,7 @@ pub fn parse(text: &str, si: &str) -> Result<f64, BadQuantity> {
     scaled(number, shift).filter(|value| value.is_finite()).ok_or_else(bad)
 }
 
-/// The exact value in as few digits as tell it apart.
+/// The exact value in as few digits as identify it.
 #[must_use]
 pub fn number(value: f64) -> String {
     let size = value.abs();
@@ -116,7 +116,7 @@ pub fn readable(value: f64) -> String {
     number(rounded(value, 12))
 }
 
-/// A value to so many digits.
+/// A value to a number of digits.
 #[must_use]
 pub fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits.saturating_sub(1))

@@ -40,7 +40,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     read_text_of(path, LARGEST_BYTES)
 }
 
-/// Reads a regular file of at most so many bytes as text.
+/// Reads a regular file of at most a number of bytes as text.
 ///
 /// # Errors
 /// As [`read_text`].

@@ -13,20 +13,20 @@ pub struct ServoSetup {
     pub settings: Settings,
     /// How the block is integrated: `exact`, `implicit`, `literal` or `literal:N`.
     pub scheme: Scheme,
-    /// Distance between two positions that the device can tell apart, m.
+    /// Distance between two positions that the device can distinguish, m.
     pub device_resolution_m: f64,
     /// Largest force that the device gives, N; absent where it names none.
     #[serde(default, rename = "device_force_limit_N", skip_serializing_if = "Option::is_none")]
     pub device_force_limit_n: Option<f64>,
 }
 
-/// How a scene came in.
+/// How a scene took effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneArrival {
     /// The scene, as its file holds it.
     pub scene: Scene,
-    /// Its ramp; absent where it came in at once.
+    /// Its ramp; absent where it took effect at once.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp: Option<SceneRamp>,
 }

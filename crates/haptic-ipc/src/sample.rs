@@ -19,7 +19,7 @@ macro_rules! sample {
         /// Names of a sample's columns, with units, in the order of a row.
         pub const SAMPLE_COLUMNS: &[&str] = &[$($column),*];
 
-        /// Columns that every server has: version 1 began with so many.
+        /// Columns that every server has: version 1 began with these.
         pub const FIRST_SAMPLE_COLUMNS: usize = 14;
 
         #[derive(Serialize)]

@@ -156,14 +156,14 @@ pub struct ChangeReply {
     /// Revision of the changed scene; after a dry run or a no-op, the newest revision.
     pub revision: u64,
     /// Whether the scene is changed by it: false after a no-op or a dry run. An earlier server does
-    /// not tell.
+    /// not send it.
     #[serde(default = "assumed")]
     pub changed: bool,
     /// The first tick that rendered it, or began to ramp to it; absent after a dry run or a no-op,
     /// and with `at_tick`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// The tick that will render it, as asked for. The journal and the events of topic `log` tell
+    /// The tick that will render it, as asked for. The journal and the events of topic `log` say
     /// when it was rendered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_tick: Option<u64>,
@@ -183,7 +183,7 @@ pub struct ChangeReply {
     pub advice: Vec<Advice>,
 }
 
-/// Whether a change of an earlier server, which does not tell, has changed the scene.
+/// Whether a change of an earlier server, which does not say so, has changed the scene.
 const fn assumed() -> bool {
     true
 }

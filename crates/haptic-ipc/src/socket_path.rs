@@ -19,7 +19,7 @@ const SOCKET: &str = "control.sock";
 
 /// What the choice depends on.
 #[derive(Clone, Debug, Default)]
-pub struct Surroundings {
+pub struct Environment {
     /// `$HAPTICD_SOCKET`.
     pub variable: Option<PathBuf>,
     /// `$XDG_RUNTIME_DIR`.
@@ -32,7 +32,7 @@ pub struct Surroundings {
     pub is_root: bool,
 }
 
-impl Surroundings {
+impl Environment {
     /// Those of this process.
     #[must_use]
     pub fn of_process() -> Self {
@@ -172,21 +172,21 @@ pub fn is_rig_name(name: &str) -> bool {
 /// The socket that a daemon makes: the one `given`, else the default.
 #[must_use]
 pub fn for_server(given: Option<&Path>) -> PathBuf {
-    given.map_or_else(|| Surroundings::of_process().for_server(), Path::to_path_buf)
+    given.map_or_else(|| Environment::of_process().for_server(), Path::to_path_buf)
 }
 
 /// The socket that a client connects to: the one `given`, else the first default that exists.
 #[must_use]
 pub fn for_client(given: Option<&Path>) -> PathBuf {
-    given.map_or_else(|| Surroundings::of_process().for_client(), Path::to_path_buf)
+    given.map_or_else(|| Environment::of_process().for_client(), Path::to_path_buf)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn surroundings() -> Surroundings {
-        Surroundings {
+    fn surroundings() -> Environment {
+        Environment {
             variable: None,
             runtime_dir: Some("/run/user/1000".into()),
             session_dir: Some("/run/user/1000".into()),
@@ -240,11 +240,11 @@ mod tests {
         make("hapticd@right", "control.sock.lock");
         make("hapticd@a b", SOCKET);
         make("hapticd-watch", SOCKET);
-        let s = Surroundings {
+        let s = Environment {
             variable: Some(left.clone()),
             runtime_dir: Some(directory.path().into()),
             is_root: true,
-            ..Surroundings::default()
+            ..Environment::default()
         };
         let all = s.all(Some("/srv/rig.sock".as_ref()));
         let ours: Vec<&NamedSocket> = all.iter().filter(|socket| !socket.path.starts_with("/run")).collect();

@@ -50,15 +50,15 @@ struct Progress {
     begun: AtomicBool,
 }
 
-/// Tells the overseer. Waits for nothing.
+/// Notifies the overseer. Waits for nothing.
 #[derive(Clone, Debug)]
-struct Oversight {
+struct OverseerHandle {
     progress: Arc<Progress>,
     overseer: Thread,
 }
 
-impl Oversight {
-    fn tell(&self, of: impl Fn(&Progress) -> &AtomicBool) {
+impl OverseerHandle {
+    fn notify(&self, of: impl Fn(&Progress) -> &AtomicBool) {
         of(&self.progress).store(true, Ordering::Release);
         self.overseer.unpark();
     }
@@ -66,9 +66,9 @@ impl Oversight {
 
 /// The control thread's end of a wake-up by a signal.
 #[derive(Debug)]
-pub(crate) struct Woken(UnixStream);
+pub(crate) struct SignalWakeup(UnixStream);
 
-impl Woken {
+impl SignalWakeup {
     /// A wake-up from any thread; called on the control thread.
     fn new() -> std::io::Result<(Socket, Self)> {
         let (waker, woken) = Socket::pair()?;
@@ -103,15 +103,15 @@ fn wake(mut waker: &Socket) {
 #[derive(Debug)]
 pub(crate) struct BlockedSignals {
     set: SigSet,
-    /// Whether the process has a terminal, whose end SIGHUP tells.
+    /// Whether the process has a terminal, whose end SIGHUP reports.
     has_terminal: bool,
 }
 
 /// The signals that ask the daemon to end.
 #[derive(Debug)]
 pub(crate) struct StopSignals {
-    heard: Woken,
-    oversight: Oversight,
+    heard: SignalWakeup,
+    overseer: OverseerHandle,
 }
 
 impl BlockedSignals {
@@ -138,20 +138,20 @@ impl BlockedSignals {
         self,
         ramp: Duration,
         end_loop: impl Fn() + Send + 'static,
-    ) -> std::io::Result<(StopSignals, Woken)> {
-        let (end, heard) = Woken::new()?;
-        let (reload, reloads) = Woken::new()?;
+    ) -> std::io::Result<(StopSignals, SignalWakeup)> {
+        let (end, heard) = SignalWakeup::new()?;
+        let (reload, reloads) = SignalWakeup::new()?;
         let progress = Arc::new(Progress::default());
         let overseen = Arc::clone(&progress);
         let overseer = start("overseer", move || oversee(&overseen, ramp + LONGEST_END, end_loop))?;
-        let oversight = Oversight { progress, overseer };
-        let told = oversight.clone();
+        let overseer = OverseerHandle { progress, overseer };
+        let notifier = overseer.clone();
         start("signals", move || {
             loop {
                 match self.set.wait() {
                     Ok(Signal::SIGHUP) if !self.has_terminal => wake(&reload),
                     Ok(_) => {
-                        told.tell(|progress| &progress.asked);
+                        notifier.notify(|progress| &progress.asked);
                         wake(&end);
                     }
                     // The wait can only be interrupted.
@@ -159,7 +159,7 @@ impl BlockedSignals {
                 }
             }
         })?;
-        Ok((StopSignals { heard, oversight }, reloads))
+        Ok((StopSignals { heard, overseer }, reloads))
     }
 }
 
@@ -171,9 +171,9 @@ impl StopSignals {
         }
     }
 
-    /// Tells the overseer that the daemon has begun to end, for whatever reason.
+    /// Notifies the overseer that the daemon has begun to end, for any reason.
     pub(crate) fn begun(&self) {
-        self.oversight.tell(|progress| &progress.begun);
+        self.overseer.notify(|progress| &progress.begun);
     }
 }
 

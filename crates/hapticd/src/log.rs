@@ -13,7 +13,6 @@ mod journald;
 mod outlet;
 
 use haptic_ipc::JournalEntry;
-use nix::sys::signal::SigSet;
 use outlet::{Backlog, Outlet};
 use rustix::fs::fstat;
 use std::backtrace::{Backtrace, BacktraceStatus};
@@ -122,7 +121,7 @@ pub(crate) fn say(line: &str) {
 
 /// Logs a line.
 pub(crate) fn say_at(level: Level, line: &str) {
-    put(level, line, &[]);
+    enqueue(level, line, &[]);
 }
 
 /// Logs why the process ends, and waits until that is written, at most for `limit`. The journal asks the sender of an
@@ -135,14 +134,14 @@ pub(crate) fn say_last(line: &str, limit: Duration) {
     let Some(outlet) = outlet else {
         return say_at(Level::Error, line);
     };
-    outlet.put(entry(Level::Error, line, &[], Form::WithPriority));
+    outlet.enqueue(entry(Level::Error, line, &[], Form::WithPriority));
     wait_while(limit, || outlet.is_busy(BLOCKED_AFTER));
 }
 
 /// Logs a message with fields for the journal.
-fn put(level: Level, message: &str, fields: &[(&str, &str)]) {
+fn enqueue(level: Level, message: &str, fields: &[(&str, &str)]) {
     match LOG.get() {
-        Some(log) => log.messages.put(entry(level, message, fields, log.form)),
+        Some(log) => log.messages.enqueue(entry(level, message, fields, log.form)),
         // Only unit tests come here.
         None => eprint!("{}", entry(level, message, fields, Form::Plain)),
     }
@@ -151,7 +150,7 @@ fn put(level: Level, message: &str, fields: &[(&str, &str)]) {
 /// Shows the status line of the demo.
 pub(crate) fn show(line: String) {
     if let Some(log) = LOG.get() {
-        log.status_line.put(line);
+        log.status_line.enqueue(line);
     }
 }
 
@@ -184,7 +183,7 @@ pub(crate) fn journal(entry: &JournalEntry) {
         .into_iter()
         .filter_map(|(name, value)| Some((name, value?)))
         .collect();
-    put(level, &entry.to_string(), &fields);
+    enqueue(level, &entry.to_string(), &fields);
 }
 
 /// Waits until the log is written, at most for `limit`, and not for a write that is blocked.
@@ -228,15 +227,6 @@ fn is_journal() -> bool {
         return false;
     };
     fstat(std::io::stderr()).is_ok_and(|found| named == format!("{}:{}", found.st_dev, found.st_ino))
-}
-
-/// Blocks all signals in a thread that writes. A write itself can raise a signal that would stop or
-/// kill the whole process with its loop: SIGTTOU in the background of a terminal, SIGXFSZ at the
-/// limit of a file's size. With the signal blocked the write succeeds or fails. Other signals are
-/// for other threads.
-pub(crate) fn block_signals() {
-    // After a failure they stay as they were.
-    SigSet::all().thread_block().unwrap_or_default();
 }
 
 #[cfg(test)]

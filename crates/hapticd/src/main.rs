@@ -21,6 +21,7 @@ mod rt;
 mod self_test;
 mod service;
 mod telemetry;
+mod thread_signals;
 
 use clap::{CommandFactory, Parser};
 use config::{Config, ConfigError, Options};
@@ -44,7 +45,7 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
-use telemetry::feed::Feed;
+use telemetry::feed::{Feed, PUMP_PERIOD};
 use thiserror::Error;
 
 /// Why the daemon ended.
@@ -63,9 +64,6 @@ enum Failure {
     #[error("the real-time thread {0}")]
     RealTime(String),
 }
-
-/// Period at which the control thread processes telemetry.
-const PUMP_PERIOD: Duration = Duration::from_millis(5);
 
 fn main() -> ExitCode {
     let options = Options::parse();
@@ -301,7 +299,7 @@ async fn pump(rig: &RigHandle) {
     let mut pause = tokio::time::interval(PUMP_PERIOD);
     loop {
         pause.tick().await;
-        rig.beat();
+        rig.heartbeat();
         rig.pump();
     }
 }

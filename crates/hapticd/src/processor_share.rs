@@ -175,7 +175,7 @@ mod tests {
         phases.sort_unstable();
         assert!(phases.windows(2).all(|pair| pair[1] - pair[0] >= 30_000), "{phases:?}");
         assert!(phases[0] >= 125_000 && phases[15] <= 875_000, "{phases:?}");
-        // The next has no slot, and is told all the same.
+        // The next has no slot, and is reported all the same.
         assert_eq!(
             ProcessorShare::claim(cpu).expect("a share").others(),
             usize::from(SLOTS)

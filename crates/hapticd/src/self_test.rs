@@ -2,13 +2,13 @@
 //! that only waits take turns on the same processor at the same priority, so that the machine's
 //! moods are shared; what they saw stands side by side.
 
-use crate::PUMP_PERIOD;
 use crate::processor_share::usual_phase_ns;
 use crate::rt::clock::{Grid, Waiting, Wake, now_ns};
 use crate::rt::handoff::Shared;
 use crate::rt::outbox::Consumer;
 use crate::rt::privileges;
 use crate::rt::tick::Tick;
+use crate::telemetry::feed::PUMP_PERIOD;
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
 use device_io::{Device, DeviceError, Measurement, Written};
 use haptic_core::servo::CompiledScene;
@@ -127,7 +127,7 @@ impl Serving {
     }
 }
 
-/// Runs both loops, turn by turn of so long, on the calling thread, which is prepared already.
+/// Runs both loops in turns of a duration, on the calling thread, which is prepared already.
 pub(crate) fn compare(
     tick: &mut Tick<dyn Device>,
     serving: Serving,

@@ -181,7 +181,7 @@ impl Desk {
             }
             self.read_terminal(now)?;
             while let Some(line) = self.line.receive_down(now) {
-                for answer in self.board.hear(&line, self.board_ns) {
+                for answer in self.board.receive(&line, self.board_ns) {
                     self.line.send_up(answer, now);
                 }
             }
@@ -225,7 +225,7 @@ impl Desk {
                     self.board.force_n(),
                     self.board.take_largest_force_n(),
                     u8::from(self.board.is_on()),
-                    u8::from(self.board.watchdog_has_bitten())
+                    u8::from(self.board.watchdog_has_tripped())
                 ),
                 Order::Quit => return true,
             }

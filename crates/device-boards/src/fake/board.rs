@@ -4,10 +4,10 @@ use super::pulley::Pulley;
 use device_io::fake::FakeRig;
 
 /// A motor controller that speaks lines of text, on the fake rig. It has no clock of its own: its
-/// caller tells it the time.
+/// caller passes the time.
 pub trait FakeBoard: Send {
     /// Takes in bytes at a time, ns; returns the lines of its answers, with their ends.
-    fn hear(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>>;
+    fn receive(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>>;
 
     /// Lives until a time, ns, and its watchdog with it.
     fn live_until(&mut self, now_ns: u64);
@@ -16,7 +16,7 @@ pub trait FakeBoard: Send {
     fn is_on(&self) -> bool;
 
     /// Whether a watchdog has switched the motor off since it was last on.
-    fn watchdog_has_bitten(&self) -> bool;
+    fn watchdog_has_tripped(&self) -> bool;
 
     /// The mechanism that it measures and drives.
     fn pulley(&self) -> &Pulley;
@@ -34,7 +34,7 @@ pub trait FakeBoard: Send {
         self.pulley_mut().take_largest_force_n()
     }
 
-    /// Makes the encoder jump by so many counts, as from a magnetic disturbance.
+    /// Makes the encoder jump by a number of counts, as from a magnetic disturbance.
     fn jump(&mut self, counts: i32) {
         self.pulley_mut().jump(counts);
     }

@@ -59,7 +59,7 @@ pub struct ODriveBoard {
     error: u32,
     /// Of the board as a whole.
     board_error: u32,
-    bitten: bool,
+    tripped: bool,
     torque_nm: f64,
     control_mode: f64,
     input_mode: f64,
@@ -82,7 +82,7 @@ impl ODriveBoard {
             requested_at_ns: 0,
             error: 0,
             board_error: 0,
-            bitten: false,
+            tripped: false,
             torque_nm: 0.0,
             control_mode: 3.0,
             input_mode: 1.0,
@@ -312,7 +312,7 @@ fn check_axis(words: &[&str]) -> Result<(), String> {
 }
 
 impl FakeBoard for ODriveBoard {
-    fn hear(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>> {
+    fn receive(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>> {
         self.live_until(now_ns);
         let mut answers = Vec::new();
         for &byte in bytes {
@@ -341,7 +341,7 @@ impl FakeBoard for ODriveBoard {
             } else {
                 self.state = if requested == CLOSED_LOOP { CLOSED_LOOP } else { IDLE };
                 if self.state == CLOSED_LOOP {
-                    self.bitten = false;
+                    self.tripped = false;
                 }
             }
             self.apply();
@@ -350,7 +350,7 @@ impl FakeBoard for ODriveBoard {
         let bites_at_ns = self.fed_at_ns + self.watchdog_ns();
         if self.watchdog_on && now_ns >= bites_at_ns && self.error & WATCHDOG_TIMER_EXPIRED == 0 {
             self.pulley.live_until(bites_at_ns);
-            self.bitten = true;
+            self.tripped = true;
             self.fail(WATCHDOG_TIMER_EXPIRED);
         }
         self.pulley.live_until(now_ns);
@@ -360,8 +360,8 @@ impl FakeBoard for ODriveBoard {
         self.state == CLOSED_LOOP
     }
 
-    fn watchdog_has_bitten(&self) -> bool {
-        self.bitten
+    fn watchdog_has_tripped(&self) -> bool {
+        self.tripped
     }
 
     fn pulley(&self) -> &Pulley {
@@ -380,7 +380,7 @@ mod tests {
     const MS: u64 = 1_000_000;
 
     fn said(board: &mut ODriveBoard, line: &str, now_ns: u64) -> String {
-        String::from_utf8(board.hear(line.as_bytes(), now_ns).concat()).expect("text")
+        String::from_utf8(board.receive(line.as_bytes(), now_ns).concat()).expect("text")
     }
 
     #[test]
@@ -420,7 +420,7 @@ mod tests {
         board.live_until(50 * MS);
         assert_eq!(board.force_n(), 10.0);
         board.live_until(51 * MS);
-        assert_eq!((board.force_n(), board.watchdog_has_bitten()), (0.0, true));
+        assert_eq!((board.force_n(), board.watchdog_has_tripped()), (0.0, true));
         assert_eq!(said(&mut board, "r axis0.error\n", 60 * MS), "2048\r\n");
         // With an error it closes no loop.
         said(&mut board, "w axis0.requested_state 8\n", 61 * MS);

@@ -66,7 +66,7 @@ impl Pulley {
         self.rig.plant().velocity_mps() / self.radius_m
     }
 
-    /// Makes the encoder jump by so many counts.
+    /// Makes the encoder jump by a number of counts.
     pub fn jump(&mut self, counts: i32) {
         self.offset_rad += f64::from(counts) / self.counts_per_turn() * TAU;
     }

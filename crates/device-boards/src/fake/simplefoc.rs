@@ -59,7 +59,7 @@ pub struct SimpleFocBoard {
     enabled: bool,
     control: u8,
     target: f64,
-    bitten: bool,
+    tripped: bool,
     heard_at_ns: u64,
 }
 
@@ -76,7 +76,7 @@ impl SimpleFocBoard {
             enabled: true,
             control: 2,
             target: 0.0,
-            bitten: false,
+            tripped: false,
             heard_at_ns: 0,
         }
     }
@@ -167,7 +167,7 @@ impl SimpleFocBoard {
             ('E', None) => {
                 if !value.is_empty() {
                     self.enabled = leading_number(value) != 0.0;
-                    self.bitten = self.bitten && !self.enabled;
+                    self.tripped = self.tripped && !self.enabled;
                     self.apply();
                 }
                 let value = u8::from(self.enabled).to_string();
@@ -210,7 +210,7 @@ fn leading_number(text: &str) -> f64 {
 }
 
 impl FakeBoard for SimpleFocBoard {
-    fn hear(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>> {
+    fn receive(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>> {
         self.live_until(now_ns);
         let mut answers = Vec::new();
         for &byte in bytes {
@@ -234,7 +234,7 @@ impl FakeBoard for SimpleFocBoard {
             let bites_at_ns = self.heard_at_ns + timeout_ns;
             if self.enabled && now_ns >= bites_at_ns {
                 self.pulley.live_until(bites_at_ns);
-                self.bitten = true;
+                self.tripped = true;
                 self.disable();
             }
         }
@@ -245,8 +245,8 @@ impl FakeBoard for SimpleFocBoard {
         self.enabled
     }
 
-    fn watchdog_has_bitten(&self) -> bool {
-        self.bitten
+    fn watchdog_has_tripped(&self) -> bool {
+        self.tripped
     }
 
     fn pulley(&self) -> &Pulley {
@@ -287,7 +287,7 @@ mod tests {
             ("@0\n", ""),
             ("MMG6\n", ""),
         ] {
-            let said = String::from_utf8(board.hear(line.as_bytes(), 1000).concat()).expect("text");
+            let said = String::from_utf8(board.receive(line.as_bytes(), 1000).concat()).expect("text");
             assert_eq!(said, answer, "{line}");
         }
     }
@@ -295,13 +295,13 @@ mod tests {
     #[test]
     fn a_target_is_a_torque_while_it_is_enabled_and_for_ever() {
         let mut board = SimpleFocBoard::new(RigProperties::default(), Hand::Free, SimpleFocProperties::default());
-        board.hear(b"M1\n", 0);
+        board.receive(b"M1\n", 0);
         assert_eq!(board.force_n(), 0.0, "it means an angle");
-        board.hear(b"MC0\nM1\n", 0);
+        board.receive(b"MC0\nM1\n", 0);
         assert_eq!(board.force_n(), 10.0);
         board.live_until(3_600_000_000_000);
         assert_eq!(board.force_n(), 10.0, "nothing ends it");
-        board.hear(b"ME0\n", 3_600_000_000_000);
+        board.receive(b"ME0\n", 3_600_000_000_000);
         assert_eq!(board.force_n(), 0.0);
     }
 
@@ -312,10 +312,10 @@ mod tests {
             ..SimpleFocProperties::default()
         };
         let mut board = SimpleFocBoard::new(RigProperties::default(), Hand::Free, properties);
-        board.hear(b"MC0\nME1\nM1\n", 0);
+        board.receive(b"MC0\nME1\nM1\n", 0);
         board.live_until(49_000_000);
         assert_eq!(board.force_n(), 10.0);
         board.live_until(50_000_000);
-        assert_eq!((board.force_n(), board.watchdog_has_bitten()), (0.0, true));
+        assert_eq!((board.force_n(), board.watchdog_has_tripped()), (0.0, true));
     }
 }

@@ -21,16 +21,16 @@ enum Property {
 }
 
 /// Sends a command.
-fn say(greeting: &mut Greeting, command: fmt::Arguments<'_>) -> Result<(), ConnectError> {
+fn send(greeting: &mut Greeting, command: fmt::Arguments<'_>) -> Result<(), ConnectError> {
     let mut text = Text::default();
     words::write(&mut text, command);
-    greeting.say(text.as_bytes())
+    greeting.send(text.as_bytes())
 }
 
 /// Reads a property; nothing without an answer.
 fn property(greeting: &mut Greeting, name: &str) -> Result<Option<Property>, ConnectError> {
-    say(greeting, format_args!("r {name}"))?;
-    greeting.hear(|line| match words::read(line) {
+    send(greeting, format_args!("r {name}"))?;
+    greeting.receive(|line| match words::read(line) {
         Ok(Answer::Value(value)) => Some(number(value).map_or(Property::Other, Property::Number)),
         Ok(Answer::Refused) => Some(Property::Refused),
         _ => None,
@@ -53,7 +53,7 @@ impl ODriveOptions {
         greeting.wake(
             |greeting| {
                 // The half of a command that the board has received before ends here.
-                greeting.say(b"\n")?;
+                greeting.send(b"\n")?;
                 let Some(Property::Number(major)) = property(greeting, "fw_version_major")? else {
                     return Ok(None);
                 };
@@ -72,14 +72,14 @@ impl ODriveOptions {
         )
     }
 
-    /// Switches the axis off, whoever used it before, and then its watchdog.
+    /// Switches the axis off, which another program may have used, and then its watchdog.
     fn switch_off(&self, greeting: &mut Greeting) -> Result<(), ConnectError> {
         let axis = self.axis;
         for _ in 0..ATTEMPTS {
-            say(greeting, format_args!("c {axis} 0"))?;
-            say(greeting, format_args!("w axis{axis}.requested_state 1"))?;
+            send(greeting, format_args!("c {axis} 0"))?;
+            send(greeting, format_args!("w axis{axis}.requested_state 1"))?;
             if required(greeting, &format!("axis{axis}.current_state"))? <= 1.0 {
-                return say(greeting, format_args!("w axis{axis}.config.enable_watchdog 0"));
+                return send(greeting, format_args!("w axis{axis}.config.enable_watchdog 0"));
             }
         }
         Err(greeting.refused(
@@ -102,7 +102,7 @@ impl ODriveOptions {
         }
         for (name, sign) in generation.torque_limits() {
             let name = format!("axis{}.{name}", self.axis);
-            say(greeting, format_args!("w {name} {:.5}", sign * limit))?;
+            send(greeting, format_args!("w {name} {:.5}", sign * limit))?;
             let limited = required(greeting, &name)?;
             if limited.abs() > limit + 2e-5 {
                 return Err(greeting.refused(
@@ -116,8 +116,8 @@ impl ODriveOptions {
 
     /// Position of the shaft, turns.
     fn turns(&self, greeting: &mut Greeting) -> Result<f64, ConnectError> {
-        say(greeting, format_args!("f {}", self.axis))?;
-        let turns = greeting.hear(|line| match words::read(line) {
+        send(greeting, format_args!("f {}", self.axis))?;
+        let turns = greeting.receive(|line| match words::read(line) {
             Ok(Answer::Feedback(turns, _)) => Some(Some(turns)),
             Ok(Answer::Refused) => Some(None),
             _ => None,

@@ -95,7 +95,7 @@ fn a_host_that_dies_leaves_no_force() {
         assert!(line.now_ns - began_ns <= 52 * MS, "its watchdog must bite");
     }
     assert!(line.now_ns - began_ns > 45 * MS);
-    assert!(line.board.watchdog_has_bitten() && !line.board.is_on());
+    assert!(line.board.watchdog_has_tripped() && !line.board.is_on());
     // Nothing comes any more: the connection is over.
     assert_eq!(
         line.ticks_until_failure(1000, 5.0, true).map(|(_, error)| error),
@@ -112,7 +112,7 @@ fn a_watchdog_that_has_bitten_is_told_and_the_next_enabling_clears_it() {
         line.tick(2.0, true).ok();
     }
     line.host_is_dead = false;
-    let (ticks, error) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
+    let (ticks, error) = line.ticks_until_failure(200, 2.0, true).expect("it is reported");
     assert_eq!(error, DeviceError::MotorOff { watchdog: true });
     assert!(ticks < 80, "{ticks}");
     line.release(30);
@@ -132,7 +132,7 @@ fn what_is_wrong_with_the_board_and_not_the_axis_is_told() {
         line.ticks(100 + phase, 2.0, true);
         assert!(line.board.is_on());
         line.board.fail_as_a_whole(DC_BUS_OVER_VOLTAGE);
-        let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
+        let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is reported");
         assert_eq!(told, failed(ErrorCode::Other, DC_BUS_OVER_VOLTAGE));
         assert!(ticks <= 60, "{ticks}");
         assert_eq!(
@@ -177,7 +177,7 @@ fn an_axis_that_fails_is_told_as_what_it_is() {
             line.ticks(100 + phase, 2.0, true);
             assert!(line.board.is_on());
             line.board.fail(bits);
-            let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
+            let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is reported");
             assert_eq!(told, error, "{firmware:?} {bits:#x}");
             // An error at the next question; nothing but a state at the one after that.
             let most = if bits == 0 { 60 } else { 40 };
@@ -192,7 +192,7 @@ fn a_sensor_that_fails_while_no_force_is_wanted_gives_no_position() {
     let mut line = line();
     line.ticks(100, 0.0, false);
     line.board.fail(0x100);
-    let (ticks, told) = line.ticks_until_failure(400, 0.0, false).expect("it is told");
+    let (ticks, told) = line.ticks_until_failure(400, 0.0, false).expect("it is reported");
     assert_eq!(told, failed(ErrorCode::Sensor, 0x100));
     assert!(ticks <= 160, "{ticks}");
 }
@@ -212,7 +212,7 @@ fn an_axis_that_cannot_close_its_loop_is_told() {
         ..ODriveProperties::default()
     };
     let mut line = line_with("radius_mm=5&torque_limit_nm=0.1", Hand::Free, properties);
-    let (ticks, error) = line.ticks_until_failure(400, 2.0, true).expect("it is told");
+    let (ticks, error) = line.ticks_until_failure(400, 2.0, true).expect("it is reported");
     assert!(
         matches!(
             error,
@@ -231,7 +231,8 @@ fn an_axis_that_cannot_close_its_loop_is_told() {
 fn whoever_else_closes_the_loop_while_no_force_is_wanted_is_overruled() {
     let mut line = line();
     line.ticks(100, 0.0, false);
-    line.board.hear(b"c 0 0.05\nw axis0.requested_state 8\n", line.now_ns);
+    line.board
+        .receive(b"c 0 0.05\nw axis0.requested_state 8\n", line.now_ns);
     line.ticks(200, 0.0, false);
     assert!(!line.board.is_on());
     assert_eq!(line.board.force_n(), 0.0);
@@ -259,7 +260,7 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
     let mut oldest_ns = 0;
     for _ in 0..5000 {
         let Ok(sample) = line.tick(1.0, true) else {
-            // A late answer may have been taken for a failure, which is told: safe, and begun anew.
+            // A late answer may have been taken for a failure, which is reported: safe, and begun again.
             line.release(50);
             continue;
         };
@@ -274,7 +275,7 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
         oldest_ns = oldest_ns.max(age_ns);
         assert!(line.board.force_n().abs() <= 20.001);
     }
-    // One line in ten is lost or damaged, each way, and so is the one that would tell.
+    // One line in ten is lost or damaged, each way, and so is the one that would show it.
     assert!(oldest_ns < 60 * MS, "{oldest_ns}");
     assert!(line.count(|counters| &counters.bad_crc) > 10);
     assert!(line.count(|counters| &counters.lost) > 10);
@@ -319,7 +320,7 @@ fn the_last_word_switches_it_off() {
     let mut text = Text::default();
     line.conversation.farewell(&mut text);
     let now_ns = line.now_ns;
-    line.board.hear(text.as_bytes(), now_ns);
+    line.board.receive(text.as_bytes(), now_ns);
     line.board.live_until(now_ns + 2 * MS);
     assert_eq!((line.board.is_on(), line.board.force_n()), (false, 0.0));
     assert!(

@@ -38,7 +38,7 @@ impl SimpleFocDialect {
     }
 
     /// Writes a command to the motor, whole or not at all.
-    fn say(&self, out: &mut Text, command: fmt::Arguments<'_>) -> bool {
+    fn send(&self, out: &mut Text, command: fmt::Arguments<'_>) -> bool {
         let letter = char::from(self.letter);
         out.whole(|out| {
             let before = out.as_bytes().len();
@@ -52,7 +52,7 @@ impl SimpleFocDialect {
 
     /// Asks from time to time whether the motor is enabled.
     fn watch(&mut self, every_ns: u64, axis: &mut Axis, now_ns: u64, out: &mut Text) {
-        if now_ns >= axis.ask_after_ns && self.say(out, format_args!("E")) {
+        if now_ns >= axis.ask_after_ns && self.send(out, format_args!("E")) {
             axis.ask_after_ns = now_ns + every_ns;
             self.asked_at_ns = Some(now_ns);
         }
@@ -74,7 +74,7 @@ impl SimpleFocDialect {
 impl Dialect for SimpleFocDialect {
     const ASK_OVERDUE_NS: u64 = 2_000_000;
 
-    fn hear(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64) {
+    fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64) {
         match words::read(line, self.letter) {
             Some(Answer::Angle(rad)) => axis.feedback.take(rad, now_ns),
             Some(Answer::Target(target)) => {
@@ -92,11 +92,11 @@ impl Dialect for SimpleFocDialect {
     }
 
     fn ask_position(&self, out: &mut Text) -> bool {
-        self.say(out, format_args!("MG6"))
+        self.send(out, format_args!("MG6"))
     }
 
     fn drive(&self, target: f64, out: &mut Text) {
-        self.say(out, format_args!("{target:.5}"));
+        self.send(out, format_args!("{target:.5}"));
     }
 
     fn watch_on(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
@@ -104,8 +104,8 @@ impl Dialect for SimpleFocDialect {
     }
 
     fn switch_off(&self, out: &mut Text) {
-        self.say(out, format_args!("0"));
-        self.say(out, format_args!("E0"));
+        self.send(out, format_args!("0"));
+        self.send(out, format_args!("E0"));
     }
 
     fn watch_off(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
@@ -122,9 +122,9 @@ impl Dialect for SimpleFocDialect {
         {
             *told_at_ns = Some(now_ns);
             // A target means an angle or a speed until the motor controls torque.
-            self.say(out, format_args!("C0"));
-            self.say(out, format_args!("0"));
-            self.say(out, format_args!("E1"));
+            self.send(out, format_args!("C0"));
+            self.send(out, format_args!("0"));
+            self.send(out, format_args!("E1"));
         }
     }
 }

@@ -26,9 +26,9 @@ impl SimpleFocOptions {
         wanted: impl Fn(Answer<'_>) -> Option<T>,
     ) -> Result<T, ConnectError> {
         let letter = self.letter;
-        greeting.say(format!("{letter}{command}\n").as_bytes())?;
+        greeting.send(format!("{letter}{command}\n").as_bytes())?;
         greeting
-            .hear(|line| words::read(line, self.letter_byte()).and_then(&wanted))?
+            .receive(|line| words::read(line, self.letter_byte()).and_then(&wanted))?
             .ok_or_else(|| {
                 greeting.protocol(format!(
                     "no answer to {letter}{command}; is {letter} the letter of commander.add?"
@@ -41,12 +41,12 @@ impl SimpleFocOptions {
         greeting.wake(
             |greeting| {
                 // The half of a command that the board has received before ends here.
-                greeting.say(b"\n@3\n")?;
-                if greeting.hear(|line| (line == b"@machine").then_some(()))?.is_none() {
+                greeting.send(b"\n@3\n")?;
+                if greeting.receive(|line| (line == b"@machine").then_some(()))?.is_none() {
                     return Ok(None);
                 }
-                greeting.say(b"#6\n")?;
-                greeting.hear(|line| (line == b"#6").then_some(()))
+                greeting.send(b"#6\n")?;
+                greeting.receive(|line| (line == b"#6").then_some(()))
             },
             |heard_bytes| match heard_bytes {
                 0 => "nothing answers; does its firmware call commander.run()?".to_owned(),

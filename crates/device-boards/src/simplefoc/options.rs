@@ -13,7 +13,7 @@ pub struct SimpleFocOptions {
     pub letter: char,
     /// Torque of the shaft to one unit of its target, which is a volt or an ampere, Nm.
     pub nm_per_unit: f64,
-    /// The unit of a target, where the board's answers do not tell it.
+    /// The unit of a target, where the board's answers do not say it.
     pub target: Option<TargetUnit>,
     /// Time without a command after which the sketch disables the motor, ms, as the builder says;
     /// the library has nothing like it.

@@ -26,7 +26,7 @@ impl TargetUnit {
     ///
     /// Up to SimpleFOC 2.3 `voltage` took amperes once the phase resistance was known, and volts
     /// otherwise. From 2.4 on it always takes volts, and a kind of its own, `estimated_current`,
-    /// takes amperes. No command tells the two libraries apart, and their forces differ by the
+    /// takes amperes. No command distinguishes the two libraries, and their forces differ by the
     /// factor of the resistance: so the address has to say it.
     ///
     /// # Errors

@@ -16,7 +16,7 @@ fn line_with(options: &str, properties: SimpleFocProperties) -> Line {
     let mut board = SimpleFocBoard::new(RigProperties::default(), Hand::Free, properties);
     let now_ns = 1000 * MS;
     // As the greeting leaves it, but for what the conversation must do itself.
-    board.hear(b"@3\n#6\n", now_ns);
+    board.receive(b"@3\n#6\n", now_ns);
     VirtualLine::new(options.dialect(2.0), options.scale(0.0, 2.0), board, now_ns)
 }
 
@@ -91,7 +91,7 @@ fn a_board_that_does_not_control_torque_is_given_no_target() {
         ..SimpleFocProperties::default()
     };
     let mut line = line_with("", properties);
-    let (ticks, error) = line.ticks_until_failure(400, 5.0, true).expect("it is told");
+    let (ticks, error) = line.ticks_until_failure(400, 5.0, true).expect("it is reported");
     assert_eq!(error, DeviceError::MotorOff { watchdog: false });
     assert!((300..310).contains(&ticks), "{ticks}");
     let said = String::from_utf8(line.said.clone()).expect("text");
@@ -107,7 +107,7 @@ fn a_motor_that_is_disabled_behind_our_back_is_told() {
     let mut line = line();
     line.ticks(100, 2.0, true);
     line.board.disable();
-    let (ticks, error) = line.ticks_until_failure(100, 2.0, true).expect("it is told");
+    let (ticks, error) = line.ticks_until_failure(100, 2.0, true).expect("it is reported");
     assert_eq!(error, DeviceError::MotorOff { watchdog: false });
     assert!(ticks <= 20, "{ticks}");
     line.release(20);
@@ -119,7 +119,7 @@ fn a_motor_that_is_disabled_behind_our_back_is_told() {
 fn whoever_else_enables_it_while_no_force_is_wanted_is_overruled() {
     let mut line = line();
     line.ticks(100, 0.0, false);
-    line.board.hear(b"ME1\nM1\n", line.now_ns);
+    line.board.receive(b"ME1\nM1\n", line.now_ns);
     line.ticks(200, 0.0, false);
     assert!(!line.board.is_on());
 }
@@ -128,7 +128,7 @@ fn whoever_else_enables_it_while_no_force_is_wanted_is_overruled() {
 fn a_board_that_has_begun_anew_speaks_to_people_and_is_gone() {
     let mut line = line();
     line.ticks(100, 2.0, true);
-    line.board.hear(b"@2\n", line.now_ns);
+    line.board.receive(b"@2\n", line.now_ns);
     assert_eq!(
         line.ticks_until_failure(1000, 2.0, true).map(|(_, error)| error),
         Some(DeviceError::Disconnected)
@@ -162,6 +162,6 @@ fn the_last_word_switches_it_off() {
     line.ticks(100, 3.0, true);
     let mut text = Text::default();
     line.conversation.farewell(&mut text);
-    line.board.hear(text.as_bytes(), line.now_ns);
+    line.board.receive(text.as_bytes(), line.now_ns);
     assert_eq!((line.board.is_on(), line.board.force_n()), (false, 0.0));
 }

@@ -29,15 +29,15 @@ pub enum Fault {
     Corrupt(f64),
     /// Share of frames that are overtaken by the next.
     Reorder(f64),
-    /// The firmware, but not its watchdog, stands still for so long, s.
+    /// The firmware, but not its watchdog, stands still for this time, s.
     Stall(f64),
-    /// The line is hung up for so long, s.
+    /// The line is hung up for this time, s.
     HangUp(f64),
     /// The firmware says that it speaks this version.
     Version(u8),
     /// The encoder jumps, counts.
     Jump(i32),
-    /// The clock wraps around so much later, s.
+    /// The clock wraps around this much later, s.
     Wrap(f64),
     /// The firmware does something wrong.
     Firmware(Misbehaviour),

@@ -1,9 +1,9 @@
 //! The device's side of the link protocol, on the fake rig: a firmware in a few hundred lines of
-//! Rust. It has no clock of its own: its caller tells it the time.
+//! Rust. It has no clock of its own: its caller passes the time.
 
 use super::fake_rig::FakeRig;
 use super::hand::Hand;
-use super::misbehaviour::{LyingClock, Misbehaviour};
+use super::misbehaviour::{FaultyClock, Misbehaviour};
 use super::plant::RigProperties;
 use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, is_newer};
 use std::collections::VecDeque;
@@ -86,7 +86,7 @@ pub struct Firmware {
     /// Offsets of the clock, us, and of the encoder, counts.
     clock_offset_us: u32,
     count_offset: i32,
-    clock: LyingClock,
+    clock: FaultyClock,
     wrong: ActiveFaults,
     pressed: u8,
     /// Errors that were not reported yet.
@@ -112,7 +112,7 @@ impl Firmware {
             heard_at_ns: 0,
             clock_offset_us: 0,
             count_offset: 0,
-            clock: LyingClock::default(),
+            clock: FaultyClock::default(),
             wrong: ActiveFaults::default(),
             pressed: 0,
             errors: VecDeque::new(),
@@ -291,7 +291,7 @@ impl Firmware {
 
     /// Whether its own watchdog has switched the motor off.
     #[must_use]
-    pub fn watchdog_has_bitten(&self) -> bool {
+    pub fn watchdog_has_tripped(&self) -> bool {
         self.watchdog
     }
 
@@ -305,7 +305,7 @@ impl Firmware {
     pub fn misbehave(&mut self, how: Misbehaviour, now_ns: u64) {
         self.advance(now_ns);
         match how {
-            Misbehaviour::Clock(fault) => self.clock.lie(fault, now_ns / 1000),
+            Misbehaviour::Clock(fault) => self.clock.distort(fault, now_ns / 1000),
             Misbehaviour::PositionSpike(mm) => self.wrong.spike_m = mm * 1e-3,
             Misbehaviour::SequenceJump(by) => self.sequence = self.sequence.wrapping_add(by),
             Misbehaviour::IgnoreOff => self.wrong.ignores_off = true,
@@ -319,7 +319,7 @@ impl Firmware {
             Misbehaviour::WatchdogMs(ms) => self.properties.watchdog_ms = ms,
             Misbehaviour::Error(code, detail) => self.report(code, detail),
             Misbehaviour::Honest => {
-                self.clock.be_honest(now_ns / 1000);
+                self.clock.restore(now_ns / 1000);
                 self.wrong = ActiveFaults::default();
             }
         }
@@ -342,12 +342,12 @@ impl Firmware {
         self.errors.pop_front()
     }
 
-    /// Makes the encoder jump by so many counts, as from a magnetic disturbance.
+    /// Makes the encoder jump by a number of counts, as from a magnetic disturbance.
     pub fn jump(&mut self, counts: i32) {
         self.count_offset = self.count_offset.wrapping_add(counts);
     }
 
-    /// Sets the clock so that it wraps around so much later than `now_ns`, us.
+    /// Sets the clock so that it wraps around a time after `now_ns`, us.
     pub fn wrap_in(&mut self, time_us: u32, now_ns: u64) {
         self.clock_offset_us = 0;
         self.clock_offset_us = 0_u32.wrapping_sub(time_us).wrapping_sub(self.time_us(now_ns));

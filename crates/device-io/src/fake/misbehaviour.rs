@@ -7,7 +7,7 @@ use std::fmt;
 pub enum ClockFault {
     /// From now on its speed is multiplied by this: 0 stands still, -1 runs backwards.
     Speed(f64),
-    /// It jumps once by so much, ms.
+    /// It jumps once by this much, ms.
     Jump(f64),
     /// Its stamps have 16 bits: they wrap around each 65.536 ms.
     Wrap16,
@@ -135,7 +135,7 @@ fn within(name: impl fmt::Display, text: &str, least: f64, most: f64) -> Result<
 
 /// The clock of a device: a true one, falsified.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LyingClock {
+pub(super) struct FaultyClock {
     speed: f64,
     /// The offset at the last change of speed, and the time of that change, us.
     added_us: f64,
@@ -146,7 +146,7 @@ pub(super) struct LyingClock {
     last_us: u32,
 }
 
-impl Default for LyingClock {
+impl Default for FaultyClock {
     fn default() -> Self {
         Self {
             speed: 1.0,
@@ -159,9 +159,9 @@ impl Default for LyingClock {
     }
 }
 
-impl LyingClock {
+impl FaultyClock {
     /// Begins a fault at a true time, us.
-    pub(super) fn lie(&mut self, fault: ClockFault, true_us: u64) {
+    pub(super) fn distort(&mut self, fault: ClockFault, true_us: u64) {
         self.added_us = self.added_at_us(true_us);
         self.since_us = true_us;
         match fault {
@@ -173,7 +173,7 @@ impl LyingClock {
     }
 
     /// Ends all faults at a true time, us; the clock continues from its present value.
-    pub(super) fn be_honest(&mut self, true_us: u64) {
+    pub(super) fn restore(&mut self, true_us: u64) {
         *self = Self {
             added_us: self.added_at_us(true_us),
             since_us: true_us,
@@ -211,9 +211,9 @@ mod tests {
     #[test]
     fn a_clock_lies_as_it_is_told() {
         let stamps = |fault: ClockFault| {
-            let mut clock = LyingClock::default();
+            let mut clock = FaultyClock::default();
             assert_eq!(clock.stamp(65_000, 65_000), 65_000);
-            clock.lie(fault, 65_000);
+            clock.distort(fault, 65_000);
             [66_000, 67_000].map(|us| clock.stamp(us, u64::from(us)))
         };
         assert_eq!(stamps(ClockFault::Speed(-1.0)), [64_000, 63_000]);
@@ -223,10 +223,10 @@ mod tests {
         assert_eq!(stamps(ClockFault::Jump(-20.0)), [46_000, 47_000]);
         assert_eq!(stamps(ClockFault::Wrap16), [464, 1464]);
         assert_eq!(stamps(ClockFault::Torn), [464, 67_000]);
-        let mut clock = LyingClock::default();
-        clock.lie(ClockFault::Speed(2.0), 0);
-        clock.be_honest(1000);
-        assert_eq!(clock.stamp(1500, 1500), 2500, "it goes on from where it was");
+        let mut clock = FaultyClock::default();
+        clock.distort(ClockFault::Speed(2.0), 0);
+        clock.restore(1000);
+        assert_eq!(clock.stamp(1500, 1500), 2500, "it continues from where it was");
     }
 
     #[test]

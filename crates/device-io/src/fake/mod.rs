@@ -18,7 +18,7 @@ pub use faulty_line::FaultyLine;
 pub use firmware::{Firmware, FirmwareProperties};
 pub use hand::Hand;
 pub use misbehaviour::{ClockFault, Misbehaviour};
-pub use motion::{AfterEnd, Motion, RETURN_S, Recording, TooShort};
+pub use motion::{EndBehaviour, Motion, RETURN_S, Recording, TooShort};
 pub use plant::{Plant, RigProperties, SUB_STEP_S};
 pub use program::{ProgramOptions, run};
 pub use script::Order;

@@ -30,7 +30,8 @@ impl Motion {
                 frequency_hz,
             } => {
                 let omega = TAU * frequency_hz;
-                let (sin, cos) = (omega * t_s).sin_cos();
+                // Of `libm`, the same on every machine.
+                let (sin, cos) = libm::sincos(omega * t_s);
                 (-amplitude_m * cos, amplitude_m * omega * sin)
             }
             Self::Recorded(recording) => recording.at(t_s),
@@ -52,8 +53,8 @@ impl fmt::Display for Motion {
                 recording.samples.len(),
                 recording.duration(),
                 match recording.after_end {
-                    AfterEnd::Hold => "then held",
-                    AfterEnd::Loop => "looped",
+                    EndBehaviour::Hold => "then held",
+                    EndBehaviour::Loop => "looped",
                 }
             ),
         }
@@ -62,7 +63,7 @@ impl fmt::Display for Motion {
 
 /// What a recorded motion does after its last sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AfterEnd {
+pub enum EndBehaviour {
     /// It stays there.
     Hold,
     /// It goes back to the beginning within [`RETURN_S`] seconds, smoothly, and starts again.
@@ -78,7 +79,7 @@ pub const RETURN_S: f64 = 1.0;
 pub struct Recording {
     path: PathBuf,
     samples: Vec<Sample>,
-    after_end: AfterEnd,
+    after_end: EndBehaviour,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +109,7 @@ impl Recording {
         path: impl Into<PathBuf>,
         samples: &[(f64, f64)],
         scale: f64,
-        after_end: AfterEnd,
+        after_end: EndBehaviour,
     ) -> Result<Self, TooShort> {
         let path = path.into();
         if samples.len() < 2 {
@@ -144,7 +145,7 @@ impl Recording {
         let (first, last) = (self.samples[0], self.samples[self.samples.len() - 1]);
         let mut t = t_s.max(0.0);
         if t >= last.t_s {
-            if self.after_end == AfterEnd::Hold {
+            if self.after_end == EndBehaviour::Hold {
                 return (last.position_m, 0.0);
             }
             t %= last.t_s + RETURN_S;
@@ -198,14 +199,14 @@ fn between(a: Sample, b: Sample, t_s: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    fn recording(samples: &[(f64, f64)], scale: f64, after_end: AfterEnd) -> Recording {
+    fn recording(samples: &[(f64, f64)], scale: f64, after_end: EndBehaviour) -> Recording {
         Recording::new("m.csv", samples, scale, after_end).expect("a motion")
     }
 
     #[test]
     fn a_recording_is_followed_scaled_and_held() {
         let samples = [(10.0, 0.0), (10.1, 0.1), (10.3, 0.3), (10.4, 0.4)];
-        let recording = recording(&samples, 0.5, AfterEnd::Hold);
+        let recording = recording(&samples, 0.5, EndBehaviour::Hold);
         for (t, want) in [(0.0, 0.0), (0.1, 0.05), (0.2, 0.1), (0.3, 0.15), (0.4, 0.2), (9.0, 0.2)] {
             let (position, _) = recording.at(t);
             assert!((position - want).abs() < 1e-12, "{t}: {position} for {want}");
@@ -218,7 +219,7 @@ mod tests {
     #[test]
     fn position_and_velocity_agree_and_a_loop_has_no_jump() {
         let samples = [(0.0, 0.0), (0.2, 0.02), (0.5, 0.01), (1.0, 0.05)];
-        let recording = recording(&samples, 1.0, AfterEnd::Loop);
+        let recording = recording(&samples, 1.0, EndBehaviour::Loop);
         let h = 1e-5;
         let mut t = h;
         while t < 5.0 {
@@ -237,7 +238,7 @@ mod tests {
     #[test]
     fn uneven_samples_are_not_overshot() {
         let samples = [(0.0, 0.0), (1.0, 0.0), (1.001, 0.05), (3.0, 0.05)];
-        let recording = recording(&samples, 1.0, AfterEnd::Hold);
+        let recording = recording(&samples, 1.0, EndBehaviour::Hold);
         for k in 0..3000 {
             let (position, _) = recording.at(f64::from(k) * 1e-3);
             assert!((0.0..=0.05 + 1e-12).contains(&position), "{position} m at {k} ms");
@@ -247,7 +248,7 @@ mod tests {
     #[test]
     fn two_samples_are_the_fewest() {
         for samples in [&[][..], &[(0.0, 0.0)]] {
-            let error = Recording::new("m.csv", samples, 1.0, AfterEnd::Hold).expect_err("too short");
+            let error = Recording::new("m.csv", samples, 1.0, EndBehaviour::Hold).expect_err("too short");
             let count = samples.len();
             assert_eq!(
                 error.to_string(),

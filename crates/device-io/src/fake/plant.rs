@@ -3,7 +3,7 @@
 //! Between two reads the motor's force is constant, as a real amplifier holds it, and the motion is
 //! integrated by the implicit midpoint rule in steps of at most [`SUB_STEP_S`]: exact for a
 //! constant force, stable for any arm, and friction is an inequality in each step, so that the
-//! carriage truly rests when it rests.
+//! carriage truly rests when it rests. Elementary functions are those of `libm`, the same on every machine.
 
 use super::hand::Hand;
 use std::f64::consts::TAU;
@@ -141,7 +141,7 @@ impl Plant {
                 offset_n,
                 amplitude_n,
                 frequency_hz,
-            } => (offset_n + amplitude_n * (TAU * frequency_hz * middle_s).sin(), 0.0),
+            } => (offset_n + amplitude_n * libm::sin(TAU * frequency_hz * middle_s), 0.0),
             Hand::Arm {
                 stiffness_n_per_m,
                 damping_ns_per_m,
@@ -172,7 +172,7 @@ impl Plant {
         if self.properties.cogging_n == 0.0 {
             return 0.0;
         }
-        -self.properties.cogging_n * (TAU * self.position_m / self.properties.cogging_pitch_m).sin()
+        -self.properties.cogging_n * libm::sin(TAU * self.position_m / self.properties.cogging_pitch_m)
     }
 
     /// Coulomb friction of a motion the way of `direction`, N.
@@ -212,7 +212,7 @@ impl Plant {
         let way_m = h * self.velocity_mps;
         let steady_m = (self.friction_n(way_m) / stiffness).copysign(way_m);
         if steady_m != 0.0 {
-            self.deflection_m = steady_m + (self.deflection_m - steady_m) * (-way_m / steady_m).exp();
+            self.deflection_m = steady_m + (self.deflection_m - steady_m) * libm::exp(-way_m / steady_m);
         }
     }
 }
@@ -247,7 +247,7 @@ mod tests {
         assert!((plant.position_m() - expected).abs() < 2e-6, "{plant:?}");
     }
 
-    /// The carriage after so long under a steady force.
+    /// The carriage after a time under a steady force.
     fn pushed(properties: RigProperties, force_n: f64, seconds: f64) -> Plant {
         let mut plant = Plant::new(&properties, Hand::Free);
         plant.advance(seconds, seconds, force_n);

@@ -36,7 +36,7 @@ impl ProgramOptions {
     }
 }
 
-/// Runs a fake on its line until it is told to quit; what it fails with goes to standard error.
+/// Runs a fake on its line until it is asked to quit; what it fails with goes to standard error.
 #[must_use]
 pub fn run(
     name: &str,

@@ -20,7 +20,7 @@ const FEWEST_WINDOWS: usize = 4;
 struct QuickestSample {
     host_ns: u64,
     /// Our time less the device's, ns. It contains the quickest way from the device to us, which
-    /// cannot be told apart.
+    /// cannot be distinguished.
     offset_ns: i64,
 }
 
@@ -90,7 +90,7 @@ impl DeviceClock {
         self.device_ns
     }
 
-    /// Begins to compare the clocks anew.
+    /// Begins to compare the clocks again.
     fn forget(&mut self) {
         (self.current, self.ended, self.drift_ppb) = (None, 0, None);
     }

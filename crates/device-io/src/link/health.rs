@@ -114,7 +114,7 @@ impl fmt::Display for LinkError {
             Self::Read(errno) => write!(f, "reading it failed: {}", said(errno)),
             Self::Write(errno) => write!(f, "writing to it failed: {}", said(errno)),
             Self::HungUp => f.write_str("it was hung up"),
-            Self::Stuck => f.write_str("it took no command for too long"),
+            Self::Stuck => f.write_str("it accepted no command for too long"),
             Self::Silent => f.write_str("the device sent nothing for too long"),
             Self::Device(report) => write!(f, "the device reported: {report}"),
         }

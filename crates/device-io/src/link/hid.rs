@@ -73,16 +73,16 @@ impl HidWire {
 }
 
 impl Wire for HidWire {
-    fn say_hello(&mut self, hello: FromHost) -> Result<(), DeviceError> {
+    fn send_hello(&mut self, hello: FromHost) -> Result<(), DeviceError> {
         self.send(hello)
     }
 
     fn wait(&self, timeout_ns: u64) {
-        // The read that follows tells the result.
+        // The read that follows shows the result.
         self.poll(PollFlags::IN, i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0));
     }
 
-    fn hear(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
+    fn receive(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
         let mut heard = 0;
         for _ in 0..MOST_READS {
             let mut report = [0; LONGEST_REPORT];

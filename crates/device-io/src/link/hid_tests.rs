@@ -42,7 +42,7 @@ fn report(message: &FromDevice) -> [u8; LONGEST_REPORT] {
 }
 
 /// A message to the device, if there is one.
-fn hear(device: &OwnedFd) -> Option<FromHost> {
+fn receive(device: &OwnedFd) -> Option<FromHost> {
     let mut bytes = [0; 128];
     let count = rustix::io::read(device, &mut bytes).ok().filter(|count| *count > 0)?;
     assert_eq!((count, bytes[0]), (1 + REPORTS.output, 0), "a whole report, number 0");
@@ -69,7 +69,7 @@ impl Rig {
                 let now = clock::now_ns();
                 let mut shared = shared.lock().expect("nobody panicked");
                 let mut out = Vec::new();
-                while let Some(message) = hear(&device) {
+                while let Some(message) = receive(&device) {
                     shared.1.push(message);
                     out.extend(shared.0.receive(message, now));
                 }
@@ -145,7 +145,7 @@ fn tick_until(
         let now_ns = clock::now_ns();
         let measured = connection.read(now_ns);
         // Where a thread waited for a processor longer than the rig's watchdog or the writer's
-        // waits for it, it lets go, and begins anew.
+        // waits for it, it lets go, and begins again.
         let written = connection.write(force_n, enabled && measured.is_ok(), now_ns);
         if let (Ok(measured), Ok(_)) = (measured, written)
             && done(measured)

@@ -156,7 +156,7 @@ impl Line {
             tv_nsec: i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0),
         };
         if poll(&mut [PollFd::new(&self.fd, PollFlags::IN)], Some(&timeout)).is_err() {
-            // The read that follows tells the result.
+            // The read that follows shows the result.
         }
     }
 

@@ -5,7 +5,7 @@
 //! A message is one word: its sequence, whether it enables, and a force. So none is ever seen half,
 //! and there is nothing to lock. Only the order of two words can still be wrong, since a device refuses
 //! a message with an older sequence than the newest it has taken. An enable that comes after a
-//! newer command is refused, and the motor stays off for a hand that is told otherwise.
+//! newer command is refused, and the motor stays off for a client that was told the contrary.
 //!
 //! The poster stores the enable and then the command, which has the next sequence; the store of the
 //! command releases. The taker loads the command, which acquires, and then the enable. So:

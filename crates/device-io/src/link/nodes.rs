@@ -1,4 +1,4 @@
-//! Hot-plug: tells when device nodes appear, disappear, or change their rights.
+//! Hot-plug: reports when device nodes appear, disappear, or change their rights.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;

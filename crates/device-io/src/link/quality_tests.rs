@@ -81,7 +81,7 @@ impl Rendering {
                 self.tick();
             }
             while let Some(frame) = self.down.receive(self.now_ns) {
-                self.hear(&frame);
+                self.receive(&frame);
             }
             self.now_ns += STEP_NS;
         }
@@ -89,7 +89,7 @@ impl Rendering {
     }
 
     /// What a firmware does with a frame.
-    fn hear(&mut self, frame: &[u8]) {
+    fn receive(&mut self, frame: &[u8]) {
         for byte in frame {
             let Some(Ok(message)) = self.heard.push(*byte) else {
                 continue;

@@ -14,7 +14,7 @@ pub(crate) struct Reports {
 
 /// Why a HID device cannot carry the link protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub(crate) enum UnfitReports {
+pub(crate) enum UnsupportedReports {
     /// Its reports begin with a number.
     #[error("its reports have numbers, and those of the link protocol have none")]
     Numbered,
@@ -38,7 +38,7 @@ const LONGEST_DOWN: usize = Kind::Command.length();
 
 impl Reports {
     /// Reads a descriptor of a device that can carry the link protocol.
-    pub(crate) fn of(descriptor: &[u8]) -> Result<Self, UnfitReports> {
+    pub(crate) fn of(descriptor: &[u8]) -> Result<Self, UnsupportedReports> {
         /// The values that Push and Pop save, as far as they matter here.
         #[derive(Clone, Copy, Default)]
         struct Globals {
@@ -52,21 +52,21 @@ impl Reports {
             if *prefix == 0xFE {
                 // A long item: its length, its tag, its bytes. None is defined.
                 let [length, _, after @ ..] = after else {
-                    return Err(UnfitReports::BrokenOff);
+                    return Err(UnsupportedReports::BrokenOff);
                 };
-                rest = after.get(usize::from(*length)..).ok_or(UnfitReports::BrokenOff)?;
+                rest = after.get(usize::from(*length)..).ok_or(UnsupportedReports::BrokenOff)?;
                 continue;
             }
             let length = match prefix & 3 {
                 3 => 4,
                 length => usize::from(length),
             };
-            let (value, after) = after.split_at_checked(length).ok_or(UnfitReports::BrokenOff)?;
+            let (value, after) = after.split_at_checked(length).ok_or(UnsupportedReports::BrokenOff)?;
             let value = value.iter().rev().fold(0, |value, byte| value << 8 | u64::from(*byte));
             match prefix & 0xFC {
                 0x74 => globals.size_bits = value,
                 0x94 => globals.count = value,
-                0x84 => return Err(UnfitReports::Numbered),
+                0x84 => return Err(UnsupportedReports::Numbered),
                 0xA4 => pushed.push(globals),
                 0xB4 => globals = pushed.pop().unwrap_or_default(),
                 0x80 => input_bits = input_bits.saturating_add(globals.size_bits * globals.count),
@@ -85,7 +85,7 @@ impl Reports {
         {
             Ok(reports)
         } else {
-            Err(UnfitReports::Length(reports))
+            Err(UnsupportedReports::Length(reports))
         }
     }
 }
@@ -94,7 +94,7 @@ impl Reports {
 mod tests {
     use super::*;
 
-    /// A vendor's own collection with reports of so many bytes each way.
+    /// A vendor's own collection with reports of a number of bytes each way.
     fn descriptor(input: u8, output: u8) -> Vec<u8> {
         let mut descriptor = vec![
             0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01, 0x15, 0x00, 0x26, 0xFF, 0x00, 0x75, 0x08,
@@ -114,7 +114,7 @@ mod tests {
                 input: input.into(),
                 output: output.into(),
             };
-            assert_eq!(fits(input, output), Err(UnfitReports::Length(lengths)));
+            assert_eq!(fits(input, output), Err(UnsupportedReports::Length(lengths)));
         }
         // A long item in between, and lengths that Push and Pop keep apart.
         let mut odd = vec![
@@ -147,10 +147,10 @@ mod tests {
             0x05, 0x07, 0x19, 0x00, 0x29, 0x65, 0x81, 0x00, 0xC0,
         ];
         let unfit = Reports::of(&keyboard).expect_err("too short");
-        assert_eq!(unfit, UnfitReports::Length(Reports { input: 8, output: 1 }));
+        assert_eq!(unfit, UnsupportedReports::Length(Reports { input: 8, output: 1 }));
         let mut numbered = descriptor(64, 64);
         numbered.splice(14..14, [0x85, 1]);
-        assert_eq!(Reports::of(&numbered), Err(UnfitReports::Numbered));
+        assert_eq!(Reports::of(&numbered), Err(UnsupportedReports::Numbered));
         for length in 0..keyboard.len() {
             // Wherever it breaks off, it is refused and nothing panics.
             assert!(Reports::of(&keyboard[..length]).is_err());

@@ -47,7 +47,7 @@ struct SerialWire {
 }
 
 impl Wire for SerialWire {
-    fn say_hello(&mut self, hello: FromHost) -> Result<(), DeviceError> {
+    fn send_hello(&mut self, hello: FromHost) -> Result<(), DeviceError> {
         // This zero ends the part of a frame that the board received before its reset.
         let mut frame = vec![0];
         frame.extend(Frame::of(hello.bytes().as_slice()).as_slice());
@@ -58,7 +58,7 @@ impl Wire for SerialWire {
         self.line.wait(timeout_ns);
     }
 
-    fn hear(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
+    fn receive(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
         let Self { line, reader } = self;
         let mut heard = 0;
         line.read(|bytes| {
@@ -204,7 +204,7 @@ mod tests {
         let mut taken = 0;
         while connection.write(1.0, true, now_ns) == Ok(Written::Taken) {
             taken += 1;
-            assert!(taken < 100_000, "nobody reads so much");
+            assert!(taken < 100_000, "nobody reads that much");
         }
         for _ in 0..3 {
             assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Later));
@@ -212,7 +212,7 @@ mod tests {
         assert!(counters.not_sent.load(Relaxed) >= 3);
         let (mut decoder, mut heard) = (Decoder::default(), Vec::new());
         let mut read = |heard: &mut Vec<FromHost>| {
-            let hear = |bytes: &[u8]| {
+            let receive = |bytes: &[u8]| {
                 for &byte in bytes {
                     if let Some(frame) = decoder.push(byte) {
                         let view = View::whole(frame.expect("whole")).expect("a message");
@@ -220,7 +220,7 @@ mod tests {
                     }
                 }
             };
-            rig.read(hear).expect("it is there");
+            rig.read(receive).expect("it is there");
         };
         read(&mut heard);
         assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Taken));

@@ -19,7 +19,7 @@ use std::sync::atomic::Ordering::Relaxed;
 const ENABLE_TIMEOUT_NS: u64 = 100_000_000;
 
 /// Longest time without a sample, ns: after that the device may have forgotten us, as after a power
-/// failure behind a converter, and must be greeted anew.
+/// failure behind a converter, and must be greeted again.
 const SILENCE_NS: u64 = 500_000_000;
 
 /// Why incoming bytes are not a message.
@@ -93,9 +93,9 @@ impl Session {
     pub(crate) fn take(&mut self, came: Result<FromDevice, RejectedInput>, now_ns: u64) {
         match came {
             Ok(FromDevice::Sample(sample)) => self.take_sample(sample, now_ns),
-            // The samples tell what the device did.
+            // The samples show what the device did.
             Ok(FromDevice::Acknowledge { done: true, .. }) => {}
-            // The device's own error tells more.
+            // The device's own error says more.
             Ok(FromDevice::Acknowledge { done: false, .. }) => {
                 self.error.get_or_insert(ErrorCode::Motor.into());
             }
@@ -137,7 +137,7 @@ impl Session {
         }
         self.counters.buttons.store(sample.buttons.into(), Relaxed);
         self.motor = match (self.motor, sample.enabled) {
-            // A sample from before the enable tells nothing.
+            // A sample from before the enable says nothing.
             (Motor::Asked { sequence, .. }, true) if !is_newer(sequence, sample.command) => Motor::On,
             (motor, _) => motor,
         };
@@ -153,7 +153,7 @@ impl Session {
     ///
     /// # Errors
     /// The motor is not enabled though it should be, the device has reported an error, or was
-    /// silent for so long that it must be greeted anew.
+    /// silent for too long and must be greeted again.
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
         if self.has_news() {
             self.heard_at_ns = now_ns;

@@ -24,7 +24,7 @@ pub(super) trait Wire {
     ///
     /// # Errors
     /// The device is gone.
-    fn say_hello(&mut self, hello: FromHost) -> Result<(), DeviceError>;
+    fn send_hello(&mut self, hello: FromHost) -> Result<(), DeviceError>;
 
     /// Waits for bytes, for a timeout at most, ns.
     fn wait(&self, timeout_ns: u64);
@@ -33,11 +33,11 @@ pub(super) trait Wire {
     ///
     /// # Errors
     /// The device is gone.
-    fn hear(&mut self, each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError>;
+    fn receive(&mut self, each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError>;
 }
 
-/// Asks until the device answers. `unanswered` says what to think of so many bytes without an
-/// answer.
+/// Asks until the device answers. `unanswered` says what a number of bytes without an
+/// answer means.
 ///
 /// # Errors
 /// It has gone, or does not speak the protocol.
@@ -51,13 +51,13 @@ pub(super) fn greet(
     let mut heard = None;
     for _ in 0..HELLOS {
         let nonce = clock::nonce();
-        wire.say_hello(FromHost::Hello { nonce }).map_err(gone)?;
+        wire.send_hello(FromHost::Hello { nonce }).map_err(gone)?;
         let asked = Instant::now();
         while asked.elapsed() < ANSWER_TIMEOUT {
             wire.wait(20_000_000);
             let mut answer = None;
             heard_bytes += wire
-                .hear(|came| match came {
+                .receive(|came| match came {
                     Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
                     Ok(_) => {}
                     // A device of another version must be named as one, whatever else comes.
@@ -106,11 +106,11 @@ pub(super) fn measurement(
     wait_ns: u64,
     now_ns: u64,
 ) -> Result<Option<Measurement>, DeviceError> {
-    wire.hear(|came| session.take(came, now_ns))?;
+    wire.receive(|came| session.take(came, now_ns))?;
     if !session.has_news() {
         wire.wait(wait_ns);
         let later_ns = clock::now_ns();
-        wire.hear(|came| session.take(came, later_ns))?;
+        wire.receive(|came| session.take(came, later_ns))?;
     }
     session.measurement(now_ns)
 }

@@ -15,7 +15,7 @@ pub struct DeviceHello {
     pub force_limit_mn: u32,
     /// Samples a second, Hz.
     pub sample_rate_hz: u32,
-    /// The motor is off after so long without a command, ms.
+    /// Time without a command after which the motor is off, ms.
     pub watchdog_ms: u16,
     /// Buttons that there are, one bit each.
     pub buttons: u8,
@@ -116,7 +116,7 @@ pub enum FromDevice {
 /// A message from a host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FromHost {
-    /// Who are you? The device switches its motor off and begins anew.
+    /// Who are you? The device switches its motor off and begins again.
     Hello {
         /// Comes back in the answer.
         nonce: u32,
@@ -149,7 +149,7 @@ pub enum MessageError {
     #[error("a {0:?} does not come from this side")]
     WrongWay(Kind),
     /// A value that no device can have.
-    #[error("a device with {field} = {value} cannot be")]
+    #[error("invalid {field}: {value}")]
     Value {
         /// Which.
         field: &'static str,

@@ -12,11 +12,11 @@
 //!   Newton iteration finds it.
 //! * Rising static friction: the limit is a concave function of the time at rest, so the breakaway
 //!   is found by Newton's method from the right.
-//! * Stribeck's curve is no oscillator: its slides are power series of the motion. Only they are
+//! * Stribeck's curve is not an oscillator: its slides are power series of the motion. Only they are
 //!   not exact, but to a tolerance.
 //! * The velocity threshold DV: a slide is *armed* once it has been faster than DV. An armed slide
 //!   that falls back to DV re-sticks if the force on the block at rest is within the static limit,
-//!   and otherwise goes on, disarmed. An unarmed slide re-sticks at zero velocity. DV = 0 is the
+//!   and otherwise continues, disarmed. An unarmed slide re-sticks at zero velocity. DV = 0 is the
 //!   ideal law, and the breakaway force stays at Fs for every DV.
 //!
 //! A slide goes forwards by construction (a displacement that rounding makes negative is none), so
@@ -190,7 +190,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         Some((delay, towards))
     }
 
-    /// The slide has fallen to its re-stick level: it sticks, turns round, or goes on disarmed.
+    /// The slide has fallen to its re-stick level: it sticks, turns round, or continues disarmed.
     ///
     /// Returns the net force of the slide that follows, where it is known.
     fn fall(
@@ -397,9 +397,5 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
                     + viscous * self.coupled.state.velocity
             }
         }
-    }
-
-    fn seat(&mut self, _force: f64) {
-        // A rigid contact holds whatever there is.
     }
 }

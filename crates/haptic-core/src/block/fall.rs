@@ -8,7 +8,7 @@ use super::response::Response;
 
 /// How a slide ends, or that it does not.
 pub(super) enum SlideEnd {
-    /// It goes on to the end of the interval; whether it is armed there.
+    /// It continues to the end of the interval; whether it is armed there.
     None { armed: bool },
     /// The velocity falls to the re-stick level at this time.
     Falls { at: f64, armed: bool },

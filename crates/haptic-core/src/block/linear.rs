@@ -137,19 +137,11 @@ impl Moving for LinearBlock {
         }
     }
 
-    fn at_rest(&self) -> Contact {
-        Contact::Sliding(Direction::Positive)
-    }
-
     fn coupling_force(&self) -> f64 {
         self.coupling.force(&self.state)
     }
 
     fn friction(&self) -> f64 {
         self.viscous * self.state.velocity
-    }
-
-    fn seat(&mut self, _force: f64) {
-        // Drag holds nothing.
     }
 }

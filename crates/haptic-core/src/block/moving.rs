@@ -2,6 +2,7 @@
 
 use super::state::BlockState;
 use crate::contact::Contact;
+use crate::direction::Direction;
 use core::fmt::Debug;
 
 /// Result of one tick.
@@ -75,8 +76,10 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
     /// Puts it somewhere, without a tick.
     fn set_state(&mut self, state: BlockState);
 
-    /// The contact of something at rest: sliding where no friction can hold it.
-    fn at_rest(&self) -> Contact;
+    /// The contact of something at rest: sliding where no friction can hold it, as here.
+    fn at_rest(&self) -> Contact {
+        Contact::Sliding(Direction::Positive)
+    }
 
     /// The force of the last sample, N, as [`Rendered::coupling_force`] had it.
     fn coupling_force(&self) -> f64;
@@ -84,6 +87,6 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
     /// Friction at the last sample, N, signed.
     fn friction(&self) -> f64;
 
-    /// Has the contact hold a friction (N, signed), or as much of it as it can.
-    fn seat(&mut self, force: f64);
+    /// Has the contact hold a friction (N, signed), or as much of it as it can: nothing, here.
+    fn seat(&mut self, _force: f64) {}
 }

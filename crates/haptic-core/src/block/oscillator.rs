@@ -109,7 +109,7 @@ impl Oscillator {
         t / self.half_turn_s
     }
 
-    /// A time, s, cut to so many half-turns.
+    /// A time, s, cut to a number of half-turns.
     pub(super) fn within_half_turns(&self, time_s: f64, half_turns: f64) -> f64 {
         time_s.min(half_turns * self.half_turn_s)
     }
@@ -155,7 +155,7 @@ impl Oscillator {
                 h2: h2 + delta * h1,
             });
         }
-        // From h(T), h'(T) the free motion goes on with c and s, which solve the same equation with
+        // From h(T), h'(T) the free motion continues with c and s, which solve the same equation with
         // c(0) = 1, c'(0) = 0 and s(0) = 0, s'(0) = 1: s is h itself and c = h' + 2 sigma h.
         let (a, b) = (-2.0 * self.sigma * delta, -self.omega_squared * delta * delta);
         let t2 = a / 2.0;

@@ -16,13 +16,13 @@ const HALF_TURNS: f64 = 8.0;
 const MOST_EXTREMA: u32 = 12;
 /// Halvings that bracket a root to its last digit.
 const MOST_HALVINGS: usize = 64;
-/// Up to so many times the shortest time of an oscillator, squared, its series converges.
+/// Up to this many times the shortest time of an oscillator, squared, its series converges.
 const SERIES_LIMIT_SQUARED: f64 = 2.25;
 
 /// End of a piece on a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LineEnd {
-    /// It goes on.
+    /// It continues.
     Lasts,
     /// It fell to the speed at which it ends.
     Falls,

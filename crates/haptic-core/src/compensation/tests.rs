@@ -86,7 +86,7 @@ fn after_a_rest_the_account_is_empty() {
     assert!(before.is_some_and(|force| force > 0.5), "{before:?}");
     compensator.rest();
     assert_eq!(step(&mut compensator, 100), 0.0);
-    assert!(step(&mut compensator, 101) < 0.5, "it fills anew");
+    assert!(step(&mut compensator, 101) < 0.5, "it fills again");
 }
 
 // hazard: F21

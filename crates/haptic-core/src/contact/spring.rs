@@ -1,4 +1,4 @@
-//! A contact that holds by a spring up to its static limit, then slides, and holds anew when it has
+//! A contact that holds by a spring up to its static limit, then slides, and holds again when it has
 //! come to rest.
 
 use super::level::Level;

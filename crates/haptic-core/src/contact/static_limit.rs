@@ -21,10 +21,10 @@ pub(crate) trait StaticLimit: Clone + Copy + Debug + Send + Sync + 'static {
     /// The contact rests on.
     fn rest(&mut self, elapsed_s: f64);
 
-    /// The contact begins to rest anew.
+    /// The contact begins to rest again.
     fn begin(&mut self, dwell_s: f64);
 
-    /// The contact begins to rest anew with a limit, or as near to it as it can.
+    /// The contact begins to rest again with a limit, or as near to it as it can.
     fn begin_at(&mut self, rested: f64, fresh: f64, limit: f64);
 
     /// For how long it has rested, s; infinite where that is not kept.

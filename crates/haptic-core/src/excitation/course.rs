@@ -1,7 +1,7 @@
 //! The courses of an excitation: where its reference is, and how fast, at every time.
 
 use crate::bound_error::BoundError;
-use crate::math::{cos, sin_cos};
+use crate::math::{cos, floor, sin_cos};
 use core::f64::consts::{PI, TAU};
 
 /// Time in which a sine grows and fades, and in which a sweep gets its speed or turns it half round, s.
@@ -123,7 +123,7 @@ impl Course {
         BoundError::check("duration_s", self.duration_s(), shortest_s, longest_s, "s")
     }
 
-    /// Place (m) and speed (m/s) of the reference so long after the beginning, from 0 to the duration.
+    /// Place (m) and speed (m/s) of the reference at a time after the beginning, from 0 to the duration.
     pub(super) fn at(&self, at_s: f64) -> (f64, f64) {
         match *self {
             Self::Chirp {
@@ -190,7 +190,7 @@ fn paced(at_s: f64, duration_s: f64, edge_s: f64) -> (f64, f64) {
 /// `round` before and after; and its slope.
 fn rounded_triangle(at: f64, quarter: f64, round: f64) -> (f64, f64) {
     let period = 4.0 * quarter;
-    let phase = at - period * libm::floor(at / period);
+    let phase = at - period * floor(at / period);
     // Distance in time from the nearest corner, which is the upper or the lower one.
     let (sign, from_corner) = if phase < 2.0 * quarter {
         (1.0, phase - quarter)

@@ -110,7 +110,7 @@ impl Excitation {
     }
 
     /// Whether a sample this far from the first place, at this speed, so far from the reference (m,
-    /// m/s) lets it go on. NaN does not.
+    /// m/s) lets it continue. NaN does not.
     fn allows(&self, way_m: f64, velocity_mps: f64, lag_m: f64) -> bool {
         way_m.abs() <= self.travel_limit_m
             && velocity_mps.abs() <= self.speed_limit_mps
@@ -259,7 +259,7 @@ impl Moving for Follower {
         state
     }
 
-    /// The first time tells it where it begins. After that it has been interrupted: no force
+    /// The first call says where it begins. After that it has been interrupted: no force
     /// flowed, or another motion was meant.
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
@@ -272,10 +272,6 @@ impl Moving for Follower {
         }
     }
 
-    fn at_rest(&self) -> Contact {
-        Contact::Sliding(Direction::Positive)
-    }
-
     /// None, for whatever follows: the force of an excitation that is replaced ends at once and does
     /// not fade.
     fn coupling_force(&self) -> f64 {
@@ -284,10 +280,6 @@ impl Moving for Follower {
 
     fn friction(&self) -> f64 {
         0.0
-    }
-
-    fn seat(&mut self, _force: f64) {
-        // It holds nothing.
     }
 }
 

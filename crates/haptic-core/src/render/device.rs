@@ -51,20 +51,12 @@ impl Moving for ViscousSurface {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
     }
 
-    fn at_rest(&self) -> Contact {
-        Contact::Sliding(Direction::Positive)
-    }
-
     fn coupling_force(&self) -> f64 {
         self.viscous.get(Direction::of(self.velocity)) * self.velocity
     }
 
     fn friction(&self) -> f64 {
         self.coupling_force()
-    }
-
-    fn seat(&mut self, _force: f64) {
-        // Drag holds nothing.
     }
 }
 

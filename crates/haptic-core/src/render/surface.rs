@@ -20,7 +20,7 @@ pub(crate) struct Shown {
 pub(crate) trait Surface: Debug + Send + Sync {
     /// Moves on and hears nothing.
     fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered;
-    /// Moves on and tells `sink` of each change of contact.
+    /// Moves on and reports each change of contact to `sink`.
     fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered;
     /// See [`Moving::state`].
     fn state(&self) -> BlockState;

@@ -46,7 +46,7 @@ impl Scene {
                 parameter.into()
             };
             // The new law may lack it.
-            self.put(key, value.get(direction)).unwrap_or(());
+            self.set_value(key, value.get(direction)).unwrap_or(());
         }
     }
 }

@@ -35,7 +35,7 @@ impl Scene {
             }
             // Checked here, so that the message names the direction as the user gave it.
             check_range(key, value)?;
-            changed.put(key, value)?;
+            changed.set_value(key, value)?;
         }
         Ok(changed)
     }

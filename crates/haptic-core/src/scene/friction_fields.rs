@@ -1,5 +1,5 @@
 //! Reads a scene's friction field by field, so that a value of the wrong kind is reported where it
-//! stands: a law is told by its tag, for which a table is read whole first, without its places.
+//! stands: a law is named by its tag, for which a table is read whole first, without its places.
 
 use crate::friction::Friction;
 use alloc::string::String;

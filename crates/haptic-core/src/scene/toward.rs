@@ -11,7 +11,7 @@ impl Scene {
     /// other's.
     ///
     /// `None` between different laws, and between a scene with a block and one without. A scene
-    /// between two valid ones need not be valid itself; [`validate`](Scene::validate) tells.
+    /// between two valid ones need not be valid itself; [`validate`](Scene::validate) says so.
     #[must_use]
     pub fn toward(&self, other: &Self, share: f64) -> Option<Self> {
         let same_parts =
@@ -36,7 +36,7 @@ impl Scene {
                     even
                 }
             };
-            put(
+            set_value(
                 &mut between,
                 row.parameter,
                 at(Direction::Positive),
@@ -47,7 +47,7 @@ impl Scene {
     }
 }
 
-fn put(scene: &mut Scene, parameter: Parameter, positive: f64, negative: f64) {
+fn set_value(scene: &mut Scene, parameter: Parameter, positive: f64, negative: f64) {
     match scene.slot(parameter) {
         Some(Slot::One(value)) => *value = positive,
         Some(Slot::Two(value)) => (value.positive, value.negative) = (positive, negative),

@@ -105,7 +105,7 @@ impl Scene {
     }
 
     /// Sets a parameter, or one direction of it.
-    pub(super) fn put(&mut self, key: ParameterKey, value: f64) -> Result<(), SceneError> {
+    pub(super) fn set_value(&mut self, key: ParameterKey, value: f64) -> Result<(), SceneError> {
         let Some(slot) = self.slot(key.parameter) else {
             return Err(self.not_applicable(key));
         };

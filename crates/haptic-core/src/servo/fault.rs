@@ -34,13 +34,13 @@ pub enum Fault {
     ControlLost,
     /// Not a fault, but a stop, by the rig's own button.
     StopButton,
-    /// The device has its motor on, or does not confirm that it is off, long after it was told to
+    /// The device has its motor on, or does not confirm that it is off, long after the command
     /// switch it off.
     StillEnabled,
 }
 
 impl Fault {
-    /// One of each kind: what can be told of a fault is told of all of these.
+    /// One of each kind.
     pub const KINDS: [Self; 13] = [
         Self::NonFiniteForce,
         Self::NonFinitePosition,

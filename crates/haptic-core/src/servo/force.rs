@@ -1,8 +1,8 @@
 //! From where the hand is to the force on it: scene, compensation, limits, passivity.
 
-use super::Servo;
 use super::fault::Fault;
 use super::force_offset::ForceOffset;
+use super::signal_chain::Servo;
 use crate::compensation::Motion;
 use crate::limiter::NonFiniteForce;
 
@@ -53,7 +53,7 @@ impl Servo {
         let mut elapsed_s = elapsed_s;
         if !self.sensing.is_steady(self.now_ns) {
             if elapsed_s > 0.0 && self.sensing.is_silent() {
-                // All force had decayed: the surface grips the hand anew where it is, without the force
+                // All force had decayed: the surface grips the hand again where it is, without the force
                 // that the way there would have built up.
                 self.scene.renderer.start_at(position, velocity);
                 elapsed_s = 0.0;
@@ -146,7 +146,7 @@ impl Servo {
     ) -> Result<f64, NonFiniteForce> {
         let surface = self.limiter.limited(on_hand, gain, our_elapsed_s)?;
         let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
-        // The energy of the compensation counts as made: it is no part of the surface.
+        // The energy of the compensation counts as made: it is not a part of the surface.
         let added = compensation + self.passivity.observe(elapsed_s, position, velocity, surface);
         let force = if added == 0.0 {
             surface

@@ -1,6 +1,6 @@
 //! A step of force, taken back at once and let in slowly.
 
-/// Time in which the step comes in, s.
+/// Time in which the step takes effect, s.
 const FADE_S: f64 = 0.05;
 
 /// A step of force that a new scene would have caused, taken back and then let in over 50 ms.

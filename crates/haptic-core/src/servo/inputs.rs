@@ -10,7 +10,7 @@ pub struct Inputs {
     pub elapsed_ns: u64,
     /// What the device said.
     pub sample: Result<Measurement, DeviceError>,
-    /// Distance between two positions that the device can tell apart, m. It changes only with the
+    /// Distance between two positions that the device can distinguish, m. It changes only with the
     /// device.
     pub device_resolution_m: f64,
     /// Largest force that the device gives, N; infinite where it names none. It changes only with
@@ -135,7 +135,7 @@ impl InputWord {
     }
 
     fn with_happenings(mut self, inputs: &Inputs, new_scene: bool) -> Self {
-        let command = inputs.command.map_or(0, |command| command as u32);
+        let command = inputs.command.map_or(0, |command| u32::from(command.code()));
         self.flags |= u32::from(inputs.events.0) << EVENTS | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
         self
     }
@@ -201,12 +201,7 @@ impl InputWord {
     /// The command.
     #[must_use]
     pub fn command(self) -> Option<Command> {
-        match self.flags >> COMMAND & 3 {
-            1 => Some(Command::Engage),
-            2 => Some(Command::Release),
-            3 => Some(Command::Reset),
-            _ => None,
-        }
+        Command::from_code(self.byte(COMMAND) & 3)
     }
 
     /// What the device said, with the numbers of its sample.

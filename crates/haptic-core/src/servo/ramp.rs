@@ -1,9 +1,10 @@
-//! Compiles a scene, and the way to it where it shall take its time. Not for the real-time thread.
+//! Compiles a scene, and its ramp where it has one. Not for the real-time thread.
 //!
-//! A recording holds the scenes and the time, and no step between them: whoever compiles them again
-//! gets the same steps.
+//! A recording holds the scenes and the time, and no step between them: compiling them again
+//! gives the same steps.
 
 use super::transition::{CompiledScene, Steps, Transition};
+use crate::math::ceil;
 use crate::{Renderer, Scene, SceneError, Scheme};
 use alloc::vec::Vec;
 
@@ -12,8 +13,8 @@ use alloc::vec::Vec;
 const MOST_STEPS: f64 = 250.0;
 
 impl CompiledScene {
-    /// Compiles a scene that takes `ramp_s` seconds to come in from another, for ticks of about
-    /// `period_s` seconds. Without that time it comes in at once.
+    /// Compiles a scene that takes `ramp_s` seconds to take effect after another, for ticks of about
+    /// `period_s` seconds. With 0 s it takes effect at once.
     ///
     /// # Errors
     /// The scene cannot be rendered.
@@ -37,7 +38,7 @@ impl CompiledScene {
                 transition: Transition::Fade { over_s: ramp_s },
             });
         };
-        let count = libm::ceil(ramp_s / period_s).min(MOST_STEPS);
+        let count = ceil(ramp_s / period_s).min(MOST_STEPS);
         let mut on_the_way = Vec::new();
         let mut step = 1.0;
         while step < count {
@@ -80,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_comes_in_by_a_step_a_period_from_the_one_before_to_itself() {
+    fn a_scene_takes_effect_by_a_step_a_period_from_the_one_before_to_itself() {
         let CompiledScene {
             mut renderer,
             transition: Transition::Steps(mut steps),

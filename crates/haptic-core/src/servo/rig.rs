@@ -32,7 +32,7 @@ pub(super) struct Rig {
 }
 
 impl Rig {
-    /// A rig at rest whose ramps take `ramp_s` seconds. After a stall a ramp goes on from where it
+    /// A rig at rest whose ramps take `ramp_s` seconds. After a stall a ramp continues from where it
     /// was: one step counts for `longest_step_s` seconds at most.
     pub(super) fn new(ramp_s: f64, longest_step_s: f64) -> Self {
         Self {

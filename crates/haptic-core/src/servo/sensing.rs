@@ -11,18 +11,18 @@ use crate::velocity::{Estimator, Method};
 /// Periods without a new sample after which the force decays.
 pub const SILENT_PERIODS: f64 = 3.0;
 
-/// The force has decayed so long after that, s.
+/// Time from then until the force has decayed, s.
 pub const DECAY_S: f64 = 0.02;
 
-/// It comes back in so long, s: the hand has moved on meanwhile, and the surface grips it anew.
+/// Time in which it comes back, s: the hand has moved on meanwhile, and the surface grips it again.
 const RETURN_S: f64 = 0.05;
 
 /// What a tick makes of a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Sensed {
-    /// The hand is at a new place, so long after the last one, s.
+    /// The hand is at a new place, this long after the last one, s.
     Moved { elapsed_s: f64 },
-    /// Nothing new that is to be rendered: no time passes for the block.
+    /// No new sample to render: no time passes for the block.
     Unchanged,
     /// The device is there, and what it sends cannot be right.
     Faulty(Fault),
@@ -210,7 +210,7 @@ impl Sensing {
         self.estimator = Estimator::new(self.method, self.step_s, resolution_m);
     }
 
-    /// Without force nothing is made of a wrong time, s; with the next sample it begins anew.
+    /// Without force nothing is made of a wrong time, s; with the next sample it begins again.
     #[cold]
     fn disregard_time(&mut self) -> f64 {
         self.estimator.reset();
@@ -241,7 +241,7 @@ impl Sensing {
         self.newest.is_some_and(|newest| newest.read_ns == now_ns) && self.share == 1.0
     }
 
-    /// Share of the force that may flow at a time of ours, so long after the tick before, s: it
+    /// Share of the force that may flow at a time of ours, `tick_s` after the tick before, s: it
     /// decays while no new sample comes, and comes back more slowly.
     pub(super) fn share(&mut self, now_ns: u64, tick_s: f64) -> f64 {
         let silent_ns = self.newest.map_or(0, |newest| now_ns.saturating_sub(newest.read_ns));
@@ -250,12 +250,12 @@ impl Sensing {
         self.share
     }
 
-    /// Whether no new sample has come for so long that all force has decayed.
+    /// Whether no new sample has come until all force has decayed.
     pub(super) fn is_silent(&self) -> bool {
         self.share == 0.0
     }
 
-    /// No force flows: it begins anew as a whole.
+    /// No force flows: it begins again as a whole.
     pub(super) fn rest(&mut self) {
         self.share = 1.0;
     }

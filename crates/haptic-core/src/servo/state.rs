@@ -58,8 +58,7 @@ impl fmt::Display for RigState {
     }
 }
 
-/// What a person may ask of the rig, with its number in a record. A stop is not a command: it
-/// overtakes every command.
+/// What a person may ask of the rig. A stop is not a command: it overtakes every command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Let the force in.
@@ -71,6 +70,25 @@ pub enum Command {
 }
 
 impl Command {
+    /// Its number in a record and between the threads: 1, 2 or 3.
+    #[must_use]
+    #[inline]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The command with a number, if there is one.
+    #[must_use]
+    #[inline]
+    pub const fn from_code(code: u8) -> Option<Self> {
+        match code {
+            1 => Some(Self::Engage),
+            2 => Some(Self::Release),
+            3 => Some(Self::Reset),
+            _ => None,
+        }
+    }
+
     /// Its name on the wire.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -10,9 +10,12 @@ mod states;
 
 use super::*;
 use crate::friction::LAWS;
-use crate::sample::{DeviceError, Measurement};
-use crate::velocity::METHODS;
+use crate::limiter::Limits;
+use crate::passivity::RigLosses;
+use crate::sample::{DeviceError, Measurement, Motor};
+use crate::velocity::{self, METHODS};
 use crate::{Renderer, Scene, Scheme};
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use proptest::prelude::*;
 

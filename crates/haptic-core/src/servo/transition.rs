@@ -1,4 +1,4 @@
-//! How a scene comes in: at once, in small steps, or by fading over from the one before.
+//! How a scene takes effect: at once, in small steps, or by fading over from the one before.
 //!
 //! Steps are whole scenes between the two, compiled elsewhere: each is put in place as a new scene
 //! is, and nothing is computed, allocated or freed for it. Between scenes of different laws there
@@ -11,16 +11,16 @@ use alloc::vec::Vec;
 /// A scene, ready to be rendered.
 #[derive(Debug)]
 pub struct CompiledScene {
-    /// What is rendered; while the scene comes in step by step, the step that it has come to.
+    /// What is rendered; while the scene takes effect step by step, the step that it has reached.
     pub renderer: Renderer,
     /// Number of the scene.
     pub revision: u64,
-    /// How it comes in.
+    /// How it takes effect.
     pub transition: Transition,
 }
 
 impl CompiledScene {
-    /// One that comes in at once.
+    /// A scene that takes effect at once.
     #[must_use]
     pub fn at_once(renderer: Renderer, revision: u64) -> Self {
         Self {
@@ -31,7 +31,7 @@ impl CompiledScene {
     }
 }
 
-/// How a scene comes in.
+/// How a scene takes effect.
 #[derive(Debug, Default)]
 pub enum Transition {
     /// In the step that takes it.
@@ -39,7 +39,7 @@ pub enum Transition {
     AtOnce,
     /// Through scenes on the way, the last of them the scene itself.
     Steps(Steps),
-    /// Out of the force of the one before.
+    /// By fading over from the force of the one before.
     Fade {
         /// Time that it takes, s.
         over_s: f64,
@@ -80,7 +80,7 @@ impl Steps {
         self.taken
     }
 
-    /// Goes on by a time; puts the scene that is then due in the place of `current`. Returns the
+    /// Advances by a time; puts the scene that is then due in the place of `current`. Returns the
     /// step of force that must be let in slowly, N, if there was a new scene.
     pub(super) fn advance(&mut self, elapsed_s: f64, current: &mut Renderer) -> Option<f64> {
         if self.taken == self.renderers.len() {
@@ -124,7 +124,7 @@ pub(super) struct FadingScene {
     scene: Box<CompiledScene>,
     left_s: f64,
     over_s: f64,
-    /// What it last added to the force of the scene that comes in, N.
+    /// What it last added to the force of the incoming scene, N.
     excess: f64,
 }
 
@@ -138,7 +138,7 @@ impl FadingScene {
         }
     }
 
-    /// What it last added to the force of the scene that comes in, N.
+    /// What it last added to the force of the incoming scene, N.
     pub(super) fn excess(&self) -> f64 {
         self.excess
     }
@@ -153,10 +153,10 @@ impl FadingScene {
         self.left_s <= 0.0
     }
 
-    /// What is left of its force, beyond that of the scene that comes in, N.
-    pub(super) fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64, coming_force: f64) -> f64 {
+    /// What is left of its force, beyond that of the incoming scene, N.
+    pub(super) fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64, incoming_force: f64) -> f64 {
         let force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
-        self.excess = (force - coming_force) * (self.left_s / self.over_s);
+        self.excess = (force - incoming_force) * (self.left_s / self.over_s);
         self.excess
     }
 }

@@ -1,6 +1,6 @@
 //! Velocity from encoder positions.
 //!
-//! An encoder tells where the handle is to one count, so the difference of two samples is mostly
+//! An encoder reports where the handle is to one count, so the difference of two samples is mostly
 //! the noise of counting. Each estimator trades that noise against lag; the damper of the coupling
 //! feels both. All of them take the time that really passed between two samples, by the device's
 //! own clock.

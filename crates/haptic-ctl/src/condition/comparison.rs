@@ -71,7 +71,7 @@ impl Condition {
         self.comparisons
             .iter()
             .filter(|one| one.field == Field::State)
-            .any(|one| !one.word_holds(&state.to_string()))
+            .any(|one| !one.matches_word(&state.to_string()))
     }
 }
 
@@ -149,7 +149,7 @@ fn word(text: &str) -> Result<(&str, &str), String> {
 }
 
 impl Comparison {
-    pub(super) fn word_holds(&self, found: &str) -> bool {
+    pub(super) fn matches_word(&self, found: &str) -> bool {
         let equal = match &self.value {
             Value::State(state) => state.to_string() == found,
             Value::Word(word) => word == found,

@@ -65,15 +65,15 @@ impl Observations {
                     .sample
                     .map(|sample| sample.state)
                     .or(state.map(|state| state.state))?;
-                Some(comparison.word_holds(&found.to_string()))
+                Some(comparison.matches_word(&found.to_string()))
             }
             Field::Sample(REVISION) if self.sample.is_none() => {
                 #[expect(clippy::cast_precision_loss, reason = "a count below 2^53")]
                 let revision = state?.revision as f64;
                 Some(comparison.number_holds(revision))
             }
-            Field::Scene => Some(comparison.word_holds(&state?.scene)),
-            Field::Law => Some(comparison.word_holds(&state?.law)),
+            Field::Scene => Some(comparison.matches_word(&state?.scene)),
+            Field::Law => Some(comparison.matches_word(&state?.law)),
             Field::Sample(column) => Some(comparison.number_holds(COLUMNS[column].1(&self.sample?))),
             Field::Count(count) => Some(comparison.number_holds(COUNTS[count].1(self.counts.as_ref()?))),
             Field::Parameter(key) => {

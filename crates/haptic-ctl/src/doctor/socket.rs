@@ -69,7 +69,7 @@ pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
              rig",
         ),
         ClientError::NoDaemon { .. } => {
-            let looked: Vec<String> = socket_path::Surroundings::of_process()
+            let looked: Vec<String> = socket_path::Environment::of_process()
                 .candidates()
                 .iter()
                 .map(|path| path.display().to_string())

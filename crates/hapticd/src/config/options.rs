@@ -77,7 +77,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(super) metrics: Option<SocketAddr>,
 
-    /// Let --metrics name an address that other machines can reach. Whoever can reach it may read
+    /// Let --metrics name an address that other machines can reach. Every program that can reach it may read
     /// the metrics; nobody can change anything there [default: false]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     pub(super) metrics_beyond_this_machine: Option<bool>,
@@ -209,7 +209,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "NS/M", allow_hyphen_values = true)]
     pub(super) rig_damping_ns_per_m: Option<f64>,
 
-    /// Compensate so much of the rig's own friction, as `haptic-ctl identify --rig` has found it,
+    /// Compensate part of the rig's own friction, as `haptic-ctl identify --rig` has found it,
     /// below the scene: a share from 0 to 0.8 [default: 0]
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
     pub(super) compensate: Option<f64>,

@@ -2,7 +2,7 @@
 
 use super::error::{ConfigError, within};
 use super::options::{AfterEndName, HandName, MotionName, Options};
-use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, Recording, RigProperties};
+use device_io::fake::{EndBehaviour, FakeRig, Hand, Motion, Recording, RigProperties};
 use device_io::link::Connector;
 use haptic_core::compensation::LARGEST_SHARE;
 use haptic_ipc::regular_file;
@@ -100,8 +100,8 @@ impl Options {
             MotionName::File(path) => {
                 let scale = within("hand-scale", self.hand_scale, 1.0, -1e3, 1e3, "")?;
                 let after_end = match self.hand_after_end {
-                    Some(AfterEndName::Loop) => AfterEnd::Loop,
-                    Some(AfterEndName::Hold) | None => AfterEnd::Hold,
+                    Some(AfterEndName::Loop) => EndBehaviour::Loop,
+                    Some(AfterEndName::Hold) | None => EndBehaviour::Hold,
                 };
                 let recording = Recording::new(path, &samples_of(path)?, scale, after_end)?;
                 Ok(Motion::Recorded(Arc::new(recording)))

@@ -1,38 +1,21 @@
-//! Where the configuration comes from, to read it again while the daemon runs.
+//! Where the configuration comes from: the command line, and the file that it names.
 
 use super::error::{ConfigError, read_text};
-use super::{Config, Options};
-use haptic_core::limiter::Limits;
+use super::options::Options;
 use haptic_ipc::regular_file::with_short_lines;
 use std::path::Path;
-
-/// The options that take effect when the configuration is read again.
-const LIMITS: [&str; 4] = [
-    "force-limit-n",
-    "slew-limit-n-per-s",
-    "speed-limit-mps",
-    "acceleration-limit-mps2",
-];
 
 /// Where the configuration comes from.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Configuration {
     /// The command line.
-    typed: Options,
+    pub(super) typed: Options,
     /// The same, completed by the file as it was at the beginning.
-    begun_with: Options,
+    pub(super) begun_with: Options,
     /// Text of the file.
-    text: String,
+    pub(super) text: String,
     /// Processors that the process could use at the beginning, before it left one to the loop.
-    available_cpus: Vec<usize>,
-}
-
-/// What was read again.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Reread {
-    pub(crate) limits: Limits,
-    /// Options that are other than those that the daemon was started with, and take effect with a restart.
-    pub(crate) needs_restart: Vec<String>,
+    pub(super) available_cpus: Vec<usize>,
 }
 
 impl Configuration {
@@ -53,34 +36,9 @@ impl Configuration {
         })
     }
 
-    /// Checks everything.
-    ///
-    /// # Errors
-    /// The first invalid option, with its line in the file if it stands there.
-    pub(super) fn check(self) -> Result<Config, ConfigError> {
-        let (options, text, cpus) = (self.begun_with.clone(), self.text.clone(), self.available_cpus.clone());
-        options
-            .check(&cpus, self)
-            .map_err(|error| located(error, &options, &text))
-    }
-
     /// Path of the file.
     pub(crate) fn path(&self) -> Option<&Path> {
         self.typed.config.as_deref()
-    }
-
-    /// Reads the file again, and checks all of it.
-    ///
-    /// # Errors
-    /// As at the beginning.
-    pub(crate) fn reread(&self) -> Result<Reread, ConfigError> {
-        let again = Self::new(self.typed.clone(), self.available_cpus.clone())?;
-        let mut needs_restart = self.begun_with.changed_in(&again.begun_with);
-        needs_restart.retain(|name| !LIMITS.contains(&name.as_str()));
-        Ok(Reread {
-            limits: again.check()?.limits,
-            needs_restart,
-        })
     }
 }
 
@@ -96,79 +54,4 @@ fn read(path: &Path) -> Result<(Options, String), ConfigError> {
         }
     })?;
     Ok((options, text))
-}
-
-/// The same error with the line of the file in which the option stands that it names, if it stands there.
-fn located(error: ConfigError, options: &Options, text: &str) -> ConfigError {
-    let message = error.to_string();
-    let is_named = |line: &str| {
-        let name = line.split_once('=').map(|(name, _)| name.trim());
-        let said = message.split_once(" = ").map(|(said, _)| said);
-        name.is_some() && name == said
-    };
-    match (&options.config, text.lines().position(is_named)) {
-        (Some(path), Some(index)) => ConfigError::InFile {
-            path: path.clone(),
-            line: index + 1,
-            source: Box::new(error),
-        },
-        _ => error,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::Parser;
-
-    #[test]
-    fn a_file_that_is_read_again_gives_the_limits_and_names_what_needs_a_restart() {
-        let directory = tempfile::tempdir().expect("a directory");
-        let path = directory.path().join("hapticd.toml");
-        let write = |text: &str| std::fs::write(&path, text).expect("written");
-        write("device = \"fake\"\nforce-limit-n = 12\nspeed-limit-mps = 2\n");
-        let typed = Options::try_parse_from([
-            "hapticd",
-            "--config",
-            path.to_str().expect("a path"),
-            "--speed-limit-mps=3",
-        ]);
-        let started = typed.expect("it parses").resolve().expect("it holds").source;
-        assert_eq!(started.path(), Some(&*path));
-
-        write("device = \"fake\"\nforce-limit-n = 5\nspeed-limit-mps = 1\nrate = 2000\nstale-ms = 30\n");
-        let read = started.reread().expect("it holds");
-        let expected = Limits {
-            force_n: 5.0,
-            speed_mps: 3.0,
-            ..Limits::default()
-        };
-        assert_eq!(read.limits, expected, "the command line wins");
-        assert_eq!(read.needs_restart, ["rate", "stale-ms"]);
-
-        for (text, parts) in [
-            (
-                "device = \"fake\"\n\nforce-limit-n = 5000\n",
-                "line 3: force-limit-n = 5000 N is out of range: it must be from 0.1 to 1000 N",
-            ),
-            ("device = \"fake\"\nrate=50\n", "line 2: rate = 50 Hz is out of range"),
-            (
-                "device = \"fake\"\nforce-limit = 5\n",
-                "line 2: unknown field `force-limit`",
-            ),
-            (
-                "device = \"fake\"\nforce-limit-n = \"5\"\n",
-                "line 2: invalid type: string",
-            ),
-            ("force-limit-n = 5\n", "name the rig"),
-        ] {
-            write(text);
-            let refused = started.reread().expect_err(text).to_string();
-            assert!(refused.contains(parts), "{refused} lacks {parts}");
-            assert_eq!(refused.lines().count(), 1, "{refused}");
-        }
-        std::fs::remove_file(&path).expect("removed");
-        let refused = started.reread().expect_err("there is no file").to_string();
-        assert!(refused.contains("hapticd.toml"), "{refused}");
-    }
 }

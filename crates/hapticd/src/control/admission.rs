@@ -54,9 +54,9 @@ pub(super) async fn admit(rig: &RigHandle, purpose: Purpose) -> Result<Admission
         return Ok(Admission { purpose, connection: 0 });
     };
     let connection = device.connection;
-    match obstacles(rig, &device, purpose, false).await.into_iter().next() {
+    match blockers(rig, &device, purpose, false).await.into_iter().next() {
         None => Ok(Admission { purpose, connection }),
-        Some(Obstacle { mut error, remedy }) => {
+        Some(Blocker { mut error, remedy }) => {
             error.message = format!("cannot engage: {}: {remedy}", error.message);
             Err(error)
         }
@@ -68,25 +68,25 @@ pub(super) async fn problems(rig: &RigHandle) -> Vec<Problem> {
     let Some(device) = ConnectedDevice::find(&rig.facts) else {
         return Vec::new();
     };
-    let obstacles = obstacles(rig, &device, Purpose::Scene, true).await;
-    let problem = |Obstacle { error, remedy }| Problem {
+    let blockers = blockers(rig, &device, Purpose::Scene, true).await;
+    let problem = |Blocker { error, remedy }| Problem {
         what: error.message,
         remedy,
     };
-    obstacles.into_iter().map(problem).collect()
+    blockers.into_iter().map(problem).collect()
 }
 
 /// A reason not to engage.
 #[derive(Debug)]
-struct Obstacle {
+struct Blocker {
     error: WireError,
     remedy: String,
 }
 
-async fn obstacles(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, may_be_cached: bool) -> Vec<Obstacle> {
+async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, may_be_cached: bool) -> Vec<Blocker> {
     let friction = rig.frictions().of(&rig.facts.state_dir, device).await;
     let compensates = purpose == Purpose::Scene && rig.facts.friction.compensate.is_some();
-    let mut found: Vec<Obstacle> = compensates
+    let mut found: Vec<Blocker> = compensates
         .then(|| not_identified(device, &friction))
         .flatten()
         .into_iter()
@@ -106,13 +106,13 @@ async fn obstacles(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, 
     found
 }
 
-fn no_force(device: &ConnectedDevice) -> Option<Obstacle> {
+fn no_force(device: &ConnectedDevice) -> Option<Blocker> {
     let limit_n = device.force_limit_n;
     if limit_n > 0.0 {
         return None;
     }
     let what = format!("force_limit = {limit_n} N in the device's hello: its motor gives no force");
-    Some(Obstacle {
+    Some(Blocker {
         error: WireError::new(ErrorCode::NoForce, what)
             .about("force_limit")
             .given(limit_n),
@@ -122,7 +122,7 @@ fn no_force(device: &ConnectedDevice) -> Option<Obstacle> {
     })
 }
 
-fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Obstacle> {
+fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Blocker> {
     if rules.allow_no_watchdog {
         return None;
     }
@@ -139,7 +139,7 @@ fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Obstacle>
         ),
     };
     let value = f64::from(device.watchdog_ms.unwrap_or(0));
-    Some(Obstacle {
+    Some(Blocker {
         error: WireError::new(ErrorCode::NoWatchdog, what)
             .about("watchdog_ms")
             .within(value, 1.0, max.into(), "ms"),
@@ -150,12 +150,12 @@ fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Obstacle>
     })
 }
 
-fn not_commissioned(device: &ConnectedDevice, why: &str) -> Obstacle {
+fn not_commissioned(device: &ConnectedDevice, why: &str) -> Blocker {
     let what = format!(
         "the rig {} ({}) is not commissioned: {why}",
         device.rig.key, device.firmware
     );
-    Obstacle {
+    Blocker {
         error: WireError::new(ErrorCode::NotCommissioned, what).about("rig"),
         remedy: "run `haptic-ctl commission`, which checks by small pulses that its motor pulls the right way; or \
                  start hapticd with --uncommissioned"
@@ -164,7 +164,7 @@ fn not_commissioned(device: &ConnectedDevice, why: &str) -> Obstacle {
 }
 
 /// Why the friction of a rig cannot be compensated.
-fn not_identified(device: &ConnectedDevice, friction: &KnownFriction) -> Option<Obstacle> {
+fn not_identified(device: &ConnectedDevice, friction: &KnownFriction) -> Option<Blocker> {
     let why = match friction {
         KnownFriction::Identified(_) => return None,
         KnownFriction::Never => "it was never identified",
@@ -174,7 +174,7 @@ fn not_identified(device: &ConnectedDevice, friction: &KnownFriction) -> Option<
         "`--compensate` needs the own friction of the rig {} ({}): {why}",
         device.rig.key, device.firmware
     );
-    Some(Obstacle {
+    Some(Blocker {
         error: WireError::new(ErrorCode::NotIdentified, what).about("compensate"),
         remedy:
             "run `haptic-ctl identify --rig`, which measures it with the rig's own motor; or start hapticd without \

@@ -1,4 +1,4 @@
-//! Compiles a scene for the real-time thread, and keeps by which ramp it comes in.
+//! Compiles a scene for the real-time thread, and keeps its ramp.
 
 use haptic_core::servo::{CompiledScene, Transition};
 use haptic_core::{Scene, Scheme};
@@ -62,7 +62,7 @@ impl Compiled {
         self.ramp_ticks
     }
 
-    /// The ramp that it comes in by.
+    /// Its ramp.
     pub(super) fn ramp(&self) -> Option<&SceneRamp> {
         self.ramp.as_ref()
     }

@@ -66,9 +66,9 @@ fn listed(found: &Candidate, ours: &Address) -> FoundDevice {
         address: found.address.to_string(),
         description: found.description.clone(),
         in_use: is_same(&Address::Native(found.address.clone()), ours),
-        problem: found.obstacle.as_ref().map(|obstacle| Problem {
-            what: obstacle.why.clone(),
-            remedy: obstacle.remedy.clone(),
+        problem: found.access_problem.as_ref().map(|access_problem| Problem {
+            what: access_problem.why.clone(),
+            remedy: access_problem.remedy.clone(),
         }),
         device: None,
         rig_friction: None,

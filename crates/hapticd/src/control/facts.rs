@@ -51,7 +51,7 @@ pub(crate) struct Facts {
 }
 
 impl Facts {
-    /// The adviser's facts of the rig as far as its link tells them: the connected device's
+    /// The adviser's facts of the rig as far as its link reports them: the connected device's
     /// resolution and rate, and the measured delay.
     pub(crate) fn linked_facts(&self) -> RigFacts {
         let Some(link) = &self.link else { return self.rig };

@@ -1,6 +1,6 @@
 //! The scenes that were active: one undo history for all clients.
 
-use crate::telemetry::feed::KnownScene;
+use crate::telemetry::subscribers::KnownScene;
 use haptic_core::{ParameterKey, Scene};
 use haptic_ipc::{BUILT_IN_SCENES, LibraryScene, SceneRamp};
 use std::collections::VecDeque;
@@ -217,7 +217,7 @@ impl History {
         revision
     }
 
-    /// Keeps by which ramp the newest scene comes in.
+    /// Keeps the ramp of the newest scene.
     pub(crate) fn keep_ramp(&mut self, ramp: Option<SceneRamp>) {
         if let Some(newest) = self.scenes.back_mut() {
             newest.ramp = ramp.map(Box::new);

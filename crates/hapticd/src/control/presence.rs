@@ -100,7 +100,7 @@ mod tests {
         assert_eq!(presence.compare(&there, 1), []);
         assert_eq!(presence.compare(&LinkState::Looking, 1), []);
         assert_eq!(presence.compare(&there, 2), [found()]);
-        // The rig is stopped, and the link alone tells.
+        // The rig is stopped, and only the link shows it.
         assert_eq!(presence.compare(&LinkState::Looking, 2), [Change::Lost]);
         assert_eq!(presence.compare(&there, 3), [found()]);
         // No look in between.

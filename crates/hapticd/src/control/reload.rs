@@ -3,12 +3,12 @@
 //! All of the file is checked before anything of it takes effect. Only limits take effect; what needs a restart is
 //! named. The scenes of the library are read whenever one is asked for, so here they are only looked through.
 
-use crate::config::{ConfigError, Reread};
+use crate::config::{ConfigError, ReloadedLimits};
 use crate::control::RigHandle;
 use crate::control::journal::Completion;
 use crate::control::library;
 use crate::control::worker_pool::WorkError;
-use crate::ending::Woken;
+use crate::ending::SignalWakeup;
 use crate::service::ServiceManager;
 use haptic_ipc::{ErrorCode, JournalEntry, LimitsChange, Peer, ReloadReply, WireError};
 use std::rc::Rc;
@@ -53,8 +53,8 @@ pub(super) async fn reload(rig: &Rc<RigHandle>, by: Option<Peer>) -> Result<Relo
 
 async fn reread(rig: &RigHandle) -> Result<ReloadReply, WireError> {
     let configuration = rig.facts.configuration.clone();
-    let read = rig.library().run(DISK_TIMEOUT, move || configuration.reread()).await;
-    let Reread { limits, needs_restart } = match read {
+    let read = rig.library().run(DISK_TIMEOUT, move || configuration.reload()).await;
+    let ReloadedLimits { limits, needs_restart } = match read {
         Ok(read) => read.map_err(|error| refused(&error))?,
         Err(error @ (WorkError::TimedOut { .. } | WorkError::Failed(_))) => {
             let path = rig.facts.configuration.path().unwrap_or("configuration".as_ref());
@@ -100,7 +100,7 @@ fn refused(error: &ConfigError) -> WireError {
 }
 
 /// Reloads whenever a signal asks for it, for ever. Signals that come during a reload ask for one more.
-pub(crate) async fn on_signal(rig: &Rc<RigHandle>, manager: &ServiceManager, asked: Woken) {
+pub(crate) async fn on_signal(rig: &Rc<RigHandle>, manager: &ServiceManager, asked: SignalWakeup) {
     while asked.next().await.is_ok() {
         manager.reloading();
         // The journal has what came of it.

@@ -3,7 +3,7 @@
 use crate::control::RigHandle;
 use crate::control::peer::{UserNames, peer_of};
 use crate::control::session::{self, MOST_CLIENTS};
-use crate::control::socket::{Access, Group, Passed, Socket, SocketError};
+use crate::control::socket::{Access, Group, InheritedSockets, Socket, SocketError};
 use haptic_ipc::{ErrorCode, Problem, Rights, WireError};
 use rustix::net::SendFlags;
 use serde_json::json;
@@ -28,7 +28,7 @@ struct Listener {
 }
 
 impl Listener {
-    fn bind(path: &Path, access: Access, rights: Rights, passed: &mut Passed) -> Result<Self, SocketError> {
+    fn bind(path: &Path, access: Access, rights: Rights, passed: &mut InheritedSockets) -> Result<Self, SocketError> {
         Ok(Self {
             socket: Socket::bind(path, access, passed)?,
             rights,
@@ -52,7 +52,7 @@ impl Server {
     /// path. Sockets that the service manager passed are taken instead.
     pub(crate) fn bind(control: &Path, group: Option<Group>, watch: Option<&Path>) -> Result<Self, SocketError> {
         let access = group.map_or(Access::Owner, Access::Group);
-        let mut passed = Passed::of_process()?;
+        let mut passed = InheritedSockets::of_process()?;
         let control = Listener::bind(control, access, Rights::All, &mut passed)?;
         let watch = watch
             .map(|path| Listener::bind(path, Access::Watchers, Rights::Watch, &mut passed))

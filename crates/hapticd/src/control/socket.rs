@@ -55,9 +55,9 @@ pub(crate) enum SocketError {
 
 /// The listening sockets that the service manager passed.
 #[derive(Debug, Default)]
-pub(crate) struct Passed(Vec<StdListener>);
+pub(crate) struct InheritedSockets(Vec<StdListener>);
 
-impl Passed {
+impl InheritedSockets {
     /// Those of this process.
     ///
     /// # Errors
@@ -200,7 +200,7 @@ pub(crate) struct Socket {
 
 impl Socket {
     /// Binds the socket, or takes it if it was passed. A stale one, left behind by a daemon that is gone, is replaced.
-    pub(crate) fn bind(path: &Path, access: Access, passed: &mut Passed) -> Result<Self, SocketError> {
+    pub(crate) fn bind(path: &Path, access: Access, passed: &mut InheritedSockets) -> Result<Self, SocketError> {
         let option = access.option();
         let failed = |source| SocketError::Io {
             path: path.to_path_buf(),

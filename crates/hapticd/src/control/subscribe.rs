@@ -1,7 +1,7 @@
 //! `subscribe`: begins, changes or ends a client's events.
 
 use crate::control::{RigHandle, rig_friction};
-use crate::telemetry::feed::{Line, Subscription};
+use crate::telemetry::subscribers::{Line, Subscription};
 use haptic_ipc::quantity::number;
 use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
 use std::sync::Arc;

@@ -62,7 +62,7 @@ impl WorkerPool {
                 .name(self.name.to_owned())
                 .stack_size(STACK_BYTES)
                 .spawn(move || {
-                    crate::log::block_signals();
+                    crate::thread_signals::block_signals();
                     let result = work();
                     drop(place);
                     // The waiting client may be gone.

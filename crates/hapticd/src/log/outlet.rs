@@ -1,6 +1,6 @@
 //! A queue that never blocks, in front of a descriptor that may.
 
-use super::block_signals;
+use crate::thread_signals::block_signals;
 use crossbeam::queue::ArrayQueue;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::fd::AsFd;
@@ -27,7 +27,7 @@ struct Queue {
     /// Lines lost since the last notice.
     lost: AtomicU64,
     /// Lines put into the queue, and lines written or lost.
-    put: AtomicU64,
+    enqueued: AtomicU64,
     done: AtomicU64,
     /// Start of the current write, ms after `since`, plus one; 0 between writes.
     writing_since_ms: AtomicU64,
@@ -67,7 +67,7 @@ impl Outlet {
             lines: ArrayQueue::new(room),
             backlog,
             lost: AtomicU64::new(0),
-            put: AtomicU64::new(0),
+            enqueued: AtomicU64::new(0),
             done: AtomicU64::new(0),
             writing_since_ms: AtomicU64::new(0),
             since: Instant::now(),
@@ -88,9 +88,9 @@ impl Outlet {
     }
 
     /// Queues a line, or counts it as lost.
-    pub(super) fn put(&self, line: String) {
+    pub(super) fn enqueue(&self, line: String) {
         let queue = &*self.queue;
-        queue.put.fetch_add(1, SeqCst);
+        queue.enqueued.fetch_add(1, SeqCst);
         let is_lost = match queue.backlog {
             Backlog::Oldest(_) => queue.lines.push(line).is_err(),
             Backlog::Newest => queue.lines.force_push(line).is_some(),
@@ -111,7 +111,7 @@ impl Outlet {
             && u128::from(queue.now_ms().saturating_sub(writing_since_ms)) > blocked_after.as_millis();
         // The notice of lost lines counts as well.
         let is_told = queue.lost.load(SeqCst) == 0 || matches!(queue.backlog, Backlog::Newest);
-        let is_done = queue.done.load(SeqCst) == queue.put.load(SeqCst) && is_told;
+        let is_done = queue.done.load(SeqCst) == queue.enqueued.load(SeqCst) && is_told;
         !is_blocked && !is_done
     }
 }
@@ -184,13 +184,13 @@ mod tests {
         let outlet = Outlet::start("log", writer, Backlog::Oldest(4), told).expect("a thread");
         // More than any pipe holds.
         let long = "x".repeat(2 * 1024 * 1024) + "\n";
-        outlet.put(long.clone());
+        outlet.enqueue(long.clone());
         wait_for("the write to begin", || {
             outlet.queue.lines.is_empty() && outlet.queue.writing_since_ms.load(SeqCst) > 0
         });
         let began = Instant::now();
         for index in 0..10 {
-            outlet.put(format!("{index}\n"));
+            outlet.enqueue(format!("{index}\n"));
         }
         println!("ten lines, with the pipe full: {:?}", began.elapsed());
         wait_for("the write to count as blocked", || {
@@ -201,7 +201,7 @@ mod tests {
         assert_eq!(lines.next().map(|line| line.len() + 1), Some(long.len()));
         let told: Vec<String> = lines.by_ref().take(5).collect();
         assert_eq!(told, ["0", "1", "2", "3", "6 lost"]);
-        outlet.put("after\n".to_owned());
+        outlet.enqueue("after\n".to_owned());
         assert_eq!(lines.next().as_deref(), Some("after"));
         wait_for("the end of it", || !outlet.is_busy(Duration::MAX));
     }
@@ -212,12 +212,12 @@ mod tests {
         let (reader, writer) = std::io::pipe().expect("a pipe");
         let outlet = Outlet::start("status-line", writer, Backlog::Newest, |_| String::new()).expect("a thread");
         let long = "x".repeat(2 * 1024 * 1024) + "\n";
-        outlet.put(long);
+        outlet.enqueue(long);
         wait_for("the write to begin", || {
             outlet.queue.lines.is_empty() && outlet.queue.writing_since_ms.load(SeqCst) > 0
         });
         for index in 0..10 {
-            outlet.put(format!("{index}\n"));
+            outlet.enqueue(format!("{index}\n"));
         }
         let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
         lines.next();
@@ -230,7 +230,7 @@ mod tests {
         let (reader, writer) = std::io::pipe().expect("a pipe");
         drop(reader);
         let outlet = Outlet::start("log", writer, Backlog::Oldest(4), told).expect("a thread");
-        outlet.put("nobody reads this\n".to_owned());
+        outlet.enqueue("nobody reads this\n".to_owned());
         wait_for("the end of it", || !outlet.is_busy(Duration::MAX));
     }
 }

@@ -1,4 +1,4 @@
-//! The metrics in a file, for the textfile collector of node_exporter: written anew every few seconds, whole or not
+//! The metrics in a file, for the textfile collector of node_exporter: written again every few seconds, whole or not
 //! at all.
 
 use crate::control::RigHandle;
@@ -25,7 +25,7 @@ pub(crate) async fn keep(path: Option<PathBuf>, rig: &RigHandle) {
     loop {
         period.tick().await;
         if disk.is_busy() {
-            // The writing before still hangs, and was told of: the collector sees the file's age.
+            // The writing before still hangs, and was reported: the collector sees the file's age.
             continue;
         }
         let (text, to) = (super::prometheus_text(&super::openmetrics(rig)), Arc::clone(&path));

@@ -1,7 +1,7 @@
 //! Who decides on a scheduled change: the loop that renders it in its tick, or the control thread that
 //! takes it back.
 //!
-//! One word, which leaves [`Fate::Open`] once. Whichever thread moves it first has decided, and the
+//! One word, which leaves [`ClaimState::Open`] once. Whichever thread moves it first has decided, and the
 //! other reads what it decided: a change is either rendered or taken back, never both and never
 //! neither.
 
@@ -9,7 +9,7 @@ use super::atomic::{AtomicU64, Ordering};
 
 /// What became of a scheduled change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fate {
+pub(crate) enum ClaimState {
     /// It waits for its tick.
     Open,
     /// The control thread has taken it back.
@@ -25,7 +25,7 @@ pub(crate) enum Fate {
 /// Codes below the first of a rendered change.
 const FIRST_TICK: u64 = 4;
 
-impl Fate {
+impl ClaimState {
     fn pack(self) -> u64 {
         match self {
             Self::Open => 0,
@@ -54,18 +54,23 @@ pub(crate) struct Claim(AtomicU64);
 impl Claim {
     /// An open one.
     pub(crate) fn new() -> Self {
-        Self(AtomicU64::new(Fate::Open.pack()))
+        Self(AtomicU64::new(ClaimState::Open.pack()))
     }
 
     /// Decides, if nobody has decided yet; returns whether this call did.
-    pub(crate) fn decide(&self, fate: Fate) -> bool {
+    pub(crate) fn decide(&self, state: ClaimState) -> bool {
         self.0
-            .compare_exchange(Fate::Open.pack(), fate.pack(), Ordering::AcqRel, Ordering::Acquire)
+            .compare_exchange(
+                ClaimState::Open.pack(),
+                state.pack(),
+                Ordering::AcqRel,
+                Ordering::Acquire,
+            )
             .is_ok()
     }
 
     /// What was decided so far.
-    pub(crate) fn fate(&self) -> Fate {
-        Fate::unpack(self.0.load(Ordering::Acquire))
+    pub(crate) fn state(&self) -> ClaimState {
+        ClaimState::unpack(self.0.load(Ordering::Acquire))
     }
 }

@@ -19,7 +19,7 @@ use std::ptr;
 
 /// Holds the newest scene until the real-time thread takes it.
 ///
-/// The pointer in it is null or owned by the mailbox: whoever swaps it out owns the scene. Nothing
+/// The pointer in it is null or owned by the mailbox: the thread that swaps it out owns the scene. Nothing
 /// is read through a pointer that is still in the mailbox.
 #[derive(Debug)]
 pub(crate) struct SceneMailbox {
@@ -93,7 +93,7 @@ pub(crate) struct Shared {
     lease_until_ns: AtomicU64,
     /// When the control thread last gave a sign of life, ns on the monotonic clock; the largest
     /// number before it has begun to.
-    beat_ns: AtomicU64,
+    heartbeat_ns: AtomicU64,
     pub(crate) answers: Answers,
 }
 
@@ -113,26 +113,16 @@ const SERIAL_SHIFT: u32 = 32;
 
 impl CommandWord {
     pub(super) fn pack(self) -> u64 {
-        let code = match self.command {
-            Command::Engage => 1,
-            Command::Release => 2,
-            Command::Reset => 3,
-        };
-        u64::from(self.serial) << SERIAL_SHIFT | u64::from(self.stops_known & STOPS_MASK) << 8 | code
+        let code = self.command.code();
+        u64::from(self.serial) << SERIAL_SHIFT | u64::from(self.stops_known & STOPS_MASK) << 8 | u64::from(code)
     }
 
     pub(super) fn unpack(word: u64) -> Option<Self> {
-        let command = match word & 0xff {
-            1 => Command::Engage,
-            2 => Command::Release,
-            3 => Command::Reset,
-            _ => return None,
-        };
         #[expect(clippy::cast_possible_truncation, reason = "the fields as packed")]
         Some(Self {
             serial: (word >> SERIAL_SHIFT) as u32,
             stops_known: (word >> 8) as u32 & STOPS_MASK,
-            command,
+            command: Command::from_code(word as u8)?,
         })
     }
 
@@ -151,12 +141,12 @@ impl Shared {
             command: AtomicU64::new(0),
             admitted: AtomicU64::new(ANY_CONNECTION),
             lease_until_ns: AtomicU64::new(u64::MAX),
-            beat_ns: AtomicU64::new(u64::MAX),
+            heartbeat_ns: AtomicU64::new(u64::MAX),
             answers: Answers::new(),
         }
     }
 
-    /// Says when the rig is to be released should nobody move that time on.
+    /// Sets when the rig is released unless that time is postponed.
     pub(crate) fn lease_until(&self, until_ns: u64) {
         self.lease_until_ns.store(until_ns, Ordering::Release);
     }
@@ -167,13 +157,13 @@ impl Shared {
     }
 
     /// The control thread's sign of life: it hears stops at this time.
-    pub(crate) fn beat(&self, now_ns: u64) {
-        self.beat_ns.store(now_ns, Ordering::Release);
+    pub(crate) fn heartbeat(&self, now_ns: u64) {
+        self.heartbeat_ns.store(now_ns, Ordering::Release);
     }
 
     /// For how long the control thread has given no sign of life, ns.
     pub(crate) fn silent_ns(&self, now_ns: u64) -> u64 {
-        now_ns.saturating_sub(self.beat_ns.load(Ordering::Acquire))
+        now_ns.saturating_sub(self.heartbeat_ns.load(Ordering::Acquire))
     }
 
     /// Asks for zero force at once; returns the number that this stop has.
@@ -208,7 +198,7 @@ impl Shared {
         admitted == ANY_CONNECTION || admitted == connection
     }
 
-    /// Leaves a command of somebody who knew of so many stops. The one before must have been
+    /// Leaves a command of a sender that knew of `stops_known` stops. The one before must have been
     /// answered or withdrawn.
     pub(crate) fn send(&self, serial: u32, command: Command, stops_known: u64) {
         #[expect(clippy::cast_possible_truncation, reason = "modulo 2^24")]
@@ -227,8 +217,8 @@ impl Shared {
         self.command.store(u64::from(serial) << SERIAL_SHIFT, Ordering::Release);
     }
 
-    /// Makes the loop look for a setup that was sent, by a word that is no command. The command before must have been
-    /// answered or withdrawn.
+    /// Makes the loop look for a setup that was sent, by a word that is not a command. The command before must
+    /// have been answered or withdrawn.
     pub(crate) fn announce_setup(&self, serial: u32) {
         self.withdraw(serial);
     }
@@ -245,7 +235,7 @@ impl Shared {
 pub(crate) struct Answers {
     revision: AtomicU64,
     revision_tick: AtomicU64,
-    /// Steps that the newest scene has come in by.
+    /// Steps of the newest scene's ramp that are rendered.
     steps: AtomicU64,
     command_serial: AtomicU64,
     command_tick: AtomicU64,
@@ -267,21 +257,21 @@ pub(crate) struct Answers {
 pub(crate) struct Stopped {
     pub(crate) tick: u64,
     pub(crate) state: RigState,
-    pub(crate) heard: Heard,
+    pub(crate) confirmation: StopConfirmation,
     /// When the zero force had been written, ns on the monotonic clock.
     pub(crate) written_ns: u64,
     /// When the device was known to have its motor off, ns on the monotonic clock.
     pub(crate) confirmed_ns: u64,
 }
 
-/// Whether a device has heard a stop.
+/// Whether a device has confirmed a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Heard {
+pub(crate) enum StopConfirmation {
     /// It has its motor off.
     Confirmed,
     /// It was sent the zero force, and has not said in time that its motor is off.
     Unconfirmed,
-    /// There was none to hear it.
+    /// No device was connected.
     NoDevice,
 }
 
@@ -333,7 +323,7 @@ impl Answers {
         self.steps.store(steps as u64, Ordering::Relaxed);
     }
 
-    /// The steps that the newest scene has come in by.
+    /// The steps of the newest scene's ramp that are rendered.
     pub(crate) fn steps(&self) -> usize {
         usize::try_from(self.steps.load(Ordering::Relaxed)).unwrap_or(usize::MAX)
     }
@@ -367,12 +357,13 @@ impl Answers {
         self.stop_tick.store(stopped.tick, Ordering::Relaxed);
         self.stop_written_ns.store(stopped.written_ns, Ordering::Relaxed);
         self.stop_confirmed_ns.store(stopped.confirmed_ns, Ordering::Relaxed);
-        let heard = match stopped.heard {
-            Heard::Confirmed => CONFIRMED,
-            Heard::Unconfirmed => UNCONFIRMED,
-            Heard::NoDevice => 0,
+        let confirmation = match stopped.confirmation {
+            StopConfirmation::Confirmed => CONFIRMED,
+            StopConfirmation::Unconfirmed => UNCONFIRMED,
+            StopConfirmation::NoDevice => 0,
         };
-        self.stop_state.store(stopped.state as u64 | heard, Ordering::Relaxed);
+        self.stop_state
+            .store(stopped.state as u64 | confirmation, Ordering::Relaxed);
         self.stops.store(stops, Ordering::Release);
     }
 
@@ -383,10 +374,10 @@ impl Answers {
             Stopped {
                 tick: self.stop_tick.load(Ordering::Relaxed),
                 state: state_from(word),
-                heard: match word & (CONFIRMED | UNCONFIRMED) {
-                    CONFIRMED => Heard::Confirmed,
-                    UNCONFIRMED => Heard::Unconfirmed,
-                    _ => Heard::NoDevice,
+                confirmation: match word & (CONFIRMED | UNCONFIRMED) {
+                    CONFIRMED => StopConfirmation::Confirmed,
+                    UNCONFIRMED => StopConfirmation::Unconfirmed,
+                    _ => StopConfirmation::NoDevice,
                 },
                 written_ns: self.stop_written_ns.load(Ordering::Relaxed),
                 confirmed_ns: self.stop_confirmed_ns.load(Ordering::Relaxed),
@@ -406,7 +397,7 @@ impl Answers {
         (times, self.limits_tick.load(Ordering::Relaxed))
     }
 
-    /// So many samples were not rendered, because no hand can have made them.
+    /// Publishes the number of samples that were not rendered, because no hand can have made them.
     pub(crate) fn set_samples_forgotten(&self, samples: u64) {
         self.forgotten.store(samples, Ordering::Relaxed);
     }

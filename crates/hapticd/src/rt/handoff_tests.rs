@@ -1,6 +1,6 @@
 //! The hand-over with real threads. Miri runs these too, with many seeds.
 
-use crate::rt::handoff::{ANY_CONNECTION, CommandWord, Heard, Outcome, Shared, Stopped, state_from};
+use crate::rt::handoff::{ANY_CONNECTION, CommandWord, Outcome, Shared, StopConfirmation, Stopped, state_from};
 use crate::rt::outbox::{SCENES, with_capacity};
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Renderer, Scene, Scheme};
@@ -94,7 +94,7 @@ fn a_scene_that_nobody_took_is_replaced_and_one_that_was_taken_does_not_come_aga
     assert!(shared.scenes.take_new(&mut seen).is_none());
     shared.scenes.post(compiled(3));
     assert_eq!(shared.scenes.take().map(|scene| scene.revision), Some(3));
-    // What nobody takes goes with the mailbox: Miri tells what is not freed.
+    // What nobody takes goes with the mailbox: Miri reports what is not freed.
     shared.scenes.post(compiled(4));
 }
 
@@ -115,7 +115,7 @@ fn a_command_is_there_until_it_is_withdrawn_and_knows_of_the_stops_before_it() {
     assert_eq!(command(), None);
     assert!(
         ![before, sent].contains(&shared.command_word()),
-        "the loop can tell that there was one"
+        "the loop can see that there was one"
     );
 }
 
@@ -129,7 +129,7 @@ fn a_lease_lapses_after_its_time_and_silence_begins_with_the_last_beat() {
         [false, false, true]
     );
     assert_eq!(shared.silent_ns(5000), 0, "the control thread has not begun");
-    shared.beat(2000);
+    shared.heartbeat(2000);
     assert_eq!(
         [1999, 2000, 2001, 5000].map(|now_ns| shared.silent_ns(now_ns)),
         [0, 0, 1, 3000]
@@ -177,11 +177,15 @@ fn a_command_is_answered_under_its_own_number_alone() {
 fn a_stop_is_answered_with_all_that_is_known_of_it_and_so_are_those_before() {
     let shared = Shared::new();
     assert_eq!(shared.answers.stop(1), None);
-    for (stop, heard) in [(1, Heard::Confirmed), (2, Heard::Unconfirmed), (4, Heard::NoDevice)] {
+    for (stop, confirmation) in [
+        (1, StopConfirmation::Confirmed),
+        (2, StopConfirmation::Unconfirmed),
+        (4, StopConfirmation::NoDevice),
+    ] {
         let stopped = Stopped {
             tick: 10 * stop,
             state: RigState::Stopped,
-            heard,
+            confirmation,
             written_ns: 100 * stop,
             confirmed_ns: 1000 * stop,
         };

@@ -15,7 +15,7 @@ const MOST_IN_A_SECOND: u32 = 1000;
 pub(crate) enum LatePolicy {
     /// Count them, and say so.
     Warn,
-    /// Take the force away when so many are missed within a second.
+    /// Take the force away when this many are missed within a second.
     Fault { most_in_a_second: u32 },
 }
 
@@ -72,15 +72,15 @@ impl Lateness {
         }
     }
 
-    /// Without force nobody is harmed: what was missed until now, with so many periods in all, does
-    /// not count.
+    /// Without force nobody is harmed: what was missed until now (`missed_periods` in all)
+    /// does not count.
     pub(crate) fn rest(&mut self, missed_periods: u64) {
         self.recent.clear();
         self.recent_periods = 0;
         self.seen = missed_periods;
     }
 
-    /// Whether the loop is too late, at a time and with so many periods missed in all.
+    /// Whether the loop is too late, at a time and with a number of periods missed in all.
     #[inline]
     pub(crate) fn is_too_late(&mut self, now_ns: u64, missed_periods: u64) -> bool {
         match self.policy {

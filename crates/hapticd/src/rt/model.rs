@@ -20,7 +20,7 @@ mod atomic {
     pub(crate) use loom::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 }
 
-use claim::{Claim, Fate};
+use claim::{Claim, ClaimState};
 use handoff::{CommandWord, Outcome, Shared, Stopped};
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Renderer, Scene, Scheme};
@@ -126,7 +126,7 @@ fn an_answer_is_seen_whole_or_not_at_all() {
     let stopped = Stopped {
         tick: 7,
         state: RigState::Stopped,
-        heard: handoff::Heard::Confirmed,
+        confirmation: handoff::StopConfirmation::Confirmed,
         written_ns: 8,
         confirmed_ns: 9,
     };
@@ -158,21 +158,23 @@ fn a_scheduled_change_is_rendered_or_taken_back_and_both_threads_know_which() {
         let loops = {
             let claims = Arc::clone(&claims);
             // A change in each tick.
-            loom::thread::spawn(move || [0, 1, 2, 3].map(|index| claims[index].decide(Fate::Rendered(ticks[index]))))
+            loom::thread::spawn(move || {
+                [0, 1, 2, 3].map(|index| claims[index].decide(ClaimState::Rendered(ticks[index])))
+            })
         };
         // The last one first: none is rendered whose predecessor was taken back.
-        let mut withdrawn = [3, 2, 1, 0].map(|index| claims[index].decide(Fate::Withdrawn));
+        let mut withdrawn = [3, 2, 1, 0].map(|index| claims[index].decide(ClaimState::Withdrawn));
         withdrawn.reverse();
         let rendered = loops.join().expect("it ends");
         assert_eq!(rendered, withdrawn.map(|withdrawn| !withdrawn));
         assert!(withdrawn.is_sorted(), "each builds on the one before it: {withdrawn:?}");
         for (index, withdrawn) in withdrawn.into_iter().enumerate() {
-            let fate = if withdrawn {
-                Fate::Withdrawn
+            let state = if withdrawn {
+                ClaimState::Withdrawn
             } else {
-                Fate::Rendered(ticks[index])
+                ClaimState::Rendered(ticks[index])
             };
-            assert_eq!(claims[index].fate(), fate);
+            assert_eq!(claims[index].state(), state);
         }
     });
 }

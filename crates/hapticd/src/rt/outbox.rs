@@ -98,7 +98,7 @@ impl Producer {
         }
     }
 
-    /// Whether so many scenes can be handed back.
+    /// Whether this number of scenes can be handed back.
     pub(crate) fn has_room_for_scenes(&self, scenes: usize) -> bool {
         self.scenes.slots() >= scenes
     }

@@ -5,6 +5,7 @@
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
 
 use crate::rt::thread_settings::{Policy, ThreadSettings};
+use crate::thread_signals::block_signals;
 use haptic_ipc::{Problem, RealTimeStatus};
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
@@ -121,28 +122,6 @@ fn tighten_timers(status: &mut RealTimeStatus) {
             remedy: "allow prctl(PR_SET_TIMERSLACK) in the filter of system calls that the daemon runs under, or give the loop its priority"
                 .to_owned(),
         });
-    }
-}
-
-/// Keeps signals to the process away from the calling thread, so that no handler runs in a tick:
-/// the control thread hears them. Those that a fault of the thread itself raises still reach it.
-fn block_signals() {
-    // SAFETY: the set is initialised by sigfillset before anything reads it, and lives on this stack.
-    unsafe {
-        let mut set = std::mem::zeroed::<libc::sigset_t>();
-        libc::sigfillset(&raw mut set);
-        for raised_by_itself in [
-            libc::SIGSEGV,
-            libc::SIGBUS,
-            libc::SIGFPE,
-            libc::SIGILL,
-            libc::SIGTRAP,
-            libc::SIGSYS,
-            libc::SIGABRT,
-        ] {
-            libc::sigdelset(&raw mut set, raised_by_itself);
-        }
-        libc::pthread_sigmask(libc::SIG_SETMASK, &raw const set, std::ptr::null_mut());
     }
 }
 

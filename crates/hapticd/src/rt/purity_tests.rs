@@ -215,7 +215,7 @@ fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
     on_the_way(scene, scene, 0.0, revision)
 }
 
-/// A scene that comes in over a time, from another.
+/// A scene that takes effect over a time, after another.
 fn on_the_way(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) -> CompiledScene {
     Compiled::new(from, to, Scheme::Exact, 1e-3, ramp_s)
         .expect("a valid scene")
@@ -418,7 +418,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     let mut ticks = TickCounts::default();
     let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
     while newest.is_none_or(|record: TickRecord| record.tick < watch_until + 10) {
-        // Some come in over twenty ticks, and are given ten or thirty.
+        // Some take effect over twenty ticks, and are given ten or thirty.
         let long = [10, 30][usize::from(revision % 4 == 0)] * u64::from(revision % 10 < 2);
         if shared
             .answers
@@ -440,7 +440,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
                 shared.scenes.post(compiled(&scenes[0], revision));
             }
         }
-        // By ticks, not by scenes, of which few come in on a busy machine.
+        // By ticks, not by scenes, of which few take effect on a busy machine.
         if newest.is_some_and(|record| record.tick / 150 > stops) {
             stops += 1;
             shared.stop();

@@ -6,7 +6,7 @@
 //! which has room for all that the first one holds. A [`Claim`] decides between the loop and a
 //! cancellation.
 
-use crate::rt::claim::{Claim, Fate};
+use crate::rt::claim::{Claim, ClaimState};
 use haptic_core::servo::CompiledScene;
 use haptic_ipc::MOST_SCHEDULED_CHANGES;
 use std::sync::Arc;
@@ -83,20 +83,20 @@ impl ScheduleReceiver {
     pub(crate) fn is_due(&self, tick: u64, is_halted: impl FnOnce() -> bool) -> bool {
         self.coming
             .peek()
-            .is_ok_and(|next| next.at_tick <= tick || is_halted() || next.claim.fate() != Fate::Open)
+            .is_ok_and(|next| next.at_tick <= tick || is_halted() || next.claim.state() != ClaimState::Open)
     }
 
     /// The scene that a tick renders first. Hands back what was taken back meanwhile; all of it, if the
     /// rig is halted or the first change came after its tick: the later ones build on it.
     pub(crate) fn take_due(&mut self, tick: u64, mut is_halted: bool) -> Option<Box<CompiledScene>> {
-        let mut reason = Fate::Halted;
+        let mut reason = ClaimState::Halted;
         while self.is_due(tick, || is_halted) {
             let Ok(mut next) = self.coming.pop() else { break };
-            if next.at_tick < tick && !is_halted && next.claim.fate() == Fate::Open {
-                (is_halted, reason) = (true, Fate::Missed);
+            if next.at_tick < tick && !is_halted && next.claim.state() == ClaimState::Open {
+                (is_halted, reason) = (true, ClaimState::Missed);
             }
-            let fate = if is_halted { reason } else { Fate::Rendered(tick) };
-            let is_rendered = next.claim.decide(fate) && !is_halted;
+            let state = if is_halted { reason } else { ClaimState::Rendered(tick) };
+            let is_rendered = next.claim.decide(state) && !is_halted;
             let scene = if is_rendered { next.scene.take() } else { None };
             if let Err(rtrb::PushError::Full(next)) = self.gone.push(next) {
                 // It has room for all that are out; a leak is better than freeing here.
@@ -131,8 +131,8 @@ mod tests {
         claims
     }
 
-    fn fates(claims: &[Arc<Claim>]) -> Vec<Fate> {
-        claims.iter().map(|claim| claim.fate()).collect()
+    fn states(claims: &[Arc<Claim>]) -> Vec<ClaimState> {
+        claims.iter().map(|claim| claim.state()).collect()
     }
 
     #[test]
@@ -147,7 +147,7 @@ mod tests {
             })
             .collect();
         assert_eq!(rendered, [3, 4, 9]);
-        assert_eq!(fates(&claims), [3, 4, 9].map(Fate::Rendered));
+        assert_eq!(states(&claims), [3, 4, 9].map(ClaimState::Rendered));
         assert_eq!(sender.room(), MOST_SCHEDULED_CHANGES);
         assert!(claims.iter().all(|claim| Arc::strong_count(claim) == 1));
     }
@@ -156,23 +156,23 @@ mod tests {
     fn one_that_was_taken_back_makes_room_before_its_tick() {
         let (mut sender, mut receiver) = schedule();
         let claims = sent(&mut sender, &[1000, 2000]);
-        assert!(claims.iter().rev().all(|claim| claim.decide(Fate::Withdrawn)));
+        assert!(claims.iter().rev().all(|claim| claim.decide(ClaimState::Withdrawn)));
         let later = sent(&mut sender, &[6]);
         assert!((0..6).all(|tick| receiver.take_due(tick, false).is_none()));
         assert_eq!(receiver.take_due(6, false).map(|scene| scene.revision), Some(6));
         assert_eq!(
-            (fates(&claims), fates(&later)),
-            (vec![Fate::Withdrawn; 2], vec![Fate::Rendered(6)])
+            (states(&claims), states(&later)),
+            (vec![ClaimState::Withdrawn; 2], vec![ClaimState::Rendered(6)])
         );
     }
 
     #[test]
     fn a_rig_that_is_halted_and_a_schedule_that_comes_too_late_lose_all_of_it() {
-        for (tick, is_halted, fate) in [(1, true, Fate::Halted), (6, false, Fate::Missed)] {
+        for (tick, is_halted, state) in [(1, true, ClaimState::Halted), (6, false, ClaimState::Missed)] {
             let (mut sender, mut receiver) = schedule();
             let claims = sent(&mut sender, &[5, 6, 7]);
             assert!(receiver.take_due(tick, is_halted).is_none());
-            assert_eq!(fates(&claims), [fate; 3]);
+            assert_eq!(states(&claims), [state; 3]);
             assert!((tick..20).all(|tick| receiver.take_due(tick, false).is_none()));
             assert_eq!(sender.room(), MOST_SCHEDULED_CHANGES);
         }
@@ -224,7 +224,7 @@ mod tests {
                     2 => 1,
                     _ => continue,
                 };
-                if *at_tick == tick + lead && claim.decide(Fate::Withdrawn) {
+                if *at_tick == tick + lead && claim.decide(ClaimState::Withdrawn) {
                     taken_back.push(*at_tick);
                 }
             }
@@ -236,14 +236,14 @@ mod tests {
                 is_taken_back,
                 rendered.contains(at_tick),
                 "{at_tick}: {:?}",
-                claim.fate()
+                claim.state()
             );
-            let fate = if is_taken_back {
-                Fate::Withdrawn
+            let state = if is_taken_back {
+                ClaimState::Withdrawn
             } else {
-                Fate::Rendered(*at_tick)
+                ClaimState::Rendered(*at_tick)
             };
-            assert_eq!(claim.fate(), fate);
+            assert_eq!(claim.state(), state);
             assert!(
                 at_tick % 4 != 0 || is_taken_back,
                 "{at_tick}: it was taken back in time"

@@ -6,7 +6,7 @@
 //! the control side after its first instruction, in the next round after its second, and so on; in
 //! the trap, on the same thread, a whole tick of the real-time side runs, counted by the same flag.
 //! Had it to wait for the control side (for a slot in flight, or for a lock such as the
-//! allocator's), it would never end, and the count would tell. No privilege is needed.
+//! allocator's), it would never end, and the count would show it. No privilege is needed.
 #![allow(unsafe_code, reason = "single-stepping, signals and fork")]
 
 use crate::rt::clock::Wake;
@@ -56,7 +56,7 @@ static COUNT: AtomicU64 = AtomicU64::new(0);
 static REAL_TIME_SIDE: AtomicPtr<&mut dyn FnMut()> = AtomicPtr::new(std::ptr::null_mut());
 static REPORT: AtomicPtr<Report> = AtomicPtr::new(std::ptr::null_mut());
 
-/// What the child tells, in memory that it shares.
+/// What the child reports, in memory that it shares.
 #[derive(Debug)]
 pub(super) struct Report {
     /// Instructions of the control side after which it was stopped.

@@ -195,7 +195,7 @@ pub(crate) fn start(
     Ok((running, status))
 }
 
-/// How long the device may take for the last zero force; a link that takes nothing for so long
+/// How long the device may take for the last zero force; a link that takes nothing for this time
 /// counts as disconnected.
 const FINAL_ZERO_TIMEOUT: Duration = Duration::from_millis(100);
 

@@ -68,7 +68,7 @@ mod tests {
         // At 1 kHz there is room for the usual time, and for what was asked for.
         assert_eq!(with(None, 1_000_000, true), USUAL_SPIN_NS);
         assert_eq!(with(Some(30_000), 1_000_000, true), 30_000);
-        // Without a priority and a processor of its own it keeps nobody waiting, unless told to.
+        // Without a priority and a processor of its own it keeps nobody waiting, unless the options say so.
         assert_eq!(with(None, 1_000_000, false), 0);
         assert_eq!(with(Some(30_000), 1_000_000, false), 30_000);
     }

@@ -5,7 +5,7 @@
 //! ```
 
 use crate::rt::clock::{Wake, now_ns};
-use crate::rt::handoff::{CommandWord, Heard, Outcome, Shared, Stopped};
+use crate::rt::handoff::{CommandWord, Outcome, Shared, StopConfirmation, Stopped};
 use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{Producer, TickRecord};
 use crate::rt::rig_setup::{RigSetup, Setup, SetupReceiver};
@@ -181,7 +181,7 @@ impl<D: Device + ?Sized> Tick<D> {
             state: self.servo.state(),
             fault: self.servo.fault(),
         });
-        // The answers come last, so that whoever has one also finds the tick's record.
+        // The answers come last, so that a thread that has one also finds the tick's record.
         self.answer_rarely_changing();
         if !is_quiet {
             self.answer(new_scene, word, &inputs, &outputs);
@@ -379,16 +379,16 @@ impl<D: Device + ?Sized> Tick<D> {
         if written == Ok(Written::Taken) {
             pending.written_ns.get_or_insert(now_ns);
         }
-        let heard = match (written, self.servo.motor()) {
-            (Err(_), _) => Heard::NoDevice,
-            (Ok(Written::Taken), Motor::Unreported | Motor::Off) => Heard::Confirmed,
-            _ if began_ns.saturating_sub(pending.began_ns) >= OFF_TIMEOUT_NS => Heard::Unconfirmed,
+        let confirmation = match (written, self.servo.motor()) {
+            (Err(_), _) => StopConfirmation::NoDevice,
+            (Ok(Written::Taken), Motor::Unreported | Motor::Off) => StopConfirmation::Confirmed,
+            _ if began_ns.saturating_sub(pending.began_ns) >= OFF_TIMEOUT_NS => StopConfirmation::Unconfirmed,
             _ => return,
         };
         let stopped = Stopped {
             tick: self.tick,
             state,
-            heard,
+            confirmation,
             written_ns: pending.written_ns.unwrap_or(now_ns),
             confirmed_ns: now_ns,
         };

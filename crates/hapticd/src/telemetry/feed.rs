@@ -1,4 +1,4 @@
-//! Distributes the records: to the timing histograms, the newest state, and the subscribers.
+//! Distributes the records of the ticks: to the timing histograms, the newest state, and the subscribers.
 
 use crate::rt::handoff::Answers;
 use crate::rt::outbox::{Consumer, TickRecord};
@@ -6,87 +6,15 @@ use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::link;
 use crate::telemetry::motion::Motion;
 use crate::telemetry::stop_times::StopTimes;
+use crate::telemetry::subscribers::{KnownScene, Subscribers, Subscription};
 use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
-use haptic_core::Scene;
-use haptic_ipc::{
-    Event, JournalEntry, LinkStatus, RigState, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup,
-    StateEvent, Timing, Topic, params_of,
-};
+use haptic_ipc::{Event, JournalEntry, LinkStatus, RigState, Sample, ServoSetup, Timing, Topic};
 use std::collections::VecDeque;
-use std::rc::Rc;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 
-/// Most lines that wait for a subscriber; further ones are dropped and counted.
-pub(crate) const BACKLOG_LINES: usize = 64;
-
-/// Most rows of one event, so that its line stays within the protocol's limit; a longer batch is
-/// sent as several events.
-const MOST_ROWS: usize = 256;
-
-/// Most bytes of events that wait for a subscriber, whatever its subscriptions: two seconds of
-/// every tick at 1 kHz.
-pub(crate) const BACKLOG_BYTES: usize = 512 * 1024;
-
-/// A line for a client, with the room that it takes until it is written.
-#[derive(Debug)]
-pub(crate) struct Line {
-    pub(crate) text: String,
-    pub(crate) room: Option<OwnedSemaphorePermit>,
-}
-
-/// A scene that is or was active, and the number of steps to undo and redo there.
-#[derive(Clone, Debug)]
-pub(crate) struct KnownScene {
-    pub(crate) revision: u64,
-    pub(crate) scene: Rc<Scene>,
-    /// The ramp by which it came in.
-    pub(crate) ramp: Option<Box<SceneRamp>>,
-    pub(crate) undo_depth: usize,
-    pub(crate) redo_depth: usize,
-}
-
-/// A client's subscription.
-#[derive(Debug)]
-pub(crate) struct Subscription {
-    pub(crate) topics: Vec<Topic>,
-    /// Every how many ticks one is sent.
-    pub(crate) every: u64,
-    pub(crate) batch: Duration,
-    pub(crate) lines: mpsc::Sender<Line>,
-    /// Room for the client's events, [`BACKLOG_BYTES`] of it.
-    pub(crate) room: Arc<Semaphore>,
-}
-
-impl Subscription {
-    /// Sends an event, if there is room for it.
-    fn send(&self, text: String) -> bool {
-        // The memory of the line, not the length of its text.
-        let bytes = u32::try_from(text.capacity() + size_of::<Line>()).unwrap_or(u32::MAX);
-        let Ok(room) = Arc::clone(&self.room).try_acquire_many_owned(bytes) else {
-            return false;
-        };
-        let room = Some(room);
-        self.lines.try_send(Line { text, room }).is_ok()
-    }
-}
-
-#[derive(Debug)]
-struct Subscriber {
-    session: u64,
-    subscription: Subscription,
-    rows: Vec<Sample>,
-    seq: u64,
-    dropped: u64,
-    due: Instant,
-    state_sent: bool,
-    /// The servo's settings that it was told.
-    servo: ServoSetup,
-    /// Whether there are others, which it is yet to be told.
-    servo_due: bool,
-}
+/// Period at which the control thread processes telemetry.
+pub(crate) const PUMP_PERIOD: Duration = Duration::from_millis(5);
 
 /// The control end of the telemetry.
 #[derive(Debug)]
@@ -104,17 +32,15 @@ pub(crate) struct Feed {
     newest: Option<TickRecord>,
     /// Records that were taken and are not processed yet.
     taken: Vec<TickRecord>,
-    subscribers: Vec<Subscriber>,
+    subscribers: Subscribers,
     /// State and revision of the newest record.
     last_state: Option<(RigState, u64)>,
-    /// The first record of each state and revision since the last call of `tell_subscribers`.
+    /// The first record of each state and revision since the last call of `update_subscribers`.
     changes: Vec<TickRecord>,
-    /// The servo's settings, and the first tick that was computed with them, once they may have changed.
-    servo: Option<(u64, ServoSetup)>,
     /// Whether a record was lost from which on the servo has other settings.
     servo_is_doubtful: bool,
     timing_due: Instant,
-    /// Records lost in the ring so far that subscribers were told of.
+    /// Records lost in the ring so far that subscribers know of.
     ring_dropped: u64,
 }
 
@@ -130,10 +56,9 @@ impl Feed {
             started_ns: 0,
             newest: None,
             taken: Vec::new(),
-            subscribers: Vec::new(),
+            subscribers: Subscribers::default(),
             last_state: None,
             changes: Vec::new(),
-            servo: None,
             servo_is_doubtful: false,
             timing_due: Instant::now(),
             ring_dropped: 0,
@@ -195,34 +120,19 @@ impl Feed {
     }
 
     /// Begins, replaces or (without topics) ends the subscription of a session.
-    /// `servo` is what it is told of the servo's settings.
+    /// `servo` holds the servo's settings, which it has been sent.
     pub(crate) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
-        self.unsubscribe(session);
-        if subscription.topics.is_empty() {
-            return;
-        }
-        self.subscribers.push(Subscriber {
-            session,
-            due: Instant::now() + subscription.batch,
-            subscription,
-            rows: Vec::new(),
-            seq: 0,
-            dropped: 0,
-            state_sent: false,
-            servo,
-            servo_due: false,
-        });
+        self.subscribers.subscribe(session, subscription, servo);
     }
 
     pub(crate) fn unsubscribe(&mut self, session: u64) {
-        self.subscribers.retain(|subscriber| subscriber.session != session);
+        self.subscribers.unsubscribe(session);
     }
 
-    /// Tells the subscribers of an entry of the journal.
-    pub(crate) fn tell(&self, entry: &JournalEntry) {
-        if self.wanted(Topic::Log) {
-            self.broadcast(Topic::Log, &Event::Log(Box::new(entry.clone())));
-        }
+    /// Sends an entry of the journal to the subscribers.
+    pub(crate) fn send_entry(&self, entry: &JournalEntry) {
+        self.subscribers
+            .broadcast(Topic::Log, || Event::Log(Box::new(entry.clone())));
     }
 
     /// Takes the records since the last call, and frees the scenes that were handed back.
@@ -234,9 +144,9 @@ impl Feed {
     }
 
     /// Processes the records that were taken, and sends the events that are due. `scenes` holds all scenes that these
-    /// records may tell of; `servo` asks for the servo's settings, as far as they are known. Returns the first record
+    /// records may name; `servo` asks for the servo's settings, as far as they are known. Returns the first record
     /// of each state and revision.
-    pub(crate) fn tell_subscribers(
+    pub(crate) fn update_subscribers(
         &mut self,
         scenes: &VecDeque<KnownScene>,
         servo: impl Fn(&TickRecord) -> Option<ServoSetup>,
@@ -247,21 +157,16 @@ impl Feed {
         }
         self.taken = taken;
         let changes = std::mem::take(&mut self.changes);
-        self.announce_to_new(scenes);
-        self.announce_servo();
-        let now = Instant::now();
-        for subscriber in &mut self.subscribers {
-            if now >= subscriber.due {
-                subscriber.due = now + subscriber.subscription.batch;
-                subscriber.flush();
-            }
+        if let Some(newest) = &self.newest {
+            self.subscribers.announce_to_new(newest, scenes);
         }
+        self.subscribers.announce_servo();
+        let now = Instant::now();
+        self.subscribers.flush_due(now);
         if now >= self.timing_due {
             self.timing_due = now + Duration::from_secs(1);
-            if self.wanted(Topic::Timing) {
-                let event = Event::Timing(Box::new(self.timing_report()));
-                self.broadcast(Topic::Timing, &event);
-            }
+            self.subscribers
+                .broadcast(Topic::Timing, || Event::Timing(Box::new(self.timing_report())));
         }
         changes
     }
@@ -282,39 +187,25 @@ impl Feed {
         if let Some(excitation) = &mut self.excitation {
             excitation.take(record);
         }
-        // What a row is computed with is told before the row: a stall of this thread may leave rows for
+        // What a row is computed with is sent before the row: a stall of this thread may leave rows for
         // several events.
         let before = self.newest.replace(*record);
         let is_doubtful = std::mem::take(&mut self.servo_is_doubtful);
-        if before.is_none_or(|before| is_doubtful || may_be_set_up_anew(&before, record))
+        if before.is_none_or(|before| is_doubtful || may_have_new_settings(&before, record))
             && let Some(servo) = servo(record)
         {
-            for subscriber in &mut self.subscribers {
-                subscriber.servo_due = subscriber.wants(Topic::State) && subscriber.servo != servo;
-            }
-            self.servo = Some((record.tick, servo));
-            self.announce_servo();
+            self.subscribers.set_servo(record.tick, servo);
         }
         let state = Some((record.state, record.revision));
         if self.last_state != state {
             self.last_state = state;
             self.changes.push(*record);
-            self.announce(record, scenes, |_| true);
+            self.subscribers.announce(record, scenes);
         }
         let lost = record.dropped - self.ring_dropped;
         self.ring_dropped = record.dropped;
         let sample = self.sample(record);
-        for subscriber in &mut self.subscribers {
-            if subscriber.wants(Topic::Samples) {
-                subscriber.dropped += lost / subscriber.subscription.every;
-                if record.tick.is_multiple_of(subscriber.subscription.every) {
-                    subscriber.rows.push(sample);
-                    if subscriber.rows.len() >= MOST_ROWS {
-                        subscriber.flush();
-                    }
-                }
-            }
-        }
+        self.subscribers.add_row(&sample, lost);
     }
 
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
@@ -342,120 +233,15 @@ impl Feed {
             error_detail: record.input_word.detail,
         }
     }
-
-    /// Sends the servo's settings to those who were told others.
-    fn announce_servo(&mut self) {
-        let Some((tick, servo)) = &self.servo else { return };
-        for subscriber in self.subscribers.iter_mut().filter(|subscriber| subscriber.servo_due) {
-            let event = Event::Servo(Box::new(ServoEvent {
-                tick: *tick,
-                servo: servo.clone(),
-            }));
-            // A subscriber whose backlog is full gets them as soon as there is room.
-            if subscriber.subscription.send(line(&event)) {
-                (subscriber.servo, subscriber.servo_due) = (servo.clone(), false);
-            }
-        }
-    }
-
-    /// Sends the whole state to new subscribers.
-    fn announce_to_new(&mut self, scenes: &VecDeque<KnownScene>) {
-        if let Some(newest) = self.newest
-            && self.subscribers.iter().any(|subscriber| !subscriber.state_sent)
-        {
-            self.announce(&newest, scenes, |subscriber| !subscriber.state_sent);
-        }
-    }
-
-    fn announce(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, whom: impl Fn(&Subscriber) -> bool) {
-        let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && whom(subscriber);
-        let found = scenes.binary_search_by_key(&record.revision, |known| known.revision);
-        let Some(known) = found.ok().and_then(|index| scenes.get(index)) else {
-            return;
-        };
-        if !self.subscribers.iter().any(listening) {
-            return;
-        }
-        let event = Event::State(StateEvent {
-            state: record.state,
-            fault: record.fault.map(|fault| fault.to_string()),
-            tick: record.tick,
-            revision: record.revision,
-            scene: known.scene.name.clone(),
-            law: known.scene.friction.law().to_owned(),
-            params: params_of(&known.scene),
-            undo_depth: known.undo_depth,
-            redo_depth: known.redo_depth,
-            arrival: Some(Box::new(SceneArrival {
-                scene: Scene::clone(&known.scene),
-                ramp: known.ramp.as_deref().cloned(),
-            })),
-        });
-        let line = line(&event);
-        for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {
-            // A subscriber whose backlog is full gets the newest state as soon as there is room.
-            subscriber.state_sent = subscriber.subscription.send(line.clone());
-        }
-    }
-
-    fn wanted(&self, topic: Topic) -> bool {
-        self.subscribers.iter().any(|subscriber| subscriber.wants(topic))
-    }
-
-    fn broadcast(&self, topic: Topic, event: &Event) {
-        let line = line(event);
-        for subscriber in self.subscribers.iter().filter(|subscriber| subscriber.wants(topic)) {
-            // A subscriber whose backlog is full misses this event.
-            subscriber.subscription.send(line.clone());
-        }
-    }
-}
-
-impl Subscriber {
-    fn wants(&self, topic: Topic) -> bool {
-        self.subscription.topics.contains(&topic)
-    }
-
-    /// Sends the collected rows, or counts them as dropped.
-    fn flush(&mut self) {
-        if self.rows.is_empty() {
-            return;
-        }
-        let rows = std::mem::take(&mut self.rows);
-        let count = rows.len();
-        let event = Event::Samples(SamplesEvent {
-            seq: self.seq,
-            dropped: self.dropped,
-            rows,
-        });
-        // Events that would not fit are not even serialised.
-        if self.subscription.lines.capacity() > 0 && self.subscription.send(line(&event)) {
-            self.seq += 1;
-            self.dropped = 0;
-        } else {
-            self.dropped += count as u64;
-        }
-        // The next batch will probably be as long.
-        self.rows.reserve(count);
-    }
 }
 
 /// Whether the servo may have other settings from a record on: the rig was engaged, its device answers again, or
 /// other limits hold.
-fn may_be_set_up_anew(before: &TickRecord, record: &TickRecord) -> bool {
+fn may_have_new_settings(before: &TickRecord, record: &TickRecord) -> bool {
     let answers = |record: &TickRecord| record.input_word.sample(0, 0, 0.0).is_ok();
     (record.state.is_live() && !before.state.is_live())
         || (answers(record) && !answers(before))
         || record.input_word.has_new_limits()
-}
-
-/// An event as a line.
-fn line(event: &Event) -> String {
-    let mut line = serde_json::to_string(event).expect("events hold nothing that JSON cannot");
-    line.push('\n');
-    // Serialising has doubled its capacity several times.
-    line.shrink_to_fit();
-    line
 }
 
 #[cfg(test)]

@@ -87,7 +87,7 @@ fn waiting(state: &LinkState, counters: &LinkCounters) -> String {
         _ => "looking for the device".to_owned(),
     };
     match counters.last_error() {
-        // Before the first connection an older error tells nothing more.
+        // Before the first connection an older error says nothing more.
         Some((error, _)) if counters.connections.load(Relaxed) > 0 => format!("{why}; before that, {error}"),
         _ => why,
     }

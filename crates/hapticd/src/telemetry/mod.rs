@@ -5,4 +5,5 @@ pub(crate) mod feed;
 pub(crate) mod link;
 pub(crate) mod motion;
 mod stop_times;
+pub(crate) mod subscribers;
 pub(crate) mod timing;

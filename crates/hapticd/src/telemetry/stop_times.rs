@@ -1,7 +1,7 @@
 //! The duration of stops: from the client's line to zero force on the link, and to the device's
 //! confirmation that its motor is off.
 
-use crate::rt::handoff::{Answers, Heard};
+use crate::rt::handoff::{Answers, StopConfirmation};
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
 use haptic_ipc::StopTimes as Report;
 use hdrhistogram::Histogram;
@@ -50,13 +50,13 @@ impl StopTimes {
             };
             self.under_way.pop_front();
             let took = |at_ns: u64| at_ns.saturating_sub(read_ns).max(1);
-            match stopped.heard {
-                Heard::NoDevice => self.without_device += 1,
-                Heard::Unconfirmed => {
+            match stopped.confirmation {
+                StopConfirmation::NoDevice => self.without_device += 1,
+                StopConfirmation::Unconfirmed => {
                     self.unconfirmed += 1;
                     self.written.saturating_record(took(stopped.written_ns));
                 }
-                Heard::Confirmed => {
+                StopConfirmation::Confirmed => {
                     self.written.saturating_record(took(stopped.written_ns));
                     self.confirmed.saturating_record(took(stopped.confirmed_ns));
                 }

@@ -118,7 +118,7 @@ fn main() -> ExitCode {
 /// Time between two looks for the place, ns.
 const LOOK_NS: u64 = 20_000_000;
 
-/// A sample that is not on its way after so long was held up, ns: half of the time by which hapticd lets a stamp be
+/// Time after which a sample that is not on its way was held up, ns: half of the time by which hapticd lets a stamp be
 /// off.
 const HELD_UP_NS: u64 = 10_000_000;
 
@@ -180,7 +180,7 @@ impl Rig {
             }
             self.read(now);
             while let Some(frame) = self.line.receive_down(now) {
-                self.hear(&frame, now);
+                self.receive(&frame, now);
             }
             if now >= self.next_sample_ns {
                 // A sample that was missed is not made up for.
@@ -202,7 +202,7 @@ impl Rig {
         // would come late would belie its clock, and is left out.
         let is_late = now_ns() > taken_ns + HELD_UP_NS;
         if let Some(sample) = sample.filter(|_| !is_late) {
-            self.say(&sample, taken_ns);
+            self.send(&sample, taken_ns);
         }
     }
 
@@ -239,7 +239,7 @@ impl Rig {
                         "force {} largest {} watchdog {}",
                         self.firmware.force_n(),
                         self.firmware.take_largest_force_n(),
-                        u8::from(self.firmware.watchdog_has_bitten())
+                        u8::from(self.firmware.watchdog_has_tripped())
                     );
                 }
                 Order::Quit => return true,
@@ -260,7 +260,7 @@ impl Rig {
             Fault::Firmware(misbehaviour) => {
                 self.firmware.misbehave(misbehaviour, now);
                 while let Some(error) = self.firmware.take_error() {
-                    self.say(&error, now);
+                    self.send(&error, now);
                 }
             }
             // The line's own.
@@ -276,16 +276,16 @@ impl Rig {
         }
     }
 
-    fn hear(&mut self, frame: &[u8], now: u64) {
+    fn receive(&mut self, frame: &[u8], now: u64) {
         let Some(port) = &mut self.port else { return };
         for message in port.decode(frame) {
             if let Some(answer) = self.firmware.receive(message, now) {
-                self.say(&answer, now);
+                self.send(&answer, now);
             }
         }
     }
 
-    fn say(&mut self, message: &FromDevice, now: u64) {
+    fn send(&mut self, message: &FromDevice, now: u64) {
         let Some(port) = &self.port else { return };
         let bytes = message.bytes();
         let mut bytes = bytes.as_slice().to_vec();

@@ -159,7 +159,7 @@ fn a_motor_that_is_off_though_it_should_be_on_is_told() {
     }
     assert_eq!(told, Some((50, DeviceError::MotorOff { watchdog: true })));
     assert_eq!(pair.firmware.force_n(), 0.0);
-    // Let go and enabled anew it is well again.
+    // Released and enabled again it is well.
     pair.send(0.0, false);
     for _ in 0..10 {
         pair.tick(1.0, true).expect("it is there");

@@ -1,5 +1,5 @@
 //! Gauss and Legendre's quadrature on [0, 1]: nodes and weights (Abramowitz and Stegun 1964, table
-//! 25.4, from which they were computed anew to 40 digits).
+//! 25.4, from which they were computed again to 40 digits).
 
 /// Three nodes.
 pub(super) const THREE: [(f64, f64); 3] = [

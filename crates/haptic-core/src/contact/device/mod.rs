@@ -24,7 +24,7 @@ use core::fmt::Debug;
 
 /// The contact of a law on the device itself.
 pub(crate) trait DeviceContact: Clone + Debug + Send + Sync + 'static {
-    /// Moves on along a leg; tells `meter` of the energy that friction took out of the motion.
+    /// Moves on along a leg; reports to `meter` the energy that friction took out of the motion.
     /// Returns whether the bounded work ran out.
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool;
 

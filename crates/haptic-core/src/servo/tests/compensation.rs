@@ -207,7 +207,7 @@ fn a_stop_and_a_ramp_hold_for_the_compensation_too() {
     assert_eq!(both(Some(Event::Stop), None), (0.0, 0.0));
     both(None, Some(Command::Reset));
     let (added, _) = both(None, Some(Command::Engage));
-    assert_eq!(added, 0.0, "it begins anew");
+    assert_eq!(added, 0.0, "it begins again");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::*;
 
 const TICK_S: f64 = 1e-3;
 
-/// Time in which a step of force comes in, in steps of a millisecond.
+/// Time in which a step of force takes effect, in steps of a millisecond.
 const OFFSET_STEPS: f64 = 50.0;
 
 fn assert_near(found: f64, expected: f64, what: &str) {
@@ -20,7 +20,7 @@ fn stiff(stiffness: f64) -> Renderer {
     Renderer::new(&scene, Scheme::Exact, TICK_S).expect("a valid scene")
 }
 
-/// Lets a scene come in with the next step.
+/// Lets a scene take effect with the next step.
 fn bring(script: &mut Script, renderer: Renderer, transition: Transition) {
     while script.servo.take_retired().is_some() {}
     script.once.scene = Some(Box::new(CompiledScene {
@@ -204,7 +204,7 @@ fn a_scene_that_comes_in_amid_a_fade_takes_the_rest_of_it_back() {
 fn taken(script: &Script) -> usize {
     match &script.servo.scene().transition {
         Transition::Steps(steps) => steps.taken(),
-        _ => panic!("it comes in by steps"),
+        _ => panic!("it takes effect by steps"),
     }
 }
 

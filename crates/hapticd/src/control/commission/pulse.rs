@@ -2,7 +2,7 @@
 
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
-use crate::control::sole_use::lent_loop::{self, Loan};
+use crate::control::sole_use::lent_loop::{self, ExclusiveMotion};
 use crate::control::sole_use::state::Work;
 use crate::telemetry::motion::Motion;
 use haptic_core::pulse::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
@@ -40,7 +40,7 @@ pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission
     let given = match Renderer::pulse(shape, rig.facts.period_s()) {
         Err(error) => Err(error.to_string()),
         Ok(motion) => {
-            let loan = Loan {
+            let exclusive = ExclusiveMotion {
                 motion,
                 longest: LONGEST,
                 admission,
@@ -49,7 +49,7 @@ pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission
             };
             lent_loop::lend(
                 rig,
-                loan,
+                exclusive,
                 |feed| {
                     if let Some(motion) = feed.motion.as_mut() {
                         motion.begin_pulse(shape);

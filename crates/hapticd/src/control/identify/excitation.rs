@@ -2,7 +2,7 @@
 
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
-use crate::control::sole_use::lent_loop::{self, Loan};
+use crate::control::sole_use::lent_loop::{self, ExclusiveMotion};
 use crate::control::sole_use::state::Work;
 use crate::telemetry::excitation::ObservedExcitation;
 use haptic_core::{Excitation, Renderer};
@@ -18,7 +18,7 @@ pub(super) async fn run(rig: &RigHandle, excitation: Excitation, admission: Admi
     let given = match Renderer::excitation(excitation, rig.facts.period_s()) {
         Err(error) => Err(error.to_string()),
         Ok(motion) => {
-            let loan = Loan {
+            let exclusive = ExclusiveMotion {
                 motion,
                 longest: Duration::from_secs_f64(1.1 * excitation.duration_s()) + GRACE,
                 admission,
@@ -27,7 +27,7 @@ pub(super) async fn run(rig: &RigHandle, excitation: Excitation, admission: Admi
             };
             lent_loop::lend(
                 rig,
-                loan,
+                exclusive,
                 |feed| {
                     let last = feed.newest().copied();
                     feed.excitation = Some(ObservedExcitation::new(excitation, last));

@@ -45,7 +45,7 @@ pub(in crate::control) async fn begin(
                        commission` find it";
         return Err(WireError::new(ErrorCode::WrongState, message).about("range_m"));
     };
-    // Read by now, so that the client is told of it.
+    // Read by now, so that the client sees it.
     rig.frictions().of(&rig.facts.state_dir, &device).await;
     let work = Work::Identification(Identification {
         range_m,

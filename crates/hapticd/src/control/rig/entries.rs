@@ -4,10 +4,10 @@ use super::RigHandle;
 use super::observed_state::ObservedState;
 use crate::control::journal::Completion;
 use crate::control::presence;
-use crate::rt::handoff::{Heard, Stopped};
+use crate::rt::handoff::{StopConfirmation, Stopped};
 use crate::rt::outbox::TickRecord;
 use haptic_core::servo::Fault;
-use haptic_ipc::{JournalEntry, LogReply, RigState, StateChange};
+use haptic_ipc::{JournalEntry, RigState, StateChange};
 
 impl RigHandle {
     /// Enters events that no client asked for, completes the entries that waited for their tick,
@@ -21,7 +21,7 @@ impl RigHandle {
         let feed = self.feed.borrow();
         for entry in &complete {
             crate::log::journal(entry);
-            feed.tell(entry);
+            feed.send_entry(entry);
         }
     }
 
@@ -80,15 +80,23 @@ impl RigHandle {
                 tick.is_some()
             }
             Completion::Stopped(stop) => {
-                let Some(Stopped { tick, state, heard, .. }) = self.shared.answers.stop(stop) else {
+                let Some(Stopped {
+                    tick,
+                    state,
+                    confirmation,
+                    ..
+                }) = self.shared.answers.stop(stop)
+                else {
                     return false;
                 };
                 entry.tick = Some(tick);
                 entry.state = entry.state.map(|change| StateChange { after: state, ..change });
-                entry.message = match heard {
-                    Heard::Confirmed => None,
-                    Heard::Unconfirmed => Some("the device has not confirmed that its motor is off".to_owned()),
-                    Heard::NoDevice => Some("no device was connected to take the zero force".to_owned()),
+                entry.message = match confirmation {
+                    StopConfirmation::Confirmed => None,
+                    StopConfirmation::Unconfirmed => {
+                        Some("the device has not confirmed that its motor is off".to_owned())
+                    }
+                    StopConfirmation::NoDevice => Some("no device was connected to take the zero force".to_owned()),
                 };
                 true
             }
@@ -120,11 +128,5 @@ impl RigHandle {
             let code = fault.code();
             (code, journal.faults().get(code).copied().unwrap_or(0))
         })
-    }
-
-    /// The newest entries of the journal.
-    pub(crate) fn journal(&self, after: u64, limit: usize) -> LogReply {
-        self.pump();
-        self.journal.borrow().entries(after, limit)
     }
 }

@@ -6,6 +6,8 @@ mod entries;
 #[cfg(test)]
 pub(super) mod fixture;
 mod observed_state;
+mod outcomes;
+mod pump;
 mod reloads;
 mod scenes;
 pub(super) mod schedule;
@@ -30,13 +32,12 @@ use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
-use crate::rt::outbox::TickRecord;
 use crate::rt::rig_setup::{RigSetup, SetupSender};
 use crate::rt::schedule::ScheduleSender;
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
 use haptic_core::limiter::Limits;
-use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
+use haptic_ipc::{ErrorCode, ServoSetup, WireError};
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -131,43 +132,6 @@ impl RigHandle {
         }
     }
 
-    /// Processes telemetry, and frees the scenes that the real-time thread returned.
-    pub(crate) fn pump(&self) {
-        // A scheduled scene that was rendered goes into the history. Where the caller reads that at this moment, all
-        // waits for the next call.
-        if self.history.try_borrow_mut().is_err() {
-            return;
-        }
-        {
-            let mut feed = self.feed.borrow_mut();
-            feed.stops_ended(&self.shared.answers);
-            feed.take_records();
-        }
-        // After the records: whatever scene they tell of is in the history then.
-        self.settle_schedule();
-        let changes = self
-            .feed
-            .borrow_mut()
-            .tell_subscribers(self.history.borrow().scenes(), |record| self.servo_of(record));
-        self.keep_journal(&changes);
-    }
-
-    /// The feed, after every record of the loop so far: what a client was told is in it.
-    pub(crate) fn feed(&self) -> RefMut<'_, Feed> {
-        self.pump();
-        self.feed.borrow_mut()
-    }
-
-    /// The settings that the loop's servo has from a record on.
-    fn servo_of(&self, record: &TickRecord) -> Option<ServoSetup> {
-        if record.input_word.has_new_limits()
-            && let Some(limits) = self.sent_limits.take()
-        {
-            self.facts.set_limits(limits);
-        }
-        self.servo_in_use()
-    }
-
     /// The settings that the loop's servo has, or will have with the command to engage that was sent;
     /// `None` while the device is not connected, whose resolution and limit are among them.
     pub(crate) fn servo_in_use(&self) -> Option<ServoSetup> {
@@ -235,17 +199,6 @@ impl RigHandle {
         &self.frictions
     }
 
-    /// The state of the rig with no command under way, and a guard that keeps commands waiting.
-    pub(super) async fn quiet_state(&self) -> (tokio::sync::MutexGuard<'_, ()>, RigState) {
-        let turn = self.commanding.lock().await;
-        (turn, self.state())
-    }
-
-    /// The rig's state in the newest record.
-    pub(crate) fn state(&self) -> RigState {
-        self.feed().state()
-    }
-
     /// Sets the time at which the real-time thread releases the rig, unless it is postponed.
     pub(crate) fn lease_until(&self, until_ns: u64) {
         self.shared.lease_until(until_ns);
@@ -267,8 +220,8 @@ impl RigHandle {
     }
 
     /// Tells the real-time thread that the caller, the thread that hears stops, is alive.
-    pub(crate) fn beat(&self) {
-        self.shared.beat(now_ns());
+    pub(crate) fn heartbeat(&self) {
+        self.shared.heartbeat(now_ns());
     }
 
     /// Samples that were discarded, because no hand can have made them.

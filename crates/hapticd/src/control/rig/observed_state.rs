@@ -32,7 +32,7 @@ impl ObservedState {
             };
             return Some((op, fault.to_string()));
         }
-        // A ramp that is over within a tick leads from force to idle, too: whoever asked for that release, or the lease
+        // A ramp that is over within a tick leads from force to idle, too: the client that asked for it, or the lease
         // that lapsed, has an entry of its own.
         let had_force = matches!(before.state, Some(RigState::Engaging | RigState::Engaged));
         (had_force && self.state == Some(RigState::Idle) && self.is_enable_button_open)

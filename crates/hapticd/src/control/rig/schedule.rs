@@ -4,13 +4,12 @@
 //! All that wait belong to one client, each built on the one before it. So no other change may come
 //! between, and taking one back takes back those after it.
 
-use super::waiting_changes::{Schedule, WaitingChange};
-use super::{Ramp, RigHandle};
+use super::RigHandle;
+use super::waiting_changes::WaitingChange;
 use crate::control::compile::Compiled;
 use crate::control::history::Move;
-use crate::control::journal::Completion;
 use crate::control::requester::Requester;
-use crate::rt::claim::{Claim, Fate};
+use crate::rt::claim::Claim;
 use crate::rt::schedule::ScheduledScene;
 use haptic_core::Scene;
 use haptic_ipc::{
@@ -208,7 +207,7 @@ impl RigHandle {
     /// Schedules changes: all of them, or none. Returns the revision of the first one.
     ///
     /// # Errors
-    /// As [`check_schedule`](Self::check_schedule), or another change came in since `base_revision`.
+    /// As [`check_schedule`](Self::check_schedule), or another change was made since `base_revision`.
     pub(in crate::control) fn schedule(
         &self,
         by: Requester<'_>,
@@ -260,54 +259,6 @@ impl RigHandle {
         Ok(base_revision + 1)
     }
 
-    /// Enters what has become of scheduled changes into the history and the journal.
-    pub(super) fn settle_schedule(&self) {
-        loop {
-            let mut schedule = self.schedule.borrow_mut();
-            let Some(first) = schedule.waiting.front() else { return };
-            match first.claim.fate() {
-                Fate::Open => return,
-                Fate::Rendered(tick) => {
-                    let rendered = schedule.waiting.pop_front();
-                    drop(schedule);
-                    if let Some(rendered) = rendered {
-                        self.enter_rendered(tick, rendered);
-                    }
-                }
-                // Those after it build on it.
-                Fate::Halted => drop_all(self, schedule, "the rig was stopped, faulted or disconnected"),
-                Fate::Missed => drop_all(self, schedule, "its first change came after its tick"),
-                Fate::Withdrawn => {
-                    schedule.waiting.pop_front();
-                }
-            }
-        }
-    }
-
-    fn enter_rendered(&self, tick: u64, rendered: WaitingChange) {
-        let WaitingChange {
-            revision,
-            scene,
-            ramp,
-            path,
-            step,
-            entry,
-            ..
-        } = rendered;
-        {
-            let mut history = self.history.borrow_mut();
-            let given = history.moved(step, scene);
-            debug_assert_eq!(given, revision, "nothing came between");
-            history.keep_ramp(ramp);
-        }
-        *self.ramp.borrow_mut() = path.map(|path| Ramp { revision, path });
-        let entry = JournalEntry {
-            tick: Some(tick),
-            ..entry
-        };
-        self.enter(Completion::Done, entry);
-    }
-
     /// Takes back what waits of a schedule and of those after it, or everything; returns the number of
     /// changes. `None` if no schedule has this name.
     pub(in crate::control) fn cancel_schedule(
@@ -335,7 +286,7 @@ impl RigHandle {
         Some(cancelled)
     }
 
-    /// Takes back what a client has scheduled, now that it has ended, unless it is to be kept.
+    /// Takes back what a client has scheduled, now that it has ended, unless its schedule is kept.
     pub(in crate::control) fn end_schedule_of(&self, session: u64, why: &str) {
         let is_over = {
             let schedule = self.schedule.borrow();
@@ -345,28 +296,6 @@ impl RigHandle {
             self.cancel_schedule(None, None, why);
         }
     }
-
-    fn enter_cancelled(&self, cancelled: usize, by: Option<&Peer>, why: &str) {
-        let entry = JournalEntry {
-            by: by.cloned(),
-            message: Some(format!("{cancelled} scheduled changes were taken back: {why}")),
-            ..JournalEntry::of(if by.is_some() {
-                "schedule.cancel"
-            } else {
-                "schedule_cancelled"
-            })
-        };
-        self.enter(Completion::Done, entry);
-    }
-}
-
-/// Removes all that waits, because the loop has discarded its first.
-fn drop_all(rig: &RigHandle, mut schedule: std::cell::RefMut<'_, Schedule>, why: &str) {
-    let dropped = schedule.waiting.len();
-    schedule.withdraw(0);
-    schedule.waiting.clear();
-    drop(schedule);
-    rig.enter_cancelled(dropped, None, why);
 }
 
 #[cfg(test)]

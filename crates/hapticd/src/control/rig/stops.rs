@@ -3,7 +3,7 @@
 use super::RigHandle;
 use crate::control::journal::Completion;
 use crate::rt::clock::now_ns;
-use crate::rt::handoff::{Heard, Stopped};
+use crate::rt::handoff::{StopConfirmation, Stopped};
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
 
 impl RigHandle {
@@ -41,11 +41,16 @@ impl RigHandle {
     /// # Errors
     /// No device is connected to take the zero force, or the real-time thread does not answer.
     pub(crate) async fn stopped(&self, stop: u64) -> Result<(u64, RigState), WireError> {
-        let Stopped { tick, state, heard, .. } = self.answer(|shared| shared.answers.stop(stop)).await?;
-        let (code, what) = match heard {
-            Heard::Confirmed => return Ok((tick, state)),
-            Heard::NoDevice => (ErrorCode::NoDevice, "no device is connected to take the zero force"),
-            Heard::Unconfirmed => (
+        let Stopped {
+            tick,
+            state,
+            confirmation,
+            ..
+        } = self.answer(|shared| shared.answers.stop(stop)).await?;
+        let (code, what) = match confirmation {
+            StopConfirmation::Confirmed => return Ok((tick, state)),
+            StopConfirmation::NoDevice => (ErrorCode::NoDevice, "no device is connected to take the zero force"),
+            StopConfirmation::Unconfirmed => (
                 ErrorCode::NotConfirmed,
                 "the device was sent the zero force and has not confirmed that its motor is off",
             ),

@@ -2,7 +2,7 @@
 
 use crate::control::compile::RampPath;
 use crate::control::history::Move;
-use crate::rt::claim::{Claim, Fate};
+use crate::rt::claim::{Claim, ClaimState};
 use crate::rt::schedule::ScheduleSender;
 use haptic_core::Scene;
 use haptic_ipc::{JournalEntry, Peer, SceneRamp};
@@ -65,7 +65,7 @@ impl Schedule {
             && self
                 .waiting
                 .back()
-                .is_some_and(|last| last.claim.decide(Fate::Withdrawn))
+                .is_some_and(|last| last.claim.decide(ClaimState::Withdrawn))
         {
             self.waiting.pop_back();
             cancelled += 1;

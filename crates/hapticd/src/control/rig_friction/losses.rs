@@ -52,7 +52,7 @@ fn compensation(rig: &RigHandle, known: &KnownFriction) -> Option<Compensation> 
     known.identified().map(|friction| Compensation { share, friction })
 }
 
-/// What the loop is told of the connected rig.
+/// What the loop gets to know of the connected rig.
 pub(in crate::control) fn setup(rig: &RigHandle) -> RigSetup {
     let known = known(rig);
     RigSetup {

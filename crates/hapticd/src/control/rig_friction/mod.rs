@@ -1,5 +1,5 @@
 //! The friction of the connected rig itself, as far as it was identified: read when the rig is
-//! plugged in, and kept until another one is. The loop is told of it with each command to engage.
+//! plugged in, and kept until another one is. The loop gets it with each command to engage.
 
 mod losses;
 pub(in crate::control) mod record;

@@ -203,7 +203,7 @@ mod tests {
         std::fs::write(&path, "friction = 3").expect("written");
         again.connection = 3;
         let known = frictions.of(directory.path(), &again).await;
-        let why = known.problem().expect("it is no record");
+        let why = known.problem().expect("it is not a record");
         assert!(why.contains(&path.display().to_string()), "{why}");
         // What could not be read is tried again.
         std::fs::remove_file(&path).expect("removed");

@@ -1,6 +1,6 @@
 //! Dispatches each request to the file of its operation.
 
-use super::{Answer, Client, MOST_CLIENTS, PendingAnswer};
+use super::client::{Answer, Client, MOST_CLIENTS, PendingAnswer};
 use crate::control::change::{self, PendingChange};
 use crate::control::requester::Requester;
 use crate::control::schedule::ScheduleOptions;

@@ -1,14 +1,17 @@
 //! One client: reads its lines, answers each, and sends its events.
 
+mod client;
 mod dispatch;
 mod lines;
 mod reply;
 
-use crate::control::change::PendingChange;
+pub(super) use client::MOST_CLIENTS;
+
+use crate::control::session::client::{Answer, Client, Closed, PendingAnswer, WAITING_BYTES, room, take_room};
 use crate::control::session::lines::{Lines, unreadable};
 use crate::control::session::reply::{answer, line};
 use crate::control::{RigHandle, lease, sole_use};
-use crate::telemetry::feed::{BACKLOG_BYTES, BACKLOG_LINES, Line};
+use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
 use haptic_ipc::{
     BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, SceneChange, ScheduledChange, WireError,
 };
@@ -25,15 +28,6 @@ use tokio_util::codec::LinesCodecError;
 
 /// How long a client may leave its lines unread.
 const BLOCKED_FOR: Duration = Duration::from_secs(2);
-
-/// Clients served at once.
-pub(super) const MOST_CLIENTS: usize = 32;
-
-/// Bytes of a client's requests that may wait to be answered (with the memory of each beside its
-/// text), of its changes that may wait to be rendered, and of answers that may wait to be written;
-/// a longer one waits alone. The daemon stops reading from a client that pipelines more, some
-/// thousand requests, until there is room. All of it is in locked memory.
-const WAITING_BYTES: usize = 256 * 1024;
 
 /// Bytes searched for stops after the last answer: more than a socket's buffer.
 const LAST_BYTES: usize = 1024 * 1024;
@@ -81,17 +75,6 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     drop(writing.await);
 }
 
-/// Room for lines that wait.
-fn room() -> Arc<Semaphore> {
-    Arc::new(Semaphore::new(WAITING_BYTES))
-}
-
-/// Waits for room for `bytes`.
-async fn take_room(room: &Arc<Semaphore>, bytes: usize) -> Option<OwnedSemaphorePermit> {
-    let bytes = u32::try_from(bytes.clamp(1, WAITING_BYTES)).ok()?;
-    Arc::clone(room).acquire_many_owned(bytes).await.ok()
-}
-
 /// A line that waits to be answered, and the room that it takes.
 struct QueuedLine {
     incoming: ReceivedLine,
@@ -134,33 +117,6 @@ async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<Line>) {
         }
         drop(room);
     }
-}
-
-struct Client {
-    rig: Rc<RigHandle>,
-    lines: mpsc::Sender<Line>,
-    /// Room for answers.
-    unwritten: Arc<Semaphore>,
-    /// Room for changes that are not answered yet.
-    unrendered: Arc<Semaphore>,
-    /// Room for events.
-    events: Arc<Semaphore>,
-    session: u64,
-    peer: Peer,
-    rights: Rights,
-}
-
-/// The answer to a change that the real-time thread has yet to render.
-struct PendingAnswer {
-    id: u64,
-    change: PendingChange,
-    room: Option<OwnedSemaphorePermit>,
-}
-
-/// The answer to a request.
-enum Answer {
-    Now(String),
-    OnceRendered(PendingAnswer),
 }
 
 /// Whether a request changes the scene: it may begin before earlier ones are answered.
@@ -346,15 +302,7 @@ impl Client {
         }
         Ok(())
     }
-
-    async fn send(&self, text: String) -> Result<(), Closed> {
-        let room = take_room(&self.unwritten, text.len()).await;
-        self.lines.send(Line { text, room }).await.map_err(|_| Closed)
-    }
 }
-
-/// The client has closed its connection.
-struct Closed;
 
 /// The first line that the daemon sends.
 #[derive(Serialize)]

@@ -92,7 +92,7 @@ pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDev
     let state = rig.state();
     let sole_use = rig.sole_use().borrow();
     let Some(current) = sole_use.as_ref() else {
-        return Err(WireError::new(ErrorCode::WrongState, "nobody has the rig alone").about("state"));
+        return Err(WireError::new(ErrorCode::WrongState, "no exclusive session is active").about("state"));
     };
     let name = current.work.name();
     if let Some(why) = &current.ended {

@@ -16,8 +16,8 @@ const POLL_PERIOD: Duration = Duration::from_millis(1);
 /// Time that a ramp may take beyond its duration.
 const RAMP_GRACE: Duration = Duration::from_secs(1);
 
-/// A motion to lend the loop to.
-pub(in crate::control) struct Loan<'a> {
+/// A motion that the loop renders for the client that has the rig to itself.
+pub(in crate::control) struct ExclusiveMotion<'a> {
     pub(in crate::control) motion: Renderer,
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
@@ -41,30 +41,35 @@ pub(in crate::control) fn rest(rig: &RigHandle) {
 /// The reason of an interruption.
 pub(in crate::control) async fn lend(
     rig: &RigHandle,
-    loan: Loan<'_>,
+    exclusive: ExclusiveMotion<'_>,
     observe: impl FnOnce(&mut Feed),
     is_over: impl Fn(&Feed) -> bool,
 ) -> Result<(), String> {
-    let by = loan.by;
-    let given = give(rig, loan, observe, is_over).await;
+    let by = exclusive.by;
+    let given = give(rig, exclusive, observe, is_over).await;
     take_back(rig, by).await;
     given
 }
 
 async fn give(
     rig: &RigHandle,
-    loan: Loan<'_>,
+    exclusive: ExclusiveMotion<'_>,
     observe: impl FnOnce(&mut Feed),
     is_over: impl Fn(&Feed) -> bool,
 ) -> Result<(), String> {
     rest(rig);
-    rig.carry_out(Command::Engage, loan.admission, loan.stops, Asked::By(loan.by))
-        .await
-        .map_err(|error| error.message)?;
+    rig.carry_out(
+        Command::Engage,
+        exclusive.admission,
+        exclusive.stops,
+        Asked::By(exclusive.by),
+    )
+    .await
+    .map_err(|error| error.message)?;
     until(rig, rig.facts.ramp + RAMP_GRACE, |state| state == RigState::Engaged).await?;
     observe(&mut rig.feed());
-    rig.lend_loop(loan.motion);
-    until(rig, loan.longest, |_| is_over(&rig.feed())).await
+    rig.lend_loop(exclusive.motion);
+    until(rig, exclusive.longest, |_| is_over(&rig.feed())).await
 }
 
 /// Waits for a condition while the sole use is active and the rig is engaging or engaged.

@@ -2,6 +2,10 @@
 
 use super::*;
 use crate::rt::outbox;
+use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
+use haptic_core::Scene;
+use std::sync::Arc;
+use tokio::sync::{Semaphore, mpsc};
 
 fn known(revision: u64) -> KnownScene {
     KnownScene {
@@ -27,7 +31,7 @@ fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, 
 
 fn pump(feed: &mut Feed, scenes: &VecDeque<KnownScene>, servo: impl Fn() -> Option<ServoSetup>) {
     feed.take_records();
-    feed.tell_subscribers(scenes, |_| servo());
+    feed.update_subscribers(scenes, |_| servo());
 }
 
 fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
@@ -159,7 +163,7 @@ fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
     let (subscription, mut received) = subscription(&[Topic::State, Topic::Samples], 1, 64);
     feed.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1), known(2)]);
-    // The control thread was held up for 600 ticks. A scene came in at 100, and the rig was engaged at 400.
+    // The control thread was held up for 600 ticks. A scene took effect at 100, and the rig was engaged at 400.
     for tick in 0..600 {
         let mut record = outbox::tests::record(tick);
         record.revision = if tick < 100 { 1 } else { 2 };
@@ -179,7 +183,7 @@ fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
             "rows 512 to 599",
         ]
     );
-    // What it was told is not told again, and a later one hears nothing of what came before it.
+    // What it was sent is not sent again, and a later one hears nothing of what came before it.
     let (newer, mut heard) = self::subscription(&[Topic::State], 1, 64);
     feed.subscribe(2, newer, setup(0.3));
     for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {

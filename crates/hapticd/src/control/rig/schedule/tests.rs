@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::control::rig::fixture::rig;
+use crate::rt::claim::ClaimState;
 use crate::rt::outbox::tests::record;
 
 #[test]
@@ -29,7 +30,7 @@ fn a_change_that_is_rendered_while_the_history_is_read_is_entered_afterwards() {
     let claim = Arc::clone(&rig.schedule.borrow().waiting[0].claim);
 
     let history = rig.history();
-    assert!(claim.decide(Fate::Rendered(100)));
+    assert!(claim.decide(ClaimState::Rendered(100)));
     rig.pump();
     assert_eq!(history.newest().revision, 1);
     drop(history);

@@ -205,7 +205,7 @@ fn nothing_of_the_force_before_a_stop_is_left_after_it() {
     bench.command(Command::Reset);
     bench.command(Command::Engage);
     let first = bench.tick();
-    assert!(first.command_force.abs() < 0.1, "force begins anew: {first:?}");
+    assert!(first.command_force.abs() < 0.1, "force begins again: {first:?}");
 }
 
 #[test]

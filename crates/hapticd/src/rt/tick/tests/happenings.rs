@@ -19,7 +19,7 @@ enum Happening {
     SlowScene(usize, f64),
     /// A pulse, an excitation, or rest in the place of the scene.
     Motion(usize),
-    /// Leases lapse, or are taken anew.
+    /// Leases lapse, or are taken again.
     Lease {
         lapses: bool,
     },
@@ -212,7 +212,7 @@ proptest! {
                 }
                 Happening::Control { is_silent: silent } => {
                     is_silent = silent;
-                    bench.shared.beat(if silent { 0 } else { u64::MAX });
+                    bench.shared.heartbeat(if silent { 0 } else { u64::MAX });
                 }
                 // Mostly a hand that goes on, and now and then a leap to anywhere.
                 Happening::Tick(Some(anywhere), ns) if !anywhere.is_finite() || anywhere.abs() > 0.09 => {

@@ -23,8 +23,8 @@ fn a_stop_is_confirmed_only_when_the_device_has_taken_zero_force() {
     let tick = bench.tick().tick;
     let stopped = bench.shared.answers.stop(stop).expect("confirmed");
     assert_eq!(
-        (stopped.tick, stopped.state, stopped.heard),
-        (tick, RigState::Stopped, Heard::Confirmed)
+        (stopped.tick, stopped.state, stopped.confirmation),
+        (tick, RigState::Stopped, StopConfirmation::Confirmed)
     );
     assert_eq!(bench.last_written(), 0.0);
     assert!(!bench.command(Command::Engage).refused);
@@ -51,7 +51,10 @@ fn a_stop_is_confirmed_when_the_device_says_that_its_motor_is_off_and_never_wait
     bench.tick.device.motor = Motor::Off;
     bench.tick();
     let stopped = bench.shared.answers.stop(stop).expect("confirmed");
-    assert_eq!((stopped.heard, stopped.state), (Heard::Confirmed, RigState::Stopped));
+    assert_eq!(
+        (stopped.confirmation, stopped.state),
+        (StopConfirmation::Confirmed, RigState::Stopped)
+    );
     assert!(stopped.confirmed_ns > stopped.written_ns);
     // One that never says so.
     bench.command(Command::Reset);
@@ -65,8 +68,8 @@ fn a_stop_is_confirmed_when_the_device_says_that_its_motor_is_off_and_never_wait
         assert!(bench.clock_ns - began_ns < 200_000_000, "it waits for ever");
     }
     assert_eq!(
-        bench.shared.answers.stop(stop).map(|stopped| stopped.heard),
-        Some(Heard::Unconfirmed)
+        bench.shared.answers.stop(stop).map(|stopped| stopped.confirmation),
+        Some(StopConfirmation::Unconfirmed)
     );
 }
 
@@ -83,8 +86,8 @@ fn a_stop_that_no_device_can_hear_is_answered_at_once_and_says_so() {
     let tick = bench.tick().tick;
     let unheard = bench.shared.answers.stop(stop).expect("answered at once");
     assert_eq!(
-        (unheard.tick, unheard.state, unheard.heard),
-        (tick, RigState::Stopped, Heard::NoDevice)
+        (unheard.tick, unheard.state, unheard.confirmation),
+        (tick, RigState::Stopped, StopConfirmation::NoDevice)
     );
     // The device that comes back is told, and nobody pulls before a reset.
     bench.ticks(18);
@@ -96,8 +99,8 @@ fn a_stop_that_no_device_can_hear_is_answered_at_once_and_says_so() {
     // The next stop is heard.
     let stop = bench.shared.stop();
     bench.tick();
-    let heard = bench.shared.answers.stop(stop).map(|stopped| stopped.heard);
-    assert_eq!(heard, Some(Heard::Confirmed));
+    let confirmation = bench.shared.answers.stop(stop).map(|stopped| stopped.confirmation);
+    assert_eq!(confirmation, Some(StopConfirmation::Confirmed));
 }
 
 #[test]
@@ -218,13 +221,13 @@ fn a_control_thread_that_hangs_lets_the_force_down_within_300_ms() {
         },
         ramp(),
     );
-    bench.shared.beat(bench.clock_ns);
+    bench.shared.heartbeat(bench.clock_ns);
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
     // Of a ramp of ten seconds a tenth is gone.
     for _ in 0..1000 {
         // Not a whole number of ticks before any of them.
-        bench.shared.beat(bench.clock_ns + 1);
+        bench.shared.heartbeat(bench.clock_ns + 1);
         assert!(bench.tick().state.is_live());
     }
     let lost_ns = bench.clock_ns;
@@ -241,7 +244,7 @@ fn a_control_thread_that_hangs_lets_the_force_down_within_300_ms() {
     let took_ns = bench.clock_ns - lost_ns;
     assert!((240_000_000..=300_000_000).contains(&took_ns), "{took_ns} ns");
     // It comes to itself: that alone brings no force back.
-    bench.shared.beat(bench.clock_ns);
+    bench.shared.heartbeat(bench.clock_ns);
     assert!(bench.command(Command::Engage).refused);
     assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
     assert!(!bench.command(Command::Engage).refused);

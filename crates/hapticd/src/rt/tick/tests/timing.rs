@@ -215,7 +215,7 @@ fn only_what_is_missed_while_force_flows_makes_the_loop_too_late() {
     bench.missed_periods += 4;
     let engaged = bench.tick();
     assert!(engaged.state.is_live(), "{engaged:?}");
-    // Released and engaged again within the second: it begins anew.
+    // Released and engaged again within the second: it begins again.
     bench.command(Command::Release);
     bench.ticks(30);
     assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);

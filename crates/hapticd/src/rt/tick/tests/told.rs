@@ -1,4 +1,4 @@
-//! What a tick tells whoever runs it, and what it may be told: another device, and that standing
+//! What a tick reports to its loop, and what it may be passed: another device, and that standing
 //! still is no fault.
 
 use super::*;
@@ -21,10 +21,10 @@ fn a_tick_says_when_it_ended() {
 #[test]
 fn a_control_thread_may_be_silent_for_its_time_and_no_longer() {
     let mut bench = bench(ramp());
-    bench.shared.beat(bench.clock_ns);
+    bench.shared.heartbeat(bench.clock_ns);
     bench.ticks(SETTLE);
     bench.engage();
-    bench.shared.beat(bench.clock_ns);
+    bench.shared.heartbeat(bench.clock_ns);
     bench.ticks(250);
     assert_eq!(bench.tick.servo.state(), RigState::Engaged);
     assert_eq!(bench.tick().state, RigState::Releasing);

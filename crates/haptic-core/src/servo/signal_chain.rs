@@ -1,0 +1,166 @@
+//! The servo as a value: all that it remembers from step to step, and what may be set or asked between two steps.
+
+use super::fault::Fault;
+use super::force_offset::ForceOffset;
+use super::rig::Rig;
+use super::sensing::Sensing;
+use super::settings::Settings;
+use super::state::RigState;
+use super::transition::{CompiledScene, FadingScene};
+use crate::compensation::{Compensation, Compensator};
+use crate::limiter::{Limits, SafetyLimiter};
+use crate::passivity::{PassivityObserver, RigLosses};
+use crate::sample::Motor;
+use crate::sample_clock::SampleClock;
+use crate::velocity;
+use alloc::boxed::Box;
+
+/// Along a ramp a step counts for this many periods at most: a stall does not skip the ramp.
+const LONGEST_RAMP_STEP_PERIODS: f64 = 5.0;
+
+/// The whole state between a measurement and a force.
+#[derive(Debug)]
+pub struct Servo {
+    pub(super) settings: Settings,
+    /// Our own clock, from the first step on, ns.
+    pub(super) now_ns: u64,
+    pub(super) scene: Box<CompiledScene>,
+    /// The scene before, while its force fades out.
+    pub(super) fading: Option<FadingScene>,
+    /// Scenes that are no longer rendered. They are freed elsewhere: a step frees nothing.
+    pub(super) retired: [Option<Box<CompiledScene>>; 2],
+    pub(super) rig: Rig,
+    /// Whether force flowed in the step before.
+    pub(super) was_live: bool,
+    pub(super) sensing: Sensing,
+    pub(super) limiter: SafetyLimiter,
+    pub(super) passivity: PassivityObserver,
+    pub(super) compensator: Option<Compensator>,
+    pub(super) offset: ForceOffset,
+    /// Since when the device has been commanded to have its motor off, ns.
+    pub(super) off_since_ns: Option<u64>,
+}
+
+impl Servo {
+    /// A servo without force, of a device that is there.
+    #[must_use]
+    pub fn new(settings: Settings, scene: Box<CompiledScene>) -> Self {
+        Self {
+            settings,
+            now_ns: 0,
+            scene,
+            fading: None,
+            retired: [None, None],
+            rig: Rig::new(settings.ramp_s, LONGEST_RAMP_STEP_PERIODS * settings.period_s),
+            was_live: false,
+            sensing: Sensing::new(settings.velocity, settings.period_s, settings.stale_ns),
+            limiter: SafetyLimiter::new(settings.limits),
+            passivity: PassivityObserver::new(settings.losses, settings.passivity_control_n),
+            compensator: settings.compensation.map(Compensator::new),
+            offset: ForceOffset::default(),
+            off_since_ns: None,
+        }
+    }
+
+    /// The device cannot be written, or is yet to be found.
+    pub fn disconnect(&mut self) {
+        self.rig.device_present(false);
+    }
+
+    /// The next sample is the first of another device.
+    pub fn forget_device(&mut self) {
+        self.sensing.forget();
+    }
+
+    /// Another rig is there, or more is known of it. While force flows nothing changes.
+    pub fn set_rig(&mut self, losses: RigLosses, compensation: Option<Compensation>) {
+        if self.rig.is_live() {
+            return;
+        }
+        self.settings.losses = losses;
+        self.settings.compensation = compensation;
+        self.passivity = PassivityObserver::new(losses, self.settings.passivity_control_n);
+        self.compensator = compensation.map(Compensator::new);
+    }
+
+    /// Continues with other limits, also while force flows: [`SafetyLimiter::set_limits`], over the ramp of engaging.
+    pub fn set_limits(&mut self, limits: Limits) {
+        self.settings.limits = limits;
+        self.limiter.set_limits(limits, self.settings.ramp_s);
+    }
+
+    /// However long the loop stands still, that is not a fault from now on.
+    pub fn disregard_stalls(&mut self) {
+        self.settings.stale_ns = u64::MAX;
+    }
+
+    /// What stays the same from step to step.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The estimate of velocity, for a servo that continues where another one was.
+    pub fn estimator_mut(&mut self) -> &mut velocity::Estimator {
+        self.sensing.estimator_mut()
+    }
+
+    /// What is known of the device's clock, for a servo that continues where another one was.
+    pub fn clock_mut(&mut self) -> &mut SampleClock {
+        self.sensing.clock_mut()
+    }
+
+    /// Sets our own clock, ns, by which samples are timed, for a servo that continues where another one was.
+    pub fn set_now_ns(&mut self, now_ns: u64) {
+        self.now_ns = now_ns;
+    }
+
+    /// State of the rig.
+    #[must_use]
+    pub fn state(&self) -> RigState {
+        self.rig.state()
+    }
+
+    /// Why the rig is faulted, or stopped by its own button.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.rig.fault()
+    }
+
+    /// What the device says of its motor.
+    #[must_use]
+    pub fn motor(&self) -> Motor {
+        self.sensing.motor()
+    }
+
+    /// Samples so far that no hand can have made, and that were not rendered.
+    #[must_use]
+    pub fn samples_forgotten(&self) -> u64 {
+        self.sensing.forgotten()
+    }
+
+    /// The scene that is rendered.
+    #[must_use]
+    pub fn scene(&self) -> &CompiledScene {
+        &self.scene
+    }
+
+    /// Whether there is a scene that is no longer rendered.
+    #[must_use]
+    pub fn has_retired(&self) -> bool {
+        self.retired.iter().any(Option::is_some)
+    }
+
+    /// A scene that is no longer rendered, for a thread that may free it.
+    pub fn take_retired(&mut self) -> Option<Box<CompiledScene>> {
+        self.retired.iter_mut().find_map(Option::take)
+    }
+
+    pub(super) fn retire(&mut self, scene: Box<CompiledScene>) {
+        match self.retired.iter_mut().find(|slot| slot.is_none()) {
+            Some(slot) => *slot = Some(scene),
+            // The caller did not take what was retired: a leak is better than freeing here.
+            None => core::mem::forget(scene),
+        }
+    }
+}

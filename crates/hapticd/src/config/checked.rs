@@ -1,0 +1,413 @@
+//! The options, checked one by one: what the daemon runs with.
+
+use super::engage_rules::EngageRules;
+use super::error::{ConfigError, read_toml, within};
+use super::options::{Options, PolicyName};
+use super::rig::{FrictionOptions, RigChoice};
+use super::source::Configuration;
+use crate::control::history::LONGEST_TITLE;
+use crate::control::socket::Group;
+use crate::rt::lateness::LatePolicy;
+use crate::rt::privileges::{FIFO_PRIORITIES, default_cpu};
+use crate::rt::thread_settings::Policy;
+use device_boards::Address;
+
+use haptic_core::limiter::Limits;
+use haptic_core::velocity::Method;
+use haptic_core::{Scene, Scheme};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// Conditions that must last for force to flow.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Watches {
+    /// Longest time for which a device may repeat its last sample, or the loop may stall while
+    /// force flows, ns.
+    pub(crate) stale_ns: u64,
+    /// Longest time without a beat of the control thread, ns.
+    pub(crate) control_timeout_ns: u64,
+    /// Button of the rig that stops it, by its bit.
+    pub(crate) stop_button: Option<u8>,
+    /// Button of the rig that must be held down for force to flow, by its bit.
+    pub(crate) enable_button: Option<u8>,
+}
+
+/// Where metrics are published.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MetricsOptions {
+    pub(crate) address: Option<SocketAddr>,
+    pub(crate) file: Option<PathBuf>,
+}
+
+/// The checked configuration.
+#[derive(Debug)]
+pub(crate) struct Config {
+    /// Where it comes from.
+    pub(crate) source: Configuration,
+    pub(crate) socket: PathBuf,
+    /// Group that the control socket serves beside the daemon's own user and root.
+    pub(crate) socket_group: Option<Group>,
+    pub(crate) watch_socket: Option<PathBuf>,
+    pub(crate) metrics: MetricsOptions,
+    pub(crate) period_ns: u64,
+    pub(crate) cpu: Option<usize>,
+    pub(crate) available_cpus: Vec<usize>,
+    pub(crate) policy: Policy,
+    pub(crate) spin_ns: Option<u64>,
+    pub(crate) keep_cpus_awake: bool,
+    pub(crate) late_policy: LatePolicy,
+    pub(crate) scene: Scene,
+    pub(crate) scene_dir: PathBuf,
+    pub(crate) state_dir: PathBuf,
+    pub(crate) rules: EngageRules,
+    pub(crate) scheme: Scheme,
+    pub(crate) velocity: Method,
+    pub(crate) limits: Limits,
+    pub(crate) passivity_control_n: f64,
+    pub(crate) ramp_s: f64,
+    pub(crate) watches: Watches,
+    pub(crate) device: Address,
+    pub(crate) rig: RigChoice,
+    pub(crate) friction: FrictionOptions,
+}
+
+/// The path in an environment variable.
+fn path_in(variable: &str) -> Option<PathBuf> {
+    std::env::var_os(variable)
+        .filter(|value| !value.is_empty())
+        .map(PathBuf::from)
+}
+
+/// Default directory of saved scenes.
+fn default_scene_dir() -> PathBuf {
+    // The service manager names the first; the others are XDG base directories.
+    let service = path_in("STATE_DIRECTORY").map(|state| state.join("scenes"));
+    let data = path_in("XDG_DATA_HOME").or_else(|| path_in("HOME").map(|home| home.join(".local/share")));
+    service
+        .or_else(|| data.map(|data| data.join("hapticd/scenes")))
+        .unwrap_or_else(|| "/var/lib/hapticd/scenes".into())
+}
+
+/// Default directory of the commissioning records.
+fn default_state_dir() -> PathBuf {
+    // The service manager names the first; the others are XDG base directories.
+    let state = path_in("XDG_STATE_HOME").or_else(|| path_in("HOME").map(|home| home.join(".local/state")));
+    path_in("STATE_DIRECTORY")
+        .or_else(|| state.map(|state| state.join("hapticd")))
+        .unwrap_or_else(|| "/var/lib/hapticd".into())
+}
+
+impl Options {
+    /// Checks everything; the process may use these processors.
+    pub(super) fn check(&self, available_cpus: &[usize], source: Configuration) -> Result<Config, ConfigError> {
+        let device = match &self.device {
+            Some(named) => named.0.clone(),
+            None if self.demo || self.self_test.is_some() => Address::FAKE,
+            None => return Err(ConfigError::NoDevice),
+        };
+        if (self.demo || self.self_test.is_some()) && device != Address::FAKE {
+            return Err(ConfigError::OnlyFake);
+        }
+        let period_ns = self.period_ns()?;
+        let policy = self.policy()?;
+        self.check_cpu(available_cpus)?;
+        let spin_ns = self.spin_ns()?;
+        let scene = self.starting_scene()?;
+        #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
+        scene
+            .validate_rate(period_ns as f64 * 1e-9)
+            .map_err(ConfigError::StartScene)?;
+        let socket = haptic_ipc::socket_path::for_server(self.socket.as_deref());
+        if let Some(path) = self.watch_socket.as_ref().filter(|path| **path == socket) {
+            return Err(ConfigError::WatchOnControl(path.clone()));
+        }
+        let group = self
+            .socket_group
+            .as_ref()
+            .map(|name| Group::find(name).ok_or_else(|| ConfigError::NoSuchGroup(name.clone())));
+        Ok(Config {
+            source,
+            socket,
+            socket_group: group.transpose()?,
+            watch_socket: self.watch_socket.clone(),
+            metrics: self.metrics()?,
+            period_ns,
+            cpu: self.cpu.or_else(|| default_cpu(available_cpus)),
+            available_cpus: available_cpus.to_vec(),
+            policy,
+            spin_ns,
+            keep_cpus_awake: self.keep_cpus_awake.unwrap_or(true),
+            late_policy: self.late_policy.map_or(LatePolicy::Warn, |name| name.0),
+            scene,
+            scene_dir: self.scene_dir.clone().unwrap_or_else(default_scene_dir),
+            state_dir: self.state_dir.clone().unwrap_or_else(default_state_dir),
+            rules: EngageRules {
+                uncommissioned: self.uncommissioned.unwrap_or(false),
+                allow_no_watchdog: self.allow_no_watchdog.unwrap_or(false),
+            },
+            scheme: self.scheme.map_or(Scheme::Exact, |name| name.0),
+            velocity: self.velocity.map_or(Method::default(), |name| name.0),
+            limits: self.limits()?,
+            passivity_control_n: within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?,
+            ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
+            watches: self.watches()?,
+            rig: match device.connector() {
+                None => RigChoice::Fake(Box::new(self.fake_rig()?)),
+                Some(connector) => RigChoice::Linked(connector),
+            },
+            friction: self.friction()?,
+            device,
+        })
+    }
+
+    fn metrics(&self) -> Result<MetricsOptions, ConfigError> {
+        match self.metrics {
+            Some(address) if !address.ip().is_loopback() && self.metrics_beyond_this_machine != Some(true) => {
+                Err(ConfigError::MetricsBeyondThisMachine(address))
+            }
+            address => Ok(MetricsOptions {
+                address,
+                file: self.metrics_file.clone(),
+            }),
+        }
+    }
+
+    fn period_ns(&self) -> Result<u64, ConfigError> {
+        let rate_hz = within("rate", self.rate, 1000.0, 100.0, 20_000.0, "Hz")?;
+        if rate_hz.fract() != 0.0 {
+            return Err(ConfigError::BrokenRate(rate_hz));
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "from 50 000 to 10 000 000"
+        )]
+        let period_ns = (1e9 / rate_hz).round() as u64;
+        Ok(period_ns)
+    }
+
+    fn policy(&self) -> Result<Policy, ConfigError> {
+        let (lowest, highest) = (*FIFO_PRIORITIES.start(), *FIFO_PRIORITIES.end());
+        let wanted = self.priority.unwrap_or(80);
+        let priority = u8::try_from(wanted)
+            .ok()
+            .filter(|priority| FIFO_PRIORITIES.contains(priority));
+        #[expect(clippy::cast_precision_loss, reason = "only to say which number was refused")]
+        let priority = priority.ok_or(ConfigError::OutOfRange {
+            name: "priority",
+            value: wanted as f64,
+            min: lowest.into(),
+            max: highest.into(),
+            unit: "",
+        })?;
+        Ok(match self.policy {
+            None | Some(PolicyName::Fifo) => Policy::Fifo { priority },
+            Some(PolicyName::Deadline) => Policy::Deadline,
+        })
+    }
+
+    fn check_cpu(&self, available: &[usize]) -> Result<(), ConfigError> {
+        match self.cpu {
+            Some(cpu) if !available.contains(&cpu) => Err(ConfigError::NoSuchCpu {
+                cpu,
+                available: available.to_vec(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "from 0 to 1 000 000"
+    )]
+    fn spin_ns(&self) -> Result<Option<u64>, ConfigError> {
+        let spin_us = self
+            .spin_us
+            .map(|_| within("spin-us", self.spin_us, 0.0, 0.0, 1000.0, "us"));
+        Ok(spin_us.transpose()?.map(|spin_us| (spin_us * 1e3).round() as u64))
+    }
+
+    fn limits(&self) -> Result<Limits, ConfigError> {
+        let usual = Limits::default();
+        let slew_n_per_s = usual.slew_n_per_s;
+        Ok(Limits {
+            force_n: within("force-limit-n", self.force_limit_n, usual.force_n, 0.1, 1000.0, "N")?,
+            slew_n_per_s: within(
+                "slew-limit-n-per-s",
+                self.slew_limit_n_per_s,
+                slew_n_per_s,
+                10.0,
+                1e9,
+                "N/s",
+            )?,
+            speed_mps: within(
+                "speed-limit-mps",
+                self.speed_limit_mps,
+                usual.speed_mps,
+                0.01,
+                100.0,
+                "m/s",
+            )?,
+            acceleration_mps2: within(
+                "acceleration-limit-mps2",
+                self.acceleration_limit_mps2,
+                usual.acceleration_mps2,
+                10.0,
+                1e6,
+                "m/s^2",
+            )?,
+        })
+    }
+
+    fn watches(&self) -> Result<Watches, ConfigError> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "from a millisecond to ten seconds"
+        )]
+        let ns = |ms: f64| (ms * 1e6).round() as u64;
+        let button = |name, given: Option<u8>| match given {
+            None => Ok(None),
+            Some(number @ 1..=8) => Ok(Some(number - 1)),
+            Some(number) => Err(ConfigError::OutOfRange {
+                name,
+                value: number.into(),
+                min: 1.0,
+                max: 8.0,
+                unit: "",
+            }),
+        };
+        Ok(Watches {
+            // Nobody holds the rig of the demo, and a newcomer builds the clients meanwhile.
+            stale_ns: ns(within(
+                "stale-ms",
+                self.stale_ms,
+                if self.demo { 500.0 } else { 20.0 },
+                1.0,
+                1000.0,
+                "ms",
+            )?),
+            control_timeout_ns: ns(within(
+                "control-timeout-ms",
+                self.control_timeout_ms,
+                250.0,
+                50.0,
+                10_000.0,
+                "ms",
+            )?),
+            stop_button: button("stop-button", self.stop_button)?,
+            enable_button: button("enable-button", self.enable_button)?,
+        })
+    }
+
+    fn starting_scene(&self) -> Result<Scene, ConfigError> {
+        let Some(path) = &self.scene else {
+            return Ok(Scene::paper());
+        };
+        let mut scene: Scene = read_toml(path)?;
+        if scene.name.is_empty() {
+            scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        scene.validate().map_err(|source| ConfigError::Scene {
+            path: path.clone(),
+            source,
+        })?;
+        #[expect(clippy::cast_precision_loss, reason = "at most a megabyte")]
+        let (bytes, most) = (scene.name.len() as f64, LONGEST_TITLE as f64);
+        within("the length of the scene's name", Some(bytes), 0.0, 0.0, most, "bytes")?;
+        Ok(scene)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::options::{HandName, MotionName};
+    use clap::{CommandFactory, Parser};
+
+    fn options(arguments: &[&str]) -> Options {
+        Options::try_parse_from([&["hapticd"], arguments].concat()).expect("it parses")
+    }
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Options::command().debug_assert();
+    }
+
+    #[test]
+    fn the_command_line_wins_over_the_file_and_the_file_over_the_defaults() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("hapticd.toml");
+        std::fs::write(&path, "device = \"fake\"\nrate = 2000\nramp-ms = 50\nhand = \"free\"\n").expect("written");
+        let config = options(&["--config", path.to_str().expect("a plain path"), "--rate", "4000"])
+            .resolve()
+            .expect("it holds");
+        assert_eq!(config.period_ns, 250_000);
+        assert_eq!(config.ramp_s, 0.05);
+        assert_eq!(config.limits.force_n, 20.0);
+    }
+
+    #[test]
+    fn a_bad_option_is_refused_by_its_name_value_limit_and_unit() {
+        for (arguments, parts) in [
+            (vec!["--rate", "50"], vec!["rate", "50", "100", "20000", "Hz"]),
+            (vec!["--rate", "-2e-5"], vec!["rate", "-0.00002", "100", "20000", "Hz"]),
+            (vec!["--rate", "NaN"], vec!["rate", "NaN"]),
+            (vec!["--rate", "1000.5"], vec!["rate", "1000.5", "whole number", "Hz"]),
+            (vec!["--force-limit-n", "0"], vec!["force-limit-n", "0", "0.1", "N"]),
+            (vec!["--rig-mass-kg", "-1"], vec!["rig-mass-kg", "-1", "kg"]),
+            (vec!["--stale-ms", "0"], vec!["stale-ms", "0", "1", "1000", "ms"]),
+            (vec!["--priority", "0"], vec!["priority", "1", "99"]),
+            (vec!["--cpu", "4000"], vec!["cpu", "4000", "processors"]),
+            (
+                vec!["--socket-group", "nosuch"],
+                vec!["socket-group", "nosuch", "groupadd"],
+            ),
+            (
+                vec!["--metrics", "0.0.0.0:9664"],
+                vec![
+                    "metrics",
+                    "0.0.0.0:9664",
+                    "127.0.0.1:9664",
+                    "metrics-beyond-this-machine",
+                ],
+            ),
+            (vec!["--hand", "file:/nowhere.csv"], vec!["/nowhere.csv"]),
+            (vec!["--scene", "/nowhere.toml"], vec!["/nowhere.toml"]),
+        ] {
+            let message = options(&[vec!["--device", "fake"], arguments].concat())
+                .resolve()
+                .expect_err("it is refused")
+                .to_string();
+            for part in parts {
+                assert!(message.contains(part), "{message} lacks {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_in_the_file_is_refused() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("hapticd.toml");
+        std::fs::write(&path, "rat = 2000\n").expect("written");
+        let error = options(&["--config", path.to_str().expect("a plain path")])
+            .resolve()
+            .expect_err("no such name");
+        assert!(error.to_string().contains("rat"), "{error}");
+    }
+
+    #[test]
+    fn hands_are_read() {
+        assert_eq!(
+            "arm:file:m.csv".parse(),
+            Ok(HandName::Arm(MotionName::File("m.csv".into())))
+        );
+        assert_eq!(
+            "file:m.csv".parse(),
+            Ok(HandName::Prescribed(MotionName::File("m.csv".into())))
+        );
+        assert!("file:".parse::<HandName>().is_err());
+        assert!("wave".parse::<HandName>().is_err());
+    }
+}

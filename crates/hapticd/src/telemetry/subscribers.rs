@@ -1,0 +1,258 @@
+//! The subscribers: what each has asked for, and the events that it is sent.
+
+use crate::rt::outbox::TickRecord;
+use haptic_core::Scene;
+use haptic_ipc::{
+    Event, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup, StateEvent, Topic, params_of,
+};
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
+
+/// Most lines that wait for a subscriber; further ones are dropped and counted.
+pub(crate) const BACKLOG_LINES: usize = 64;
+
+/// Most rows of one event, so that its line stays within the protocol's limit; a longer batch is
+/// sent as several events.
+const MOST_ROWS: usize = 256;
+
+/// Most bytes of events that wait for a subscriber, whatever its subscriptions: two seconds of
+/// every tick at 1 kHz.
+pub(crate) const BACKLOG_BYTES: usize = 512 * 1024;
+
+/// A line for a client, with the room that it takes until it is written.
+#[derive(Debug)]
+pub(crate) struct Line {
+    pub(crate) text: String,
+    pub(crate) room: Option<OwnedSemaphorePermit>,
+}
+
+/// A scene that is or was active, and the number of steps to undo and redo there.
+#[derive(Clone, Debug)]
+pub(crate) struct KnownScene {
+    pub(crate) revision: u64,
+    pub(crate) scene: Rc<Scene>,
+    /// The ramp by which it took effect.
+    pub(crate) ramp: Option<Box<SceneRamp>>,
+    pub(crate) undo_depth: usize,
+    pub(crate) redo_depth: usize,
+}
+
+/// A client's subscription.
+#[derive(Debug)]
+pub(crate) struct Subscription {
+    pub(crate) topics: Vec<Topic>,
+    /// Every how many ticks one is sent.
+    pub(crate) every: u64,
+    pub(crate) batch: Duration,
+    pub(crate) lines: mpsc::Sender<Line>,
+    /// Room for the client's events, [`BACKLOG_BYTES`] of it.
+    pub(crate) room: Arc<Semaphore>,
+}
+
+impl Subscription {
+    /// Sends an event, if there is room for it.
+    fn send(&self, text: String) -> bool {
+        // The memory of the line, not the length of its text.
+        let bytes = u32::try_from(text.capacity() + size_of::<Line>()).unwrap_or(u32::MAX);
+        let Ok(room) = Arc::clone(&self.room).try_acquire_many_owned(bytes) else {
+            return false;
+        };
+        let room = Some(room);
+        self.lines.try_send(Line { text, room }).is_ok()
+    }
+}
+
+#[derive(Debug)]
+struct Subscriber {
+    session: u64,
+    subscription: Subscription,
+    rows: Vec<Sample>,
+    seq: u64,
+    dropped: u64,
+    due: Instant,
+    state_sent: bool,
+    /// The servo's settings that it was sent.
+    servo: ServoSetup,
+    /// Whether there are others, which are not sent yet.
+    servo_due: bool,
+}
+
+/// All subscribers.
+#[derive(Debug, Default)]
+pub(super) struct Subscribers {
+    all: Vec<Subscriber>,
+    /// The servo's settings, and the first tick that was computed with them, once they may have changed.
+    servo: Option<(u64, ServoSetup)>,
+}
+
+impl Subscribers {
+    /// Begins, replaces or (without topics) ends the subscription of a session.
+    /// `servo` holds the servo's settings, which it has been sent.
+    pub(super) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
+        self.unsubscribe(session);
+        if subscription.topics.is_empty() {
+            return;
+        }
+        self.all.push(Subscriber {
+            session,
+            due: Instant::now() + subscription.batch,
+            subscription,
+            rows: Vec::new(),
+            seq: 0,
+            dropped: 0,
+            state_sent: false,
+            servo,
+            servo_due: false,
+        });
+    }
+
+    pub(super) fn unsubscribe(&mut self, session: u64) {
+        self.all.retain(|subscriber| subscriber.session != session);
+    }
+
+    /// The servo has these settings from a tick on: sends them to those who have others.
+    pub(super) fn set_servo(&mut self, tick: u64, servo: ServoSetup) {
+        for subscriber in &mut self.all {
+            subscriber.servo_due = subscriber.wants(Topic::State) && subscriber.servo != servo;
+        }
+        self.servo = Some((tick, servo));
+        self.announce_servo();
+    }
+
+    /// Adds a tick to the rows of those who want it; `lost` records were lost before it.
+    pub(super) fn add_row(&mut self, sample: &Sample, lost: u64) {
+        for subscriber in &mut self.all {
+            if subscriber.wants(Topic::Samples) {
+                subscriber.dropped += lost / subscriber.subscription.every;
+                if sample.tick.is_multiple_of(subscriber.subscription.every) {
+                    subscriber.rows.push(*sample);
+                    if subscriber.rows.len() >= MOST_ROWS {
+                        subscriber.flush();
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sends the rows that are due.
+    pub(super) fn flush_due(&mut self, now: Instant) {
+        for subscriber in &mut self.all {
+            if now >= subscriber.due {
+                subscriber.due = now + subscriber.subscription.batch;
+                subscriber.flush();
+            }
+        }
+    }
+
+    /// Sends the servo's settings to those who have others.
+    pub(super) fn announce_servo(&mut self) {
+        let Some((tick, servo)) = &self.servo else { return };
+        for subscriber in self.all.iter_mut().filter(|subscriber| subscriber.servo_due) {
+            let event = Event::Servo(Box::new(ServoEvent {
+                tick: *tick,
+                servo: servo.clone(),
+            }));
+            // A subscriber whose backlog is full gets them as soon as there is room.
+            if subscriber.subscription.send(line(&event)) {
+                (subscriber.servo, subscriber.servo_due) = (servo.clone(), false);
+            }
+        }
+    }
+
+    /// Sends the whole state to new subscribers.
+    pub(super) fn announce_to_new(&mut self, newest: &TickRecord, scenes: &VecDeque<KnownScene>) {
+        if self.all.iter().any(|subscriber| !subscriber.state_sent) {
+            self.announce_to(newest, scenes, |subscriber| !subscriber.state_sent);
+        }
+    }
+
+    /// Sends the whole state to all subscribers.
+    pub(super) fn announce(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>) {
+        self.announce_to(record, scenes, |_| true);
+    }
+
+    fn announce_to(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, whom: impl Fn(&Subscriber) -> bool) {
+        let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && whom(subscriber);
+        let found = scenes.binary_search_by_key(&record.revision, |known| known.revision);
+        let Some(known) = found.ok().and_then(|index| scenes.get(index)) else {
+            return;
+        };
+        if !self.all.iter().any(listening) {
+            return;
+        }
+        let event = Event::State(StateEvent {
+            state: record.state,
+            fault: record.fault.map(|fault| fault.to_string()),
+            tick: record.tick,
+            revision: record.revision,
+            scene: known.scene.name.clone(),
+            law: known.scene.friction.law().to_owned(),
+            params: params_of(&known.scene),
+            undo_depth: known.undo_depth,
+            redo_depth: known.redo_depth,
+            arrival: Some(Box::new(SceneArrival {
+                scene: Scene::clone(&known.scene),
+                ramp: known.ramp.as_deref().cloned(),
+            })),
+        });
+        let line = line(&event);
+        for subscriber in self.all.iter_mut().filter(|subscriber| listening(subscriber)) {
+            // A subscriber whose backlog is full gets the newest state as soon as there is room.
+            subscriber.state_sent = subscriber.subscription.send(line.clone());
+        }
+    }
+
+    /// Sends an event to those who want its topic.
+    pub(super) fn broadcast(&self, topic: Topic, event: impl FnOnce() -> Event) {
+        let mut wanting = self.all.iter().filter(|subscriber| subscriber.wants(topic)).peekable();
+        if wanting.peek().is_none() {
+            return;
+        }
+        let line = line(&event());
+        for subscriber in wanting {
+            // A subscriber whose backlog is full misses this event.
+            subscriber.subscription.send(line.clone());
+        }
+    }
+}
+
+impl Subscriber {
+    fn wants(&self, topic: Topic) -> bool {
+        self.subscription.topics.contains(&topic)
+    }
+
+    /// Sends the collected rows, or counts them as dropped.
+    fn flush(&mut self) {
+        if self.rows.is_empty() {
+            return;
+        }
+        let rows = std::mem::take(&mut self.rows);
+        let count = rows.len();
+        let event = Event::Samples(SamplesEvent {
+            seq: self.seq,
+            dropped: self.dropped,
+            rows,
+        });
+        // Events that would not fit are not even serialised.
+        if self.subscription.lines.capacity() > 0 && self.subscription.send(line(&event)) {
+            self.seq += 1;
+            self.dropped = 0;
+        } else {
+            self.dropped += count as u64;
+        }
+        // The next batch will probably be as long.
+        self.rows.reserve(count);
+    }
+}
+
+/// An event as a line.
+fn line(event: &Event) -> String {
+    let mut line = serde_json::to_string(event).expect("events hold nothing that JSON cannot");
+    line.push('\n');
+    // Serialising has doubled its capacity several times.
+    line.shrink_to_fit();
+    line
+}
