@@ -1,4 +1,4 @@
-//! What a client can do to a daemon without its leave: each an attack that goes on until it is told to end.
+//! What a client can do to a daemon without its leave: each an attack that lasts until the test ends it.
 
 use serde_json::json;
 use std::io::{Read, Write};

@@ -34,7 +34,7 @@ pub struct Line {
     pub prints: Vec<String>,
 }
 
-/// What a page tells its reader to do.
+/// What a page asks its reader to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
     /// To write a file.

@@ -1,12 +1,12 @@
-//! What the documents do not say by hand: parts of pages, and plots. With `HAPTICD_UPDATE_BOOK=1` they are drawn anew,
+//! What the documents do not say by hand: parts of pages, and plots. With `HAPTICD_UPDATE_BOOK=1` they are drawn again,
 //! and without it compared.
 
 use std::fs;
 use std::path::Path;
 
-/// How a part is drawn anew.
+/// How a part is drawn again.
 const REMEDY: &str =
-    "draw it anew with `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book` and look at it";
+    "draw it again with `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book` and look at it";
 
 fn document(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name)

@@ -55,7 +55,7 @@ impl HungThread {
             ptrace::cont(thread, None).expect("it stood still");
             crate::pause();
         };
-        // What it waited for is interrupted, and not begun anew.
+        // What it waited for is interrupted, and not begun again.
         was.orig_rax = u64::MAX;
         let mut registers = was;
         registers.rip -= 2;

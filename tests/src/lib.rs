@@ -27,6 +27,7 @@ pub mod screen;
 pub mod simulated_rig;
 pub mod soak;
 pub mod stalled;
+pub mod study_screen;
 pub mod terminal;
 pub mod transcript;
 
@@ -48,6 +49,29 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 /// from the other tests.
 pub fn pause() {
     std::thread::sleep(Duration::from_millis(1));
+}
+
+/// Looks again and again until `holds` is true.
+///
+/// # Panics
+/// It stays false; `failure` is the message.
+pub fn until(failure: &str, mut holds: impl FnMut() -> bool) {
+    until_some(failure, || holds().then_some(()));
+}
+
+/// Looks again and again until `find` finds something, and returns that.
+///
+/// # Panics
+/// It never does; `failure` is the message.
+pub fn until_some<T>(failure: &str, mut find: impl FnMut() -> Option<T>) -> T {
+    let began = Instant::now();
+    loop {
+        if let Some(found) = find() {
+            return found;
+        }
+        assert!(began.elapsed() < PATIENCE, "{failure}");
+        pause();
+    }
 }
 
 /// Lets a daemon and its rig stand still for longer than they may with a hand on the rig, where the
@@ -413,6 +437,26 @@ pub fn wait_for(client: &mut Client, what: &str, mut wanted: impl FnMut(&Status)
 /// It does not come to that.
 pub fn wait_for_state(client: &mut Client, state: RigState) -> Status {
     wait_for(client, &state.to_string(), |status| status.state == state)
+}
+
+/// Brings the rig to `state`, idle or engaged. A key of the panel stops on three ways, and the last may be late: it is
+/// reset again.
+///
+/// # Panics
+/// It does not come to that.
+pub fn bring_to(client: &mut Client, state: RigState) {
+    let began = Instant::now();
+    loop {
+        let next = match status(client).state {
+            now if now == state => return,
+            RigState::Idle => Request::Engage {},
+            RigState::Stopped => Request::Reset {},
+            _ => Request::Status {},
+        };
+        // Its state may have changed since.
+        drop(client.request::<serde_json::Value>(next));
+        assert!(began.elapsed() < PATIENCE, "waited in vain for {state}");
+    }
 }
 
 /// Engages the rig of a daemon that is behind a link. On a machine so busy that a terminal's bytes

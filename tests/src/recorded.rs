@@ -1,9 +1,8 @@
 //! Recordings that grow, and what a replay takes of them.
 
-use crate::{PATIENCE, pause};
+use crate::until;
 use haptic_recording::{Entry, Mark, Recording};
 use std::path::Path;
-use std::time::Instant;
 
 /// Rows on the disk.
 #[must_use]
@@ -16,11 +15,7 @@ pub fn rows(file: &Path) -> usize {
 /// # Panics
 /// They do not come.
 pub fn wait_for_rows(file: &Path, in_all: usize) {
-    let began = Instant::now();
-    while rows(file) < in_all {
-        assert!(began.elapsed() < PATIENCE, "waited in vain for {in_all} rows");
-        pause();
-    }
+    until(&format!("waited in vain for {in_all} rows"), || rows(file) >= in_all);
 }
 
 /// Waits until more rows are on the disk.

@@ -4,7 +4,7 @@
 //! Xvfb keeps its picture in a file (`-fbdir`), in the form of `xwd`, so that nothing else is
 //! needed to look at it.
 
-use crate::{PATIENCE, binary};
+use crate::{PATIENCE, binary, until};
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -192,10 +192,7 @@ impl Screen {
             before = now;
         }
         self.act(&["click", "1"]);
-        while looks() == before {
-            assert!(began.elapsed() < PATIENCE, "nothing happens at ({x}, {y})");
-            crate::pause();
-        }
+        until(&format!("nothing happens at ({x}, {y})"), || looks() != before);
     }
 
     /// What it shows now.
@@ -232,11 +229,7 @@ impl Screen {
     /// # Panics
     /// It never comes to that.
     pub fn wait_until(&self, what: &str, is_there: impl Fn(&Picture) -> bool) {
-        let began = Instant::now();
-        while !is_there(&self.picture()) {
-            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
-            crate::pause();
-        }
+        until(&format!("waited in vain for {what}"), || is_there(&self.picture()));
     }
 
     /// What it shows once that does not change any more, and `is_there` finds what it waits for in it.
@@ -285,7 +278,7 @@ impl Panel {
     /// Whether it has ended by itself.
     ///
     /// # Panics
-    /// The system does not tell.
+    /// The system does not say.
     pub fn has_ended(&mut self) -> bool {
         self.0.try_wait().expect("it is ours").is_some()
     }

@@ -143,7 +143,7 @@ impl SimulatedRig {
         self.ask("stats")
     }
 
-    /// Begins all sums and maxima of [`Self::stats`] anew.
+    /// Begins all sums and maxima of [`Self::stats`] again.
     ///
     /// # Panics
     /// It does not answer.

@@ -163,7 +163,7 @@ impl Terminal {
         if poll(&mut ready, Some(&a_while)).expect("it can be waited for") == 0 {
             return false;
         }
-        // Little at a time: whoever waits for a picture sees it also where a busy machine lets all
+        // Little at a time: a test that waits for a picture sees it also where a busy machine lets all
         // of them be written before it looks.
         let mut bytes = [0; 64];
         let Ok(read) = self.master.read(&mut bytes) else {

@@ -1,4 +1,4 @@
-//! The control socket in a hostile world: who comes in, and what those who do cannot bring about.
+//! The control socket in a hostile world: who can connect, and what those who do cannot bring about.
 
 use haptic_ipc::{
     ChangeReply, Changes, Client, ClientError, ErrorCode, JournalEntry, LogReply, Request, RigState, SceneReply,

@@ -1,5 +1,5 @@
 //! The plots of the pages that explain: each is what the project's own code computes, and the same on every machine.
-//! `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book_figures::` draws them anew.
+//! `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book_figures::` draws them again.
 
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, RigProperties};

@@ -1,5 +1,5 @@
 //! The reference pages are drawn from the programs: their help, what they serve, and what the core knows.
-//! `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book_reference::` draws them anew.
+//! `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book_reference::` draws them again.
 
 use crate::book::{pages, text};
 use haptic_core::friction::{Friction, LAWS};

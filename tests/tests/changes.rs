@@ -267,7 +267,7 @@ fn a_ramp_moves_the_force_evenly_and_the_next_change_goes_on_from_where_it_is() 
     let (begun_s, turned_s) = (time_s(tick), time_s(turned));
     let going_up = |t_s: f64| 35.0 + 35.0 * ((t_s - begun_s) / 0.4).min(1.0);
     let peak = going_up(turned_s);
-    // Each step of force on the way is let in over this time, beginning anew with the next one, s:
+    // Each step of force on the way is let in over this time, beginning again with the next one, s:
     // so far behind is the force.
     const LET_IN_S: f64 = 0.05;
     let (mut last, mut behind, mut left_s) = (35.0, 0.0, 0.0);

@@ -5,7 +5,7 @@ use haptic_ipc::{
     StateReply, SubscribeReply, Timing, Topic,
 };
 use std::io::Write;
-use system_tests::{Daemon, status, wait_for, wait_for_state};
+use system_tests::{Daemon, status, until, wait_for, wait_for_state};
 
 fn set(changes: &[(&str, f64)]) -> Request {
     Request::set(changes.iter().copied().collect::<Changes>())
@@ -357,15 +357,10 @@ fn the_33rd_client_may_stop_and_is_told_why_it_may_do_no_more() {
     assert_eq!(daemon.ctl(&["stop"]).status.code(), Some(0));
     drop(extra);
     drop(clients);
-    let began = std::time::Instant::now();
-    loop {
-        // The daemon notices the hang-ups one by one.
-        if daemon.client().request::<Timing>(Request::Timing {}).is_ok() {
-            break;
-        }
-        assert!(began.elapsed() < system_tests::PATIENCE, "places are given back");
-        system_tests::pause();
-    }
+    // The daemon notices the hang-ups one by one.
+    until("places are given back", || {
+        daemon.client().request::<Timing>(Request::Timing {}).is_ok()
+    });
 }
 
 #[test]

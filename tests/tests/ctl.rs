@@ -211,12 +211,12 @@ fn a_socket_of_another_user_is_no_permission_and_the_doctor_says_whose_it_is() {
         "{said}"
     );
     // An owner who has closed their own directory is shown which.
-    let mend = if rustix::process::geteuid().is_root() {
+    let fix = if rustix::process::geteuid().is_root() {
         "sudo -u 'root' haptic-ctl --socket '"
     } else {
         "namei -l '"
     };
-    assert!(said.contains(mend), "{said}");
+    assert!(said.contains(fix), "{said}");
     drop(daemon);
 }
 

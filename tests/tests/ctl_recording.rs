@@ -6,8 +6,7 @@ use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::time::Instant;
-use system_tests::{Daemon, PATIENCE, binary};
+use system_tests::{Daemon, binary, until};
 
 /// The endings of the formats.
 const ENDINGS: [&str; 3] = ["mcap", "csv", "parquet"];
@@ -73,11 +72,9 @@ impl Shelf {
         let mut lines = recorder.stdin.take().expect("it is piped");
         let mut mark = |text: &str| {
             writeln!(lines, "{text}").expect("written");
-            let began = Instant::now();
-            while !std::fs::read_to_string(&file).is_ok_and(|found| found.contains(&format!("\"{text}\""))) {
-                assert!(began.elapsed() < PATIENCE, "waited in vain for the marker");
-                system_tests::pause();
-            }
+            until("waited in vain for the marker", || {
+                std::fs::read_to_string(&file).is_ok_and(|found| found.contains(&format!("\"{text}\"")))
+            });
         };
         mark("first");
         daemon.ctl_ok(&["set", "mass=1.5"]);

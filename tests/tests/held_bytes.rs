@@ -1,7 +1,7 @@
 //! What the daemon holds for a client that does not read is bounded in bytes.
 
 use std::time::Instant;
-use system_tests::{Daemon, PATIENCE, status, wait_for};
+use system_tests::{Daemon, status, until_some, wait_for};
 
 /// Bytes of events that the daemon holds for a client.
 const BACKLOG_BYTES: usize = 512 * 1024;
@@ -41,13 +41,7 @@ fn waited(daemon: &Daemon) -> Option<usize> {
 fn events_that_wait_for_a_client_that_does_not_read_are_bounded_in_bytes() {
     let _alone = crate::alone();
     let daemon = Daemon::start(&["--rate", &RATE_HZ.to_string()]);
-    let began = Instant::now();
-    let bytes = loop {
-        if let Some(bytes) = waited(&daemon) {
-            break bytes;
-        }
-        assert!(began.elapsed() < PATIENCE, "it is cut off again and again");
-    };
+    let bytes = until_some("it is cut off again and again", || waited(&daemon));
     println!("{bytes} bytes had waited, of {BACKLOG_BYTES} and the socket's own");
     assert!(bytes <= BACKLOG_BYTES + SOCKET_BYTES, "{bytes}");
     assert!(bytes > BACKLOG_BYTES / 2, "{bytes}: it never had to wait");

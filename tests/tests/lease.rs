@@ -43,7 +43,7 @@ fn a_silent_client_lets_the_force_out_in_its_time_and_not_before() {
     let mut silent = given;
     // As long as it says anything at all, the rig stays engaged.
     while given.elapsed() < TIMEOUT + TIMEOUT / 2 {
-        // The lease begins anew when the daemon reads the request, which is later than this.
+        // The lease begins again when the daemon reads the request, which is later than this.
         silent = Instant::now();
         assert_eq!(status(&mut holder).state, RigState::Engaged);
         pause();

@@ -118,7 +118,7 @@ fn unplugged_it_is_disconnected_and_plugged_in_again_it_is_idle_within_two_secon
             least = least.min(took);
         }
         assert!(connections(&back) > before, "{back:?}");
-        // The position begins anew, and nobody pulls.
+        // The position begins again, and nobody pulls.
         let later = wait_for(&mut client, "ticks", |status| {
             status.tick > back.tick + 300 && status.state != RigState::Disconnected
         });

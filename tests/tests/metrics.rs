@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::process::Killed;
-use system_tests::{Daemon, PATIENCE, pause, pull_until, wait_for_state};
+use system_tests::{Daemon, PATIENCE, pause, pull_until, until, wait_for_state};
 
 const PACKAGED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging/monitoring");
 
@@ -129,11 +129,9 @@ fn what_is_no_request_for_metrics_is_answered_or_dropped_and_holds_nobody_up() {
         // Its end, or a reset, but no wait without end.
         drop(stream.read(&mut [0; 1]));
     }
-    let began = Instant::now();
-    while !get_status(address).starts_with("HTTP/1.1 200") {
-        assert!(began.elapsed() < PATIENCE);
-        pause();
-    }
+    until("the page is not served again", || {
+        get_status(address).starts_with("HTTP/1.1 200")
+    });
 }
 
 fn get_status(address: SocketAddr) -> String {

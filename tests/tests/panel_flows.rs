@@ -5,9 +5,8 @@ use haptic_ipc::{Request, RigState, StateReply};
 use haptic_recording::{Ending, Mark};
 use std::fs;
 use std::path::Path;
-use std::time::Instant;
 use system_tests::screen::{Picture, Screen};
-use system_tests::{Daemon, PATIENCE, pause, wait_for, wait_for_state};
+use system_tests::{Daemon, until, until_some, wait_for, wait_for_state};
 
 /// The button that begins and ends a recording, on its page.
 const RECORD: (usize, usize) = (43, 122);
@@ -92,36 +91,30 @@ fn a_person_records_marks_notes_exports_and_closes() {
     screen.wait_until("the menu", |picture| is_dark(picture, EXPORT_FOLDER));
     screen.press(PNG);
     let picture = screen.home().join("haptic-plot-1.png");
-    let began = Instant::now();
-    let size = loop {
-        if let Some(size) = size_of(&picture) {
-            break size;
-        }
-        assert!(began.elapsed() < PATIENCE, "no picture");
-        pause();
-    };
+    let size = until_some("no picture", || size_of(&picture));
     assert!(size.0 > 800 && size.1 > 500, "the plots alone: {size:?}");
 
     // Closing asks while force is on, and ends the recording.
     let _manager = screen.window_manager();
     let close = ["search", "--name", "Haptic panel", "windowactivate", "key", "alt+F4"];
-    let began = Instant::now();
-    while question(&screen.picture()) < MANY {
-        assert!(began.elapsed() < PATIENCE, "it does not ask");
+    until("it does not ask", || {
+        if question(&screen.picture()) >= MANY {
+            return true;
+        }
         assert!(!panel.has_ended(), "it closes unasked");
         // The manager has yet to come.
         screen.tries(&close);
-        pause();
-    }
+        false
+    });
     assert_eq!(system_tests::status(&mut client).state, RigState::Engaged);
     client.request::<StateReply>(Request::Release {}).expect("it lets go");
     wait_for_state(&mut client, RigState::Idle);
-    let began = Instant::now();
-    while !panel.has_ended() {
-        assert!(began.elapsed() < PATIENCE, "it does not close");
-        screen.tries(&close);
-        pause();
-    }
+    until("it does not close", || {
+        panel.has_ended() || {
+            screen.tries(&close);
+            false
+        }
+    });
     let recording = haptic_recording::read(&screen.home().join("haptic-recording-1.mcap")).expect("it is read");
     assert_eq!(recording.ending, Ending::Complete);
     let texts = recording.marks.iter().filter_map(|(_, mark)| match mark {

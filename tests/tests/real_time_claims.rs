@@ -4,7 +4,7 @@ use haptic_ipc::RealTimeStatus;
 use std::fs;
 use std::os::unix::process::CommandExt;
 use std::process::Command;
-use system_tests::{Daemon, PATIENCE, copy_binary, processors, real_time_thread, status};
+use system_tests::{Daemon, copy_binary, processors, real_time_thread, status, until};
 
 const SCHED_OTHER: u32 = 0;
 const SCHED_FIFO: u32 = 1;
@@ -142,10 +142,7 @@ fn priority_processor_and_locked_memory_are_what_status_claims() {
         let daemon = Daemon::start(arguments);
         // Asked more than once: the memory of clients and histograms comes later than the locking.
         let mut client = daemon.client();
-        let began = std::time::Instant::now();
-        while status(&mut client).tick < 200 {
-            assert!(began.elapsed() < PATIENCE, "it does not tick");
-        }
+        until("it does not tick", || status(&mut client).tick >= 200);
         let claimed = status(&mut client).real_time;
         println!(
             "{arguments:?}: {}, {}, {}",

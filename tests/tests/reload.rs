@@ -7,11 +7,10 @@ use rustix::process::{Signal, kill_process};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::time::Instant;
 use system_tests::process;
 use system_tests::recorded::{self, wait_for_more_rows};
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, PATIENCE, binary, pause, status, wait_for, wait_for_state};
+use system_tests::{Daemon, binary, status, until, wait_for, wait_for_state};
 
 /// A hand that soon moves steadily (from rest, as every motion of a file begins), so that the paper's block slides
 /// and the force is its kinetic friction, 3.5 N.
@@ -215,11 +214,9 @@ fn a_wrong_file_changes_nothing_and_is_told_in_one_line() {
     unharmed(&mut client);
 
     rig.hang_up();
-    let began = Instant::now();
-    while entries(&mut client, "reload_refused").len() < 2 {
-        assert!(began.elapsed() < PATIENCE, "the signal is not heard");
-        pause();
-    }
+    until("the signal is not heard", || {
+        entries(&mut client, "reload_refused").len() >= 2
+    });
     unharmed(&mut client);
     let entry = entries(&mut client, "reload_refused").pop().expect("an entry");
     assert_eq!(

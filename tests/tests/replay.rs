@@ -14,7 +14,7 @@ use system_tests::process::end;
 use system_tests::recorded::{entries, is_whole, wait_for_more_rows};
 use system_tests::{Daemon, binary, wait_for, wait_for_state};
 
-/// Computes every row anew with such settings.
+/// Computes every row again with such settings.
 fn replay(recording: &Recording, settings: Settings) -> Report {
     let mut metadata: Metadata = recording.metadata.clone();
     metadata.servo.as_mut().expect("the setup of the servo").settings = settings;

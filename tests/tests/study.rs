@@ -118,7 +118,7 @@ fn a_study_that_is_killed_at_any_moment_resumes_at_that_trial() {
     let mut moments: Vec<f64> = (0..test_run::extent(3, 50)).map(|_| random(&mut seed)).collect();
     moments.sort_by(f64::total_cmp);
     for share in moments {
-        // Killed while it is made there is nothing yet to resume, and it is begun anew.
+        // Killed while it is made there is nothing yet to resume, and it is begun again.
         let is_there = killed.join("study.json").exists();
         let mut program = start(&if is_there {
             resume.to_vec()

@@ -1,55 +1,17 @@
 //! A study with a person in real windows: a whole subject by keys, with the panel killed in the middle. The fake
 //! rig's hand goes to and fro over both targets; the test presses the key that clicks where the hand turns.
 
-use crate::window::bring_to;
 use haptic_ipc::{Client, RigState};
 use haptic_studies::plan::Plan;
 use haptic_studies::store::{self, Study, StudyDescription};
 use haptic_studies::trial::FittsTrial;
 use std::path::Path;
 use std::time::Instant;
-use system_tests::screen::{Panel, Picture, Screen};
-use system_tests::{Daemon, PATIENCE, pause, status, wait_for, wait_for_state};
-
-/// Two segments of three trials. The hand's 30 mm are the targets' centres.
-pub(crate) const PLAN: &str = r#"
-task = "fitts"
-name = "two segments"
-practice_segments = 0
-trials_per_segment = 3
-rest_every_segments = 9
-rest_s = 1
-baseline = "simulated"
-[cursor]
-diameter_m = 0.006
-[rig]
-gain = 3
-center_m = 0
-range_m = [-0.12, 0.12]
-[[conditions]]
-name = "1"
-amplitude_m = 0.18
-width_m = 0.12
-[[resistances]]
-name = "simulated"
-[resistances.scene]
-block = { mass = 0.5 }
-coupling = { stiffness = 25000, damping = 10 }
-[resistances.scene.friction]
-law = "karnopp"
-static_force = 4.0
-dynamic_force = 3.5
-"#;
-
-/// Near the left end of the buttons that go on and pause, and the box that shows the subject's window, pixels.
-const GO_ON: (usize, usize) = (20, 226);
-const PAUSE: (usize, usize) = (180, 226);
-const SUBJECTS_SCREEN: (usize, usize) = (15, 269);
-
-/// A button of the dark theme is darker than this where it cannot be pressed.
-const ENABLED: u8 = 44;
-
-const SUBJECTS_TITLE: &str = "Subject's screen";
+use system_tests::screen::{Panel, Screen};
+use system_tests::study_screen::{
+    GO_ON, PAUSE, PLAN, SUBJECTS_TITLE, is_enabled, open_subjects_window, wait_until_enabled,
+};
+use system_tests::{Daemon, PATIENCE, bring_to, pause, status, wait_for, wait_for_state};
 
 /// Beyond this position, m, the cursor is wholly inside a target for half a second.
 const INSIDE_M: f64 = 0.02;
@@ -62,18 +24,6 @@ fn begin(screen: &Screen, daemon: &Daemon, client: &mut Client, folder: &Path) -
     go_on(screen);
     open_subjects_window(screen);
     panel
-}
-
-/// Waits until a panel shows its study, which has not begun.
-pub(crate) fn wait_until_open(screen: &Screen) {
-    wait_until_enabled(screen, GO_ON);
-}
-
-/// Opens the subject's window of a dark panel that shows its study, and gives it the keyboard.
-pub(crate) fn open_subjects_window(screen: &Screen) {
-    screen.press(SUBJECTS_SCREEN);
-    let found = ["search", "--sync", "--onlyvisible", "--name", SUBJECTS_TITLE];
-    screen.act(&[&found[..], &["windowfocus"]].concat());
 }
 
 /// Begins, or goes on, as soon as that can be done.
@@ -89,7 +39,7 @@ fn go_on_after_stop(screen: &Screen, client: &mut Client) {
     let began = Instant::now();
     let mut is_asked = false;
     while !(is_asked && is_enabled(&screen.picture(), PAUSE)) {
-        assert!(began.elapsed() < PATIENCE, "it does not go on");
+        assert!(began.elapsed() < PATIENCE, "it does not continue");
         bring_to(client, RigState::Engaged);
         if is_enabled(&screen.picture(), GO_ON) {
             screen.press(GO_ON);
@@ -100,17 +50,7 @@ fn go_on_after_stop(screen: &Screen, client: &mut Client) {
     screen.act(&["search", "--name", SUBJECTS_TITLE, "windowraise", "windowfocus"]);
 }
 
-fn is_enabled(picture: &Picture, (x, y): (usize, usize)) -> bool {
-    picture.at(x, y)[0] >= ENABLED
-}
-
-fn wait_until_enabled(screen: &Screen, button: (usize, usize)) {
-    screen.wait_until(&format!("the button at {button:?}"), |picture| {
-        is_enabled(picture, button)
-    });
-}
-
-/// Does trials until so many rows are on the disk: a key wherever the hand has come to the other side. The first
+/// Does trials until `wanted` rows are on the disk: a key wherever the hand has come to the other side. The first
 /// presses go on from the instructions, and from the break.
 fn click_until(screen: &Screen, client: &mut Client, folder: &Path, wanted: usize) {
     let began = Instant::now();

@@ -1,5 +1,5 @@
 //! Whole conversations in version 1 of the protocol, as they once went, held again with today's
-//! daemon. They are never changed: whoever cannot hold one any more has changed the protocol.
+//! daemon. They are never changed: a daemon that cannot hold one any more has changed the protocol.
 
 use serde_json::Value;
 use std::collections::BTreeSet;

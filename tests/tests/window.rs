@@ -3,10 +3,9 @@
 //! The pictures are compared in software rendering under Xvfb rather than through `egui_kittest`'s
 //! snapshots: those need wgpu and a Vulkan driver, which would double what the panel compiles, and
 //! would not draw through the OpenGL code that its users run. After a change that is meant to be
-//! seen, `HAPTIC_UPDATE_PICTURES=1 cargo test -p system-tests window::` draws the pictures anew;
+//! seen, `HAPTIC_UPDATE_PICTURES=1 cargo test -p system-tests window::` draws the pictures again;
 //! look at them.
 
-use crate::study_window::{open_subjects_window, wait_until_open};
 use haptic_core::{Directional, Parameter, Scene};
 use haptic_ipc::{
     Client, Description, Envelope, Event, ParameterDescription, Request, RigState, Sample, SamplesEvent, SceneReply,
@@ -23,7 +22,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 use system_tests::measure::{percentile, us};
 use system_tests::screen::{Picture, Screen};
-use system_tests::{Daemon, PATIENCE, status, wait_for, wait_for_state};
+use system_tests::study_screen::{self, open_subjects_window, wait_until_open};
+use system_tests::{Daemon, PATIENCE, bring_to, status, until, wait_for, wait_for_state};
 
 /// Colours of one driver's text differ a little from another's.
 const TOLERANCE: u8 = 48;
@@ -232,7 +232,7 @@ const PAGES: [&str; 5] = ["tune", "record", "identify", "task", "perception"];
 fn studies() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let perception = Task::Perception.built_in_plan();
-    for (page, text) in [("task", crate::study_window::PLAN), ("perception", perception)] {
+    for (page, text) in [("task", study_screen::PLAN), ("perception", perception)] {
         let plan = Plan::read(text).expect("a plan");
         let about = StudyDescription::people(&plan, text, 1, vec!["P7".to_owned()]);
         drop(Study::create(&folder.path().join(page), text, &about).expect("a study"));
@@ -339,27 +339,8 @@ fn press_stop(screen: &Screen, client: &mut Client, place: &str) {
     println!("{place}: a key stops in {half:.1} ms, p99 {p99:.1} ms, longest {longest:.1} ms");
 }
 
-/// Brings the rig to `state`, idle or engaged. A key stops on three ways, and the last may be late: it is reset again.
-pub(crate) fn bring_to(client: &mut Client, state: RigState) {
-    let began = Instant::now();
-    loop {
-        let next = match status(client).state {
-            now if now == state => return,
-            RigState::Idle => Request::Engage {},
-            RigState::Stopped => Request::Reset {},
-            _ => Request::Status {},
-        };
-        // Its state may have changed since.
-        drop(client.request::<serde_json::Value>(next));
-        assert!(began.elapsed() < PATIENCE, "waited in vain for {state}");
-    }
-}
-
 fn wait_until_drawn(screen: &Screen) {
-    let began = std::time::Instant::now();
-    while !is_drawn(&screen.picture()) {
-        assert!(began.elapsed() < system_tests::PATIENCE, "the window is not drawn");
-    }
+    until("the window is not drawn", || is_drawn(&screen.picture()));
 }
 
 #[test]

@@ -86,7 +86,7 @@ fn draw(ctx: &Context, model: &mut Model) {
     black_box(ctx.tessellate(output.shapes, output.pixels_per_point));
 }
 
-/// Time of a frame, reading included, with so many seconds in sight, and the time between two frames.
+/// Time of a frame, reading included, with `seconds` in sight, and the time between two frames.
 fn frame(seconds: u32) -> (Duration, Duration) {
     let mut model = connected();
     let ctx = Context::default();
@@ -110,7 +110,7 @@ fn frame(seconds: u32) -> (Duration, Duration) {
     (began.elapsed() / (FRAMES - 30), model.pace())
 }
 
-/// Time of the usual and of the longest frame with an hour's recording in sight, while samples come in.
+/// Time of the usual and of the longest frame with an hour's recording in sight, while samples arrive.
 fn frame_of_an_hour() -> (Duration, Duration) {
     let mut model = connected();
     let ctx = Context::default();

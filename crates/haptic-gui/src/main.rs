@@ -28,7 +28,7 @@ struct Arguments {
     #[arg(long, value_name = "FILE")]
     open: Option<PathBuf>,
 
-    /// Study to go on with, made by this panel or by `haptic-ctl study new`.
+    /// Study to continue, made by this panel or by `haptic-ctl study new`.
     #[arg(long, value_name = "DIR")]
     study: Option<PathBuf>,
 

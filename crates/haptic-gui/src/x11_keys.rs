@@ -2,9 +2,9 @@
 //! lasts tens of milliseconds where the processor draws.
 //!
 //! X11 sends the keys of a window to every client that asks for them. A thread asks on a connection of its own, for the
-//! main window and for each that is made after it, as the subject's is. A window's number tells who made it: the
-//! server gives each client a range of numbers, so that nothing is to be waited for, as a property would be.
-//! Wayland tells a window's keys to one queue alone, so a stop by key waits for the frame there.
+//! main window and for each that is made after it, as the subject's is. A window's number shows which client
+//! made it: the server gives each client a range of numbers, so there is nothing to wait for, as for a property.
+//! Wayland delivers a window's keys to one queue alone, so a stop by key waits for the frame there.
 
 use std::io;
 use std::thread;

@@ -3,7 +3,7 @@
 use crate::connection::Connection;
 use crate::export::Destination;
 use crate::files::Files;
-use crate::intent::{Format, Intent, Wanted};
+use crate::intent::{DialogPurpose, Format, Intent};
 use crate::model::Model;
 use crate::page::Page;
 use crate::plots::picture_taking;
@@ -64,7 +64,7 @@ impl App {
         self.connection.stopper()
     }
 
-    /// Opens a study. A page of studies tells how that went, and it turns to the study's own once it is open.
+    /// Opens a study. A page of studies shows how that went, and it turns to the study's own once it is open.
     pub fn open_study(&mut self, folder: PathBuf) {
         if !self.model.page().is_of_studies() {
             self.model.turn_to(Page::Task);
@@ -79,12 +79,12 @@ impl App {
         self.model.turn_to(page);
     }
 
-    /// Takes up remembered settings, or tells why there are none, and keeps them in their file from now on. A
+    /// Takes up remembered settings, or shows why there are none, and keeps them in their file from now on. A
     /// file that cannot be read stays as it is.
     pub fn remember(&mut self, file: PathBuf, settings: Result<Settings, String>) {
         let is_unreadable = settings.is_err() && file.exists();
         let settings = settings.unwrap_or_else(|why| {
-            self.model.tell_of_settings(why);
+            self.model.show_settings_error(why);
             Settings::default()
         });
         self.model.restore(&settings);
@@ -168,10 +168,10 @@ impl App {
             Intent::Stop if std::mem::take(&mut self.stopped_by_key) => {}
             Intent::Export { format, folder } => self.export(ctx, format, Destination::NewIn(folder)),
             Intent::Choose {
-                wanted: Wanted::Export(format),
+                purpose: DialogPurpose::Export(format),
                 near,
             } => self.export(ctx, format, Destination::Asked { near }),
-            Intent::Choose { wanted, near } => self.files.choose(wanted, near),
+            Intent::Choose { purpose, near } => self.files.choose(purpose, near),
             Intent::Open { path } => self.files.open(path),
             Intent::List { folder, known } => self.files.list(folder, known),
             Intent::WhatIf { number, path, scene } => self.files.what_if(number, path, scene.map(|scene| *scene)),

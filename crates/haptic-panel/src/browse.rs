@@ -1,6 +1,6 @@
 //! The button beside a field for a path, which opens the desktop's own dialog.
 
-use crate::intent::{Intent, Wanted};
+use crate::intent::{DialogPurpose, Intent};
 use egui::Ui;
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ pub(crate) fn show(
     ui: &mut Ui,
     text: &str,
     name: &str,
-    (wanted, near): (Wanted, &str),
+    (purpose, near): (DialogPurpose, &str),
     intents: &mut Vec<Intent>,
 ) -> bool {
     let button = ui
@@ -21,7 +21,7 @@ pub(crate) fn show(
         .accessible_name(name);
     if button.clicked() {
         let near = PathBuf::from(near);
-        intents.push(Intent::Choose { wanted, near });
+        intents.push(Intent::Choose { purpose, near });
     }
     button.clicked()
 }

@@ -1,4 +1,4 @@
-//! Closing the window while force is on asks first: the rig would go on, and nobody would see what it does.
+//! Closing the window while force is on asks first: the rig would stay engaged, and nobody would see what it does.
 
 use crate::intent::Intent;
 use crate::model::Model;
@@ -30,7 +30,7 @@ pub(crate) fn show_question(ui: &mut Ui, closing: &mut Closing, intents: &mut Ve
     if *closing == Closing::WhenReleased {
         ui.label(RichText::new("The window closes when the force is off").color(color));
     } else {
-        ui.label(RichText::new("The rig is engaged, and would go on without this window").color(color));
+        ui.label(RichText::new("The rig is engaged, and would stay so without this window").color(color));
         if ui.button("Release and close").clicked() {
             *closing = Closing::WhenReleased;
             intents.push(Intent::Release);

@@ -7,7 +7,7 @@
 #[cfg(test)]
 mod tests;
 
-use crate::intent::Wanted;
+use crate::intent::DialogPurpose;
 use rfd::FileDialog;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use std::sync::Once;
 ///
 /// # Errors
 /// Why there is no dialog.
-pub(crate) fn ask(wanted: Wanted, near: &Path) -> Result<Option<PathBuf>, String> {
+pub(crate) fn ask(purpose: DialogPurpose, near: &Path) -> Result<Option<PathBuf>, String> {
     if !has_session_bus() {
         return Err("this session has no message bus, through which dialogs for files are opened".to_owned());
     }
@@ -25,15 +25,15 @@ pub(crate) fn ask(wanted: Wanted, near: &Path) -> Result<Option<PathBuf>, String
         .ancestors()
         .find(|folder| folder.is_dir())
         .unwrap_or(Path::new("/"));
-    let dialog = FileDialog::new().set_title(wanted.title()).set_directory(folder);
-    let (chosen, complaints) = Complaints::during(|| match wanted {
-        Wanted::Recording => dialog
+    let dialog = FileDialog::new().set_title(purpose.title()).set_directory(folder);
+    let (chosen, complaints) = Complaints::during(|| match purpose {
+        DialogPurpose::Recording => dialog
             .add_filter("Recordings", &["mcap", "csv", "parquet"])
             .add_filter("All files", &["*"])
             .pick_file(),
-        Wanted::FileToIdentify | Wanted::StudyPlan => dialog.pick_file(),
-        Wanted::Folder | Wanted::StudyFolder => dialog.pick_folder(),
-        Wanted::Export(format) => {
+        DialogPurpose::FileToIdentify | DialogPurpose::StudyPlan => dialog.pick_file(),
+        DialogPurpose::Folder | DialogPurpose::StudyFolder => dialog.pick_folder(),
+        DialogPurpose::Export(format) => {
             let extension = format.extension();
             dialog
                 .set_file_name(format!("haptic-plot.{extension}"))
@@ -54,8 +54,8 @@ fn has_session_bus() -> bool {
     is_set || of_user.is_some_and(|socket| socket.exists())
 }
 
-/// What the library of the dialogs complains of. It tells a dialog that was closed from one that could not be opened
-/// in its log alone.
+/// What the library of the dialogs complains of. Its log alone distinguishes a dialog that was closed from one that could
+/// not be opened.
 struct Complaints;
 
 thread_local! {

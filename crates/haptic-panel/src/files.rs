@@ -4,7 +4,7 @@
 use crate::dialogs;
 use crate::export::{self, Destination, Picture, Rows};
 use crate::identification::Question;
-use crate::intent::{Format, Wanted};
+use crate::intent::{DialogPurpose, Format};
 use crate::model::Model;
 use crate::recording::{self, Listed, Loaded, WhatIfTape};
 use crate::update::Update;
@@ -25,8 +25,8 @@ use std::time::Duration;
 /// Most files at once: each may wait for its disk for ever.
 const MOST_AT_ONCE: usize = 4;
 
-/// Progress of an identification by which it is told again: a point of the bar.
-const TOLD_SHARE: f64 = 0.01;
+/// Progress of an identification after which it is reported again: a point of the bar.
+const SHARE_STEP: f64 = 0.01;
 
 /// These threads give way to the window and to the daemon.
 const NICENESS: i32 = 10;
@@ -79,17 +79,17 @@ impl Files {
 
     /// Reads a recording.
     pub fn open(&self, path: PathBuf) {
-        let told = self.writer.clone();
-        self.writer.work_unnoticed(move || told.read(path));
+        let writer = self.writer.clone();
+        self.writer.work_unnoticed(move || writer.read(path));
     }
 
     /// Asks for a file or a folder in a dialog of the desktop. A recording that is chosen is read.
-    pub fn choose(&self, wanted: Wanted, near: PathBuf) {
-        let told = self.writer.clone();
+    pub fn choose(&self, purpose: DialogPurpose, near: PathBuf) {
+        let writer = self.writer.clone();
         self.writer
-            .work_unnoticed(move || match (dialogs::ask(wanted, &near), wanted) {
-                (Ok(Some(path)), Wanted::Recording) => told.read(path),
-                (chosen, _) => Update::DialogClosed(chosen.map(|path| path.map(|path| (wanted, path)))),
+            .work_unnoticed(move || match (dialogs::ask(purpose, &near), purpose) {
+                (Ok(Some(path)), DialogPurpose::Recording) => writer.read(path),
+                (chosen, _) => Update::DialogClosed(chosen.map(|path| path.map(|path| (purpose, path)))),
             });
     }
 
@@ -142,13 +142,13 @@ impl Files {
         self.identify_is_over = Arc::clone(&is_over);
         let sender = self.writer.sender.clone();
         self.writer.work_unnoticed(move || {
-            let mut told = f64::NEG_INFINITY;
+            let mut reported = f64::NEG_INFINITY;
             let mut progress = |share: f64| {
                 if is_over.load(Ordering::Acquire) {
                     return ControlFlow::Break(());
                 }
-                if share - told >= TOLD_SHARE {
-                    told = share;
+                if share - reported >= SHARE_STEP {
+                    reported = share;
                     sender.send(Update::Identifying { number, share }).unwrap_or_default();
                 }
                 ControlFlow::Continue(())
@@ -200,17 +200,17 @@ impl Writer {
         to: Destination,
         write: impl FnOnce(&mut File) -> io::Result<()> + Send + 'static,
     ) {
-        let told = self.clone();
+        let writer = self.clone();
         let kind = format.extension().to_uppercase();
         self.work_unnoticed(move || {
             let written = match &to {
                 Destination::NewIn(folder) => {
-                    told.tell(Update::Busy(format!("Writing {kind} into {}", folder.display())));
+                    writer.report(Update::Busy(format!("Writing {kind} into {}", folder.display())));
                     export::write_new(folder, format, write)
                 }
-                Destination::Asked { near } => match dialogs::ask(Wanted::Export(format), near) {
+                Destination::Asked { near } => match dialogs::ask(DialogPurpose::Export(format), near) {
                     Ok(Some(path)) => {
-                        told.tell(Update::Busy(format!("Writing {}", path.display())));
+                        writer.report(Update::Busy(format!("Writing {}", path.display())));
                         export::replace(path, write)
                     }
                     Ok(None) => return Update::DialogClosed(Ok(None)),
@@ -221,23 +221,23 @@ impl Writer {
         });
     }
 
-    /// Reads a recording, and tells how far it is.
+    /// Reads a recording, and reports how far it is.
     fn read(&self, path: PathBuf) -> Update {
         let progress = |share: Option<f64>| {
             let path = path.clone();
-            self.tell(Update::Reading { path, share });
+            self.report(Update::Reading { path, share });
         };
         progress(None);
         let result = Loaded::read(&path, progress).map(Box::new);
         Update::Opened { path, result }
     }
 
-    /// Works on a thread of its own, and tells so.
+    /// Works on a thread of its own, and reports that.
     fn work(&self, what: &str, work: impl FnOnce() -> Update + Send + 'static) {
-        let told = self.clone();
+        let writer = self.clone();
         let what = what.to_owned();
         self.work_unnoticed(move || {
-            told.tell(Update::Busy(what));
+            writer.report(Update::Busy(what));
             work()
         });
     }
@@ -247,7 +247,7 @@ impl Writer {
         if self.busy.fetch_add(1, Ordering::AcqRel) >= MOST_AT_ONCE {
             self.busy.fetch_sub(1, Ordering::AcqRel);
             let why = format!("{MOST_AT_ONCE} files are being read or written already; their disk may not answer");
-            self.tell(Update::Exported(Err(why)));
+            self.report(Update::Exported(Err(why)));
             return;
         }
         let (sender, place) = (self.sender.clone(), Place(Arc::clone(&self.busy)));
@@ -260,11 +260,11 @@ impl Writer {
             sender.send(update).unwrap_or_default();
         };
         if let Err(error) = thread::Builder::new().name("file".to_owned()).spawn(works) {
-            self.tell(Update::Exported(Err(format!("no thread to work with: {error}"))));
+            self.report(Update::Exported(Err(format!("no thread to work with: {error}"))));
         }
     }
 
-    fn tell(&self, update: Update) {
+    fn report(&self, update: Update) {
         self.sender.send(update).unwrap_or_default();
     }
 }

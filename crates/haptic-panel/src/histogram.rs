@@ -65,8 +65,8 @@ fn paint(ui: &Ui, rect: Rect, buckets: &[Bucket]) {
     }
 }
 
-/// Which of so many bars in so wide a row have a number, and how it stands at the bar's right edge: none covers another, or
-/// leaves the row.
+/// Which of the bars in a row of a width have a number, and how it stands at the bar's right edge: none covers another,
+/// or leaves the row.
 fn numbered(bars: usize, row_width: f32) -> Vec<(usize, Align2)> {
     #[expect(clippy::cast_precision_loss, reason = "a few dozen bars")]
     let edge = |index: usize| row_width * (index + 1) as f32 / bars as f32;

@@ -105,7 +105,7 @@ pub enum Intent {
     /// Choose a file or a folder in a dialog of the desktop, and use it.
     Choose {
         /// What for.
-        wanted: Wanted,
+        purpose: DialogPurpose,
         /// Where the dialog begins: a file or a folder.
         near: PathBuf,
     },
@@ -190,7 +190,7 @@ pub enum Intent {
         /// Duration of the change, ms.
         ramp_ms: f64,
     },
-    /// Hear of every tick in batches of so many milliseconds.
+    /// Hear of every tick in batches.
     Stream {
         /// Time between two batches, ms.
         batch_ms: u32,
@@ -199,7 +199,7 @@ pub enum Intent {
 
 /// What a dialog of the desktop is opened for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub enum DialogPurpose {
     /// A recording to open.
     Recording,
     /// A file to identify.
@@ -214,7 +214,7 @@ pub enum Wanted {
     Export(Format),
 }
 
-impl Wanted {
+impl DialogPurpose {
     /// The title of its dialog.
     #[must_use]
     pub const fn title(self) -> &'static str {
@@ -366,7 +366,7 @@ impl fmt::Display for Intent {
             Self::Save { name, .. } => write!(f, "save {name}"),
             Self::Compare { what, revision, .. } => write!(f, "compare revision {revision} with {what}"),
             Self::Export { format, .. } => write!(f, "export {}", format.extension()),
-            Self::Choose { wanted, .. } => write!(f, "choose: {}", wanted.title()),
+            Self::Choose { purpose, .. } => write!(f, "choose: {}", purpose.title()),
             Self::Record { folder, .. } => write!(f, "record in {}", folder.display()),
             Self::Marker { text, .. } => write!(f, "mark {text}"),
             Self::EndRecording => f.write_str("end the recording"),

@@ -10,21 +10,21 @@ const SHOWN_FOR: Duration = Duration::from_secs(8);
 /// The outcome of an action: done, or the reason of its failure.
 #[derive(Debug)]
 pub(crate) struct Notice {
-    pub(crate) told: Result<String, String>,
+    pub(crate) outcome: Result<String, String>,
     /// The time of its first frame.
     since: Option<Instant>,
 }
 
 impl Notice {
-    pub(crate) fn new(told: Result<String, String>) -> Self {
-        Self { told, since: None }
+    pub(crate) fn new(outcome: Result<String, String>) -> Self {
+        Self { outcome, since: None }
     }
 }
 
 /// Drops a success whose time is over, or returns the time that is left. A failure stays until it is
 /// closed or replaced.
 pub(crate) fn expire(slot: &mut Option<Notice>, now: Instant) -> Option<Duration> {
-    let notice = slot.as_mut().filter(|notice| notice.told.is_ok())?;
+    let notice = slot.as_mut().filter(|notice| notice.outcome.is_ok())?;
     let since = *notice.since.get_or_insert(now);
     let left = (since + SHOWN_FOR).saturating_duration_since(now);
     if left.is_zero() {
@@ -39,7 +39,7 @@ pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
     let Some(notice) = slot else {
         return;
     };
-    let is_closed = match &notice.told {
+    let is_closed = match &notice.outcome {
         Ok(done) => {
             ui.add(Label::new(RichText::new(done).small()).truncate())
                 .on_hover_text(done);

@@ -65,7 +65,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         if let Some(reading) = &view.reading {
             show_reading(ui, reading);
         }
-        // What a page did is told before what was done to a file.
+        // What a page did is shown before what was done to a file.
         let of_page = match view.page {
             Page::Identify => &mut view.fitting.report,
             Page::Task | Page::Perception => &mut view.studying.report,

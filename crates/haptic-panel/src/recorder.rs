@@ -60,7 +60,7 @@ impl Recorder {
         if before == Some(Err(TryRecvError::Empty)) {
             let why = "the recording before this one still waits for its disk".to_owned();
             drop(slot);
-            self.tell(RecordingNews::Failed { why });
+            self.report(RecordingNews::Failed { why });
             return;
         }
         match Writer::begin(folder, format, metadata, self.updates.clone()) {
@@ -68,7 +68,7 @@ impl Recorder {
             Err(error) => {
                 let why = format!("no thread to record with: {error}");
                 drop(slot);
-                self.tell(RecordingNews::Failed { why });
+                self.report(RecordingNews::Failed { why });
             }
         }
     }
@@ -117,14 +117,14 @@ impl Recorder {
                     lost_changes,
                 };
                 drop(slot);
-                self.tell(news);
+                self.report(news);
             }
             // The thread has sent the reason.
             Enqueued::Ended => slot.end(),
         }
     }
 
-    fn tell(&self, news: RecordingNews) {
+    fn report(&self, news: RecordingNews) {
         // A closed panel needs no news.
         self.updates.send(Update::Recording(news)).unwrap_or_default();
     }
@@ -167,14 +167,14 @@ fn write(
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     metadata.started_unix_s = since_1970.map_or(0.0, |time| time.as_secs_f64());
     let recorder = haptic_recording::Recorder::new(format, file, &path, &metadata).map_err(failed)?;
-    let tell = |totals| {
+    let report = |totals| {
         let path = path.clone();
         // A closed panel ends the recording by itself.
         updates
             .send(Update::Recording(RecordingNews::Going { path, totals }))
             .unwrap_or_default();
     };
-    let totals = waiting.write(recorder, tell).map_err(failed)?;
+    let totals = waiting.write(recorder, report).map_err(failed)?;
     Ok(RecordingNews::Ended { path, totals })
 }
 
@@ -262,7 +262,7 @@ mod tests {
             panic!("a second recording does not wait for the first");
         };
         assert!(why.contains("still waits"), "{why}");
-        // Now the disk goes on.
+        // Now the disk works again.
         let text = std::fs::read(&pipe).expect("it is written to its end");
         let read = haptic_recording::Reader::from_bytes(text).expect("a recording");
         let read = read.into_recording().expect("a recording");

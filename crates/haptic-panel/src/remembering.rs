@@ -52,7 +52,7 @@ impl Remembering {
         let file = self.file.clone();
         let (done, is_done) = mpsc::channel();
         let write = move || {
-            // Nobody is left to be told.
+            // There is no user left to show it to.
             now.write(&file).unwrap_or_default();
             done.send(()).unwrap_or_default();
         };

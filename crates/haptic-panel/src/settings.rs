@@ -1,6 +1,6 @@
 //! What the panel remembers from one day to the next: a file of TOML in the user's configuration folder.
 //!
-//! Everything in it may be missing. A file that cannot be read is told of, set aside under another name and
+//! Everything in it may be missing. A file that cannot be read is reported, set aside under another name and
 //! never fatal.
 
 use clap::ValueEnum;
@@ -109,7 +109,7 @@ impl Settings {
         Some(folder.join("haptic-gui/settings.toml"))
     }
 
-    /// Reads the settings; without a file there are none. A file that is no settings is renamed, so that
+    /// Reads the settings; without a file there are none. A file without settings is renamed, so that
     /// nothing of it is lost.
     ///
     /// # Errors
@@ -118,7 +118,9 @@ impl Settings {
         let text = match fs::read_to_string(file) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(error) if error.kind() == io::ErrorKind::InvalidData => return Err(set_aside(file, "it is no text")),
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                return Err(set_aside(file, "it is not UTF-8 text"));
+            }
             Err(error) => return Err(format!("the settings in {} cannot be read: {error}", file.display())),
         };
         toml::from_str(&text).map_err(|error| set_aside(file, error.message()))
@@ -144,7 +146,7 @@ impl Settings {
     }
 }
 
-/// Renames a broken file. Returns what to tell the user.
+/// Renames a broken file. Returns what to show the user.
 fn set_aside(file: &Path, why: &str) -> String {
     let aside = file.with_extension("toml.broken");
     let kept = match fs::rename(file, &aside) {
@@ -184,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_file_is_told_of_and_kept_and_a_later_one_is_read_as_far_as_it_is_known() {
+    fn a_broken_file_is_reported_and_kept_and_a_later_one_is_read_as_far_as_it_is_known() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("settings.toml");
         for broken in ["span_s = \"five\"\n", "theme = \"pink\"\n", "[[\n"] {
@@ -201,6 +203,6 @@ mod tests {
         let read = Settings::read(&file).expect("read");
         assert_eq!(read.span_s, Some(7.0));
         fs::write(&file, b"\xff\xfe").expect("written");
-        assert!(Settings::read(&file).is_err_and(|why| why.contains("no text")));
+        assert!(Settings::read(&file).is_err_and(|why| why.contains("not UTF-8 text")));
     }
 }

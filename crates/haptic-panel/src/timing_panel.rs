@@ -5,7 +5,7 @@ use crate::model::daemon::Daemon;
 use crate::model::tapes::CLIPPING_OVER_S;
 use crate::theme::Palette;
 use egui::{Align, Layout, RichText, Sense, TextStyle, Ui, UiBuilder, vec2};
-use haptic_ipc::{LinkStatus, TimingWindow};
+use haptic_ipc::{LinkStatus, Timing, TimingWindow};
 
 /// A figure, in the caution colour if it is bad.
 fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
@@ -16,7 +16,7 @@ fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
     ui.label(text).on_hover_text(hint);
 }
 
-/// Height of the window below which they would leave no room for the plots, points.
+/// Height of the window below which the histograms would leave no room for the plots, points.
 const LOWEST: f32 = 560.0;
 
 /// Shows the lines, and the histograms above them if the user wants them. `clipping` is the share of
@@ -33,7 +33,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>, histogra
         if ui
             .add_enabled(has_room, toggle)
             .on_hover_text("How long wake-ups and ticks took")
-            .on_disabled_hover_text("The window is too low for them")
+            .on_disabled_hover_text("The window is too small for histograms")
             .clicked()
         {
             *histograms_shown = !shows;
@@ -108,50 +108,14 @@ fn show_lines(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>) {
         let Some(timing) = &daemon.timing else {
             count(
                 ui,
-                "No timing heard of yet".to_owned(),
+                "No timing received yet".to_owned(),
                 true,
                 "The daemon reports once a second",
             );
             return;
         };
-        let (all, recent) = (&timing.since_start, &timing.last_10_s);
-        let p50_us = nanoseconds_to_microseconds(recent.tick_ns.p50);
-        let max_us = nanoseconds_to_microseconds(recent.tick_ns.max);
-        count(
-            ui,
-            format!("Loop {} Hz", timing.rate_hz),
-            true,
-            "Nominal rate of the loop",
-        );
-        count(
-            ui,
-            format!("Tick p50 {p50_us:.1} µs, max {max_us:.1} µs"),
-            true,
-            "How long a tick took in the last 10 s, the device's read and write included",
-        );
-        for (name, all, recent, hint) in [
-            (
-                "Overruns",
-                all.overruns,
-                recent.overruns,
-                "Ticks that took longer than their period",
-            ),
-            (
-                "Missed periods",
-                all.missed_periods,
-                recent.missed_periods,
-                "Deadlines that passed without a tick",
-            ),
-        ] {
-            show_count(
-                ui,
-                name,
-                all,
-                recent == 0,
-                &format!("{hint}: {recent} in the last 10 s"),
-            );
-        }
-        let dropped = all.telemetry_dropped.saturating_add(daemon.losses.rows);
+        show_loop(ui, timing);
+        let dropped = timing.since_start.telemetry_dropped.saturating_add(daemon.losses.rows);
         show_count(
             ui,
             "Dropped samples",
@@ -168,6 +132,47 @@ fn show_lines(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>) {
             show_count(ui, "Unreadable lines", losses.unreadable, false, why);
         }
     });
+}
+
+/// The figures of the loop itself.
+fn show_loop(ui: &mut Ui, timing: &Timing) {
+    let (all, recent) = (&timing.since_start, &timing.last_10_s);
+    let p50_us = nanoseconds_to_microseconds(recent.tick_ns.p50);
+    let max_us = nanoseconds_to_microseconds(recent.tick_ns.max);
+    count(
+        ui,
+        format!("Loop {} Hz", timing.rate_hz),
+        true,
+        "Nominal rate of the loop",
+    );
+    count(
+        ui,
+        format!("Tick p50 {p50_us:.1} µs, max {max_us:.1} µs"),
+        true,
+        "How long a tick took in the last 10 s, the device's read and write included",
+    );
+    for (name, all, recent, hint) in [
+        (
+            "Overruns",
+            all.overruns,
+            recent.overruns,
+            "Ticks that took longer than their period",
+        ),
+        (
+            "Missed periods",
+            all.missed_periods,
+            recent.missed_periods,
+            "Deadlines that passed without a tick",
+        ),
+    ] {
+        show_count(
+            ui,
+            name,
+            all,
+            recent == 0,
+            &format!("{hint}: {recent} in the last 10 s"),
+        );
+    }
 }
 
 fn show_link(ui: &mut Ui, link: &LinkStatus) {

@@ -1,7 +1,7 @@
 //! Updates: what the daemon sends, and news of connection, files and stops.
 
 use crate::identification::{Found, Headings};
-use crate::intent::{Intent, Wanted};
+use crate::intent::{DialogPurpose, Intent};
 use crate::recording::{Listed, Loaded, RecordingNews, WhatIfTape};
 use crate::study::StudyNews;
 use haptic_ipc::{
@@ -70,7 +70,7 @@ pub enum Update {
         share: Option<f64>,
     },
     /// A dialog of the desktop was closed: what was chosen, if anything was, or why there is no such dialog.
-    DialogClosed(Result<Option<(Wanted, PathBuf)>, String>),
+    DialogClosed(Result<Option<(DialogPurpose, PathBuf)>, String>),
     /// The outcome of an export: the file, or why there is none.
     Exported(Result<PathBuf, String>),
     /// The progress of the recording that is being written.
@@ -89,7 +89,7 @@ pub enum Update {
         /// The recording.
         listed: Box<Listed>,
     },
-    /// The recordings of a folder are all told, or why they cannot be.
+    /// The recordings of a folder are all listed, or why they cannot be.
     ListRead {
         /// The folder.
         folder: PathBuf,
@@ -164,7 +164,7 @@ pub enum Answer {
 pub enum StopNews {
     /// The daemon's socket has it.
     Sent,
-    /// It has not reached the daemon's socket. Attempts go on.
+    /// It has not reached the daemon's socket. Attempts continue.
     NotSent {
         /// Why.
         reason: String,

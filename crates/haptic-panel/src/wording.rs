@@ -31,7 +31,7 @@ pub(crate) fn sentence_case(name: &str) -> String {
         .map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// A number with so many significant digits, without an exponent.
+/// A number with `digits` significant digits, without an exponent.
 pub(crate) fn significant(value: f64, digits: usize) -> String {
     let digits = i32::try_from(digits).unwrap_or(i32::MAX);
     #[expect(clippy::cast_possible_truncation, reason = "the exponent of a number is below 309")]

@@ -7,8 +7,8 @@
 use nix::sys::signal::{SigHandler, Signal, signal};
 use std::sync::atomic::{AtomicI32, Ordering};
 
-/// The signal that has told it to end, or 0.
-static TOLD: AtomicI32 = AtomicI32::new(0);
+/// The signal that has asked it to end, or 0.
+static SIGNAL: AtomicI32 = AtomicI32::new(0);
 
 /// Hears these signals from now on.
 ///
@@ -17,25 +17,25 @@ static TOLD: AtomicI32 = AtomicI32::new(0);
 pub(super) fn listen() {
     for one in [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP] {
         // SAFETY: the handler stores a number or ends the process, which it may at any moment.
-        unsafe { signal(one, SigHandler::Handler(tell)) }.expect("a handler can be set");
+        unsafe { signal(one, SigHandler::Handler(note_signal)) }.expect("a handler can be set");
     }
 }
 
-extern "C" fn tell(number: i32) {
-    // Who says so twice does not wait for what hangs.
-    if TOLD.swap(number, Ordering::SeqCst) != 0 {
+extern "C" fn note_signal(number: i32) {
+    // A second signal does not wait for what hangs.
+    if SIGNAL.swap(number, Ordering::SeqCst) != 0 {
         // SAFETY: it may be called at any moment, and runs nothing of this program.
         unsafe { libc::_exit(exit_code(number)) }
     }
 }
 
-/// The exit code for the signal that has told it to end, if one has.
-pub(super) fn told() -> Option<i32> {
-    let number = TOLD.load(Ordering::SeqCst);
+/// The exit code for the signal that has asked it to end, if one has.
+pub(super) fn asked() -> Option<i32> {
+    let number = SIGNAL.load(Ordering::SeqCst);
     (number != 0).then(|| exit_code(number))
 }
 
-/// As a shell tells of a program that a signal has ended.
+/// As a shell reports a program that a signal has ended.
 const fn exit_code(number: i32) -> i32 {
     128 + number
 }

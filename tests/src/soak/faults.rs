@@ -1,10 +1,10 @@
 //! The faults, each with the state in which it ends by docs/safety.md and the time by which the motor gives no force.
 
 use super::rig::Rig;
-use crate::PATIENCE;
 #[cfg(target_arch = "x86_64")]
 use crate::hung::{Hang, HungThread};
 use crate::process::{Killed, signal};
+use crate::{PATIENCE, until, until_some};
 use haptic_ipc::{ClientError, Request, SceneSaveReply};
 use rustix::process::Signal;
 use std::time::{Duration, Instant};
@@ -340,11 +340,9 @@ fn fill_disk(rig: &mut Rig, look: Meanwhile<'_>) {
     let file = rig.disk.seen_by(pid).join("full.csv");
     // It says little, which its pipes hold.
     let mut recorder = Killed(rig.daemon.recorder(&file, &[]));
-    let began = Instant::now();
-    while !file.metadata().is_ok_and(|file| file.len() > 20_000) {
-        assert!(began.elapsed() < PATIENCE, "nothing is recorded");
-        crate::pause();
-    }
+    until("nothing is recorded", || {
+        file.metadata().is_ok_and(|file| file.len() > 20_000)
+    });
     rig.disk.fill(pid, recorder.id());
     let save = Request::SceneSave {
         name: "soak".to_owned(),
@@ -353,13 +351,9 @@ fn fill_disk(rig: &mut Rig, look: Meanwhile<'_>) {
     };
     let saved = rig.client.request::<SceneSaveReply>(save.clone());
     look(rig);
-    let ended = loop {
-        if let Some(ended) = recorder.try_wait().expect("it is ours") {
-            break ended;
-        }
-        assert!(began.elapsed() < PATIENCE, "the recording goes on without a disk");
-        crate::pause();
-    };
+    let ended = until_some("the recording continues without a disk", || {
+        recorder.try_wait().expect("it is ours")
+    });
     let read = crate::ctl(rig.daemon.socket(), &["recording", "info", &file.to_string_lossy()]);
     rig.disk.empty(pid);
     drop(std::fs::remove_file(file));
@@ -367,7 +361,7 @@ fn fill_disk(rig: &mut Rig, look: Meanwhile<'_>) {
     assert!(read.status.success(), "what it holds reads: {read:?}");
     assert!(
         matches!(saved, Err(ClientError::Refused(_))),
-        "a full disk is told: {saved:?}"
+        "a full disk is reported: {saved:?}"
     );
     let saved = rig.client.request::<SceneSaveReply>(save);
     assert!(saved.is_ok(), "with room it is saved: {saved:?}");

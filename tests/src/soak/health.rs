@@ -1,6 +1,6 @@
 //! Memory, descriptors and missed periods of a daemon over time.
 
-use super::Plan;
+use super::plan::Plan;
 use crate::Daemon;
 use crate::process::{descriptors, size_kib};
 use haptic_ipc::{Client, Request, Timing};

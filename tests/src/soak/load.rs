@@ -1,6 +1,6 @@
 //! The clients of a daemon: one that changes its scene, those that listen, and those that misuse it.
 
-use super::Plan;
+use super::plan::Plan;
 use super::rig::Rig;
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Client, ClientError, Event, Receiver, Request, Sample, SceneChange, SceneRef,

@@ -12,16 +12,19 @@ mod faults;
 mod health;
 mod load;
 mod output;
+mod plan;
 mod pressure;
 mod recordings;
 mod report;
 mod rig;
 mod round;
+mod seen;
 
 pub use report::{Claim, Report};
 
+use plan::Plan;
 use rig::{Place, Rig};
-use round::Occurrence;
+use seen::Seen;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -55,64 +58,10 @@ fn length(text: &str) -> Result<Duration, String> {
         .ok_or_else(refused)
 }
 
-/// What every thread of the soak of one daemon knows.
-#[derive(Debug)]
-struct Plan {
-    seed: u64,
-    length: Duration,
-    began: Instant,
-    /// Where recordings are.
-    folder: PathBuf,
-    /// No fault is brought about any more: the clients of this daemon end.
-    over: AtomicBool,
-}
-
-impl Plan {
-    /// The same for another daemon.
-    fn for_another(&self) -> Self {
-        Self {
-            folder: self.folder.clone(),
-            over: AtomicBool::new(false),
-            ..*self
-        }
-    }
-
-    fn is_over(&self) -> bool {
-        self.over.load(Ordering::Relaxed)
-    }
-
-    /// Time since it began, s.
-    fn time_s(&self) -> f64 {
-        self.began.elapsed().as_secs_f64()
-    }
-
-    /// A source of random numbers of its own for each user.
-    fn random(&self, rig: &str, user: u64) -> fastrand::Rng {
-        let rig = rig
-            .bytes()
-            .fold(0_u64, |sum, byte| sum.wrapping_mul(31) + u64::from(byte));
-        fastrand::Rng::with_seed(self.seed.wrapping_add(rig).wrapping_mul(1_000_003).wrapping_add(user))
-    }
-}
-
-/// All that was seen of one daemon.
-#[derive(Debug)]
-struct Seen {
-    rig: &'static str,
-    occurrences: Vec<Occurrence>,
-    left_out: Vec<String>,
-    load: load::Heard,
-    recordings: recordings::Checked,
-    health: health::History,
-    force: rig::ForceRecord,
-    /// What went on without an end or ended in a panic.
-    broken: Vec<String>,
-}
-
 /// Runs a soak and writes its report into [`FOLDER`].
 ///
 /// # Errors
-/// A signal has told it to end before its time: the exit code for that. Its daemons have ended.
+/// A signal has asked it to end before its time: the exit code for that. Its daemons have ended.
 ///
 /// # Panics
 /// A daemon does not start, or the report cannot be written.
@@ -145,7 +94,7 @@ pub fn run(options: &Options) -> Result<Report, i32> {
             .map(|watched| watched.join().expect("it catches what fails"))
             .collect::<Vec<Seen>>()
     });
-    if let Some(code) = ending::told() {
+    if let Some(code) = ending::asked() {
         eprintln!("a signal has ended the soak and its daemons: it has no report");
         return Err(code);
     }
@@ -182,13 +131,13 @@ fn soak(plan: &Plan, mut rig: Rig) -> Seen {
             recordings::Checked::default()
         });
         let health = health.join().unwrap_or_else(|_| {
-            broken.push("whoever asks for the timing ended in a panic (above)".to_owned());
+            broken.push("the client that asks for the timing ended in a panic (above)".to_owned());
             health::History::default()
         });
         user_over.store(true, Ordering::Relaxed);
         (occurrences, load, recordings, health)
     });
-    if broken.is_empty() && ending::told().is_none() {
+    if broken.is_empty() && ending::asked().is_none() {
         health.at_the_end(&quiet, plan, &rig.daemon);
         load.check_the_end(&mut rig);
     }
@@ -204,7 +153,7 @@ fn soak(plan: &Plan, mut rig: Rig) -> Seen {
     }
 }
 
-/// Kills a daemon whose soak does not end, so that whoever waits for it fails.
+/// Kills a daemon whose soak does not end, so that each client that waits for it fails.
 fn end_a_hung_daemon(plan: &Plan, pid: u32, ended: &AtomicBool) {
     let latest = plan.length + OVERTIME;
     while !ended.load(Ordering::Relaxed) {

@@ -62,7 +62,7 @@ fn follow(end: &OwnedFd, is_held: &AtomicBool, bytes: &AtomicU64) {
             thread::sleep(Duration::from_millis(5));
             continue;
         }
-        // Not in a read that would take a line after it was told to hold.
+        // Not in a read that would take a line after it was asked to hold.
         let mut polled = [PollFd::new(end, PollFlags::IN)];
         if poll(&mut polled, Some(&soon)) == Ok(0) || is_held.load(Ordering::SeqCst) {
             continue;

@@ -72,15 +72,10 @@ impl Group {
                 .spawn()
                 .expect("there is a shell"),
         );
-        let began = Instant::now();
-        loop {
-            if let Some(status) = hungry.try_wait().expect("it is ours") {
-                assert_eq!(status.signal(), Some(9), "the memory was not exhausted: {status}");
-                return;
-            }
-            assert!(began.elapsed() < crate::PATIENCE, "the memory was not exhausted");
-            crate::pause();
-        }
+        let status = crate::until_some("the memory was not exhausted", || {
+            hungry.try_wait().expect("it is ours")
+        });
+        assert_eq!(status.signal(), Some(9), "the memory was not exhausted: {status}");
     }
 }
 

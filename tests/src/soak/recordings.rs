@@ -1,6 +1,6 @@
 //! Recordings of a daemon, one after another in every format, each read and replayed when it has ended.
 
-use super::Plan;
+use super::plan::Plan;
 use crate::process::{Killed, signal};
 use crate::{binary, ctl};
 use rustix::process::Signal;
@@ -95,11 +95,11 @@ impl Checked {
             serde_json::from_slice(&output.stdout)
                 .map_err(|_| format!("{path}: {}", String::from_utf8_lossy(&output.stderr).trim()))
         };
-        let told = ask(&["--json", "recording", "info", &path]).and_then(|info| {
+        let compared = ask(&["--json", "recording", "info", &path]).and_then(|info| {
             let replayed = ask(&["--json", "replay", &path])?;
             Ok((info, replayed))
         });
-        match told {
+        match compared {
             Ok((info, replayed)) => self.add(&path, &info, &replayed),
             Err(why) => self.faults.push(why),
         }
@@ -116,7 +116,7 @@ impl Checked {
             self.faults.push(format!("{path}: no rows"));
         }
         if rows + lost < span {
-            let why = format!("{path}: {span} ticks, {rows} rows and {lost} told to be lost");
+            let why = format!("{path}: {span} ticks, {rows} rows and {lost} said to be lost");
             self.faults.push(why);
         }
         let differing = number(replayed, "differing");

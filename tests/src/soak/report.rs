@@ -2,9 +2,10 @@
 
 use super::faults::{ALL, Fault};
 use super::health::{MOST_DESCRIPTORS_MORE, MOST_GROWTH_KIB, MOST_MEMORY_KIB};
+use super::plan::Plan;
 use super::rig::{FORCE_LIMIT_N, FORCE_UNIT_N};
 use super::round::{End, Occurrence};
-use super::{Plan, Seen};
+use super::seen::Seen;
 use haptic_lab::drawing::{Chart, Trace, svg};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -81,7 +82,6 @@ fn claims_of(plan: &Plan, seen: &Seen) -> Vec<Claim> {
             seen: figure,
         });
     };
-    let (force, load, rows) = (&seen.force, &seen.load, &seen.load.rows);
     claim(
         "nothing hangs or gives up",
         seen.broken.is_empty(),
@@ -91,6 +91,16 @@ fn claims_of(plan: &Plan, seen: &Seen) -> Vec<Claim> {
             seen.broken.join("; ")
         },
     );
+    force(seen, &mut claim);
+    ticks_and_journal(seen, &mut claim);
+    faults(seen, &mut claim);
+    memory_and_descriptors(seen, &mut claim);
+    recordings(seen, &mut claim);
+    claims
+}
+
+fn force(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
+    let (force, rows) = (&seen.force, &seen.load.rows);
     let limit = |largest_n: f64| largest_n <= FORCE_LIMIT_N + FORCE_UNIT_N && largest_n > 0.9 * FORCE_LIMIT_N;
     if force.is_independent {
         claim(
@@ -109,6 +119,10 @@ fn claims_of(plan: &Plan, seen: &Seen) -> Vec<Claim> {
         limit(rows.largest_n),
         format!("{:.3} N in {} ticks", rows.largest_n, rows.heard),
     );
+}
+
+fn ticks_and_journal(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
+    let (load, rows) = (&seen.load, &seen.load.rows);
     claim(
         "every tick is heard or said to be lost",
         rows.missing == 0 && rows.heard > 0,
@@ -130,7 +144,10 @@ fn claims_of(plan: &Plan, seen: &Seen) -> Vec<Claim> {
             journal.unheard
         ),
     );
-    let wrong: Vec<String> = wrong_faults(&seen.occurrences);
+}
+
+fn faults(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
+    let wrong = wrong_faults(&seen.occurrences);
     let shown = seen
         .occurrences
         .iter()
@@ -144,7 +161,9 @@ fn claims_of(plan: &Plan, seen: &Seen) -> Vec<Claim> {
             wrong.join("; ")
         },
     );
-    memory_and_descriptors(seen, &mut claim);
+}
+
+fn recordings(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
     let recordings = &seen.recordings;
     claim(
         "recordings read, lack no row unsaid, and replay with 0 differing",
@@ -163,7 +182,6 @@ fn claims_of(plan: &Plan, seen: &Seen) -> Vec<Claim> {
                 .fold(String::new(), |text, fault| text + "; " + fault),
         ),
     );
-    claims
 }
 
 fn memory_and_descriptors(seen: &Seen, claim: &mut impl FnMut(&str, bool, String)) {
@@ -201,7 +219,7 @@ fn wrong_faults(occurrences: &[Occurrence]) -> Vec<String> {
         .collect();
     for (name, of_it) in by_fault(occurrences) {
         if of_it.iter().all(|end| matches!(end, End::BusyMachine(_))) {
-            wrong.push(format!("{name}: the machine came in between, {} times", of_it.len()));
+            wrong.push(format!("{name}: the machine interfered, {} times", of_it.len()));
         }
         let times = zero_force(&of_it);
         let documented = ALL

@@ -9,7 +9,7 @@ use crate::{Daemon, PATIENCE, pull_until, status, wait_for, wait_for_state};
 use haptic_ipc::{Client, JournalEntry, LogReply, Request, RigState, StateReply, Status, Timing};
 use std::time::{Duration, Instant};
 
-/// Largest force that the daemons are told to allow, N: less than the scenes give, so that it is reached.
+/// Largest force that the daemons are configured to allow, N: less than the scenes give, so that it is reached.
 pub(super) const FORCE_LIMIT_N: f64 = 3.0;
 
 /// Half of the link's unit of force, N.

@@ -1,8 +1,8 @@
 //! Rounds of faults: each of them once, in a random order, until the time is over.
 
-use super::Plan;
 use super::ending;
 use super::faults::{ALL, Ending, Fault};
+use super::plan::Plan;
 use super::rig::Rig;
 use crate::{status, wait_for, wait_for_state};
 use haptic_ipc::{JournalEntry, RigState};
@@ -46,7 +46,7 @@ pub(super) struct Occurrence {
 pub(super) enum End {
     /// As documented; where the motor was seen, with the time until it gave no force.
     AsDocumented(Option<Duration>),
-    /// The machine came in between with a fault of its own.
+    /// The machine interfered with a fault of its own.
     BusyMachine(String),
     /// Otherwise.
     Wrong(String),
@@ -61,7 +61,7 @@ pub(super) fn run(plan: &Plan, rig: &mut Rig, occurrences: &mut Vec<Occurrence>)
         random.shuffle(&mut faults);
         for fault in &faults {
             let is_over = !is_first && plan.began.elapsed() >= plan.length;
-            if is_over || ending::told().is_some() {
+            if is_over || ending::asked().is_some() {
                 rig.rest();
                 return;
             }
@@ -78,7 +78,7 @@ pub(super) fn run(plan: &Plan, rig: &mut Rig, occurrences: &mut Vec<Occurrence>)
                     end,
                 });
                 rig.rest();
-                if !is_busy || ending::told().is_some() {
+                if !is_busy || ending::asked().is_some() {
                     break;
                 }
             }
@@ -120,8 +120,8 @@ fn occur(fault: &Fault, rig: &mut Rig) -> End {
     judge(fault.ends_in, ended, zero, || rig.journal(Some(after)))
 }
 
-/// Holds a state against the documented one. The journal tells a fault from the machine's, and what was only for a
-/// moment.
+/// Holds a state against the documented one. The journal distinguishes a fault from the machine's, and shows what
+/// was only for a moment.
 fn judge(
     ends_in: Ending,
     ended: RigState,

@@ -89,7 +89,7 @@ impl Listener {
 
     pub(super) fn run(mut self, locate: &impl Fn() -> PathBuf) -> Result<(), PanelGone> {
         let mut path = locate();
-        let mut told = None;
+        let mut reported = None;
         self.updates.send(Update::Connecting { path: path.clone() })?;
         loop {
             self.guide.lead_to(path.clone(), false);
@@ -102,9 +102,9 @@ impl Listener {
             if was_connected {
                 self.study.hear(&lost);
             }
-            if was_connected || told.as_ref() != Some(&lost) {
+            if was_connected || reported.as_ref() != Some(&lost) {
                 self.updates.send(lost.clone())?;
-                told = Some(lost);
+                reported = Some(lost);
             } else {
                 // Nothing new to draw, but it fails once the panel is closed.
                 self.updates.send_undrawn(lost)?;
@@ -253,7 +253,7 @@ impl Listener {
         }
     }
 
-    /// Takes the answer to a stop: once it is here, the path of stops has nothing left to tell.
+    /// Takes the answer to a stop: once it is here, the path of stops has nothing left to report.
     fn stopped(&self, number: u64, result: Result<serde_json::Value, WireError>) -> Option<Update> {
         self.stops.settle(number);
         let after = self.stops.pressed_at().elapsed();

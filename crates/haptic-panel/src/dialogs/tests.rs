@@ -169,7 +169,7 @@ fn serve(stream: UnixStream, answer: Answer) -> Option<()> {
     }
 }
 
-/// What a process of its own is told that asks for a file by this bus: libdbus reads its address from the environment.
+/// The answer of a process of its own that asks for a file by this bus: libdbus reads its address from the environment.
 fn asked(answer: Option<Answer>) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bus");
@@ -193,10 +193,10 @@ fn asked(answer: Option<Answer>) -> String {
 #[test]
 #[ignore = "the part of the test below that runs in a process of its own"]
 fn asks() {
-    let chosen = ask(Wanted::Recording, Path::new("/tmp"));
+    let chosen = ask(DialogPurpose::Recording, Path::new("/tmp"));
     assert_eq!(
         chosen.is_ok(),
-        ask(Wanted::Export(Format::Svg), Path::new("/nowhere/at/all")).is_ok()
+        ask(DialogPurpose::Export(Format::Svg), Path::new("/nowhere/at/all")).is_ok()
     );
     println!("asked: {chosen:?}");
 }

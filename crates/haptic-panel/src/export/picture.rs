@@ -1,7 +1,7 @@
 //! A snapshot of the plots in sight, for another thread to draw.
 
 use crate::model::view::PlotGroup;
-use crate::model::{Model, scene_seen};
+use crate::model::{Model, has_block, scene_seen};
 use crate::plots::chart::Chart;
 use crate::plots::contact_ribbon::{self, Run};
 use crate::plots::over_time::Background;
@@ -32,7 +32,7 @@ impl Picture {
         let background = Background {
             reference: view.reference.as_ref(),
             limits: limits.as_ref(),
-            has_block: plots::has_block(model),
+            has_block: has_block(model),
         };
         let groups = view.layout.drawn.iter().filter_map(|group| match group {
             PlotGroup::OverTime => {

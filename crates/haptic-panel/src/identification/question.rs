@@ -36,7 +36,7 @@ pub(crate) struct Samples {
 }
 
 impl Question {
-    /// What a file tells.
+    /// What a file says.
     #[must_use]
     pub const fn of_file(source: Source, options: Options) -> Self {
         Self {
@@ -65,7 +65,7 @@ impl Question {
         }
     }
 
-    /// Finds the answer. `progress` is told the share that is done, from 0 to 1; `Break` gives it up.
+    /// Finds the answer. `progress` gets the share that is done, from 0 to 1; `Break` gives it up.
     ///
     /// # Errors
     /// Why nothing can be identified, or that it was given up.

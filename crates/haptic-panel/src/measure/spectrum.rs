@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_samples_and_too_few_or_too_many_are_told() {
+    fn missing_samples_and_too_few_or_too_many_are_reported() {
         let gap = of(&tape((0..500).chain(510..1000), |_| 1.0), Scaling::Amplitude).expect_err("a gap");
         assert!(gap.contains("missing 0.499 s"), "{gap}");
         let few = of(&tape(0..10, |_| 1.0), Scaling::Amplitude).expect_err("too few");

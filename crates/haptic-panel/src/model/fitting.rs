@@ -58,7 +58,7 @@ pub(crate) enum Progress {
     /// Nobody has asked.
     #[default]
     None,
-    /// It goes on; the share that is done, if it is known.
+    /// It is running; the share that is done, if it is known.
     Asked { share: Option<f64> },
     /// It is found.
     Found(Box<Found>),
@@ -105,7 +105,7 @@ enum TrialStep {
     None,
     /// The lease is asked for.
     Leasing,
-    /// The lease is held: the scene is to be sent.
+    /// The lease is held: the scene is sent next.
     Leased,
     /// The scene is sent, and goes back by itself.
     Trying,

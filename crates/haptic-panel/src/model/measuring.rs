@@ -58,7 +58,7 @@ impl<T> Kept<T> {
         self.last.as_ref().map(|(last, ..)| last)
     }
 
-    /// The result for a question about some samples, made anew if the question is another one, or if the
+    /// The result for a question about some samples, made again if the question is another one, or if the
     /// samples are others and a moment has passed at `now_s`. Comes with the time until it is due again, s.
     pub(crate) fn get(
         &mut self,

@@ -115,11 +115,11 @@ impl Model {
             Update::Reading { path, share } => view.reading = Some(Reading { path, share }),
             Update::DialogClosed(outcome) => view.close_dialog(outcome),
             Update::Exported(result) => {
-                let told = result.map(|path| format!("Written: {}", path.display()));
-                view.file_notice = Some(Notice::new(told));
+                let outcome = result.map(|path| format!("Written: {}", path.display()));
+                view.file_notice = Some(Notice::new(outcome));
             }
             Update::Remembered(Ok(())) => {}
-            Update::Remembered(Err(why)) => self.tell_of_settings(why),
+            Update::Remembered(Err(why)) => view.show_settings_error(why),
             Update::Advised(result) => daemon.scene.advised.take(result, daemon.scene.revision),
             Update::Event(event) => self.take_event(event),
             Update::Answered { intent, result } => self.take_answer(&intent, result),
@@ -265,8 +265,8 @@ impl Model {
             self.view.open_path = path.display().to_string();
             self.view.recordings.note_change();
         }
-        if let Some(told) = self.tapes.take_recording(news) {
-            self.view.file_notice = Some(Notice::new(told));
+        if let Some(outcome) = self.tapes.take_recording(news) {
+            self.view.file_notice = Some(Notice::new(outcome));
         }
     }
 
@@ -296,4 +296,10 @@ pub(crate) fn scene_seen<'a>(daemon: &'a Daemon, tapes: &'a Tapes, scope: &Scope
     };
     let newest = scope.tape(tapes).at(scope.seen(tapes).to_s)?;
     opened.scene_at(newest.tick)
+}
+
+/// Whether the scene of what is seen has a block; it is thought to have one until the scene is known.
+pub(crate) fn has_block(model: &Model) -> bool {
+    let Model { daemon, tapes, view } = model;
+    scene_seen(daemon, tapes, view.scope(tapes)).is_none_or(|scene| scene.block.is_some())
 }

@@ -46,7 +46,7 @@ pub(crate) fn question(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Qu
 /// What is seen of the rig or of the opened recording, or of that what is between the cursors.
 fn samples(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Samples, String> {
     let (names, scope, metadata) = if view.fitting.choice.origin == Origin::Rig {
-        let metadata = daemon.metadata().ok_or("The daemon has not told its scene yet")?;
+        let metadata = daemon.metadata().ok_or("The daemon has not sent its scene yet")?;
         let names = ["what is seen of the rig", "what is between the cursors at the rig"];
         (names, &view.scope, metadata)
     } else {

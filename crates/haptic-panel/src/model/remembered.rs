@@ -7,7 +7,6 @@ use super::scope::plot_list::PlotList;
 use super::scope::value_axis::Reach;
 use super::view::PlotGroup;
 use crate::measure::spectrum::Scaling;
-use crate::notice::Notice;
 use crate::settings::{AgainstSettings, Settings};
 use crate::tape::signal::Signal;
 use haptic_recording::Format;
@@ -89,9 +88,9 @@ impl Model {
         }
     }
 
-    /// Tells the user of a problem with the settings.
-    pub fn tell_of_settings(&mut self, why: String) {
-        self.view.file_notice = Some(Notice::new(Err(why)));
+    /// Shows a problem with the settings.
+    pub fn show_settings_error(&mut self, why: String) {
+        self.view.show_settings_error(why);
     }
 }
 

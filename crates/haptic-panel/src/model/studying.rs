@@ -1,4 +1,4 @@
-//! The experimenter's side of a study: what is typed, and what the study's thread has told.
+//! The experimenter's side of a study: what is typed, and what the study's thread has reported.
 
 use crate::notice::Notice;
 use crate::study::{StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectScreen};
@@ -99,7 +99,7 @@ pub(crate) struct Studying {
 }
 
 impl Studying {
-    /// What the study's thread has told last.
+    /// What the study's thread has reported last.
     pub(crate) fn state(&self) -> Option<&StudyState> {
         self.state.as_ref()
     }
@@ -133,7 +133,7 @@ impl Studying {
             }
             StudyNews::Subject(rows) => self.rows = rows,
             StudyNews::Row(row) => self.rows.push(row),
-            StudyNews::Noted(told) => self.report = Some(Notice::new(told)),
+            StudyNews::Noted(outcome) => self.report = Some(Notice::new(outcome)),
             StudyNews::Failed(why) => (self.report, self.is_asked) = (Some(Notice::new(Err(why))), false),
             StudyNews::Closed => {
                 (self.state, self.is_asked) = (None, false);

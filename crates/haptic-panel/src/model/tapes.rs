@@ -73,7 +73,7 @@ impl Tapes {
         ended
     }
 
-    /// Adds what the journal tells of the live rig, if a tick carried it out.
+    /// Adds what the journal says of the live rig, if a tick carried it out.
     pub(crate) fn mark_journal(&mut self, entry: &JournalEntry) {
         let Some(mark) = TapeMark::of_journal(entry) else {
             return;
@@ -107,7 +107,7 @@ impl Tapes {
         self.live.last()
     }
 
-    /// Whether the live tape goes on.
+    /// Whether the live tape continues.
     pub(crate) fn is_live(&self) -> bool {
         !self.is_over
     }
@@ -136,7 +136,7 @@ impl Tapes {
         self.questions
     }
 
-    /// Takes the answer to the newest question. Returns what to tell the user if there is none.
+    /// Takes the answer to the newest question. Returns what to show the user if there is none.
     pub(crate) fn take_what_if(&mut self, number: u64, result: Result<Box<WhatIfTape>, String>) -> Option<String> {
         if number != self.questions || !matches!(self.what_if, WhatIf::Asked) {
             free(Some(result));
@@ -196,9 +196,9 @@ impl Tapes {
         self.recording.as_ref()
     }
 
-    /// Takes news of the recording that is being written. Returns what to tell the user at its end.
+    /// Takes news of the recording that is being written. Returns what to show the user at its end.
     pub(crate) fn take_recording(&mut self, news: RecordingNews) -> Option<Result<String, String>> {
-        let told = match news {
+        let outcome = match news {
             RecordingNews::Going { path, totals } => {
                 let before = self.recording.take();
                 let (lost, lost_changes, markers) =
@@ -231,7 +231,7 @@ impl Tapes {
             RecordingNews::Failed { why } => Err(why),
         };
         self.recording = None;
-        Some(told)
+        Some(outcome)
     }
 
     /// Share of the last seconds with force in which it was clipped by its limit; `None` without force.
@@ -239,7 +239,7 @@ impl Tapes {
         self.clipping
     }
 
-    /// Computes the share of clipped time anew, with the limit of the force, N.
+    /// Computes the share of clipped time again, with the limit of the force, N.
     pub(crate) fn update_clipping(&mut self, limit_n: f64) {
         self.clipping = self.newest().and_then(|newest| self.clipped_share(newest.t_s, limit_n));
     }

@@ -1,4 +1,4 @@
-//! View state: what the user looks at, types and was told.
+//! View state: what the user looks at, types and is shown.
 
 use super::fitting::Fitting;
 use super::measuring::Measuring;
@@ -8,7 +8,7 @@ use super::scope::Scope;
 use super::studying::Studying;
 use super::tapes::Tapes;
 use super::tuning::Tuning;
-use crate::intent::Wanted;
+use crate::intent::DialogPurpose;
 use crate::notice::Notice;
 use crate::page::Page;
 use egui::Rect;
@@ -198,19 +198,24 @@ impl View {
     }
 
     /// A dialog of the desktop was closed.
-    pub(crate) fn close_dialog(&mut self, outcome: Result<Option<(Wanted, PathBuf)>, String>) {
+    pub(crate) fn close_dialog(&mut self, outcome: Result<Option<(DialogPurpose, PathBuf)>, String>) {
         match outcome {
-            Ok(Some((Wanted::Folder, path))) => self.folder = path.display().to_string(),
-            Ok(Some((Wanted::StudyFolder, path))) => self.studying.form.folder = path.display().to_string(),
-            Ok(Some((Wanted::StudyPlan, path))) => self.studying.form.plan = path.display().to_string(),
-            Ok(Some((Wanted::FileToIdentify, path))) => self.fitting.choose_file(&path),
+            Ok(Some((DialogPurpose::Folder, path))) => self.folder = path.display().to_string(),
+            Ok(Some((DialogPurpose::StudyFolder, path))) => self.studying.form.folder = path.display().to_string(),
+            Ok(Some((DialogPurpose::StudyPlan, path))) => self.studying.form.plan = path.display().to_string(),
+            Ok(Some((DialogPurpose::FileToIdentify, path))) => self.fitting.choose_file(&path),
             // It is read, or written, already.
-            Ok(Some((Wanted::Recording | Wanted::Export(_), _)) | None) => {}
+            Ok(Some((DialogPurpose::Recording | DialogPurpose::Export(_), _)) | None) => {}
             Err(why) => {
-                let told = format!("Type the path: {why}");
-                self.file_notice = Some(Notice::new(Err(told)));
+                let text = format!("Type the path: {why}");
+                self.file_notice = Some(Notice::new(Err(text)));
             }
         }
+    }
+
+    /// Shows a problem with the settings.
+    pub(crate) fn show_settings_error(&mut self, why: String) {
+        self.file_notice = Some(Notice::new(Err(why)));
     }
 
     fn shows_recording(&self, tapes: &Tapes) -> bool {

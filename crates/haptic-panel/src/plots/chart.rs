@@ -43,7 +43,7 @@ impl Ink {
 pub(crate) enum Across {
     /// Time: the extremes of each column of pixels are drawn.
     Time,
-    /// Another signal: of so many samples one is drawn.
+    /// Another signal, of which one in `stride` samples is drawn.
     Signal {
         signal: Signal,
         stride: usize,

@@ -19,7 +19,7 @@ pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, reference: &mut Op
         let pin = Button::new("Keep what is seen as the reference");
         let pin = ui.add_enabled(scope.has_samples(tapes), pin);
         if pin
-            .on_hover_text("It is drawn faintly under whatever is seen next: the rig, or a recording")
+            .on_hover_text("It is drawn faintly behind what is shown next: the rig, or a recording")
             .clicked()
         {
             *reference = Some(Reference::pin(scope, tapes));
@@ -35,7 +35,7 @@ pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, reference: &mut Op
             }
         }
     });
-    button.on_hover_text("Lays two runs over one another, and tells how they differ");
+    button.on_hover_text("Overlays two runs and shows how they differ");
 }
 
 fn show_kept(ui: &mut Ui, tapes: &Tapes, scope: &Scope, kept: &mut Reference) {

@@ -4,7 +4,8 @@
 use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Across, Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::frame::{self, RIGHT_MARGIN};
-use super::{GRAB, legend, picture_taking, zoom};
+use super::pointer::{GRAB, zoom};
+use super::{legend, picture_taking};
 use crate::drop_down::{self, Item};
 use crate::model::reference::Reference;
 use crate::model::scope::against::{Against, Extent};
@@ -319,15 +320,15 @@ fn show_choice(ui: &mut Ui, against: &mut Against) {
 /// Both signals at the cursors, and their difference.
 fn readings(against: &Against, at: [Option<[f64; 2]>; 2]) -> String {
     let units = [against.across, against.up].map(|signal| signal.quantity().unit());
-    let told = |values: [f64; 2]| {
+    let shown = |values: [f64; 2]| {
         let [across, up] = values.map(|value| significant(value, 4));
         format!("{across} {}, {up} {}", units[0], units[1])
     };
     let [first, second] = at;
-    let points = [first, second].map(|at| at.map_or_else(|| "no sample".to_owned(), told));
+    let points = [first, second].map(|at| at.map_or_else(|| "no sample".to_owned(), shown));
     let difference = first
         .zip(second)
-        .map(|(first, second)| told([second[0] - first[0], second[1] - first[1]]));
+        .map(|(first, second)| shown([second[0] - first[0], second[1] - first[1]]));
     let difference = difference.map_or_else(String::new, |difference| format!("; difference {difference}"));
     format!("Cursor 1: {}; cursor 2: {}{difference}", points[0], points[1])
 }

@@ -13,6 +13,7 @@ mod mark_strip;
 pub(crate) mod over_time;
 pub(crate) mod picture_taking;
 mod plot_header;
+mod pointer;
 mod rig_menu;
 mod scrub_bar;
 mod side;
@@ -23,7 +24,7 @@ mod trigger_bar;
 
 use crate::intent::Intent;
 use crate::model::view::PlotGroup;
-use crate::model::{Model, scene_seen};
+use crate::model::{Model, has_block, scene_seen};
 use egui::{Align, Layout, RichText, Ui, vec2};
 use limits::Limits;
 use over_time::Background;
@@ -37,9 +38,6 @@ const COLUMN_SHARE: f32 = 0.38;
 /// Distance by which the name of a vertical axis may exceed the area of its plot, points: at most the
 /// panel's margin.
 const AXIS_NAME_MARGIN: f32 = 8.0;
-
-/// Points of scrolling by the wheel that zoom by a factor of e.
-const POINTS_PER_ZOOM: f32 = 200.0;
 
 /// Shows the plots in the remaining space.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
@@ -107,12 +105,6 @@ fn show_group(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
     scrub_bar::show(ui, tapes, scope);
 }
 
-/// Whether the scene of what is seen has a block; it is thought to have one until the scene is known.
-pub(crate) fn has_block(model: &Model) -> bool {
-    let Model { daemon, tapes, view } = model;
-    scene_seen(daemon, tapes, view.scope(tapes)).is_none_or(|scene| scene.block.is_some())
-}
-
 /// The limits of what is seen, unless they are hidden.
 pub(crate) fn limits(model: &Model) -> Option<Limits> {
     let Model { daemon, tapes, view } = model;
@@ -121,14 +113,4 @@ pub(crate) fn limits(model: &Model) -> Option<Limits> {
     view.layout
         .shows_limits
         .then(|| Limits::of(daemon, tapes, scope, scene))
-}
-
-/// Distance from a cursor at which a drag takes it along, points.
-const GRAB: f32 = 8.0;
-
-/// The factor by which the wheel, or two fingers, zoom in now.
-fn zoom(ui: &Ui) -> Option<f64> {
-    let (scroll, zoom) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
-    let factor = zoom * (scroll / POINTS_PER_ZOOM).exp();
-    ((factor - 1.0).abs() > f32::EPSILON).then(|| f64::from(factor))
 }

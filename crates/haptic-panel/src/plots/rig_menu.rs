@@ -11,7 +11,7 @@ const UM_PER_M: f64 = 1e6;
 pub(super) fn show(ui: &mut Ui, daemon: &Daemon) {
     let (button, _) = MenuButton::new("Rig").ui(ui, |ui| {
         let Some(status) = daemon.status.as_ref().filter(|_| daemon.is_connected()) else {
-            ui.label("The daemon has not told of its rig yet");
+            ui.label("The daemon has not described its rig yet");
             return;
         };
         Grid::new("rig").num_columns(2).show(ui, |ui| {
@@ -22,7 +22,7 @@ pub(super) fn show(ui: &mut Ui, daemon: &Daemon) {
             }
         });
     });
-    button.on_hover_text("The device's own settings and limits, as the daemon tells them");
+    button.on_hover_text("The device's own settings and limits, as reported by the daemon");
 }
 
 /// Names and values, with units.

@@ -2,7 +2,8 @@
 
 use super::axis::AXIS_WIDTH;
 use super::frame::RIGHT_MARGIN;
-use super::{picture_taking, zoom};
+use super::picture_taking;
+use super::pointer::zoom;
 use crate::model::scope::Scope;
 use crate::model::tapes::Tapes;
 use crate::tape::signal::Signal;

@@ -1,14 +1,13 @@
 //! What stands beside the plots over time: force against velocity, statistics, or a spectrum.
 
 use super::{force_velocity, spectrum_plot, statistics_table};
-use crate::model::Model;
-use crate::model::scene_seen;
 use crate::model::view::PlotGroup;
+use crate::model::{Model, has_block, scene_seen};
 use egui::Ui;
 
 /// Shows one of them in `height` points.
 pub(super) fn show(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
-    let has_block = super::has_block(model);
+    let has_block = has_block(model);
     let Model { daemon, tapes, view } = model;
     match group {
         PlotGroup::OverTime => {}

@@ -87,7 +87,7 @@ pub(super) fn show(
         }
         if reference.is_some() && !is_short {
             let most = difference::MOST_SAMPLES;
-            let why = format!("The difference to the reference is told for {most} samples at most: zoom in");
+            let why = format!("The difference to the reference is computed for at most {most} samples: zoom in");
             ui.label(RichText::new(why).small());
         }
     });
@@ -121,9 +121,9 @@ fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
     ];
     ui.horizontal(|ui| {
         for ((column, _), value) in COLUMNS.into_iter().zip(values) {
-            let told = format!("{name} {column} {value}");
+            let text = format!("{name} {column} {value}");
             let response = cell(ui, RichText::new(value));
-            response.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, &told));
+            response.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, &text));
         }
     });
     if let Some(difference) = difference {

@@ -2,13 +2,13 @@
 
 use super::{compare_menu, rig_menu, trigger_bar};
 use crate::browse;
-use crate::intent::{Format, Intent, Wanted};
-use crate::model::Model;
+use crate::intent::{DialogPurpose, Format, Intent};
 use crate::model::scope::Scope;
 use crate::model::scope::plot_list::PlotList;
 use crate::model::scope::trigger::Mode;
 use crate::model::scope::value_axis::{FARTHEST, ValueAxis};
 use crate::model::tapes::Tapes;
+use crate::model::{Model, has_block};
 use crate::number_field::number_field;
 use crate::tape::signal::Quantity;
 use crate::wording::significant;
@@ -39,7 +39,7 @@ const DIGITS: usize = 4;
 
 /// Shows the tools. A wide window has room for the readings of both cursors.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut Vec<Intent>) {
-    let has_block = super::has_block(model);
+    let has_block = has_block(model);
     let Model { daemon, tapes, view } = model;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -83,7 +83,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut 
 
 fn show_running(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     let (name, hint) = if scope.follows() {
-        ("Freeze", "Keeps what is seen; the rig goes on")
+        ("Freeze", "Freezes the plots; the rig keeps running")
     } else {
         ("Run", "Follows the rig again")
     };
@@ -287,7 +287,7 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
         ui.horizontal(|ui| {
             let field = TextEdit::singleline(folder).desired_width(240.0);
             ui.add(field).accessible_name("folder to export to");
-            let asked = (Wanted::Folder, folder.as_str());
+            let asked = (DialogPurpose::Folder, folder.as_str());
             browse::show(ui, "Browse...", "choose folder to export to", asked, intents);
         });
         ui.horizontal(|ui| {
@@ -305,7 +305,7 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
             for format in Format::ALL {
                 let name = format.extension().to_uppercase();
                 let (text, name) = (format!("{name} as..."), format!("export {name} as"));
-                let asked = (Wanted::Export(format), folder.as_str());
+                let asked = (DialogPurpose::Export(format), folder.as_str());
                 if browse::show(ui, &text, &name, asked, intents) {
                     ui.close();
                 }

@@ -78,7 +78,7 @@ fn duration(length_s: f64) -> String {
     format!("{minutes} min {:.0} s", (length_s - 60.0 * minutes).floor())
 }
 
-/// Reads the recordings of a folder, the newest first: each is told once with what stands at its beginning,
+/// Reads the recordings of a folder, the newest first: each is reported once with what stands at its beginning,
 /// and once more with its length. What is in `known` and unchanged is not read again. A file of text that is
 /// no recording is left out.
 ///
@@ -88,7 +88,7 @@ pub(crate) fn list(
     folder: &Path,
     known: &[Listed],
     is_over: &AtomicBool,
-    mut tell: impl FnMut(Listed),
+    mut report: impl FnMut(Listed),
 ) -> Result<(), String> {
     let mut files = files(folder).map_err(|error| format!("cannot read {}: {error}", folder.display()))?;
     files.sort_by_key(|file| std::cmp::Reverse(file.modified));
@@ -98,19 +98,19 @@ pub(crate) fn list(
             return Ok(());
         }
         if let Some(same) = known.iter().find(|known| known.is_still(&file)) {
-            tell(same.clone());
+            report(same.clone());
             continue;
         }
         match haptic_recording::open(&file.path) {
             Ok(reader) => {
                 file.about = Ok(beginning(&reader));
-                tell(file.clone());
+                report(file.clone());
                 unread.push((file, reader));
             }
             Err(_) if Format::of(&file.path) == Ok(Format::Csv) => {}
             Err(error) => {
                 file.about = Err(error.to_string());
-                tell(file);
+                report(file);
             }
         }
     }
@@ -124,7 +124,7 @@ pub(crate) fn list(
             Ok(None) => return Ok(()),
             Err(error) => Err(error.to_string()),
         };
-        tell(file);
+        report(file);
     }
     Ok(())
 }
@@ -195,9 +195,9 @@ mod tests {
     }
 
     fn listed(folder: &Path, known: &[Listed]) -> Vec<Listed> {
-        let mut told: Vec<Listed> = Vec::new();
-        list(folder, known, &AtomicBool::new(false), |listed| told.push(listed)).expect("a folder");
-        told
+        let mut listed: Vec<Listed> = Vec::new();
+        list(folder, known, &AtomicBool::new(false), |one| listed.push(one)).expect("a folder");
+        listed
     }
 
     #[test]
@@ -207,9 +207,9 @@ mod tests {
         record(&folder.path().join("broken.csv"), 3, false);
         std::fs::write(folder.path().join("other.csv"), "t,x,f\n0,0,0\n").expect("written");
         std::fs::write(folder.path().join("torn.mcap"), "nothing").expect("written");
-        let told = listed(folder.path(), &[]);
+        let found = listed(folder.path(), &[]);
         let line = |name: &str| {
-            let mut of = told.iter().filter(|listed| listed.path.ends_with(name));
+            let mut of = found.iter().filter(|listed| listed.path.ends_with(name));
             of.next_back().map(Listed::line)
         };
         assert_eq!(
@@ -222,8 +222,8 @@ mod tests {
         );
         assert_eq!(line("other.csv"), None);
         assert!(line("torn.mcap").is_some_and(|why| !why.is_empty()));
-        // What is known is told once, and not read again.
-        let known: Vec<Listed> = told
+        // What is known is reported once, and not read again.
+        let known: Vec<Listed> = found
             .into_iter()
             .filter(|listed| listed.path.ends_with("long.csv"))
             .collect();

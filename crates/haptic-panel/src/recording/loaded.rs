@@ -8,7 +8,7 @@ use haptic_recording::{Ending, Entry, Mark, Metadata, RecordingError};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-/// Rows after which the progress is told: a minute at 1 kHz, or tens of milliseconds of reading.
+/// Rows after which the progress is reported: a minute at 1 kHz, or tens of milliseconds of reading.
 const ROWS_A_LOOK: usize = 60_000;
 
 /// A recording that is ready to be shown.
@@ -36,7 +36,7 @@ impl Loaded {
         }
     }
 
-    /// Reads a recording. An hour at 1 kHz takes seconds and 470 MB of memory. Meanwhile `progress` is told the share
+    /// Reads a recording. An hour at 1 kHz takes seconds and 470 MB of memory. Meanwhile `progress` gets the share
     /// that is read, from 0 to 1, where that is known.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ impl Opened {
     }
 }
 
-/// Adds to a recording's tape what its marks tell. Where the journal says who changed scene or state, its word stands
+/// Adds to a recording's tape what its marks say. Where the journal says who changed scene or state, its word stands
 /// for the change. A recording does not say where lost rows are missing.
 fn add_marks(tape: &mut Tape, first: &Scene, marks: &[Mark]) {
     let mut known = params_of(first);
@@ -225,7 +225,7 @@ mod tests {
         assert_eq!(
             opened.scene_at(500),
             None,
-            "the block is gone, which the parameters do not tell"
+            "the block is gone, which the parameters do not show"
         );
         assert_eq!(opened.lost, 3);
     }
@@ -263,13 +263,13 @@ mod tests {
             state(6, RigState::Faulted, Some("the device fell silent")),
         ];
         let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
-        let told = [
+        let expected = [
             (2.0, "scene simulated friction, karnopp, dynamic_force: 3.5 -> 2.5"),
             (4.0, "engaged"),
             (5.0, "3 periods missed"),
             (6.0, "faulted: the device fell silent"),
         ];
-        assert_eq!(marks_of(&tape), told);
+        assert_eq!(marks_of(&tape), expected);
     }
 
     #[test]
@@ -309,12 +309,12 @@ mod tests {
             },
         ];
         let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
-        let told = [
+        let expected = [
             (2.0, "ada (hapticd, process 7): set, dynamic_force: 3.5 -> 2.5"),
             (4.0, "ada (hapticd, process 7): engage, idle -> engaging"),
             (5.0, "engaged"),
         ];
-        assert_eq!(marks_of(&tape), told);
+        assert_eq!(marks_of(&tape), expected);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// News of the recording that is being written.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RecordingNews {
-    /// It goes on.
+    /// It is being written.
     Going {
         /// Its file.
         path: PathBuf,

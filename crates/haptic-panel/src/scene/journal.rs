@@ -8,11 +8,7 @@ use haptic_ipc::JournalEntry;
 pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts) {
     CollapsingHeader::new("Changes").default_open(false).show(ui, |ui| {
         if scene.journal.is_empty() {
-            ui.label(
-                RichText::new("Nothing was changed since the panel listens")
-                    .small()
-                    .weak(),
-            );
+            ui.label(RichText::new("No changes since the panel connected").small().weak());
         }
         for entry in scene.journal.iter().rev() {
             ui.horizontal_top(|ui| {
@@ -23,11 +19,11 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts) {
     });
 }
 
-/// The button that copies the command which makes the same change again.
+/// The button that copies the command which repeats the change.
 fn show_copy(ui: &mut Ui, command: Option<String>) {
     let button = ui.add_enabled(command.is_some(), Button::new("Copy").small());
     let Some(command) = command else {
-        button.on_disabled_hover_text("No haptic-ctl command does this again");
+        button.on_disabled_hover_text("No haptic-ctl command repeats this");
         return;
     };
     let button = button.accessible_name(format!("copy {command}"));

@@ -27,7 +27,7 @@ fn show_presets(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &
         });
         ui.add(ramp)
             .accessible_name("ramp")
-            .on_hover_text("Time over which a scene is loaded; 0 is between two ticks, and no jerk either");
+            .on_hover_text("Time over which a scene is loaded; 0 changes between two ticks, without a step of force");
     });
     if scene.library.is_empty() {
         ui.label(RichText::new("The daemon has no library of scenes").small().weak());

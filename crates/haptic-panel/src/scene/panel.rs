@@ -29,7 +29,7 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents
 /// Shows the list that scrolls. The row under the pointer stays there when the rows above it change.
 fn show_list(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     let mut rows = Rows::new(ui);
-    // A list that goes on shows that it does.
+    // A list that continues below shows that it does.
     ui.spacing_mut().scroll = ScrollStyle::solid();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         rows.begin(ui);
@@ -132,7 +132,7 @@ fn show_reports(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning) {
         (None, _) => "No scene heard of yet".to_owned(),
     };
     ui.label(RichText::new(text).small().weak());
-    let report = tuning.report.as_ref().map(|report| match &report.told {
+    let report = tuning.report.as_ref().map(|report| match &report.outcome {
         Ok(done) => (done.as_str(), ui.visuals().text_color()),
         Err(why) => (why.as_str(), palette.error_text),
     });

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// Time limit of the greeting. A running daemon greets within a millisecond.
 const GREETING: Duration = Duration::from_secs(1);
 
-/// Time after which a stop counts as not sent. Attempts go on.
+/// Time after which a stop counts as not sent. Attempts continue.
 pub(super) const UNWRITTEN: Duration = Duration::from_millis(100);
 
 /// Time without an answer after which another connection is tried.
@@ -89,7 +89,7 @@ impl Line {
     }
 
     /// Puts a stop on the line if the daemon has greeted and the stop is new; returns whether it did.
-    pub(super) fn put(&mut self, stop: Stop) -> bool {
+    pub(super) fn enqueue(&mut self, stop: Stop) -> bool {
         let is_new = self.newest.is_none_or(|newest| newest.number < stop.number);
         // A second stop behind an unwritten one is of no use.
         if !self.is_greeted || !is_new || self.waits_to_write() {
@@ -140,7 +140,7 @@ impl Line {
                 heard.extend(self.hear(&String::from_utf8_lossy(&line))?);
             }
             if self.incoming.len() > MAX_LINE_BYTES {
-                return Err("what answers there is no daemon".to_owned());
+                return Err("what answers there is not a daemon".to_owned());
             }
         }
     }

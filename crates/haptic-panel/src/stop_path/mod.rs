@@ -73,13 +73,13 @@ impl StopPath {
         woken.set_nonblocking(true)?;
         let waker = Arc::new(Waker(waker));
         let (places, looked_for) = mpsc::channel();
-        let (told, to_tell) = mpsc::channel();
-        let stopper = Stopper::new(Arc::clone(&stops), woken, looked_for, told, retry);
+        let (news, incoming) = mpsc::channel();
+        let stopper = Stopper::new(Arc::clone(&stops), woken, looked_for, news, retry);
         thread::Builder::new()
             .name("stop".to_owned())
             .spawn(move || stopper.run())?;
         thread::Builder::new().name("stop news".to_owned()).spawn(move || {
-            for stop in to_tell {
+            for stop in incoming {
                 if updates.send_at_once(Update::Stop(stop)).is_err() {
                     return;
                 }

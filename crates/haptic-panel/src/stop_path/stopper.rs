@@ -100,7 +100,7 @@ impl Stopper {
                 Heard::Answer(stop, result) => {
                     self.stops.settle(stop.number);
                     let after = stop.pressed_at.elapsed();
-                    self.tell(stop.number, StopNews::Answered { after, result });
+                    self.report(stop.number, StopNews::Answered { after, result });
                 }
             }
         }
@@ -113,14 +113,14 @@ impl Stopper {
 
     fn send(&mut self, now: Instant, wanted: Option<Stop>) -> Result<(), String> {
         let Some(line) = &mut self.line else { return Ok(()) };
-        let was_put = wanted.is_some_and(|stop| line.put(stop));
-        if was_put || line.waits_to_write() {
+        let is_enqueued = wanted.is_some_and(|stop| line.enqueue(stop));
+        if is_enqueued || line.waits_to_write() {
             let is_written = line.write(now)?;
             if let Some(stop) = line.newest().filter(|_| is_written) {
                 self.sent = self.sent.max(stop.number);
                 // If this line is lost, that is reported again.
                 self.not_sent = self.not_sent.min(stop.number.saturating_sub(1));
-                self.tell(stop.number, StopNews::Sent);
+                self.report(stop.number, StopNews::Sent);
                 // One may have been pressed during the write.
                 return self.send(now, self.wanted());
             }
@@ -162,7 +162,7 @@ impl Stopper {
         }
     }
 
-    fn tell(&self, number: u64, news: StopNews) {
+    fn report(&self, number: u64, news: StopNews) {
         // The outcome of an older stop says nothing of the newest.
         if number == self.stops.pressed() {
             self.news.send(news).unwrap_or(());
@@ -173,7 +173,7 @@ impl Stopper {
         if self.not_sent < number {
             self.not_sent = number;
             let reason = reason.to_owned();
-            self.tell(number, StopNews::NotSent { reason });
+            self.report(number, StopNews::NotSent { reason });
         }
     }
 

@@ -6,7 +6,7 @@
 
 use super::news::Stage;
 use super::rig_facts::RigFacts;
-use super::subject_screen::SubjectAct;
+use super::subject_screen::SubjectAction;
 use crate::intent::Intent;
 use crate::update::{Answer, Update};
 use haptic_ipc::{ChangeReply, Event, RigState};
@@ -24,7 +24,7 @@ const FADE_S: f64 = 0.05;
 /// Longest silence of the panel, ms. It asks for the status once a second, which renews the lease.
 const LEASE_MS: u32 = 3000;
 
-/// Words stay at least so long, s: a second click is no wish to go on.
+/// Shortest time for which words stay, s: a second click is no wish to go on.
 const SHORTEST_WORDS_S: f64 = 0.5;
 
 /// A session, and how far its way through the rig's states is.
@@ -79,7 +79,7 @@ impl Conductor {
         self.session.frame(frame);
     }
 
-    /// The experimenter's consent: the subject begins, or goes on.
+    /// The experimenter's consent: the subject begins, or continues.
     pub(super) fn go_on(&mut self) -> Intent {
         if self.session.interruption().is_some() || (self.is_begun && self.session.mounting().is_some()) {
             self.session.proceed();
@@ -88,20 +88,20 @@ impl Conductor {
         Intent::Lease { timeout_ms: LEASE_MS }
     }
 
-    /// Breaks off what goes on; the trial under way is void.
+    /// Interrupts the session; the trial under way is void.
     pub(super) fn pause(&mut self) {
         self.session.pause();
         self.is_begun = false;
     }
 
     /// Takes what the subject did, with the newest tick at that time.
-    pub(super) fn act(&mut self, act: SubjectAct, tick: u64) {
+    pub(super) fn act(&mut self, action: SubjectAction, tick: u64) {
         if !self.is_begun {
             return;
         }
-        match (act, self.session.view().phase) {
-            (SubjectAct::Click, Phase::Targets(_)) => self.session.click(tick),
-            (SubjectAct::Click, Phase::Instruction(_) | Phase::Rest { .. }) => {
+        match (action, self.session.view().phase) {
+            (SubjectAction::Click, Phase::Targets(_)) => self.session.click(tick),
+            (SubjectAction::Click, Phase::Instruction(_) | Phase::Rest { .. }) => {
                 let since = self.phase.map_or(tick, |(_, since)| since);
                 #[expect(clippy::cast_precision_loss, reason = "ticks of a session are far below 2^53")]
                 let shown_s = tick.saturating_sub(since) as f64 * self.period_s;
@@ -109,9 +109,9 @@ impl Conductor {
                     self.session.proceed();
                 }
             }
-            (SubjectAct::Answer(1), _) => self.session.answer(Choice::First, tick),
-            (SubjectAct::Answer(_), _) => self.session.answer(Choice::Second, tick),
-            (SubjectAct::Click, _) => {}
+            (SubjectAction::Answer(1), _) => self.session.answer(Choice::First, tick),
+            (SubjectAction::Answer(_), _) => self.session.answer(Choice::Second, tick),
+            (SubjectAction::Click, _) => {}
         }
     }
 
@@ -137,7 +137,7 @@ impl Conductor {
                     Event::Samples(batch) => {
                         self.newest_tick = batch.rows.last().map_or(self.newest_tick, |row| row.tick);
                     }
-                    // Where the rig is unplugged no tick may follow that tells.
+                    // Where the rig is unplugged no tick may follow that shows it.
                     Event::State(event) if event.state != RigState::Engaged && self.is_at_work() => {
                         self.session.interrupt(Interruption::State(event.state));
                     }

@@ -1,7 +1,7 @@
 //! The way to the study's thread: what the daemon says, and what the experimenter asks.
 
-use super::desk::{Desk, Job, SendIntent};
 use super::news::{StudyCommand, StudyNews};
+use super::session_thread::{Job, SendIntent, SessionThread};
 use super::subject_screen::SubjectScreen;
 use crate::intent::Intent;
 use crate::update::Update;
@@ -94,7 +94,7 @@ impl StudyLink {
             *kept = Some(update.clone());
         }
         if slot.jobs.is_some() {
-            slot.put(Job::Hear(update.clone()));
+            slot.enqueue(Job::Hear(update.clone()));
         }
     }
 
@@ -104,44 +104,44 @@ impl StudyLink {
         let begins = matches!(command, StudyCommand::Create { .. } | StudyCommand::Open { .. });
         if begins && let Err(error) = self.begin(&mut slot) {
             drop(slot);
-            self.tell(StudyNews::Failed(format!("no thread for the study: {error}")));
+            self.report(StudyNews::Failed(format!("no thread for the study: {error}")));
             return;
         }
         let ends = command == StudyCommand::Close;
-        let is_taken = slot.put(Job::Command(command));
+        let is_queued = slot.enqueue(Job::Command(command));
         if ends {
             slot.jobs = None;
         }
         drop(slot);
-        if !is_taken && !ends {
-            self.tell(StudyNews::Failed("The study's disk does not keep up".to_owned()));
+        if !is_queued && !ends {
+            self.report(StudyNews::Failed("The study's disk does not keep up".to_owned()));
         }
     }
 
-    /// Starts the thread, and tells it what the daemon has said.
+    /// Starts the thread, and passes on what the daemon has said.
     fn begin(&self, slot: &mut Slot) -> std::io::Result<()> {
         let (jobs, to_do) = mpsc::sync_channel(ROOM);
-        let desk = Desk::new(Arc::clone(&self.screen), Arc::clone(&self.send), self.updates.clone());
+        let study = SessionThread::new(Arc::clone(&self.screen), Arc::clone(&self.send), self.updates.clone());
         thread::Builder::new()
             .name("study".to_owned())
-            .spawn(move || desk.run(&to_do))?;
+            .spawn(move || study.run(&to_do))?;
         slot.jobs = Some(jobs);
         let past = [&slot.connected, &slot.subscribed, &slot.state, &slot.status];
         for update in past.map(Clone::clone).into_iter().flatten() {
-            slot.put(Job::Hear(update));
+            slot.enqueue(Job::Hear(update));
         }
         Ok(())
     }
 
-    fn tell(&self, news: StudyNews) {
+    fn report(&self, news: StudyNews) {
         // A closed panel needs no news.
         self.updates.send(Update::Study(news)).unwrap_or_default();
     }
 }
 
 impl Slot {
-    /// Whether there was room for a job.
-    fn put(&mut self, job: Job) -> bool {
+    /// Queues a job for the thread; returns whether there was room.
+    fn enqueue(&mut self, job: Job) -> bool {
         let Some(jobs) = &self.jobs else { return false };
         let result = jobs.try_send(job);
         if let Err(TrySendError::Disconnected(_)) = &result {

@@ -1,17 +1,17 @@
 //! A study with a person: what the subject sees, what the experimenter sees, and the thread that runs it.
 
 mod conductor;
-mod desk;
 mod latency;
 mod link;
 mod news;
 mod rig_facts;
+mod session_thread;
 mod subject_screen;
 mod table;
 
 pub(crate) use link::StudyLink;
 pub use news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectState};
-pub use subject_screen::SubjectAct;
+pub use subject_screen::SubjectAction;
 pub(crate) use subject_screen::{SubjectFrame, SubjectScreen};
 
 /// The subject's window.

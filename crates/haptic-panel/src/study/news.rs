@@ -1,4 +1,4 @@
-//! What the experimenter asks of a study, and what the thread that runs it tells.
+//! What the experimenter asks of a study, and what the thread that runs it reports.
 
 use haptic_studies::plan::Task;
 use std::path::PathBuf;
@@ -26,7 +26,7 @@ pub enum StudyCommand {
         /// Seed of every random order.
         seed: u64,
     },
-    /// Open a study to go on with it.
+    /// Open a study to continue it.
     Open {
         /// Its folder.
         folder: PathBuf,
@@ -35,7 +35,7 @@ pub enum StudyCommand {
     Close,
     /// Turn to a subject, by its place in the list.
     Choose(usize),
-    /// Begin, or go on after a pause, a fault or a stop: the experimenter's consent.
+    /// Begin, or continue after a pause, a fault or a stop: the experimenter's consent.
     GoOn,
     /// Break the trial under way off; it is done again.
     Pause,

@@ -8,7 +8,7 @@ use haptic_studies::store::RigDescription;
 #[derive(Debug, Default)]
 pub(super) struct RigFacts {
     is_connected: bool,
-    /// Time of a tick, s, once the daemon has told it.
+    /// Time of a tick, s, once the daemon has reported it.
     pub(super) period_s: Option<f64>,
     pub(super) state: Option<RigState>,
     pub(super) revision: Option<u64>,
@@ -17,7 +17,7 @@ pub(super) struct RigFacts {
 }
 
 impl RigFacts {
-    /// Whether the daemon is there, and has told what a session needs.
+    /// Whether the daemon is there, and has reported what a session needs.
     pub(super) fn is_known(&self) -> bool {
         self.is_connected && self.period_s.is_some() && self.revision.is_some() && self.status.is_some()
     }
@@ -57,7 +57,7 @@ impl RigFacts {
         }
     }
 
-    /// The rig as a study's files need it; none before the daemon has told its parts.
+    /// The rig as a study's files need it; none before the daemon has described its parts.
     pub(super) fn description(&self) -> Option<RigDescription> {
         let status = self.status.as_ref().filter(|_| self.is_connected)?;
         Some(RigDescription {

@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 /// A frame that follows the one before later than this says nothing of when that one was seen.
 const LONGEST_FRAME: Duration = Duration::from_millis(500);
 
-/// What the subject does.
+/// An action of the subject.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SubjectAct {
-    /// A click, which also goes on after words.
+pub enum SubjectAction {
+    /// A click, which also continues after words.
     Click,
     /// An answer: the interval, 1 or 2.
     Answer(u8),
@@ -46,7 +46,7 @@ struct State {
     /// The newest sample, and when it came.
     newest: Option<(Sample, Instant)>,
     /// What the subject did, and the newest tick at that time.
-    acts: Vec<(SubjectAct, u64)>,
+    actions: Vec<(SubjectAction, u64)>,
     /// The window, while it is open.
     window: Option<Context>,
     is_full_screen: bool,
@@ -125,24 +125,24 @@ impl SubjectScreen {
         repaint(window.as_ref());
     }
 
-    /// The samples end: no cursor is drawn until they go on.
+    /// The samples end: no cursor is drawn until they continue.
     pub(crate) fn lose_samples(&self) {
         let mut state = self.state();
         (state.newest, state.shown) = (None, None);
     }
 
     /// The subject did something. Without a sample there is no tick, and nothing to do.
-    pub(crate) fn act(&self, act: SubjectAct) {
+    pub(crate) fn act(&self, action: SubjectAction) {
         let mut state = self.state();
         if let Some((sample, _)) = state.newest {
-            state.acts.push((act, sample.tick));
+            state.actions.push((action, sample.tick));
         }
     }
 
     /// What the subject did since last time, each with its tick, and the frames that showed the cursor.
-    pub(crate) fn take_acts(&self) -> (Vec<(SubjectAct, u64)>, Vec<Frame>) {
+    pub(crate) fn take_actions(&self) -> (Vec<(SubjectAction, u64)>, Vec<Frame>) {
         let mut state = self.state();
-        (std::mem::take(&mut state.acts), std::mem::take(&mut state.fresh))
+        (std::mem::take(&mut state.actions), std::mem::take(&mut state.fresh))
     }
 
     /// The newest tick, while samples come.
@@ -192,7 +192,7 @@ impl SubjectScreen {
         ))
     }
 
-    /// Measures the latency anew.
+    /// Measures the latency again.
     pub(crate) fn forget_latency(&self) {
         self.state().latencies = Latencies::default();
     }
@@ -220,7 +220,7 @@ impl SubjectScreen {
     }
 }
 
-/// Draws the subject's window anew.
+/// Draws the subject's window again.
 fn repaint(window: Option<&Context>) {
     if let Some(window) = window {
         window.request_repaint_of(super::subject_window_id());
@@ -275,7 +275,7 @@ mod tests {
             "8 ms and 2 ms of the link: {median_ms}"
         );
         assert_eq!(frames, 1);
-        let (_, frames) = screen.take_acts();
+        let (_, frames) = screen.take_actions();
         let [Frame { latency_s, lasted_s }] = frames[..] else {
             panic!("{frames:?}")
         };
@@ -288,13 +288,13 @@ mod tests {
     #[test]
     fn a_click_has_the_tick_of_the_newest_sample_and_none_without_samples() {
         let screen = SubjectScreen::default();
-        screen.act(SubjectAct::Click);
-        assert_eq!(screen.take_acts().0, []);
+        screen.act(SubjectAction::Click);
+        assert_eq!(screen.take_actions().0, []);
         let mut sample = at(1.0);
         sample.tick = 4711;
         screen.take_sample(&sample, Instant::now());
-        screen.act(SubjectAct::Answer(2));
-        assert_eq!(screen.take_acts().0, [(SubjectAct::Answer(2), 4711)]);
-        assert_eq!(screen.take_acts().0, []);
+        screen.act(SubjectAction::Answer(2));
+        assert_eq!(screen.take_actions().0, [(SubjectAction::Answer(2), 4711)]);
+        assert_eq!(screen.take_actions().0, []);
     }
 }

@@ -167,7 +167,7 @@ impl Daemon {
         self.tell_state();
     }
 
-    /// Lets so many ticks go by.
+    /// Lets a number of ticks go by.
     fn ticks(&mut self, count: u64) {
         #[expect(clippy::cast_precision_loss, reason = "few ticks")]
         let row = |tick: u64| Sample {
@@ -194,7 +194,7 @@ impl Daemon {
         }
     }
 
-    /// Waits until the experimenter is told of a stage.
+    /// Waits until the experimenter is shown a stage.
     fn until(&mut self, is_wanted: impl Fn(&Stage) -> bool) {
         let began = Instant::now();
         while !self.stage.as_ref().is_some_and(&is_wanted) {
@@ -253,10 +253,10 @@ impl Daemon {
         *scene
     }
 
-    /// The subject reads the words, and goes on.
+    /// The subject reads the words, and continues.
     fn read(&mut self) {
         self.ticks(600);
-        self.screen().act(SubjectAct::Click);
+        self.screen().act(SubjectAction::Click);
         self.ticks(1);
     }
 
@@ -264,7 +264,7 @@ impl Daemon {
     fn click_at(&mut self, position_m: f64) {
         self.position_m = position_m;
         self.ticks(100);
-        self.screen().act(SubjectAct::Click);
+        self.screen().act(SubjectAction::Click);
         self.ticks(1);
     }
 
@@ -346,7 +346,7 @@ fn a_stop_a_fault_a_lost_tick_and_another_clients_change_void_the_trial_until_th
         }
         let row = daemon.row();
         assert!(
-            row.void.as_deref().is_some_and(|told| told.starts_with(why)),
+            row.void.as_deref().is_some_and(|why_void| why_void.starts_with(why)),
             "{why}: {row:?}"
         );
         daemon.until(is_held);
@@ -418,7 +418,7 @@ fn the_surfaces_of_a_question_are_rendered_one_after_the_other_and_the_answer_is
         "{felt:?}"
     );
     daemon.ticks(700);
-    daemon.screen().act(SubjectAct::Answer(1));
+    daemon.screen().act(SubjectAction::Answer(1));
     daemon.ticks(1);
     assert_eq!(daemon.row().cells[4], "first");
     let kept: Vec<PerceptionTrial> = store::trials(&daemon.study()).expect("rows");
@@ -439,7 +439,7 @@ fn a_study_that_is_closed_gives_the_rig_back_and_is_gone_on_with() {
     loop {
         match daemon.updates.recv_timeout(PATIENCE).expect("news") {
             Update::Study(StudyNews::Closed) => break,
-            Update::Study(StudyNews::Noted(told)) => noted = told.is_ok(),
+            Update::Study(StudyNews::Noted(outcome)) => noted = outcome.is_ok(),
             _ => {}
         }
     }
@@ -450,12 +450,12 @@ fn a_study_that_is_closed_gives_the_rig_back_and_is_gone_on_with() {
         "{asked:?}"
     );
     daemon.link.command(StudyCommand::Open { folder: daemon.study() });
-    let told = loop {
+    let state = loop {
         match daemon.updates.recv_timeout(PATIENCE).expect("news") {
             Update::Study(StudyNews::State(state)) if state.subjects[0].progress.is_some() => break state,
             Update::Study(StudyNews::Failed(why)) => panic!("{why}"),
             _ => {}
         }
     };
-    assert_eq!(told.subjects[0].progress, Some((1, Some(4))));
+    assert_eq!(state.subjects[0].progress, Some((1, Some(4))));
 }

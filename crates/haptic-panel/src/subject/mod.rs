@@ -6,7 +6,7 @@ mod targets;
 mod words;
 
 use crate::stop_button;
-use crate::study::{SubjectAct, SubjectFrame, SubjectScreen, subject_window_id};
+use crate::study::{SubjectAction, SubjectFrame, SubjectScreen, subject_window_id};
 use egui::{CentralPanel, Context, Key, Modifiers, Ui, ViewportBuilder, ViewportId};
 use haptic_studies::session::Phase;
 use std::sync::Arc;
@@ -50,26 +50,26 @@ fn draw(ui: &mut Ui, screen: &SubjectScreen) {
     }
     let frame = screen.begin_frame(Instant::now());
     let shown = CentralPanel::no_frame().show(ui, |ui| contents(ui, &frame));
-    for act in shown.inner {
-        screen.act(act);
+    for action in shown.inner {
+        screen.act(action);
     }
 }
 
 /// Draws what the subject sees; returns what the subject does.
-fn contents(ui: &mut Ui, frame: &SubjectFrame) -> Vec<SubjectAct> {
+fn contents(ui: &mut Ui, frame: &SubjectFrame) -> Vec<SubjectAction> {
     let Some(view) = &frame.view else {
         words::show(ui, &words::NOBODY, None);
         return Vec::new();
     };
     if let Some(surfaces) = Surfaces::of(&view.phase) {
         let answer = surfaces::show(ui, surfaces);
-        return answer.into_iter().map(SubjectAct::Answer).collect();
+        return answer.into_iter().map(SubjectAction::Answer).collect();
     }
     match &view.phase {
         Phase::Targets(targets) => targets::show(ui, targets, frame, view.feedback),
         _ => words::show(ui, &words::of(view, frame.reach_m > 0.0), Some(view)),
     }
-    is_clicked(ui).then_some(SubjectAct::Click).into_iter().collect()
+    is_clicked(ui).then_some(SubjectAction::Click).into_iter().collect()
 }
 
 /// Whether the mouse or Enter clicks. The press counts, and not the release; a held key is one click.

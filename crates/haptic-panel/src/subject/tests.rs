@@ -8,7 +8,7 @@ use haptic_studies::session::{Feedback, Instruction, Targets, View};
 /// A window, and what the subject did there.
 struct Window {
     frame: SubjectFrame,
-    acts: Vec<SubjectAct>,
+    actions: Vec<SubjectAction>,
 }
 
 fn view(phase: Phase) -> View {
@@ -28,13 +28,13 @@ fn window(view: Option<View>, reach_m: f64) -> Harness<'static, Window> {
         cursor_m: Some(0.05),
     };
     let draw = |ui: &mut Ui, window: &mut Window| {
-        let acts = contents(ui, &window.frame);
-        window.acts.extend(acts);
+        let actions = contents(ui, &window.frame);
+        window.actions.extend(actions);
     };
-    let acts = Vec::new();
+    let actions = Vec::new();
     let mut harness = Harness::builder()
         .with_size([1024.0, 640.0])
-        .build_ui_state(draw, Window { frame, acts });
+        .build_ui_state(draw, Window { frame, actions });
     harness.run();
     harness
 }
@@ -63,8 +63,8 @@ fn press(window: &mut Harness<'_, Window>, key: Key, repeat: bool) {
     window.run();
 }
 
-fn acts(window: &mut Harness<'_, Window>) -> Vec<SubjectAct> {
-    std::mem::take(&mut window.state_mut().acts)
+fn actions(window: &mut Harness<'_, Window>) -> Vec<SubjectAction> {
+    std::mem::take(&mut window.state_mut().actions)
 }
 
 #[test]
@@ -125,15 +125,15 @@ fn enter_and_the_mouse_click_once_when_pressed() {
         for repeat in [false, true, true] {
             press(&mut window, Key::Enter, repeat);
         }
-        assert_eq!(acts(&mut window), [SubjectAct::Click], "a held key is one click");
+        assert_eq!(actions(&mut window), [SubjectAction::Click], "a held key is one click");
         let at = egui::pos2(500.0, 300.0);
         window.hover_at(at);
         window.drag_at(at);
         window.run();
-        assert_eq!(acts(&mut window), [SubjectAct::Click], "on the press");
+        assert_eq!(actions(&mut window), [SubjectAction::Click], "on the press");
         window.drop_at(at);
         window.run();
-        assert_eq!(acts(&mut window), [], "not again on the release");
+        assert_eq!(actions(&mut window), [], "not again on the release");
     }
 }
 
@@ -147,14 +147,14 @@ fn a_question_is_answered_by_digits_arrows_and_by_its_places() {
         (Key::ArrowRight, 2),
     ] {
         press(&mut asked, key, false);
-        assert_eq!(acts(&mut asked), [SubjectAct::Answer(answer)], "{key:?}");
+        assert_eq!(actions(&mut asked), [SubjectAction::Answer(answer)], "{key:?}");
     }
     press(&mut asked, Key::Enter, false);
-    assert_eq!(acts(&mut asked), [], "Enter is no answer");
+    assert_eq!(actions(&mut asked), [], "Enter is no answer");
     asked.get_by_label("surface 2 had more friction").click();
     asked.run();
-    assert_eq!(acts(&mut asked), [SubjectAct::Answer(2)]);
+    assert_eq!(actions(&mut asked), [SubjectAction::Answer(2)]);
     let mut felt = window(Some(view(Phase::Feel(2))), 0.0);
     press(&mut felt, Key::Num1, false);
-    assert_eq!(acts(&mut felt), [], "nothing is asked yet");
+    assert_eq!(actions(&mut felt), [], "nothing is asked yet");
 }

@@ -26,7 +26,7 @@ pub(super) const NOBODY: Words = Words {
     prompt: "",
 };
 
-const GO_ON: &str = "Click, or press Enter, to go on";
+const GO_ON: &str = "Click, or press Enter, to continue";
 
 /// The words of a phase.
 pub(super) fn of(view: &View, is_targets: bool) -> Words {
@@ -50,9 +50,9 @@ pub(super) fn of(view: &View, is_targets: bool) -> Words {
         } => Words {
             title: "Have a rest",
             text: format!("Let go of the handle for a while: {remaining_s} s"),
-            prompt: "Click, or press Enter, to go on earlier",
+            prompt: "Click, or press Enter, to continue earlier",
         },
-        Phase::Rest { .. } => words("Have a rest", "Go on whenever you are ready.", GO_ON),
+        Phase::Rest { .. } => words("Have a rest", "Continue whenever you are ready.", GO_ON),
         Phase::GetReady => words("Get ready", "Take the handle.", ""),
         Phase::Mounting => words("Please wait", "Let go of the handle. It is being changed.", ""),
         Phase::Done => words("Thank you", "That was all.", ""),

@@ -105,7 +105,7 @@ impl Tape {
     /// Adds what happened at a tick; its sample may still be on its way.
     pub(crate) fn mark(&mut self, mark: TapeMark) {
         let place = self.marks.partition_point(|other| other.tick <= mark.tick);
-        // It may be told twice: as an event, and in the journal of the past.
+        // It may be reported twice: as an event, and in the journal of the past.
         let mut same = self.marks[..place]
             .iter()
             .rev()
@@ -390,7 +390,7 @@ fn samples_a_column(places: &Range<usize>, (from_s, to_s): (f64, f64), column_s:
     places.len() / columns.max(1)
 }
 
-/// The coarsest level that is fine enough for columns of so many samples; `None` for single samples.
+/// The coarsest level that is fine enough for columns of this many samples; `None` for single samples.
 fn level(samples: usize) -> Option<usize> {
     LEVELS.iter().rposition(|size| size * BUCKETS_A_COLUMN <= samples)
 }

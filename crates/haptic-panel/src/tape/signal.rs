@@ -304,7 +304,7 @@ impl Signal {
         self.descriptor().definition
     }
 
-    /// Whether it says something: without a block nothing is told of one.
+    /// Whether it has values: without a block, no signal of the block has any.
     pub(crate) fn is_there(self, has_block: bool) -> bool {
         has_block || !matches!(self.name(), "Block position" | "Block velocity" | "Block acceleration")
     }

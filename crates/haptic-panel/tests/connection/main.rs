@@ -177,7 +177,7 @@ fn another_law_has_other_parameters_which_are_asked_for() {
     bench.until(described);
 }
 
-/// A recording of one sample that goes on, with its file and what it holds.
+/// A recording of one sample that is still written, with its file and what it holds.
 fn recording(bench: &Bench, format: Format) -> (Daemon, PathBuf, Totals) {
     let listener = bench.listen();
     let mut daemon = Daemon::accept(&listener);
@@ -207,7 +207,7 @@ fn a_recording_has_its_end_mark_when_the_window_is_closed() {
         let bench = Bench::new();
         let (_daemon, path, _) = recording(&bench, format);
         let before = haptic_recording::read(&path).map(|found| found.ending);
-        assert_ne!(before.ok(), Some(Ending::Complete), "{format:?} goes on");
+        assert_ne!(before.ok(), Some(Ending::Complete), "{format:?} is still written");
         let Bench { dir, connection } = bench;
         drop(connection);
         let found = haptic_recording::read(&path).expect("a recording");

@@ -10,7 +10,7 @@ use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
 use haptic_ipc::{Event, RigState, Sample, SamplesEvent};
 use haptic_panel::{
-    About, Files, Format, Intent, Length, Listed, Loaded, Page, RecordingNews, Update, Wanted, WhatIfTape,
+    About, DialogPurpose, Files, Format, Intent, Length, Listed, Loaded, Page, RecordingNews, Update, WhatIfTape,
 };
 use haptic_recording::{Ending, Mark, Place, Totals};
 use std::path::PathBuf;
@@ -70,25 +70,25 @@ fn every_field_of_a_path_has_a_button_for_the_dialog_of_the_desktop() {
         press(&mut panel, "Export");
         type_into(&mut panel, "folder to export to", "/tmp/plots");
         press(&mut panel, &format!("export {} as", format.extension().to_uppercase()));
-        let (wanted, near) = (Wanted::Export(format), "/tmp/plots".into());
-        assert_eq!(asked(&mut panel), [Intent::Choose { wanted, near }]);
+        let (purpose, near) = (DialogPurpose::Export(format), "/tmp/plots".into());
+        assert_eq!(asked(&mut panel), [Intent::Choose { purpose, near }]);
     }
     press(&mut panel, "Export");
     press(&mut panel, "choose folder to export to");
     let asked_for_folder = |near: &str| {
-        let (wanted, near) = (Wanted::Folder, near.into());
-        Intent::Choose { wanted, near }
+        let (purpose, near) = (DialogPurpose::Folder, near.into());
+        Intent::Choose { purpose, near }
     };
     assert_eq!(asked(&mut panel), [asked_for_folder("/tmp/plots")]);
     let mut panel = at_page(panel, Page::Record);
     press(&mut panel, "choose folder");
     assert_eq!(asked(&mut panel), [asked_for_folder("/tmp/plots")]);
     press(&mut panel, "choose recording");
-    let (wanted, near) = (Wanted::Recording, "/tmp/plots".into());
-    assert_eq!(asked(&mut panel), [Intent::Choose { wanted, near }]);
+    let (purpose, near) = (DialogPurpose::Recording, "/tmp/plots".into());
+    assert_eq!(asked(&mut panel), [Intent::Choose { purpose, near }]);
     hear(
         &mut panel,
-        Update::DialogClosed(Ok(Some((Wanted::Folder, "/home/ada".into())))),
+        Update::DialogClosed(Ok(Some((DialogPurpose::Folder, "/home/ada".into())))),
     );
     asked(&mut panel);
     assert_eq!(value_of(&panel, "folder of recordings"), "/home/ada");
@@ -97,9 +97,9 @@ fn every_field_of_a_path_has_a_button_for_the_dialog_of_the_desktop() {
     panel.get_by_label("Type the path: there is no portal");
     press(&mut panel, "Identify page");
     press(&mut panel, "choose file to identify");
-    let (wanted, near) = (Wanted::FileToIdentify, "/home/ada".into());
-    assert_eq!(asked(&mut panel), [Intent::Choose { wanted, near }]);
-    let chosen = (Wanted::FileToIdentify, "/home/ada/sled.csv".into());
+    let (purpose, near) = (DialogPurpose::FileToIdentify, "/home/ada".into());
+    assert_eq!(asked(&mut panel), [Intent::Choose { purpose, near }]);
+    let chosen = (DialogPurpose::FileToIdentify, "/home/ada/sled.csv".into());
     hear(&mut panel, Update::DialogClosed(Ok(Some(chosen))));
     assert_eq!(value_of(&panel, "file to identify"), "/home/ada/sled.csv");
 }

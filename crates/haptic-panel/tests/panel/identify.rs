@@ -189,7 +189,7 @@ fn what_is_seen_of_the_rig_is_identified_and_a_refusal_is_in_words() {
     hear(&mut panel, active_scene(1, &Scene::paper()));
     let mut panel = at_page(panel, Page::Identify);
     press(&mut panel, "The rig, as seen");
-    panel.get_by_label_contains("The daemon has not told its scene yet");
+    panel.get_by_label_contains("The daemon has not sent its scene yet");
     hear(&mut panel, Update::Status(Ok(Box::new(status()))));
     panel.get_by_label("There is no sample in sight");
     feel(&mut panel, &rows(0..2000, |_| 1.0));

@@ -193,7 +193,7 @@ fn the_axis_of_the_values_is_zoomed_moved_typed_and_fitted_again() {
     wheel(&mut panel, numbers.center());
     let zoomed = force_axis(&mut panel);
     assert!(zoomed.1 - zoomed.0 < 0.5 * (fitted.1 - fitted.0), "{zoomed:?}");
-    assert_eq!(csv_times(&panel), before, "time goes on as it was");
+    assert_eq!(csv_times(&panel), before, "time continues as it was");
 
     drag(&mut panel, numbers.center(), egui::vec2(0.0, numbers.height() / 2.0));
     let moved = force_axis(&mut panel);

@@ -322,7 +322,7 @@ fn histograms_and_clipping_are_shown() {
 fn the_devices_own_settings_are_in_a_menu() {
     let mut panel = connected(RigState::Idle);
     press(&mut panel, "Rig");
-    panel.get_by_label("The daemon has not told of its rig yet");
+    panel.get_by_label("The daemon has not described its rig yet");
     press(&mut panel, "Rig");
     let status = status();
     let limit = format!("{} N", status.device.force_limit_n);

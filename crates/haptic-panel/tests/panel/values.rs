@@ -81,7 +81,7 @@ fn drag_slider(panel: &mut Panel, slider: &str, shares: &[f32]) -> Vec<Intent> {
     asked(panel)
 }
 
-/// Whether each change of a parameter goes on with the one before.
+/// Whether each change of a parameter continues the one before.
 fn merges(asked: &[Intent]) -> Vec<bool> {
     let merge = |intent: &Intent| match intent {
         Intent::Set { merge, .. } => *merge,

@@ -87,7 +87,7 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
     stops(&mut desk, "an hour's recording open", 5);
     println!("a frame of it: {}", desk.frames());
 
-    // It is not read, so that the export goes on meanwhile.
+    // It is not read, so that the export is not over meanwhile.
     let export = Pipe::new();
     desk.ask(Intent::Export {
         format: Format::Csv,
@@ -95,7 +95,7 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
     });
     desk.draw_until("the pipe is full", |_| export.is_full());
     stops(&mut desk, "exporting it to a stalled disk", 3);
-    assert_eq!(desk.files_busy(), 1, "it still goes on");
+    assert_eq!(desk.files_busy(), 1, "it is still at work");
     let drained = export.drain();
     stops(&mut desk, "exporting it", 3);
 
@@ -105,7 +105,7 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
         path: recording.path().to_path_buf(),
     });
     stops(&mut desk, "reading another", 3);
-    assert!(desk.files_busy() > 0, "it still goes on");
+    assert!(desk.files_busy() > 0, "it is still at work");
     drop((fed, drained));
 
     let recording = Pipe::unopened();
@@ -116,7 +116,7 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
         scene: Some(Box::new(Scene::paper())),
     });
     stops(&mut desk, "rendering another scene along one", 3);
-    assert!(desk.files_busy() > 0, "it still goes on");
+    assert!(desk.files_busy() > 0, "it is still at work");
     desk.ask(Intent::CancelWhatIf);
     stops(&mut desk, "giving that up", 2);
     drop(fed);
@@ -135,7 +135,7 @@ fn an_identification_does_not_keep_a_stop_waiting() {
         question: Box::new(Question::of_file(source, options)),
     });
     stops(&mut desk, "reading a record to identify", 3);
-    assert!(desk.files_busy() > 0, "it still goes on");
+    assert!(desk.files_busy() > 0, "it is still at work");
     drop(record.feed());
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("record.csv");

@@ -16,7 +16,7 @@ use cursors::Cursors;
 use haptic_ipc::Sample;
 use plot_list::PlotList;
 use time_window::{TimeWindow, Zero};
-use trigger::{Caught, Mode, Trigger};
+use trigger::{Capture, Mode, Trigger};
 
 /// The view of the plots.
 #[derive(Debug, Default)]
@@ -89,7 +89,7 @@ impl Scope {
     }
 
     /// The crossing that the trigger has caught, if it is shown.
-    fn caught(&self) -> Option<&Caught> {
+    fn caught(&self) -> Option<&Capture> {
         self.trigger.caught().filter(|_| self.follows())
     }
 

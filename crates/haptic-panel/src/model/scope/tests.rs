@@ -132,7 +132,7 @@ fn the_last_samples_stay_after_a_lost_connection_until_new_ones_come() {
     assert!(bench.tapes.newest().is_none(), "they are past");
     bench.extend(&[]);
     assert!(bench.scope.has_samples(&bench.tapes));
-    // The same daemon goes on, or another begins.
+    // The same daemon continues, or another begins.
     for t_s in [100.0, 0.5] {
         bench.tapes.end_live();
         bench.extend(&[at(t_s)]);

@@ -85,7 +85,7 @@ impl TimeWindow {
     }
 
     /// Makes the window shorter (a factor above 1) or longer around a time, s from the zero. A running
-    /// window goes on running.
+    /// window continues to run.
     pub(crate) fn zoom(&mut self, factor: f64, around_s: f64) {
         let span_s = (self.span_s / factor).clamp(SHORTEST_S, self.longest_s);
         if self.zero != Zero::Newest {

@@ -57,9 +57,9 @@ pub(crate) enum Edge {
     Falling,
 }
 
-/// A caught crossing.
+/// The samples around a crossing that the trigger has caught.
 #[derive(Clone, Debug)]
-pub(crate) struct Caught {
+pub(crate) struct Capture {
     pub(crate) tape: Tape,
     /// The first sample beyond the level, s on the daemon's clock.
     pub(crate) t_s: f64,
@@ -140,7 +140,7 @@ pub(crate) struct Trigger {
     /// Time since which it waits for a crossing, s on the daemon's clock.
     armed_at_s: Option<f64>,
     crossing: Option<Crossing>,
-    caught: Option<Caught>,
+    caught: Option<Capture>,
 }
 
 impl Default for Trigger {
@@ -186,7 +186,7 @@ impl Trigger {
     }
 
     /// The caught crossing, unless the plots run.
-    pub(crate) fn caught(&self) -> Option<&Caught> {
+    pub(crate) fn caught(&self) -> Option<&Capture> {
         self.caught.as_ref()
     }
 
@@ -248,7 +248,7 @@ impl Trigger {
             return false;
         }
         let around_s = SPANS_AROUND * span_s;
-        self.caught = Some(Caught {
+        self.caught = Some(Capture {
             tape: live.part(t_s + left_s - around_s, t_s + right_s + around_s),
             t_s,
         });

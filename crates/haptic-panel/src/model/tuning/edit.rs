@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(value(edit.due(at(2.0), false)), Err(None));
     }
 
-    /// Whether each change that was sent goes on with the one before.
+    /// Whether each change that was sent continues the one before.
     fn merges(edit: &mut Edit, hand: Hand, at_s: impl IntoIterator<Item = f64>) -> Vec<bool> {
         let changes = at_s.into_iter().map(|at_s| {
             edit.change(at_s, hand);

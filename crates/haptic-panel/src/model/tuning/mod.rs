@@ -172,7 +172,7 @@ impl Tuning {
         }
     }
 
-    /// Takes the rows of the parameter table. The edits of a parameter that stays go on.
+    /// Takes the rows of the parameter table. The edits of a parameter that stays continue.
     pub(super) fn take_parameters(&mut self, table: &[ParameterDescription]) {
         let mut known = std::mem::take(&mut self.parameters);
         let edits = table.iter().map(|about| {
@@ -189,7 +189,7 @@ impl Tuning {
     pub(super) fn take_scene_change(&mut self, change: &SceneChange) {
         if change.is_new_revision {
             // A refusal belongs to the scene before.
-            self.report.take_if(|report| report.told.is_err());
+            self.report.take_if(|report| report.outcome.is_err());
             for (_, edit) in self.parameters.iter_mut().flat_map(ParameterEdits::all_mut) {
                 edit.forget_refusal();
             }

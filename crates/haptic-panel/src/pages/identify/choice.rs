@@ -2,7 +2,7 @@
 
 use crate::browse;
 use crate::drop_down::{self, Item};
-use crate::intent::{Intent, Wanted};
+use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
 use crate::model::fitting::{Choice, Fitting, Origin};
 use crate::model::view::View;
@@ -63,7 +63,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             }
             let path = &fitting.choice.path;
             let near = if path.is_empty() { folder } else { path };
-            let asked = (Wanted::FileToIdentify, near.as_str());
+            let asked = (DialogPurpose::FileToIdentify, near.as_str());
             browse::show(ui, "Browse...", "choose file to identify", asked, intents);
         });
         show_columns(ui, fitting);

@@ -2,7 +2,7 @@
 
 use crate::browse;
 use crate::drop_down::is_entered;
-use crate::intent::{Intent, Wanted};
+use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
 use crate::model::view::View;
 use crate::recording::Listed;
@@ -18,7 +18,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let field = TextEdit::singleline(&mut view.folder);
     let field = show_path(ui, "Folder", field, "folder of recordings");
     ui.horizontal(|ui| {
-        let asked = (Wanted::Folder, view.folder.as_str());
+        let asked = (DialogPurpose::Folder, view.folder.as_str());
         browse::show(ui, "Browse...", "choose folder", asked, intents);
         let is_pressed = ui
             .button("Read again")
@@ -53,7 +53,7 @@ fn show_opening(ui: &mut Ui, view: &mut View, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         let path = &view.open_path;
         let near = if path.is_empty() { &view.folder } else { path };
-        let asked = (Wanted::Recording, near.as_str());
+        let asked = (DialogPurpose::Recording, near.as_str());
         browse::show(ui, "Browse...", "choose recording", asked, intents);
         let is_typed = !path.trim().is_empty();
         let open = ui.add_enabled(is_typed, Button::new("Open recording"));

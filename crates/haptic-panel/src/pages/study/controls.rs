@@ -1,4 +1,4 @@
-//! An open study: its subjects, what goes on, the subject's screen, and notes.
+//! An open study: its subjects, its progress, the subject's screen, and notes.
 
 use crate::drop_down::{self, Item, is_entered};
 use crate::intent::Intent;
@@ -8,7 +8,7 @@ use crate::theme::Palette;
 use egui::{Button, Grid, Label, ProgressBar, RichText, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
-/// Size of the buttons that begin, go on and pause, for every name.
+/// Size of the buttons that begin, continue and pause, for every name.
 const BUTTON_SIZE: Vec2 = vec2(150.0, 36.0);
 
 /// Width of the list of subjects, points.
@@ -100,7 +100,7 @@ fn show_buttons(ui: &mut Ui, state: &StudyState, commands: &mut Vec<StudyCommand
         let may_go_on = matches!(state.stage, Stage::Held { .. });
         let button = Button::new(RichText::new(name).size(16.0)).min_size(BUTTON_SIZE);
         let button = ui.add_enabled(may_go_on, button);
-        if button.on_hover_text("The subject begins, or goes on").clicked() {
+        if button.on_hover_text("The subject begins, or continues").clicked() {
             commands.push(StudyCommand::GoOn);
         }
         let may_pause = matches!(state.stage, Stage::Waiting { .. } | Stage::Running { .. });
@@ -144,7 +144,7 @@ fn show_screen(ui: &mut Ui, screen: &Arc<SubjectScreen>) {
         .on_hover_text(about);
 }
 
-/// What goes on, in a line above the plots.
+/// The stage of the study, in a line above the plots.
 pub(super) fn show_stage(ui: &mut Ui, state: &StudyState) {
     let palette = Palette::of(ui);
     let (text, color) = match &state.stage {

@@ -1,5 +1,5 @@
 //! A study with a person, as the experimenter sees it. The pages of both tasks are made of the same parts: what is
-//! chosen and done at the left, and on the right what goes on, the rig, and the trials.
+//! chosen and done at the left, and on the right its stage, the rig, and the trials.
 
 mod controls;
 mod live;

@@ -1,7 +1,7 @@
 //! Making a study, and opening one.
 
 use crate::browse;
-use crate::intent::{Intent, Wanted};
+use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
 use crate::model::studying::{StudyForm, Studying};
 use crate::page::Page;
@@ -25,14 +25,14 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec
 }
 
 fn show_form(ui: &mut Ui, form: &mut StudyForm, intents: &mut Vec<Intent>) {
-    for (label, name, text, hint, about, wanted) in [
+    for (label, name, text, hint, about, purpose) in [
         (
             "Folder",
             "folder of the study",
             &mut form.folder,
             "path of a new or an existing study",
             "A new study needs a folder that is not there yet, or empty; nothing is overwritten",
-            Some(Wanted::StudyFolder),
+            Some(DialogPurpose::StudyFolder),
         ),
         (
             "Plan",
@@ -40,7 +40,7 @@ fn show_form(ui: &mut Ui, form: &mut StudyForm, intents: &mut Vec<Intent>) {
             &mut form.plan,
             "the built-in one, or the path of a file",
             "`haptic-ctl study plan` prints the built-in plans, to be changed",
-            Some(Wanted::StudyPlan),
+            Some(DialogPurpose::StudyPlan),
         ),
         (
             "Subjects",
@@ -61,17 +61,17 @@ fn show_form(ui: &mut Ui, form: &mut StudyForm, intents: &mut Vec<Intent>) {
     ] {
         ui.label(label);
         ui.horizontal(|ui| {
-            let button_width = wanted.map_or(0.0, |_| browse::WIDTH);
+            let button_width = purpose.map_or(0.0, |_| browse::WIDTH);
             let field = TextEdit::singleline(text)
                 .hint_text(hint)
                 .desired_width(ui.available_width() - button_width);
             ui.add(field).accessible_name(name).on_hover_text(about);
-            if let Some(wanted) = wanted {
+            if let Some(purpose) = purpose {
                 browse::show(
                     ui,
                     "Browse...",
                     &format!("choose {name}"),
-                    (wanted, text.as_str()),
+                    (purpose, text.as_str()),
                     intents,
                 );
             }
@@ -114,7 +114,7 @@ pub(super) fn explain(ui: &mut Ui, task: Task) {
         Task::Perception => (
             "Which surface had more friction?",
             "A subject feels two surfaces, one after the other, and says which had more friction. Neither the subject's screen \
-             nor the order tells. Make a study at the left, or open one; then show the subject's screen, engage the rig and \
+             nor the order shows it. Make a study at the left, or open one; then show the subject's screen, engage the rig and \
              begin.",
         ),
     };

@@ -1,5 +1,5 @@
-//! The study's thread: it feeds the session with ticks, puts each trial on the disk before the next tick, and tells the
-//! experimenter. Only this thread waits for the disk of the study.
+//! The study's thread: it feeds the session with ticks, puts each trial on the disk before the next tick, and reports
+//! to the experimenter. Only this thread waits for the disk of the study.
 
 use super::conductor::Conductor;
 use super::news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyState, SubjectState};
@@ -48,7 +48,7 @@ struct OpenStudy {
 pub(crate) type SendIntent = Arc<dyn Fn(Intent) + Send + Sync>;
 
 /// The study's thread.
-pub(super) struct Desk {
+pub(super) struct SessionThread {
     screen: Arc<SubjectScreen>,
     send: SendIntent,
     updates: UpdateSender,
@@ -57,14 +57,14 @@ pub(super) struct Desk {
     /// The chosen subject, by its place.
     subject: usize,
     conductor: Option<Conductor>,
-    /// Why nothing goes on, where the disk or the study's files are to blame.
+    /// Why the study does not continue, where the disk or the study's files are to blame.
     problem: Option<String>,
-    told: Option<Box<StudyState>>,
+    reported: Option<Box<StudyState>>,
     /// What the subject sees.
     shown: Option<View>,
 }
 
-impl Desk {
+impl SessionThread {
     pub(super) fn new(screen: Arc<SubjectScreen>, send: SendIntent, updates: UpdateSender) -> Self {
         Self {
             screen,
@@ -75,7 +75,7 @@ impl Desk {
             subject: 0,
             conductor: None,
             problem: None,
-            told: None,
+            reported: None,
             shown: None,
         }
     }
@@ -102,7 +102,7 @@ impl Desk {
         self.close();
     }
 
-    fn tell(&self, news: StudyNews) {
+    fn report(&self, news: StudyNews) {
         // A closed panel needs no news.
         self.updates.send(Update::Study(news)).unwrap_or_default();
     }
@@ -126,11 +126,11 @@ impl Desk {
             StudyCommand::Close => return false,
             StudyCommand::Choose(place) => {
                 self.subject = place;
-                self.sit_down();
+                self.start();
             }
             StudyCommand::GoOn => {
                 if self.problem.is_some() {
-                    self.sit_down();
+                    self.start();
                 }
                 let asked = self.conductor.as_mut().map(Conductor::go_on);
                 self.ask(asked);
@@ -151,7 +151,7 @@ impl Desk {
         let (plan, about) = match read {
             Ok(study) => study,
             Err(why) => {
-                self.tell(StudyNews::Failed(why));
+                self.report(StudyNews::Failed(why));
                 return false;
             }
         };
@@ -164,22 +164,22 @@ impl Desk {
         });
         let batch_ms = STUDY_BATCH_MS;
         self.ask([Intent::Stream { batch_ms }]);
-        self.sit_down();
+        self.start();
         true
     }
 
-    /// Opens the files of the chosen subject, once the daemon has told what they need.
-    fn sit_down(&mut self) {
-        self.stand_up();
+    /// Opens the files of the chosen subject, once the daemon has sent what they need.
+    fn start(&mut self) {
+        self.end();
         self.problem = None;
         let Some(study) = &self.study else { return };
         let Some(subject) = study.subjects.get(self.subject) else {
             return;
         };
         match table::rows(&study.folder, study.plan.task(), subject) {
-            Ok(rows) => self.tell(StudyNews::Subject(rows)),
+            Ok(rows) => self.report(StudyNews::Subject(rows)),
             Err(error) => {
-                self.tell(StudyNews::Subject(Vec::new()));
+                self.report(StudyNews::Subject(Vec::new()));
                 self.problem = Some(error.to_string());
                 return;
             }
@@ -193,9 +193,9 @@ impl Desk {
     }
 
     /// Closes the files of the subject, once all is on the disk.
-    fn stand_up(&mut self) {
+    fn end(&mut self) {
         if let Some(Err(error)) = self.conductor.take().map(Conductor::close) {
-            self.tell(StudyNews::Failed(error.to_string()));
+            self.report(StudyNews::Failed(error.to_string()));
         }
     }
 
@@ -208,7 +208,7 @@ impl Desk {
         // Another daemon may have another rate.
         let is_of_rig = |conductor: &Conductor| Some(conductor.period_s()) == self.rig.period_s;
         if self.problem.is_none() && self.rig.is_known() && !self.conductor.as_ref().is_some_and(is_of_rig) {
-            self.sit_down();
+            self.start();
         }
         if let Update::Event(Event::Samples(_)) = update {
             self.act();
@@ -225,7 +225,7 @@ impl Desk {
                 result: Err(error),
             } => {
                 conductor.pause();
-                self.tell(StudyNews::Failed(format!("No lease: {}", error.message)));
+                self.report(StudyNews::Failed(format!("No lease: {}", error.message)));
             }
             _ => {}
         }
@@ -233,23 +233,23 @@ impl Desk {
 
     /// Takes what the subject did, and how late the cursor was.
     fn act(&mut self) {
-        let (acts, frames) = self.screen.take_acts();
+        let (actions, frames) = self.screen.take_actions();
         let Some(conductor) = &mut self.conductor else { return };
         for frame in frames {
             conductor.frame(frame);
         }
-        for (act, tick) in acts {
-            conductor.act(act, tick);
+        for (action, tick) in actions {
+            conductor.act(action, tick);
         }
     }
 
-    /// Tells what happened, and asks the daemon for what is due.
+    /// Reports what happened, and asks the daemon for what is due.
     fn go_on(&mut self) {
         let Some(conductor) = &mut self.conductor else { return };
         let happened = match conductor.poll() {
             Ok(happened) => happened,
             Err(error) => {
-                // What is on the disk decides where it goes on.
+                // What is on the disk decides where it continues.
                 self.problem = Some(error.to_string());
                 self.conductor = None;
                 return;
@@ -259,8 +259,8 @@ impl Desk {
         self.ask(intents);
         for happening in happened {
             match happening {
-                SessionEvent::Kept(row) => self.tell(StudyNews::Row(table::row(&row))),
-                SessionEvent::Voided(voided) => self.tell(StudyNews::Row(table::void(&voided))),
+                SessionEvent::Kept(row) => self.report(StudyNews::Row(table::row(&row))),
+                SessionEvent::Voided(voided) => self.report(StudyNews::Row(table::void(&voided))),
                 SessionEvent::Finished => {}
             }
         }
@@ -271,8 +271,8 @@ impl Desk {
         let subject = study.subjects.get(self.subject);
         let code = subject.map_or("", |subject| &subject.code);
         let noted = store::note(&study.folder, code, self.screen.newest_tick(), text);
-        let told = noted.map(|path| format!("Noted in {}", path.display()));
-        self.tell(StudyNews::Noted(told.map_err(|error| error.to_string())));
+        let noted = noted.map(|path| format!("Noted in {}", path.display()));
+        self.report(StudyNews::Noted(noted.map_err(|error| error.to_string())));
     }
 
     /// Shows the subject and the experimenter where the study is. Most samples change nothing of it.
@@ -286,9 +286,9 @@ impl Desk {
         let Some(state) = self.state().map(Box::new) else {
             return;
         };
-        if self.told.as_ref() != Some(&state) {
-            self.tell(StudyNews::State(state.clone()));
-            self.told = Some(state);
+        if self.reported.as_ref() != Some(&state) {
+            self.report(StudyNews::State(state.clone()));
+            self.reported = Some(state);
         }
     }
 
@@ -335,8 +335,8 @@ impl Desk {
         }
         let (timeout_ms, batch_ms) = (0, BATCH_MS);
         self.ask([Intent::Lease { timeout_ms }, Intent::Stream { batch_ms }]);
-        self.stand_up();
-        self.tell(StudyNews::Closed);
+        self.end();
+        self.report(StudyNews::Closed);
     }
 }
 
