@@ -66,7 +66,7 @@ pub(super) struct Report {
     /// The instruction of the control side at which the real-time side did not end, or 0.
     stuck_at: AtomicU64,
     /// Instructions of what else was counted.
-    pub(super) parts: [AtomicU64; 10],
+    pub(super) parts: [AtomicU64; 11],
 }
 
 const TRAP_FLAG: i64 = 0x100;
