@@ -31,9 +31,9 @@ const BOUND: u64 = 30_000;
 /// longer in the tests' profile; what follows is the same over again.
 const MOST_STEPS: u64 = if cfg!(debug_assertions) { 1300 } else { 400 };
 
-/// Instructions from one at which it is stopped to the next: every one of an optimised build, as the gate does; else as
-/// many as a lock is held for, or fewer.
-const STRIDE: usize = if cfg!(debug_assertions) { 21 } else { 1 };
+/// Instructions from one at which it is stopped to the next: every one of an optimised build, as the gate does; else few
+/// enough that a queue that stalls is seen to stall.
+const STRIDE: usize = if cfg!(debug_assertions) { 41 } else { 1 };
 
 /// The extent of a run of an optimised build; one that is not is always short.
 pub(super) fn extent<T>(short: T, full: T) -> T {
