@@ -106,7 +106,8 @@ pub fn rows(log: &str) -> Vec<Row> {
             }
         }
     };
-    for line in log.lines() {
+    // An item continues in lines that are indented.
+    for line in log.replace("\n  ", " ").lines() {
         if line.starts_with('#') {
             close(&mut rows, &mut missing);
             let title = line.trim_start_matches('#').trim_start();
