@@ -13,6 +13,7 @@ use crate::study::{held, state, tell};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{By, NodeT, Queryable};
 use haptic_core::Scene;
+use haptic_core::friction::LAWS;
 use haptic_ipc::{RigState, SceneListReply};
 use haptic_panel::{Page, StudyNews, Update};
 use haptic_studies::plan::Task;
@@ -112,7 +113,8 @@ fn texts() -> Vec<String> {
     let files = files.filter(|file| file.file_name() != "controls.rs");
     let sources = files.map(|file| std::fs::read_to_string(file.path()).expect("a source"));
     let texts = sources.flat_map(|source| source.split('"').map(str::to_owned).collect::<Vec<_>>());
-    texts.collect()
+    // Every law is chosen, and its values are set, by the list of laws (scene.rs).
+    texts.chain(LAWS.into_iter().map(str::to_owned)).collect()
 }
 
 /// Whether a text of a test is a name, or makes it by filling in.
