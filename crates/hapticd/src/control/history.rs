@@ -12,11 +12,14 @@ const MOST_KEPT: usize = 1000;
 /// Longest title of a scene, bytes: everything else in a scene has a fixed size.
 pub(crate) const LONGEST_TITLE: usize = 256;
 
+/// A scene with its title and the two counts of its sharing.
+const SHARED_SCENE_BYTES: usize = size_of::<Scene>() + LONGEST_TITLE + 2 * size_of::<usize>();
+
 // Scenes by revision with their ramps, to undo and to redo: the most that clients can make the
 // history hold.
 const _: () = assert!(
     MOST_KEPT
-        * (3 * (size_of::<KnownScene>() + LONGEST_TITLE)
+        * (3 * (size_of::<KnownScene>() + SHARED_SCENE_BYTES)
             + size_of::<SceneRamp>()
             + LONGEST_TITLE
             + size_of::<Origin>()
