@@ -5,8 +5,6 @@ use super::error::{ConfigError, read_toml, within};
 use super::options::{Options, PolicyName};
 use super::rig::{FrictionOptions, RigChoice};
 use super::source::Configuration;
-use crate::control::history::LONGEST_TITLE;
-use crate::control::socket::Group;
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, default_cpu};
 use crate::rt::thread_settings::Policy;
@@ -15,8 +13,21 @@ use device_boards::Address;
 use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
+use nix::unistd::{Gid, Group};
 use std::net::SocketAddr;
 use std::path::PathBuf;
+
+/// Longest title of a scene, bytes: everything else in a scene has a fixed size.
+pub(crate) const LONGEST_TITLE: usize = 256;
+
+/// Finds a group of users by its name or number.
+fn find_group(wanted: &str) -> Option<Group> {
+    let found = match wanted.parse() {
+        Ok(id) => Group::from_gid(Gid::from_raw(id)),
+        Err(_) => Group::from_name(wanted),
+    };
+    found.ok().flatten()
+}
 
 /// Conditions that must last for force to flow.
 #[derive(Clone, Copy, Debug)]
@@ -124,7 +135,7 @@ impl Options {
         let group = self
             .socket_group
             .as_ref()
-            .map(|name| Group::find(name).ok_or_else(|| ConfigError::NoSuchGroup(name.clone())));
+            .map(|name| find_group(name).ok_or_else(|| ConfigError::NoSuchGroup(name.clone())));
         Ok(Config {
             source,
             socket,

@@ -9,7 +9,7 @@ mod resolve;
 mod rig;
 mod source;
 
-pub(crate) use checked::Config;
+pub(crate) use checked::{Config, LONGEST_TITLE};
 pub(crate) use engage_rules::EngageRules;
 pub(crate) use error::ConfigError;
 pub(crate) use options::Options;

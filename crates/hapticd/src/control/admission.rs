@@ -6,9 +6,9 @@
 
 use crate::config::EngageRules;
 use crate::control::RigHandle;
-use crate::control::commission::record::CommissionState;
 use crate::control::connected_device::ConnectedDevice;
-use crate::control::rig_friction::record::KnownFriction;
+use crate::control::rig::commission_record::CommissionState;
+use crate::control::rig::rig_friction::record::KnownFriction;
 use crate::rt::handoff::ANY_CONNECTION;
 use haptic_ipc::{ErrorCode, Problem, WireError};
 

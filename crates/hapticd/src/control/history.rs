@@ -1,5 +1,6 @@
 //! The scenes that were active: one undo history for all clients.
 
+use crate::config::LONGEST_TITLE;
 use crate::telemetry::subscribers::KnownScene;
 use haptic_core::{ParameterKey, Scene};
 use haptic_ipc::{BUILT_IN_SCENES, LibraryScene, SceneRamp};
@@ -8,9 +9,6 @@ use std::rc::Rc;
 
 /// Most scenes kept, and most steps that can be undone.
 const MOST_KEPT: usize = 1000;
-
-/// Longest title of a scene, bytes: everything else in a scene has a fixed size.
-pub(crate) const LONGEST_TITLE: usize = 256;
 
 /// A scene with its title and the two counts of its sharing.
 const SHARED_SCENE_BYTES: usize = size_of::<Scene>() + LONGEST_TITLE + 2 * size_of::<usize>();

@@ -1,7 +1,8 @@
 //! The library of scenes: the built-in ones, and the saved ones, a TOML file each.
 
+use crate::config::LONGEST_TITLE;
 use crate::control::RigHandle;
-use crate::control::history::{LONGEST_TITLE, Origin};
+use crate::control::history::Origin;
 use crate::control::journal::Completion;
 use crate::control::whole_file;
 use crate::control::worker_pool::{WorkError, WorkerPool};

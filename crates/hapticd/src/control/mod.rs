@@ -26,12 +26,10 @@ pub(crate) mod reload;
 mod requester;
 mod rig;
 mod rig_files;
-pub(crate) mod rig_friction;
 mod schedule;
 pub(crate) mod server;
 mod session;
 pub(crate) mod socket;
-mod sole_use;
 mod status;
 mod subscribe;
 mod timing;
@@ -39,4 +37,4 @@ pub(crate) mod whole_file;
 pub(crate) mod worker_pool;
 
 pub(crate) use facts::Facts;
-pub(crate) use rig::RigHandle;
+pub(crate) use rig::{RigHandle, rig_friction, sole_use};

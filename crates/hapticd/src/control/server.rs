@@ -3,8 +3,9 @@
 use crate::control::RigHandle;
 use crate::control::peer::{UserNames, peer_of};
 use crate::control::session::{self, MOST_CLIENTS};
-use crate::control::socket::{Access, Group, InheritedSockets, Socket, SocketError};
+use crate::control::socket::{Access, InheritedSockets, Socket, SocketError};
 use haptic_ipc::{ErrorCode, Problem, Rights, WireError};
+use nix::unistd::Group;
 use rustix::net::SendFlags;
 use serde_json::json;
 use std::cell::Cell;

@@ -12,7 +12,7 @@
 
 use crate::control::peer::is_member;
 use haptic_ipc::Problem;
-use nix::unistd::Group as SystemGroup;
+use nix::unistd::Group;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use rustix::io::Errno;
 use rustix::process::{geteuid, umask};
@@ -86,25 +86,6 @@ impl InheritedSockets {
     }
 }
 
-/// A group of users.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Group {
-    name: String,
-    id: u32,
-}
-
-impl Group {
-    /// Finds a group by its name or number.
-    pub(crate) fn find(wanted: &str) -> Option<Self> {
-        let found = match wanted.parse() {
-            Ok(id) => SystemGroup::from_gid(nix::unistd::Gid::from_raw(id)),
-            Err(_) => SystemGroup::from_name(wanted),
-        };
-        let SystemGroup { name, gid, .. } = found.ok().flatten()?;
-        Some(Self { name, id: gid.as_raw() })
-    }
-}
-
 /// The intended clients of a socket.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
@@ -142,7 +123,7 @@ impl Access {
         };
         match self {
             Self::Owner => is_owner(),
-            Self::Group(group) => is_owner() || is_member(client, group.id),
+            Self::Group(group) => is_owner() || is_member(client, group.gid.as_raw()),
             Self::Watchers => true,
         }
     }
@@ -162,7 +143,7 @@ impl Access {
     /// Sets group and mode of a new file or directory.
     fn share(&self, path: &Path, mode: u32) -> Result<(), SocketError> {
         if let Self::Group(group) = self {
-            lchown(path, None, Some(group.id)).map_err(|source| SocketError::Group {
+            lchown(path, None, Some(group.gid.as_raw())).map_err(|source| SocketError::Group {
                 path: path.to_path_buf(),
                 group: group.name.clone(),
                 source,
@@ -182,7 +163,9 @@ impl Access {
         };
         match self {
             Self::Owner => true,
-            Self::Group(group) => found.mode() & 0o001 != 0 || (found.gid() == group.id && found.mode() & 0o010 != 0),
+            Self::Group(group) => {
+                found.mode() & 0o001 != 0 || (found.gid() == group.gid.as_raw() && found.mode() & 0o010 != 0)
+            }
             Self::Watchers => found.mode() & 0o001 != 0,
         }
     }

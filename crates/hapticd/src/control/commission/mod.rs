@@ -3,6 +3,5 @@
 
 mod operations;
 mod pulse;
-pub(in crate::control) mod record;
 
 pub(in crate::control) use operations::{begin, end, pulse, status, store};

@@ -2,15 +2,15 @@
 //! `commission.end`.
 
 use super::pulse as one_pulse;
-use super::record::Record;
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
+use crate::control::rig::commission_record::Record;
+use crate::control::rig::sole_use::state::{Commissioning, Work};
+use crate::control::rig::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
 use crate::control::rig_files::Origin;
-use crate::control::sole_use::state::{Commissioning, Work};
-use crate::control::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
 use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, WireError};

@@ -2,8 +2,8 @@
 
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
-use crate::control::sole_use::lent_loop::{self, ExclusiveMotion};
-use crate::control::sole_use::state::Work;
+use crate::control::rig::sole_use::lent_loop::{self, ExclusiveMotion};
+use crate::control::rig::sole_use::state::Work;
 use crate::telemetry::excitation::ObservedExcitation;
 use haptic_core::{Excitation, Renderer};
 use haptic_ipc::{ExcitationEnd, Peer};

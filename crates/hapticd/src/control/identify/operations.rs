@@ -3,12 +3,12 @@
 use super::excitation as one_excitation;
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
-use crate::control::commission::record::CommissionState;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
-use crate::control::sole_use::state::{Identification, Work};
-use crate::control::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
+use crate::control::rig::commission_record::CommissionState;
+use crate::control::rig::sole_use::state::{Identification, Work};
+use crate::control::rig::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::motion::Motion;
 use haptic_core::rig_friction::RigFriction;

@@ -1,13 +1,11 @@
 //! Commands to the real-time thread: admitted, sent, answered, and withdrawn if their client is
 //! gone.
 
-use super::RigHandle;
+use super::{RigHandle, rig_friction, sole_use};
 use crate::control::admission::{self, Admission, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
-use crate::control::rig_friction;
-use crate::control::sole_use;
 use crate::rt::handoff::Outcome;
 use crate::rt::rig_setup::Setup;
 use haptic_core::limiter::Limits;

@@ -2,6 +2,7 @@
 //! and what comes back.
 
 mod commands;
+pub(in crate::control) mod commission_record;
 mod entries;
 #[cfg(test)]
 pub(super) mod fixture;
@@ -9,26 +10,28 @@ mod observed_state;
 mod outcomes;
 mod pump;
 mod reloads;
+pub(crate) mod rig_friction;
 mod scenes;
 pub(super) mod schedule;
+pub(crate) mod sole_use;
 mod stops;
 mod waiting_changes;
 
 pub(in crate::control) use commands::Asked;
 
 use crate::control::answer_timer::AnswerTimer;
-use crate::control::commission::record::Records;
 use crate::control::compile::RampPath;
 use crate::control::facts::Facts;
 use crate::control::history::History;
 use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
+use crate::control::rig::commission_record::Records;
 use crate::control::rig::observed_state::ObservedState;
 use crate::control::rig::reloads::Reloads;
+use crate::control::rig::rig_friction::record::RigFrictions;
+use crate::control::rig::sole_use::state::SoleUse;
 use crate::control::rig::waiting_changes::Schedule;
-use crate::control::rig_friction::record::RigFrictions;
-use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;

@@ -13,16 +13,16 @@ const LONGEST_CACHED: Duration = Duration::from_secs(1);
 
 /// The findings of a commissioning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Record {
+pub(in crate::control) struct Record {
     #[serde(flatten)]
-    pub(super) origin: Origin,
+    pub(in crate::control) origin: Origin,
     /// The smallest step of its position that was observed, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) step_m: Option<f64>,
+    pub(in crate::control) step_m: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) range_m: Option<f64>,
+    pub(in crate::control) range_m: Option<f64>,
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
-    pub(super) friction_n: Option<f64>,
+    pub(in crate::control) friction_n: Option<f64>,
 }
 
 /// Whether a rig is commissioned.
@@ -94,7 +94,7 @@ impl Records {
     ///
     /// # Errors
     /// The file cannot be written, or not in time.
-    pub(super) async fn store(&self, state_dir: &Path, record: Record) -> Result<PathBuf, WireError> {
+    pub(in crate::control) async fn store(&self, state_dir: &Path, record: Record) -> Result<PathBuf, WireError> {
         let key = record.origin.rig.clone();
         let written = self.folder.write(state_dir, &key, record).await;
         *self.cached.borrow_mut() = None;
