@@ -73,26 +73,14 @@ pub fn refused(client: &mut Client, request: Request) -> WireError {
     }
 }
 
-/// Runs `haptic-ctl commission` to its end; again where a busy machine faulted the rig on the way. Returns what it
-/// printed.
+/// Runs `haptic-ctl commission` to its end; returns what it printed.
 ///
 /// # Panics
-/// It fails for another reason.
-pub fn commission(socket: &Path, client: &mut Client, arguments: &[&str]) -> Value {
-    let began = Instant::now();
-    loop {
-        let output = ctl(socket, &[&["--json", "commission", "--yes"], arguments].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        if output.status.success() {
-            return serde_json::from_slice(&output.stdout).expect("findings");
-        }
-        let busy = ["faulted", "disconnected", "loses records"]
-            .iter()
-            .any(|why| said.contains(why));
-        assert!(busy && began.elapsed() < 4 * PATIENCE, "{said}");
-        println!("once more, the machine is busy: {said}");
-        let_go(client);
-    }
+/// It fails.
+pub fn commission(socket: &Path, arguments: &[&str]) -> Value {
+    let output = ctl(socket, &[&["--json", "commission", "--yes"], arguments].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("findings")
 }
 
 /// A client with a lease that has begun.
@@ -193,7 +181,7 @@ impl Ticks {
     }
 }
 
-/// Until the rig is idle, whatever a busy machine does to it on the way.
+/// Until the rig is idle, from any state.
 ///
 /// # Panics
 /// It does not come to rest.

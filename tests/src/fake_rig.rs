@@ -46,10 +46,17 @@ impl FakeRig {
     #[must_use]
     pub fn start_at(link: &Path, arguments: &[&str]) -> Self {
         let link = link.to_path_buf();
+        // The longest with which a rig engages: only some tests are about a host that is silent.
+        let patience: &[&str] = if arguments.iter().any(|argument| argument.starts_with("--watchdog-ms")) {
+            &[]
+        } else {
+            &["--watchdog-ms", "200"]
+        };
         let mut child = Command::new(binary("fake-rig"))
             .arg("--pty")
             .arg(&link)
             .args(arguments)
+            .args(patience)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

@@ -29,12 +29,14 @@ pub mod soak;
 pub mod stalled;
 pub mod study_screen;
 pub mod terminal;
+mod timed;
 pub mod transcript;
 
 pub use held::{HeldThread, real_time_thread};
 pub use test_run::binary;
+pub use timed::timed;
 
-use haptic_ipc::{Client, Request, RigState, Status};
+use haptic_ipc::{Client, Request, RigState, StateReply, Status};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
@@ -74,12 +76,12 @@ pub fn until_some<T>(failure: &str, mut find: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Lets a daemon and its rig stand still for longer than they may with a hand on the rig, where the
-/// test does not say for how long: most tests are not about a busy machine. For the same reason the
-/// loop does not spin: the tests run side by side, and their loops share a processor.
+/// Lets a daemon and its rig stand still for longer than they may with a hand on the rig, where the test does not say
+/// for how long: no machine keeps them waiting for as long, and only [`timed()`] cases are about a busy one. For the same
+/// reason the loop does not spin: the tests run side by side, and their loops share a processor.
 pub fn be_patient(hapticd: &mut Command) {
     for (option, value) in [
-        ("--stale-ms", "500"),
+        ("--stale-ms", "1000"),
         ("--control-timeout-ms", "5000"),
         ("--spin-us", "0"),
     ] {
@@ -300,6 +302,9 @@ impl Daemon {
 
 impl Drop for Daemon {
     fn drop(&mut self) {
+        if std::thread::panicking() {
+            timed::count_missed(&self.socket);
+        }
         // It may have ended already; either way nothing of it stays.
         drop(self.child.kill());
         drop(self.child.wait());
@@ -459,46 +464,36 @@ pub fn bring_to(client: &mut Client, state: RigState) {
     }
 }
 
-/// Engages the rig of a daemon that is behind a link. On a machine so busy that a terminal's bytes
-/// are passed on too late, it may fault on the way; then again.
+/// Engages a rig, which is reset first if it is faulted.
 ///
 /// # Panics
-/// It does not come to that.
+/// It does not come to that, or faults on the way.
 pub fn engage(client: &mut Client) {
-    let began = Instant::now();
-    loop {
-        let next = match status(client).state {
-            RigState::Engaged => return,
-            RigState::Idle | RigState::Releasing => Request::Engage {},
-            RigState::Faulted => Request::Reset {},
-            _ => Request::Status {},
-        };
-        // Its state may have changed since.
-        drop(client.request::<serde_json::Value>(next));
-        assert!(
-            began.elapsed() < PATIENCE,
-            "waited in vain for engaged: {:?}",
-            status(client)
-        );
-        pause();
+    let before = wait_for(client, "a rig at rest", |status| {
+        matches!(status.state, RigState::Idle | RigState::Faulted | RigState::Engaged)
+    });
+    if before.state == RigState::Faulted {
+        let _: StateReply = client.request(Request::Reset {}).expect("its fault is over");
     }
+    if before.state != RigState::Engaged {
+        let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    }
+    let engaged = wait_for(client, "the end of its ramp", |status| {
+        !matches!(status.state, RigState::Idle | RigState::Engaging)
+    });
+    assert_eq!(engaged.state, RigState::Engaged, "{:?}", engaged.fault);
 }
 
-/// Engages such a rig and waits until it pulls, as somebody who can look at its motor says; however
-/// often it faults on the way.
+/// Engages a rig and waits until it pulls, as somebody who can look at its motor says.
 ///
 /// # Panics
-/// It does not come to that.
+/// It does not come to that, or faults on the way.
 pub fn pull_until(client: &mut Client, mut pulls: impl FnMut(&Status) -> bool) {
-    loop {
-        engage(client);
-        let pulled = wait_for(client, "a force at the motor", |status| {
-            pulls(status) || status.state != RigState::Engaged
-        });
-        if pulled.state == RigState::Engaged {
-            return;
-        }
-    }
+    engage(client);
+    let pulled = wait_for(client, "a force at the motor", |status| {
+        pulls(status) || status.state != RigState::Engaged
+    });
+    assert_eq!(pulled.state, RigState::Engaged, "{:?}", pulled.fault);
 }
 
 /// The processors that this process may run on.

@@ -269,6 +269,9 @@ impl Machine {
 
 impl Drop for Machine {
     fn drop(&mut self) {
+        if std::thread::panicking() {
+            crate::timed::count_missed(&self.path("/run/hapticd/control.sock"));
+        }
         // With it goes PID 1, and with that all the others.
         drop(self.unshare.kill());
         drop(self.unshare.wait());

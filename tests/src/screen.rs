@@ -42,7 +42,7 @@ pub struct Picture {
 }
 
 impl Screen {
-    /// Opens a screen of the usual size, or says what is missing for one.
+    /// Opens a screen of the usual size in the long run, or says what is missing for one.
     ///
     /// # Panics
     /// The server does not come up.
@@ -51,12 +51,16 @@ impl Screen {
         Self::of_size(SIZE)
     }
 
-    /// Opens a screen of any size, pixels.
+    /// Opens a screen of any size, pixels, in the long run: the window's libraries take long to compile, and what is
+    /// drawn without a graphics card keeps the processors busy.
     ///
     /// # Panics
     /// The server does not come up.
     #[must_use]
     pub fn of_size(size: (usize, usize)) -> Option<Self> {
+        if !test_run::is_long_for("the panel in a real window") {
+            return None;
+        }
         for (program, package) in [("Xvfb", "xvfb"), ("xdotool", "xdotool")] {
             if !test_run::is_there(program) {
                 test_run::skip(

@@ -39,9 +39,12 @@ pub fn firmware_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware")
 }
 
-/// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, where
-/// the tools are missing.
+/// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, in the short run and where the
+/// tools are missing.
 fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
+    if !test_run::is_long_for("the firmware as machine code on a simulated microcontroller") {
+        return None;
+    }
     let missing = [
         ("avr-gcc", "gcc-avr", test_run::is_there("avr-gcc")),
         ("make", "make", test_run::is_there("make")),

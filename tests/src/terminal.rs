@@ -154,7 +154,10 @@ impl Terminal {
     }
 
     /// Takes in what was written, and says whether there was anything for a tenth of a second.
-    fn read(&mut self) -> bool {
+    ///
+    /// # Panics
+    /// The terminal is gone.
+    pub fn read(&mut self) -> bool {
         let mut ready = [PollFd::new(&self.master, PollFlags::IN)];
         let a_while = Timespec {
             tv_sec: 0,

@@ -1,12 +1,14 @@
-//! Whole-system tests that run one after the other: they pin processors, starve the machine or measure. Each begins
-//! with [`alone`].
+//! Whole-system tests that run one after the other: they pin processors, starve the machine, measure, or boot another.
+//! Each begins with [`alone`].
 
 mod attacks;
 mod firmware_rendering;
 mod held_bytes;
+mod machines;
 mod processor_share;
 mod real_time_claims;
 mod rt_purity;
+mod timed;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

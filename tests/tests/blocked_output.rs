@@ -112,7 +112,7 @@ fn holds(what: &str, arguments: &[&str], blocked: impl Fn() -> Blocked) {
         engage(&mut client);
         let (ended, end_took) = daemon.end(signal);
         println!("{what}: stop confirmed after {stop_took:?}, {signal:?} ended it after {end_took:?}");
-        assert!(ended.success(), "{ended}");
+        assert!(ended.success(), "{what}, {signal:?}: {ended} after {end_took:?}");
         assert!(stop_took < LIMIT && end_took < LIMIT, "{stop_took:?} {end_took:?}");
     }
 }

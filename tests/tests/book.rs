@@ -36,20 +36,13 @@ pub(crate) fn text(page: &str) -> String {
     fs::read_to_string(root().join("docs").join(page)).expect("a page")
 }
 
-/// Follows a page, again where the machine was too busy for it.
+/// Follows a page.
 fn follow(page: &str) {
-    const ATTEMPTS: usize = 3;
-    if !test_run::has(&["bash", "timeout"]) {
-        return;
+    if test_run::has(&["bash", "timeout"])
+        && let Err(why) = Reader::new().follow(&text(page))
+    {
+        panic!("docs/{page}, {why}");
     }
-    let mut told = String::new();
-    for _ in 0..ATTEMPTS {
-        match Reader::new().follow(&text(page)) {
-            Ok(()) => return,
-            Err(why) => told = why,
-        }
-    }
-    panic!("docs/{page}, {told}");
 }
 
 #[test]

@@ -1,35 +1,25 @@
 //! Whatever ends a commissioning in the middle of a pulse, the force ends with it.
 
-use haptic_ipc::{
-    CommissionReply, ErrorCode, LeaseReply, LogReply, PulseEnd, Request, RigState, Sample, SceneRef, StateReply,
-};
+use haptic_ipc::{CommissionReply, ErrorCode, LeaseReply, LogReply, PulseEnd, Request, RigState, SceneRef, StateReply};
 use serde_json::Value;
 use std::process::{Command, Stdio};
-use std::time::Instant;
 use system_tests::commissioning::{
     OWN, PUSH_N, Ticks, after_the_pulse, begun, daemon, daemon_with, let_go, pulse, refused, renders_the_scene,
 };
 use system_tests::fake_rig::FakeRig;
-use system_tests::{PATIENCE, binary, pause, status, wait_for, wait_for_state};
+use system_tests::{binary, status, wait_for, wait_for_state};
 
 // hazard: H13
 #[test]
 fn a_motor_that_is_wired_the_other_way_ends_in_zero_force_and_is_not_kept() {
     let rig = FakeRig::start(&[&OWN[..], &["--reversed"]].concat());
     let (daemon, mut client) = daemon(&rig, &[]);
-    let began = Instant::now();
-    let (rows, said) = loop {
-        let ticks = Ticks::of(&daemon);
-        let output = daemon.ctl(&["commission", "--yes"]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "{said}");
-        if said.contains("wired the other way") {
-            break (ticks.come_so_far(), said);
-        }
-        assert!(began.elapsed() < 4 * PATIENCE, "{said}");
-        println!("once more, the machine is busy: {said}");
-        let_go(&mut client);
-    };
+    let ticks = Ticks::of(&daemon);
+    let output = daemon.ctl(&["commission", "--yes"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("wired the other way"), "{said}");
+    let rows = ticks.come_so_far();
     assert!(said.contains("the wrong way"), "{said}");
     // From the first count against the force to the last force.
     let last = rows
@@ -67,47 +57,26 @@ fn a_motor_that_is_wired_the_other_way_ends_in_zero_force_and_is_not_kept() {
 fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes_back() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &[]);
-    let began = Instant::now();
-    loop {
-        let mut commissioner = begun(&daemon);
-        let _: CommissionReply = commissioner.request(pulse(PUSH_N, 300.0)).expect("it is bounded");
-        let pulls = loop {
-            if rig.force().now_n > 0.5 {
-                break true;
-            }
-            let reply: CommissionReply = commissioner.request(Request::CommissionStatus {}).expect("it is ours");
-            if !reply.pulsing {
-                break false;
-            }
-            pause();
-        };
-        let _: StateReply = client.request(Request::Stop {}).expect("a stop");
-        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-        let reply = after_the_pulse(&mut commissioner);
-        if reply.ended.as_deref() != Some("the rig was stopped") {
-            println!("once more, the machine is busy: {reply:?}");
-            let_go(&mut client);
-            assert!(began.elapsed() < PATIENCE, "{reply:?}");
-            continue;
-        }
-        let error = refused(&mut commissioner, pulse(PUSH_N, 100.0));
-        assert_eq!(error.code, ErrorCode::Stopped, "{error}");
-        let error = refused(
-            &mut commissioner,
-            Request::CommissionStore {
-                range_m: None,
-                friction_n: None,
-            },
-        );
-        assert_eq!(error.code, ErrorCode::Stopped, "{error}");
-        assert_eq!(status(&mut client).commissioning, None);
-        let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
-        if pulls {
-            assert_eq!(reply.last.expect("a pulse").end, PulseEnd::Interrupted);
-            break;
-        }
-        assert!(began.elapsed() < PATIENCE, "no pulse was seen");
-    }
+    let mut commissioner = begun(&daemon);
+    let _: CommissionReply = commissioner.request(pulse(PUSH_N, 300.0)).expect("it is bounded");
+    wait_for(&mut client, "a force", |_| rig.force().now_n > 0.5);
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+    let reply = after_the_pulse(&mut commissioner);
+    assert_eq!(reply.ended.as_deref(), Some("the rig was stopped"));
+    let error = refused(&mut commissioner, pulse(PUSH_N, 100.0));
+    assert_eq!(error.code, ErrorCode::Stopped, "{error}");
+    let error = refused(
+        &mut commissioner,
+        Request::CommissionStore {
+            range_m: None,
+            friction_n: None,
+        },
+    );
+    assert_eq!(error.code, ErrorCode::Stopped, "{error}");
+    assert_eq!(status(&mut client).commissioning, None);
+    let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
+    assert_eq!(reply.last.expect("a pulse").end, PulseEnd::Interrupted);
     renders_the_scene(&daemon, &mut client);
 }
 
@@ -117,38 +86,22 @@ fn a_client_that_dies_in_a_pulse_takes_its_force_with_it() {
     let rig = FakeRig::start(&["--hand", "free"]);
     // A ramp that is longer than the pulse: along it the force would go on.
     let (daemon, mut client) = daemon_with(&rig, &["--ramp-ms", "600"]);
-    let began = Instant::now();
-    loop {
-        let ticks = Ticks::of(&daemon);
-        let mut commissioner = begun(&daemon);
-        let _: CommissionReply = commissioner.request(pulse(PUSH_N, 300.0)).expect("it is bounded");
-        let is_over = |row: &Sample| !row.state.is_live() && row.state != RigState::Idle;
-        let rows = ticks.until("a force", |row| row.command_force_n > 0.5 || is_over(row));
-        drop(commissioner);
-        let mut ended = rows.last().is_some_and(is_over);
-        let rows = ticks.until("the end", |row| row.state == RigState::Idle || is_over(row));
-        ended |= rows.last().is_some_and(is_over);
-        if ended {
-            println!("once more, the machine is busy");
-            wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
-            let_go(&mut client);
-            assert!(began.elapsed() < PATIENCE, "no pulse was seen");
-            continue;
-        }
-        let live = rows.iter().filter(|row| row.command_force_n != 0.0).count();
-        let releasing = rows
-            .iter()
-            .filter(|row| row.state == RigState::Releasing && row.command_force_n != 0.0)
-            .count();
-        assert_eq!(releasing, 0, "force on the way out");
-        wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
-        // On a busy machine the pulse may have been over before this was heard.
-        if live < 200 {
-            println!("{live} ticks with force after it was seen, of some 270");
-            break;
-        }
-        assert!(began.elapsed() < PATIENCE, "no pulse was cut");
-    }
+    let ticks = Ticks::of(&daemon);
+    let mut commissioner = begun(&daemon);
+    let _: CommissionReply = commissioner.request(pulse(PUSH_N, 300.0)).expect("it is bounded");
+    ticks.until("a force", |row| row.command_force_n > 0.5);
+    drop(commissioner);
+    let rows = ticks.until("the end", |row| !row.state.is_live());
+    assert_eq!(rows.last().map(|row| row.state), Some(RigState::Idle));
+    let live = rows.iter().filter(|row| row.command_force_n != 0.0).count();
+    let releasing = rows
+        .iter()
+        .filter(|row| row.state == RigState::Releasing && row.command_force_n != 0.0)
+        .count();
+    assert_eq!(releasing, 0, "force on the way out");
+    wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
+    println!("{live} ticks with force after it was seen, of some 270");
+    assert!(live < 200, "{live}: it ended by itself");
     let log: LogReply = client
         .request(Request::Log {
             after: None,
@@ -164,27 +117,15 @@ fn a_client_that_dies_in_a_pulse_takes_its_force_with_it() {
 fn haptic_ctl_killed_in_a_pulse_leaves_no_force_and_nothing_kept() {
     let mut rig = FakeRig::start(&OWN);
     let (daemon, mut client) = daemon(&rig, &[]);
-    let start = || {
-        Command::new(binary("haptic-ctl"))
-            .args(["commission", "--yes", "--socket"])
-            .arg(daemon.socket())
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("haptic-ctl starts")
-    };
-    let mut child = start();
-    let began = Instant::now();
-    while rig.force().now_n.abs() <= 0.1 {
-        assert!(began.elapsed() < PATIENCE, "no pulse was seen");
-        if child.try_wait().expect("it is ours").is_some() {
-            println!("once more, the machine is busy");
-            let_go(&mut client);
-            child = start();
-        }
-        pause();
-    }
+    let mut child = Command::new(binary("haptic-ctl"))
+        .args(["commission", "--yes", "--socket"])
+        .arg(daemon.socket())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("haptic-ctl starts");
+    wait_for(&mut client, "a pulse", |_| rig.force().now_n.abs() > 0.1);
     child.kill().expect("it runs");
     child.wait().expect("it ends");
     wait_for(&mut client, "the end of it", |status| {

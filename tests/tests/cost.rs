@@ -32,6 +32,9 @@ const BUDGETS: [(&str, f64); 21] = [
 
 #[test]
 fn a_scene_never_pays_for_what_it_lacks() {
+    if !test_run::is_long_for("the instructions of a tick by what its scene has") {
+        return;
+    }
     if !test_run::is_there("valgrind") {
         test_run::skip("valgrind", "Debian: apt install valgrind libc6-dbg");
         return;

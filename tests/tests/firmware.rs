@@ -22,14 +22,8 @@ const LEFT_ALONE: [&str; 6] = ["--amplitude", "0", "--arm-stiffness", "100", "--
 /// A turn of the PWM, and what reading a pin's time by whole instructions may be off, s.
 const PIN_S: f64 = 40e-6;
 
-/// The builds of the firmware: in a short run one of them.
-fn encoders(in_short: Encoder) -> Vec<Encoder> {
-    if test_run::is_long_for("the firmware for another encoder") {
-        vec![Encoder::Quadrature, Encoder::Magneto]
-    } else {
-        vec![in_short]
-    }
-}
+/// The builds of the firmware.
+const ENCODERS: [Encoder; 2] = [Encoder::Quadrature, Encoder::Magneto];
 
 /// A host that answers each sample with a command, so that its rate is the device's.
 struct Host {
@@ -170,29 +164,24 @@ fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
     if !test_run::has(&["python3"]) {
         return None;
     }
-    // A fault of a device is there each time; a checker that a busy machine held up for 50 ms has
-    // seen the watchdog at work.
-    let passed = (0..3).any(|_| {
-        let checked = Command::new("python3")
-            .arg(firmware_folder().join("check_rig.py"))
-            .arg(line)
-            .args(["--slow", "2"])
-            .args(arguments)
-            .output()
-            .expect("python3 starts");
-        println!(
-            "{}{}",
-            String::from_utf8_lossy(&checked.stdout),
-            String::from_utf8_lossy(&checked.stderr)
-        );
-        checked.status.success()
-    });
-    Some(passed)
+    let checked = Command::new("python3")
+        .arg(firmware_folder().join("check_rig.py"))
+        .arg(line)
+        .args(["--slow", "2"])
+        .args(arguments)
+        .output()
+        .expect("python3 starts");
+    println!(
+        "{}{}",
+        String::from_utf8_lossy(&checked.stdout),
+        String::from_utf8_lossy(&checked.stderr)
+    );
+    Some(checked.status.success())
 }
 
 #[test]
 fn both_builds_pass_the_conformance_check() {
-    for encoder in encoders(Encoder::Quadrature) {
+    for encoder in ENCODERS {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else {
             return;
         };
@@ -218,7 +207,7 @@ fn the_fake_rig_passes_the_same_check() {
 
 #[test]
 fn it_keeps_time_while_commands_come_in_bursts() {
-    for encoder in encoders(Encoder::Magneto) {
+    for encoder in ENCODERS {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &["--amplitude", "0.05", "--frequency", "1"]) else {
             return;
         };
@@ -272,7 +261,7 @@ fn it_keeps_time_while_commands_come_in_bursts() {
 
 #[test]
 fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
-    for encoder in encoders(Encoder::Quadrature) {
+    for encoder in ENCODERS {
         // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the
         // loop that hangs kicks it, the interrupt's after 50.
         for (how, resets, promised_s) in [("loop", 1, 0.033), ("deaf", 1, 0.033), ("kicking", 0, WATCHDOG_S)] {
@@ -302,7 +291,7 @@ fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
 
 #[test]
 fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
-    for encoder in encoders(Encoder::Magneto) {
+    for encoder in ENCODERS {
         let Some((mut rig, mut host)) = pulling(encoder) else {
             return;
         };

@@ -118,15 +118,34 @@ fn a_lock_planted_in_such_a_module_is_refused_by_clippy() {
     };
     // The list itself must be one that clippy understands, and name nothing that is not there.
     assert!(passed && !said.contains("warning"), "{said}");
-    for (named, source) in PLANTED {
-        let (passed, said) = clippy_says(&format!("{DENIAL}\n{source}\n")).expect("it was there");
-        assert!(
-            !passed && said.contains("disallowed"),
-            "{named} passed: {source}\n{said}"
-        );
-        assert!(said.contains(named), "{named}: {said}");
-        // Elsewhere it is fit.
-        let (passed, said) = clippy_says(&format!("{source}\n")).expect("it was there");
-        assert!(passed, "{named}: {said}");
+    // A module for each.
+    let modules = |denial: &str| -> String {
+        let module =
+            |(number, (_, source)): (usize, &(&str, &str))| format!("pub mod m{number} {{\n{denial}\n{source}\n}}\n");
+        PLANTED.iter().enumerate().map(module).collect()
+    };
+    let (passed, said) = clippy_says(&modules(DENIAL)).expect("it was there");
+    assert!(!passed, "{said}");
+    for (number, (named, _)) in PLANTED.iter().enumerate() {
+        let refused = said
+            .split("\n\n")
+            .any(|error| error.contains("disallowed") && error.contains(named) && is_in_module(error, number));
+        assert!(refused, "{named} passed in module {number}: {said}");
     }
+    // Elsewhere it is fit.
+    let (passed, said) = clippy_says(&modules("")).expect("it was there");
+    assert!(passed, "{said}");
+}
+
+/// Whether an error of clippy is about a line of a module, which has three beside its source.
+fn is_in_module(error: &str, number: usize) -> bool {
+    let line = |number: usize| -> usize {
+        let of = |(_, source): &(&str, &str)| 3 + source.lines().count();
+        1 + PLANTED[..number].iter().map(of).sum::<usize>()
+    };
+    let place = error
+        .lines()
+        .find_map(|line| line.trim().strip_prefix("--> src/lib.rs:"));
+    let at = place.and_then(|place| place.split(':').next()?.parse::<usize>().ok());
+    at.is_some_and(|at| (line(number)..line(number + 1)).contains(&at))
 }

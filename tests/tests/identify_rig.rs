@@ -63,35 +63,19 @@ fn after_it(client: &mut Client) -> IdentificationReply {
     }
 }
 
-/// Waits until the motor of a rig pulls under an excitation; whether it did before that ended, which a busy machine may
-/// bring about.
-fn pulls(rig: &mut FakeRig, client: &mut Client) -> bool {
-    loop {
-        if rig.force().now_n.abs() > 0.3 {
-            return true;
-        }
-        if !identification(client).moving {
-            return false;
-        }
-        pause();
-    }
+/// Waits until the motor of a rig pulls under an excitation.
+fn pulls(rig: &mut FakeRig, client: &mut Client) {
+    wait_for(client, "a force", |_| rig.force().now_n.abs() > 0.3);
+    let reply = identification(client);
+    assert!(reply.moving, "{reply:?}");
 }
 
-/// Begins an excitation, until one pulls.
-fn pulling(rig: &mut FakeRig, daemon: &Daemon, client: &mut Client) -> Client {
-    let began = Instant::now();
-    loop {
-        let mut identifier = begun(daemon);
-        excite(&mut identifier);
-        if pulls(rig, &mut identifier) {
-            return identifier;
-        }
-        println!("once more, the machine is busy: {:?}", identification(&mut identifier));
-        drop(identifier);
-        wait_for(client, "its end", |status| status.commissioning.is_none());
-        let_go(client);
-        assert!(began.elapsed() < 4 * PATIENCE, "no force was seen");
-    }
+/// A client whose excitation pulls.
+fn pulling(rig: &mut FakeRig, daemon: &Daemon) -> Client {
+    let mut identifier = begun(daemon);
+    excite(&mut identifier);
+    pulls(rig, &mut identifier);
+    identifier
 }
 
 // hazard: F20
@@ -120,32 +104,22 @@ fn a_longer_lease_ends_the_identification_and_its_force() {
 fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &[]);
-    let began = Instant::now();
-    loop {
-        let mut identifier = pulling(&mut rig, &daemon, &mut client);
-        let _: StateReply = client.request(Request::Stop {}).expect("a stop");
-        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-        let reply = after_it(&mut identifier);
-        let is_by_the_stop = reply.ended.as_deref() == Some("the rig was stopped");
-        if is_by_the_stop {
-            let last = reply.last.as_ref().expect("it had begun");
-            assert_eq!(last.end, ExcitationEnd::Interrupted);
-            let error = refused(
-                &mut identifier,
-                Request::IdentifyExcite {
-                    excitation: excitation(),
-                },
-            );
-            assert_eq!(error.code, ErrorCode::Stopped, "{error}");
-        }
-        assert_eq!(status(&mut client).commissioning, None);
-        let_go(&mut client);
-        if is_by_the_stop {
-            break;
-        }
-        println!("once more, the machine is busy: {:?}", reply.ended);
-        assert!(began.elapsed() < 4 * PATIENCE, "{reply:?}");
-    }
+    let mut identifier = pulling(&mut rig, &daemon);
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+    let reply = after_it(&mut identifier);
+    assert_eq!(reply.ended.as_deref(), Some("the rig was stopped"));
+    let last = reply.last.as_ref().expect("it had begun");
+    assert_eq!(last.end, ExcitationEnd::Interrupted);
+    let error = refused(
+        &mut identifier,
+        Request::IdentifyExcite {
+            excitation: excitation(),
+        },
+    );
+    assert_eq!(error.code, ErrorCode::Stopped, "{error}");
+    assert_eq!(status(&mut client).commissioning, None);
+    let_go(&mut client);
     renders_the_scene(&daemon, &mut client);
 }
 
@@ -155,27 +129,19 @@ fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     // A ramp that is longer than any test waits: along it the force would go on.
     let (daemon, mut client) = daemon_with(&rig, &["--ramp-ms", "600"]);
-    let began = Instant::now();
-    loop {
-        let identifier = pulling(&mut rig, &daemon, &mut client);
-        let ticks = Ticks::of(&daemon);
-        drop(identifier);
-        let is_over = |row: &Sample| !matches!(row.state, RigState::Engaged | RigState::Releasing);
-        let rows = ticks.until("the end", is_over);
-        wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
-        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-        let ended = rows.last().map(|row| row.state);
-        let released: Vec<&Sample> = rows.iter().filter(|row| row.state == RigState::Releasing).collect();
-        let_go(&mut client);
-        if ended == Some(RigState::Idle) && !released.is_empty() {
-            // The tick that begins the release may be the one that takes the motion away.
-            let forces = released.iter().filter(|row| row.command_force_n != 0.0).count();
-            assert!(forces <= 50, "{forces} ticks with force on the way out");
-            break;
-        }
-        println!("once more, the machine is busy: {ended:?}");
-        assert!(began.elapsed() < 4 * PATIENCE, "never seen to the end");
-    }
+    let identifier = pulling(&mut rig, &daemon);
+    let ticks = Ticks::of(&daemon);
+    drop(identifier);
+    let is_over = |row: &Sample| !matches!(row.state, RigState::Engaged | RigState::Releasing);
+    let rows = ticks.until("the end", is_over);
+    wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
+    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+    assert_eq!(rows.last().map(|row| row.state), Some(RigState::Idle));
+    let released: Vec<&Sample> = rows.iter().filter(|row| row.state == RigState::Releasing).collect();
+    assert!(!released.is_empty(), "{} rows", rows.len());
+    // The tick that begins the release may be the one that takes the motion away.
+    let forces = released.iter().filter(|row| row.command_force_n != 0.0).count();
+    assert!(forces <= 50, "{forces} ticks with force on the way out");
     renders_the_scene(&daemon, &mut client);
 }
 
@@ -184,28 +150,17 @@ fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
 fn a_motor_of_the_wrong_sign_ends_an_excitation_within_millimetres() {
     let mut rig = FakeRig::start(&["--hand", "free", "--reversed"]);
     let (daemon, mut client) = daemon(&rig, &[]);
-    let began = Instant::now();
-    loop {
-        let mut identifier = begun(&daemon);
-        excite(&mut identifier);
-        let reply = after_it(&mut identifier);
-        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-        let end = reply.last.as_ref().map(|last| last.end);
-        if end == Some(ExcitationEnd::WrongWay) {
-            let last = reply.last.as_ref().expect("a report");
-            let why = reply.ended.as_deref().unwrap_or_default();
-            assert!(why.contains("wired the other way"), "{why}");
-            let way_m = last.greatest_m - last.least_m;
-            println!("{way_m} m, {} N", last.largest_force_n);
-            assert!(way_m < 5e-3, "{last:?}");
-            break;
-        }
-        println!("once more, the machine is busy: {reply:?}");
-        drop(identifier);
-        wait_for(&mut client, "its end", |status| status.commissioning.is_none());
-        let_go(&mut client);
-        assert!(began.elapsed() < 4 * PATIENCE, "{reply:?}");
-    }
+    let mut identifier = begun(&daemon);
+    excite(&mut identifier);
+    let reply = after_it(&mut identifier);
+    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+    let last = reply.last.as_ref().expect("a report");
+    assert_eq!(last.end, ExcitationEnd::WrongWay, "{reply:?}");
+    let why = reply.ended.as_deref().unwrap_or_default();
+    assert!(why.contains("wired the other way"), "{why}");
+    let way_m = last.greatest_m - last.least_m;
+    println!("{way_m} m, {} N", last.largest_force_n);
+    assert!(way_m < 5e-3, "{last:?}");
     wait_for_state(&mut client, RigState::Idle);
 }
 
@@ -215,29 +170,20 @@ fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() 
     // It moves 30 mm to and fro whatever the motor does.
     let mut rig = FakeRig::start(&["--hand", "sine"]);
     let (daemon, mut client) = daemon(&rig, &[]);
-    let began = Instant::now();
-    loop {
-        let mut identifier = begun(&daemon);
-        rig.force();
-        excite(&mut identifier);
-        let reply = after_it(&mut identifier);
-        let felt_n = rig.force().largest_n.abs();
-        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-        assert!(felt_n <= 3.0 + 1e-3, "{felt_n} N");
-        let end = reply.last.as_ref().map(|last| last.end);
-        drop(identifier);
-        wait_for(&mut client, "its end", |status| status.commissioning.is_none());
-        let_go(&mut client);
-        if matches!(
-            end,
+    let mut identifier = begun(&daemon);
+    rig.force();
+    excite(&mut identifier);
+    let reply = after_it(&mut identifier);
+    let felt_n = rig.force().largest_n.abs();
+    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+    assert!(felt_n <= 3.0 + 1e-3, "{felt_n} N");
+    assert!(
+        matches!(
+            reply.last.as_ref().map(|last| last.end),
             Some(ExcitationEnd::Lag | ExcitationEnd::Travel | ExcitationEnd::WrongWay | ExcitationEnd::Speed)
-        ) {
-            println!("{:?}", reply.last);
-            break;
-        }
-        println!("once more, the machine is busy: {reply:?}");
-        assert!(began.elapsed() < 4 * PATIENCE, "{reply:?}");
-    }
+        ),
+        "{reply:?}"
+    );
 }
 
 #[test]
@@ -266,7 +212,7 @@ fn the_first_answer_says_where_the_handle_lies_and_how_far_it_may_go_from_there(
 fn a_rig_that_is_unplugged_in_an_excitation_ends_it_and_comes_back_without_force() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &[]);
-    let mut identifier = pulling(&mut rig, &daemon, &mut client);
+    let mut identifier = pulling(&mut rig, &daemon);
     rig.fail("hang-up 0.3");
     let reply = after_it(&mut identifier);
     assert!(reply.ended.is_some(), "{reply:?}");
@@ -373,31 +319,17 @@ fn nobody_else_moves_the_rig_meanwhile_and_bounds_are_refused_by_name() {
         .expect("the rig is everybody's again");
 }
 
-/// Runs `haptic-ctl identify` to its end; again where a busy machine faulted the rig on the way. What it printed.
+/// Runs `haptic-ctl identify` to its end; what it printed.
 fn identified(daemon: &Daemon, arguments: &[&str]) -> Value {
     let usual = [
-        "--json",
         "identify",
         "--yes",
+        "--json",
         "--range-mm=100",
         "--chirp-s=6",
         "--ramps=1",
     ];
-    let began = Instant::now();
-    loop {
-        let output = daemon.ctl(&[&usual[..], arguments].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        if output.status.success() {
-            println!("{said}");
-            return serde_json::from_slice(&output.stdout).expect("findings");
-        }
-        let busy = ["faulted", "disconnected", "loses records"]
-            .iter()
-            .any(|why| said.contains(why));
-        assert!(busy && began.elapsed() < 8 * PATIENCE, "{said}");
-        println!("once more, the machine is busy: {said}");
-        let_go(&mut daemon.client());
-    }
+    serde_json::from_str(&daemon.ctl_ok(&[&usual[..], arguments].concat())).expect("findings")
 }
 
 /// A rig of 1.2 kg, 0.6 N and 2 N s/m, whose handle nobody holds.

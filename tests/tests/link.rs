@@ -5,28 +5,31 @@ use haptic_ipc::{
     ChangeReply, Client, ClientError, ErrorCode, LinkStatus, LogReply, Request, RigState, StateReply, Status,
 };
 use std::fs;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use system_tests::fake_rig::FakeRig;
 use system_tests::process::{descriptors, size_kib};
 use system_tests::{Daemon, PATIENCE, engage, pull_until, status, wait_for, wait_for_state};
 
 /// A rig with more arguments, and a daemon that has connected to it.
 fn connected(arguments: &[&str]) -> (FakeRig, Daemon, Client) {
-    let rig = FakeRig::start(arguments);
-    let daemon = daemon(&rig, &[]);
+    connected_with(arguments, &[])
+}
+
+/// The same with more arguments of the daemon.
+fn connected_with(of_rig: &[&str], of_daemon: &[&str]) -> (FakeRig, Daemon, Client) {
+    let rig = FakeRig::start(of_rig);
+    let daemon = daemon(&rig, of_daemon);
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     (rig, daemon, client)
 }
 
 fn daemon(rig: &FakeRig, arguments: &[&str]) -> Daemon {
-    // On a busy machine the kernel may pass a terminal's bytes on late, which is not what most of
-    // these are about.
-    Daemon::start_on(
-        &rig.address(),
-        &[&["--ramp-ms", "20", "--stale-ms", "200"], arguments].concat(),
-    )
+    Daemon::start_on(&rig.address(), &[&["--ramp-ms", "20"], arguments].concat())
 }
+
+/// How old a sample may be, where a device stands still for longer.
+const STALE: [&str; 2] = ["--stale-ms", "200"];
 
 fn link(status: &Status) -> &LinkStatus {
     status.device.link.as_ref().expect("it is behind a link")
@@ -46,25 +49,19 @@ fn pull(rig: &mut FakeRig, client: &mut Client) {
 fn the_papers_scene_is_rendered_over_the_wire() {
     let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[]);
-    let (from, to) = loop {
-        pull(&mut rig, &mut client);
-        let from = status(&mut client);
-        let watched = test_run::extent(1500, 5000);
-        let to = wait_for(&mut client, "some seconds", |status| {
-            status.tick >= from.tick + watched || status.state != RigState::Engaged
-        });
-        if to.state == RigState::Engaged && connections(&to) == connections(&from) {
-            break (from, to);
-        }
-        println!("once more, the machine is busy: {:?}", to.fault);
-    };
+    pull(&mut rig, &mut client);
+    let from = status(&mut client);
+    let watched = test_run::extent(1500, 5000);
+    let to = wait_for(&mut client, "some seconds", |status| {
+        status.tick >= from.tick + watched || status.state != RigState::Engaged
+    });
+    assert_eq!(connections(&to), connections(&from), "{:?}", to.fault);
     let (before, after) = (link(&from).counts, link(&to).counts);
     println!("{to:#?}");
     assert_eq!(to.state, RigState::Engaged);
     let samples = after.samples - before.samples;
     let ticks = to.tick - from.tick;
     assert!(samples >= ticks * 9 / 10, "{samples} samples in {ticks} ticks");
-    // What came before may be of another connection, where the machine was busy.
     assert_eq!(
         [
             after.bad_crc - before.bad_crc,
@@ -88,55 +85,31 @@ fn the_papers_scene_is_rendered_over_the_wire() {
 }
 
 #[test]
-fn unplugged_it_is_disconnected_and_plugged_in_again_it_is_idle_within_two_seconds() {
+fn unplugged_it_is_disconnected_and_plugged_in_again_it_is_idle() {
     let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[]);
-    // On a busy machine a round may take longer, or tell nothing.
-    let mut least = Duration::MAX;
-    let began = Instant::now();
-    for round in 1.. {
-        pull(&mut rig, &mut client);
-        let before = connections(&status(&mut client));
-        rig.fail("hang-up 0.3");
-        // On a busy machine the line may be back before the loop has had a tick again.
-        let gone = wait_for(&mut client, "the hang-up", |status| {
-            status.state == RigState::Disconnected || status.state != RigState::Engaged && connections(status) > before
-        });
-        assert_eq!(gone.command_force_n, 0.0);
-        assert!(
-            link(&gone).waiting.is_some() || link(&gone).device.is_some(),
-            "{gone:?}"
-        );
-        // Until it is plugged in again, 0.3 s later.
-        wait_for(&mut client, "the terminal", |_| rig.link().exists());
-        let plugged_in = Instant::now();
-        let back = wait_for_state(&mut client, RigState::Idle);
-        let took = plugged_in.elapsed();
-        println!("idle {took:?} after it was plugged in");
-        // Where it was back before anybody looked, that tells nothing.
-        if gone.state == RigState::Disconnected {
-            least = least.min(took);
-        }
-        assert!(connections(&back) > before, "{back:?}");
-        // The position begins again, and nobody pulls.
-        let later = wait_for(&mut client, "ticks", |status| {
-            status.tick > back.tick + 300 && status.state != RigState::Disconnected
-        });
-        assert_eq!((later.state, later.command_force_n), (RigState::Idle, 0.0));
-        rig.force();
-        assert_eq!(rig.force().largest_n, 0.0);
-        if round >= 3 && least < Duration::from_secs(2) {
-            break;
-        }
-        assert!(began.elapsed() < 4 * PATIENCE, "at best {least:?}");
-    }
+    pull(&mut rig, &mut client);
+    let before = connections(&status(&mut client));
+    rig.fail("hang-up 3600");
+    let gone = wait_for(&mut client, "what it waits for", |status| {
+        link(status).waiting.is_some()
+    });
+    assert_eq!((gone.state, gone.command_force_n), (RigState::Disconnected, 0.0));
+    rig.fail("hang-up 0");
+    let back = wait_for_state(&mut client, RigState::Idle);
+    assert!(connections(&back) > before, "{back:?}");
+    // The position begins again, and nobody pulls.
+    let later = wait_for(&mut client, "ticks", |status| status.tick > back.tick + 300);
+    assert_eq!((later.state, later.command_force_n), (RigState::Idle, 0.0));
+    rig.force();
+    assert_eq!(rig.force().largest_n, 0.0);
 }
 
 // hazard: H18
 #[test]
 fn a_loss_is_in_the_journal_also_after_a_reset_while_the_device_was_silent() {
     let _one = crate::one_of_two();
-    let (mut rig, daemon, mut client) = connected(&[]);
+    let (mut rig, daemon, mut client) = connected_with(&[], &STALE);
     pull(&mut rig, &mut client);
     // Without samples there is nothing to be idle on; the line stays open meanwhile.
     rig.fail("stall 0.4");
@@ -267,60 +240,19 @@ fn a_daemon_that_ends_lets_the_force_down_itself() {
 #[test]
 fn a_device_that_stalls_faults_and_is_well_after_a_reset() {
     let _one = crate::one_of_two();
-    let (mut rig, _daemon, mut client) = connected(&[]);
-    let began = Instant::now();
-    let faulted = loop {
-        pull(&mut rig, &mut client);
-        let before = link(&status(&mut client)).counts.samples;
-        // Longer than a sample may be old, and shorter than a device may be silent.
-        rig.fail("stall 0.35");
-        let faulted = wait_for(&mut client, "a fault", |status| {
-            status.state != RigState::Engaged || link(status).counts.samples > before + 1000
-        });
-        if faulted
-            .fault
-            .as_ref()
-            .is_some_and(|fault| fault.contains("no new sample"))
-        {
-            break faulted;
-        }
-        println!("once more, the machine is busy: {} {:?}", faulted.state, faulted.fault);
-        assert!(began.elapsed() < PATIENCE, "no fault: {faulted:?}");
-    };
+    let (mut rig, _daemon, mut client) = connected_with(&[], &STALE);
+    pull(&mut rig, &mut client);
+    // Longer than a sample may be old, and shorter than a device may be silent.
+    rig.fail("stall 0.35");
+    let faulted = wait_for(&mut client, "a fault", |status| status.state != RigState::Engaged);
+    let fault = faulted.fault.clone().unwrap_or_default();
+    assert!(fault.contains("no new sample"), "{fault}");
     assert_eq!((faulted.state, faulted.command_force_n), (RigState::Faulted, 0.0));
     wait_for(&mut client, "samples", |status| {
         link(status).counts.samples > link(&faulted).counts.samples + 100
     });
     assert_eq!(rig.force().now_n, 0.0);
     pull(&mut rig, &mut client);
-}
-
-#[test]
-fn an_encoder_that_jumps_faults_without_a_jump_of_force() {
-    let _one = crate::one_of_two();
-    let (mut rig, _daemon, mut client) = connected(&[]);
-    let began = Instant::now();
-    loop {
-        pull(&mut rig, &mut client);
-        rig.force();
-        // 30 m: no hand goes so far, not even between two samples that are nearly too far apart.
-        rig.fail("jump 3000000");
-        let faulted = wait_for(&mut client, "a fault", |status| status.state != RigState::Engaged);
-        let fault = faulted.fault.clone().unwrap_or_default();
-        // Any part of it on 25000 N/m would be all the force that there is, 20 N.
-        let mut largest_n = 0.0_f64;
-        wait_for(&mut client, "no force", |_| {
-            let force = rig.force();
-            largest_n = largest_n.max(force.largest_n);
-            force.now_n == 0.0
-        });
-        if fault.contains("jumped") && largest_n < 10.0 {
-            return;
-        }
-        // Samples that pass late fault by themselves, or make it swing before.
-        println!("once more, the machine is busy: {fault}, {largest_n} N");
-        assert!(began.elapsed() < PATIENCE, "{fault}, {largest_n} N");
-    }
 }
 
 #[test]

@@ -34,6 +34,7 @@ fn run(script: &str, arguments: &[&OsStr], need: &str, most_of: usize) {
 
 #[test]
 fn rigs_on_usb_are_found_driven_unplugged_and_found_again() {
+    let _alone = crate::alone();
     // A kernel boots under emulation, for minutes.
     if !test_run::is_long_for("rigs behind a true kernel's USB drivers") {
         return;
@@ -45,8 +46,11 @@ fn rigs_on_usb_are_found_driven_unplugged_and_found_again() {
 
 // hazard: H7
 #[test]
-#[ignore = "it takes a processor for minutes: a step of the gate, beside what wants the other"]
 fn on_a_booted_debian_rigs_are_plugged_in_pulled_out_and_put_to_sleep() {
+    let _alone = crate::alone();
+    if !test_run::is_long_for("the package on a booted Debian") {
+        return;
+    }
     let package = match package::hapticd() {
         Ok(package) => package,
         Err((need, remedy)) => return test_run::skip(need, &remedy),
@@ -63,6 +67,7 @@ fn on_a_booted_debian_rigs_are_plugged_in_pulled_out_and_put_to_sleep() {
 
 #[test]
 fn piuparts_finds_that_both_packages_come_and_go_without_a_trace() {
+    let _alone = crate::alone();
     if !test_run::is_long_for("the packages under piuparts") {
         return;
     }

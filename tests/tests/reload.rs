@@ -124,10 +124,8 @@ fn session(file: &Path) -> (Recording, ReloadReply) {
 #[test]
 fn limits_that_change_under_a_hand_make_no_step_and_a_recording_across_them_replays_to_the_last_bit() {
     let directory = tempfile::tempdir().expect("a directory");
-    let (recording, lower) = (0..5)
-        .map(|attempt| session(&directory.path().join(format!("{attempt}.mcap"))))
-        .find(|(recording, _)| recorded::is_whole(recording))
-        .expect("a recording without a gap");
+    let (recording, lower) = session(&directory.path().join("session.mcap"));
+    assert!(recorded::is_whole(&recording), "rows are lost");
     assert_eq!(lower.needs_restart, ["rate"], "{lower:?}");
     let change = lower.limits.expect("another limit");
     assert_eq!((change.before.force_n, change.after.force_n), (20.0, 2.0));

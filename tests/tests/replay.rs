@@ -54,23 +54,19 @@ fn fixtures() -> Vec<PathBuf> {
 /// is rendered.
 fn schedule(daemon: &Daemon, file: &Path) -> [u64; 4] {
     let file = file.with_extension("json");
-    (1..20)
-        .find_map(|attempt| {
-            let now: Value = serde_json::from_str(&daemon.ctl_ok(&["status", "--json=tick"])).expect("JSON");
-            // On a busy machine the first may come too late.
-            let first = now["tick"].as_u64().expect("a number") + 100 * attempt;
-            let ticks = [first, first + 7, first + 150, first + 190];
-            let changes = serde_json::json!([
-                {"at_tick": ticks[0], "params": {"Fs": {"plus": 0.5}}},
-                {"at_tick": ticks[1], "params": {"M": {"times": 1.5}}, "ramp_ms": 100},
-                {"at_tick": ticks[2], "scene": "lugre"},
-                {"at_tick": ticks[3], "scene": "simulated-friction"},
-            ]);
-            std::fs::write(&file, changes.to_string()).expect("written");
-            let output = daemon.ctl(&["schedule", file.to_str().expect("a plain path")]);
-            output.status.success().then_some(ticks)
-        })
-        .expect("a schedule that was accepted in time")
+    let now: Value = serde_json::from_str(&daemon.ctl_ok(&["status", "--json=tick"])).expect("JSON");
+    // No machine is slower to start haptic-ctl.
+    let first = now["tick"].as_u64().expect("a number") + 3000;
+    let ticks = [first, first + 7, first + 150, first + 190];
+    let changes = serde_json::json!([
+        {"at_tick": ticks[0], "params": {"Fs": {"plus": 0.5}}},
+        {"at_tick": ticks[1], "params": {"M": {"times": 1.5}}, "ramp_ms": 100},
+        {"at_tick": ticks[2], "scene": "lugre"},
+        {"at_tick": ticks[3], "scene": "simulated-friction"},
+    ]);
+    std::fs::write(&file, changes.to_string()).expect("written");
+    daemon.ctl_ok(&["schedule", file.to_str().expect("a plain path")]);
+    ticks
 }
 
 /// Some thousand ticks with force, of which nothing has its usual value: two ramps, of which the second
@@ -121,12 +117,9 @@ fn session(file: &Path) -> Recording {
 #[test]
 fn a_recording_gives_its_forces_again_to_the_last_bit() {
     let directory = tempfile::tempdir().expect("a directory");
-    // On a busy machine rows are lost, which the recording says.
-    let (file, recording) = (0..5)
-        .map(|attempt| directory.path().join(format!("{attempt}.csv")))
-        .map(|file| (file.clone(), session(&file)))
-        .find(|(_, recording)| is_whole(recording))
-        .expect("a recording with every row");
+    let file = directory.path().join("session.csv");
+    let recording = session(&file);
+    assert!(is_whole(&recording), "rows are lost");
     assert_eq!(recording.ending, Ending::Complete);
     let live = recording.rows.iter().filter(|row| row.command_force_n != 0.0).count() as u64;
     assert!(live > 1500, "force flowed in {live} ticks");

@@ -1,7 +1,7 @@
 //! What must hold with a hand on the handle, whatever lies, hangs or is cut: the real daemon on a
 //! real pseudo-terminal, and a rig that misbehaves on demand.
 
-use haptic_ipc::{Client, ClientError, ErrorCode, Request, RigState, StateReply, Status, Timing};
+use haptic_ipc::{Client, ClientError, ErrorCode, Request, RigState, StateReply, Timing};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::blocked::Blocked;
@@ -24,17 +24,6 @@ fn pull(rig: &mut FakeRig, client: &mut Client) {
     pull_until(client, |_| rig.force().now_n.abs() > 2.0);
 }
 
-/// The largest force of a second in which nothing is wrong, N, and the rig after it.
-fn honest_second(rig: &mut FakeRig, client: &mut Client) -> (f64, Status) {
-    pull(rig, client);
-    let from = status(client);
-    rig.force();
-    let after = wait_for(client, "an honest second", |status| {
-        status.tick > from.tick + 1000 || status.state != RigState::Engaged
-    });
-    (rig.force().largest_n, after)
-}
-
 fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
     match client.request::<StateReply>(request) {
         Err(ClientError::Refused(error)) => error,
@@ -42,17 +31,8 @@ fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
     }
 }
 
-/// Has the control thread of an engaged daemon hang in some way, and sees the rig let go of. Where a busy machine
-/// keeps the commands back for so long that the device does that first, once more.
+/// Has the control thread of an engaged daemon hang in some way, and sees the rig let go of.
 fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) {
-    let began = Instant::now();
-    while !is_released(what, stdout, &hang) {
-        assert!(began.elapsed() < 4 * PATIENCE, "{what}: the device is always first");
-    }
-}
-
-/// False where the device's watchdog was first.
-fn is_released<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) -> bool {
     let mut rig = FakeRig::start(&[]);
     let directory = tempfile::tempdir().expect("a directory");
     let mut command = Command::new(binary("hapticd"));
@@ -85,14 +65,10 @@ fn is_released<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T)
     );
     assert_eq!(after.state, RigState::Faulted, "{what}");
     let fault = after.fault.unwrap_or_default();
-    if fault.starts_with("the device's watchdog") {
-        return false;
-    }
     assert!(fault.starts_with("control_lost"), "{what}: {fault}");
     assert_eq!(refused(&mut client, Request::Engage {}).code, ErrorCode::Faulted);
     let reset: StateReply = client.request(Request::Reset {}).expect("a reset");
     assert_eq!(reset.state, RigState::Idle);
-    true
 }
 
 // hazard: H2
@@ -121,71 +97,6 @@ fn a_control_thread_that_stands_in_a_write_ends_in_a_released_rig() {
     hang_it("a write to a full pipe", Some(&full), |daemon| {
         HungThread::control(daemon, Hang::Writing(1))
     });
-}
-
-// hazard: H3
-#[test]
-fn no_lying_clock_of_a_device_is_rendered() {
-    let _one = crate::one_of_two();
-    let (mut rig, _daemon, mut client) = connected(&[], &["--stale-ms", "40"]);
-    for lie in [
-        "clock-backwards",
-        "clock-stop",
-        "clock-half",
-        "clock-double",
-        "clock-speed 1.2",
-        "clock-jump 60",
-        "clock-jump -60",
-        "clock-wrap16",
-        "clock-torn",
-    ] {
-        let began = Instant::now();
-        loop {
-            assert!(began.elapsed() < 4 * PATIENCE, "{lie} is not seen");
-            let (honest_n, honest) = honest_second(&mut rig, &mut client);
-            rig.fail(lie);
-            let after = wait_for(&mut client, "a fault", |status| {
-                status.state != RigState::Engaged || status.tick > honest.tick + 3000
-            });
-            let lying_n = rig.force().largest_n;
-            rig.fail("honest");
-            let fault = after.fault.clone().unwrap_or_default();
-            if fault.starts_with("device_clock") && lying_n <= 1.5 * honest_n {
-                println!("{lie}: {honest_n:.2} N honest, {lying_n:.2} N lying, then: {fault}");
-                break;
-            }
-            println!(
-                "once more, the machine is busy: {lie} {} {fault:?} {honest_n} N {lying_n} N",
-                after.state
-            );
-        }
-    }
-}
-
-// hazard: H6
-#[test]
-fn a_lone_wrong_sample_is_not_felt() {
-    let _one = crate::one_of_two();
-    let (mut rig, _daemon, mut client) = connected(&[], &[]);
-    for wrong in ["position-spike 0.5", "position-spike 1", "position-spike -5"] {
-        let began = Instant::now();
-        loop {
-            assert!(began.elapsed() < 2 * PATIENCE, "{wrong} is felt");
-            let (honest_n, before) = honest_second(&mut rig, &mut client);
-            rig.fail(wrong);
-            let after = wait_for(&mut client, "200 ticks", |status| status.tick > before.tick + 200);
-            let wrong_n = rig.force().largest_n;
-            let forgotten = after.device.samples_forgotten - before.device.samples_forgotten;
-            if after.state == RigState::Engaged && forgotten == 1 && wrong_n < 1.3 * honest_n {
-                println!("{wrong}: {honest_n:.2} N without, {wrong_n:.2} N with");
-                break;
-            }
-            println!(
-                "once more, the machine is busy: {wrong} {forgotten} {honest_n} N {wrong_n} N {:?}",
-                after.fault
-            );
-        }
-    }
 }
 
 // hazard: H9
@@ -306,7 +217,7 @@ fn the_devices_own_force_limit_is_the_limit_and_is_said() {
 #[test]
 fn a_daemon_that_was_stopped_while_force_flowed_comes_back_without_force() {
     let _one = crate::one_of_two();
-    let daemon = Daemon::start(&["--ramp-ms", "20", "--stale-ms", "20"]);
+    let daemon = Daemon::start(&["--ramp-ms", "20", "--stale-ms", "100"]);
     let mut client = daemon.client();
     engage(&mut client);
     let pid = rustix::process::Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("a process");

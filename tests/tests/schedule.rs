@@ -6,8 +6,7 @@ use haptic_ipc::{
     SubscribeReply, Topic, WireError,
 };
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, mpsc};
+use std::sync::mpsc;
 use system_tests::fake_rig::FakeRig;
 use system_tests::{Daemon, engage, status, wait_for, wait_for_state};
 
@@ -70,26 +69,12 @@ fn log(client: &mut Client) -> Vec<JournalEntry> {
     reply.entries
 }
 
-/// Asks for something ahead of time until the machine was quick enough to ask in time.
-fn in_time<T>(client: &mut Client, ask: impl Fn(&mut Client, u64) -> Result<T, ClientError>) -> (u64, T) {
-    let mut ahead = 400;
-    loop {
-        let first = status(client).tick + ahead;
-        match ask(client, first) {
-            Ok(answer) => return (first, answer),
-            Err(ClientError::Refused(error)) if error.code == ErrorCode::OutOfRange => {
-                println!("once more, the machine is busy: {error}");
-                let _: ScheduleCancelReply = client.request(Request::ScheduleCancel { name: None }).expect("always");
-                ahead *= 2;
-            }
-            Err(other) => panic!("{other}"),
-        }
-    }
-}
+/// Ticks ahead at which a change is rendered that a test waits for: no machine is slower to ask for it.
+const AHEAD: u64 = 3000;
 
-/// A subscriber to every tick up to a last revision, which tells in which tick it saw each revision first.
-fn subscriber(daemon: &Daemon, last_revision: &Arc<AtomicU64>) -> mpsc::Receiver<BTreeMap<u64, u64>> {
-    let last_revision = Arc::clone(last_revision);
+/// A subscriber to every tick up to a last revision, which tells in which tick each revision was first, where it saw the
+/// tick before as well: on a busy machine some are dropped.
+fn subscriber(daemon: &Daemon, last_revision: u64) -> mpsc::Receiver<BTreeMap<u64, u64>> {
     let mut client = daemon.client();
     let subscribe = Request::Subscribe {
         topics: vec![Topic::Samples],
@@ -100,12 +85,14 @@ fn subscriber(daemon: &Daemon, last_revision: &Arc<AtomicU64>) -> mpsc::Receiver
     let (told, heard) = mpsc::channel();
     std::thread::spawn(move || {
         let mut first_ticks: BTreeMap<u64, u64> = BTreeMap::new();
-        let newest = |ticks: &BTreeMap<u64, u64>| ticks.keys().next_back().copied();
-        while newest(&first_ticks) < Some(last_revision.load(Ordering::Relaxed)) {
+        let mut newest = (0, 0);
+        while newest.1 < last_revision {
             if let Event::Samples(batch) = client.next_event().expect("the daemon goes on") {
-                assert_eq!(batch.dropped, 0, "no row is missing");
                 for row in batch.rows {
-                    first_ticks.entry(row.revision).or_insert(row.tick);
+                    if row.tick == newest.0 + 1 && row.revision != newest.1 {
+                        first_ticks.insert(row.revision, row.tick);
+                    }
+                    newest = (row.tick, row.revision);
                 }
             }
         }
@@ -115,51 +102,51 @@ fn subscriber(daemon: &Daemon, last_revision: &Arc<AtomicU64>) -> mpsc::Receiver
 }
 
 #[test]
-fn a_staircase_is_rendered_tick_by_tick_beside_sixteen_subscribers() {
+fn a_staircase_is_rendered_tick_by_tick_beside_subscribers() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     engage(&mut client);
     let steps = test_run::extent(50, 250);
     let mass = |step: u64| 0.5 + 0.01 * (step + 1) as f64;
-    // It is known once a machine has been quick enough.
-    let last_revision = Arc::new(AtomicU64::new(u64::MAX));
-    let subscribers: Vec<_> = (0..16).map(|_| subscriber(&daemon, &last_revision)).collect();
+    let last = 1 + 2 * steps;
+    let subscribers: Vec<_> = (0..test_run::extent(4, 16))
+        .map(|_| subscriber(&daemon, last))
+        .collect();
     let ticks = |first: u64| (0..steps).map(move |step| first + STEP * step);
 
-    let (first, scheduled): (u64, ScheduleReply) = in_time(&mut client, |client, first| {
-        let changes = ticks(first).zip(0..).map(|(tick, step)| at(tick, &[("M", mass(step))]));
-        client.request(schedule(changes.collect(), "staircase", false))
-    });
+    let first = status(&mut client).tick + AHEAD;
+    let changes = ticks(first).zip(0..).map(|(tick, step)| at(tick, &[("M", mass(step))]));
+    let scheduled: ScheduleReply = client
+        .request(schedule(changes.collect(), "staircase", false))
+        .expect("it is asked in time");
     let revisions: Vec<u64> = scheduled.changes.iter().map(|change| change.revision).collect();
     assert_eq!(revisions, (2..2 + steps).collect::<Vec<u64>>());
     let mut wanted: BTreeMap<u64, u64> = revisions.into_iter().zip(ticks(first)).collect();
     // Asked without pause: also in the moment in which a change is rendered.
     while status(&mut client).revision < 1 + steps {}
 
-    // And once more, a step a request, sent without waiting.
-    let (first, answers) = in_time(&mut client, |client, first| {
-        let request = |(tick, step): (u64, u64)| client.request(set_at(tick, &[("M", mass(step) + 4.0)]));
-        ticks(first)
-            .zip(0..)
-            .map(request)
-            .collect::<Result<Vec<ChangeReply>, _>>()
-    });
+    // And the same a step a request.
+    let first = status(&mut client).tick + AHEAD;
+    let answers: Vec<ChangeReply> = ticks(first)
+        .zip(0..)
+        .map(|(tick, step)| {
+            client
+                .request(set_at(tick, &[("M", mass(step) + 4.0)]))
+                .expect("in time")
+        })
+        .collect();
     for (answer, tick) in answers.iter().zip(ticks(first)) {
         assert_eq!((answer.changed, answer.at_tick, answer.tick), (true, Some(tick), None));
         wanted.insert(answer.revision, tick);
     }
-    let last = answers.last().expect("a step").revision;
-    last_revision.store(last, Ordering::Relaxed);
-    // Some of what a busy machine was too late for as a whole may have come in its tick before it was taken back.
-    let is_asked_again = last != 1 + 2 * steps;
-    let of_wanted = |mut ticks: BTreeMap<u64, u64>| {
-        ticks.retain(|revision, _| !is_asked_again || wanted.contains_key(revision));
-        ticks
-    };
+    assert_eq!(answers.last().map(|answer| answer.revision), Some(last));
     for heard in subscribers {
-        let mut first_ticks = heard.recv().expect("it hears all of it");
-        first_ticks.remove(&1);
-        assert_eq!(of_wanted(first_ticks), wanted, "each in its tick, error 0");
+        let first_ticks = heard.recv().expect("it hears the last of it");
+        println!("{} of {} were seen", first_ticks.len(), wanted.len());
+        assert!(first_ticks.len() > wanted.len() / 4, "{first_ticks:?}");
+        for (revision, tick) in first_ticks {
+            assert_eq!(wanted.get(&revision), Some(&tick), "each in its tick, error 0");
+        }
     }
 
     // The journal says the true tick of each, by whom, and of which schedule.
@@ -169,8 +156,8 @@ fn a_staircase_is_rendered_tick_by_tick_beside_sixteen_subscribers() {
         .iter()
         .map(|entry| (entry.revision, entry.tick.expect("it was rendered")))
         .collect();
-    assert_eq!(of_wanted(told), wanted);
-    for entry in entries.iter().filter(|entry| wanted.contains_key(&entry.revision)) {
+    assert_eq!(told, wanted);
+    for entry in &entries {
         assert_eq!(entry.at_tick, entry.tick);
         let by = entry.by.as_ref().expect("a client");
         assert_eq!(by.session, client.hello().session);
@@ -406,24 +393,21 @@ fn a_fault_and_an_unplugged_rig_take_a_schedule_back_and_the_next_one_is_rendere
             }
         }
         let mut person = daemon.client();
-        let tick = loop {
-            wait_for(&mut client, "a rig that was reset", |status| {
-                if status.state == RigState::Faulted {
-                    // Refused until the device answers again.
-                    drop(person.request::<StateReply>(Request::Reset {}));
-                }
-                status.state == RigState::Idle
-            });
-            // Nothing of the old schedule keeps the next change from its tick.
-            let (tick, reply): (u64, ChangeReply) =
-                in_time(&mut client, |client, tick| client.request(set_at(tick, &[("M", 1.5)])));
-            assert_eq!(reply.revision, revision + 1);
-            wait_for(&mut client, "the end of the schedule", |status| waiting(status) == 0);
-            // A busy machine may lose the device once more, which takes the change back.
-            if status(&mut client).revision == revision + 1 {
-                break tick;
+        wait_for(&mut client, "a rig that was reset", |status| {
+            if status.state == RigState::Faulted {
+                // Refused until the device answers again.
+                drop(person.request::<StateReply>(Request::Reset {}));
             }
-        };
+            status.state == RigState::Idle
+        });
+        // Nothing of the old schedule keeps the next change from its tick.
+        let tick = status(&mut client).tick + AHEAD;
+        let reply: ChangeReply = client
+            .request(set_at(tick, &[("M", 1.5)]))
+            .expect("it is asked in time");
+        assert_eq!(reply.revision, revision + 1);
+        wait_for(&mut client, "the end of the schedule", |status| waiting(status) == 0);
+        assert_eq!(status(&mut client).revision, revision + 1);
         let rendered = log(&mut client)
             .into_iter()
             .rfind(|entry| entry.op == "set")

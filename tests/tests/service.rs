@@ -70,8 +70,9 @@ fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
     }
     let mut gaps: Vec<Duration> = fed.windows(2).map(|pair| pair[1] - pair[0]).collect();
     gaps.sort_unstable();
-    // The median, since a busy machine may delay any one of them.
-    assert!(gaps[10] <= watchdog / 2, "{gaps:?}");
+    if test_run::is_long_for("how often the service manager hears that it goes on") {
+        assert!(gaps[10] <= watchdog / 2, "{gaps:?}");
+    }
 
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
     manager.hear_until("STATUS=engaged");

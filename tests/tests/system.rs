@@ -45,7 +45,6 @@ mod link;
 mod link_health;
 mod log;
 mod machine_record;
-mod machines;
 mod metrics;
 mod other_programs;
 mod outside_files;

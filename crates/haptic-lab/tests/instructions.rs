@@ -7,6 +7,9 @@ use haptic_lab::motion::per_tick;
 
 #[test]
 fn laws_are_held_to_their_instructions_under_hands() {
+    if !test_run::is_long_for("the instructions of every law") {
+        return;
+    }
     let directory = tempfile::tempdir().expect("a directory");
     let this = std::env::current_exe().expect("a test has a path");
     let probe = ["--ignored", "--exact", "the_ticks_that_are_counted", "--test-threads=1"];

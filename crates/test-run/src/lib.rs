@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `HAPTICD_TEST_LONG=1` | long runs take their full [`extent`], and nothing is [left out](is_long_for) |
 //! | `HAPTICD_TEST_MAY_SKIP=NEED,NEED` | a [`skip`] for any other need fails |
+//! | `HAPTICD_TEST_BUILT=1` | the programs are up to date: [`binary`] does not wait for a cargo that works beside |
 
 use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
@@ -18,9 +19,14 @@ const SKIPPED: &str = "SKIPPED: ";
 /// Begins the lines of what was left to the long run.
 const LEFT_OUT: &str = "LEFT OUT: ";
 
-/// Whether long runs take their full extent: `HAPTICD_TEST_LONG` is set, and not to 0.
+/// Whether long runs take their full extent.
 fn is_long() -> bool {
-    std::env::var_os("HAPTICD_TEST_LONG").is_some_and(|value| !value.is_empty() && value != "0")
+    is_set("HAPTICD_TEST_LONG")
+}
+
+/// Whether a variable of the environment is set, and not to 0.
+fn is_set(variable: &str) -> bool {
+    std::env::var_os(variable).is_some_and(|value| !value.is_empty() && value != "0")
 }
 
 /// The extent of a long run (seconds, cases, cycles): `full` with `HAPTICD_TEST_LONG=1`, else `short`.
@@ -160,6 +166,9 @@ pub fn binary(name: &str) -> PathBuf {
         (&PROGRAMS_BUILT, &PROGRAMS[..])
     };
     built.get_or_init(|| {
+        if name != PANEL && is_set("HAPTICD_TEST_BUILT") {
+            return;
+        }
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(["build", "--quiet"]);
         if !directory.ends_with("release") {

@@ -69,7 +69,8 @@ impl Rig {
     pub(super) fn start(place: Place, seed: u64) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let at = directory.path();
-        let fake = (place == Place::Link).then(|| FakeRig::start(&["--buttons=1", &format!("--seed={seed}")]));
+        let fake = (place == Place::Link)
+            .then(|| FakeRig::start(&["--buttons=1", "--watchdog-ms=50", &format!("--seed={seed}")]));
         let (disk, mut command) = Disk::at(at.join("disk"));
         let device = fake.as_ref().map_or_else(|| "fake".to_owned(), FakeRig::address);
         command.args(["--device", &device]);

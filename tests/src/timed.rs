@@ -1,0 +1,58 @@
+//! Cases of the whole system whose outcome depends on when the machine runs their threads.
+//!
+//! What such a case shows is proved below without a clock, in the servo or the tick; the whole system has one case of
+//! it, which only the long run takes.
+
+use std::cell::Cell;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::Path;
+use std::time::Duration;
+
+/// Times that a case is run at most.
+const TRIES: u32 = 2;
+
+/// Time in which a daemon answers that is not hung.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
+
+thread_local! {
+    /// Periods that the daemons of a failed case missed or overran, by their own count.
+    static MISSED: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Runs a case that depends on the machine's time, in the long run alone; the short one says that `what` was left out.
+/// A case that fails is run once more if its own daemon has counted missed periods or overruns, and else has failed.
+///
+/// # Panics
+/// As the case does.
+pub fn timed(what: &str, case: impl Fn()) {
+    if !test_run::is_long_for(what) {
+        return;
+    }
+    for tries_left in (0..TRIES).rev() {
+        MISSED.set(0);
+        let Err(failure) = catch_unwind(AssertUnwindSafe(&case)) else {
+            return;
+        };
+        if tries_left == 0 || MISSED.get() == 0 {
+            resume_unwind(failure);
+        }
+        println!("once more: its daemon missed or overran {} periods", MISSED.get());
+    }
+}
+
+/// Counts the periods that a daemon missed or overran; none where it does not answer.
+pub(crate) fn count_missed(socket: &Path) {
+    MISSED.set(MISSED.get() + missed(socket).unwrap_or(0));
+}
+
+fn missed(socket: &Path) -> Option<u64> {
+    let mut stream = UnixStream::connect(socket).ok()?;
+    stream.set_read_timeout(Some(ANSWER_TIMEOUT)).ok()?;
+    stream.write_all(b"{\"id\":1,\"op\":\"timing\"}\n").ok()?;
+    // After the greeting.
+    let answer = BufReader::new(stream).lines().nth(1)?.ok()?;
+    let answer: serde_json::Value = serde_json::from_str(&answer).ok()?;
+    Some(answer["ok"]["missed_periods"].as_u64()? + answer["ok"]["overruns"].as_u64()?)
+}
