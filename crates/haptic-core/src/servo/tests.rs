@@ -182,7 +182,7 @@ proptest! {
     }
 }
 
-/// The number is the same in every build and on every machine: `.ci/run` has it computed with and
+/// The number is the same in every build and on every machine: `.ci/full` has it computed with and
 /// without optimisation. It changes with the physics, and with nothing else.
 #[test]
 fn every_build_gives_the_same_force_to_the_last_bit() {
