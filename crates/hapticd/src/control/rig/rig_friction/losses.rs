@@ -73,11 +73,10 @@ pub(in crate::control) fn rig_facts(rig: &RigHandle) -> RigFacts {
     }
 }
 
-/// The same, for people.
-pub(in crate::control) fn advice_basis(rig: &RigHandle) -> AdviceBasis {
+/// The same facts, for people: the link's are measured, and change from one look to the next.
+pub(in crate::control) fn advice_basis(rig: &RigHandle, facts: &RigFacts) -> AdviceBasis {
     let known = known(rig);
     let (_, damping_from, friction_from) = losses(rig, &known);
-    let facts = rig_facts(rig);
     AdviceBasis {
         period_us: facts.period_s * 1e6,
         sample_period_us: (facts.sample_period_s > 0.0).then_some(facts.sample_period_s * 1e6),
