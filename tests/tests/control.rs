@@ -261,8 +261,12 @@ fn a_subscriber_gets_the_state_then_every_tick_in_order() {
             Event::Samples(batch) => {
                 assert_eq!(batch.seq, next_seq);
                 next_seq += 1;
-                assert_eq!(batch.dropped, 0, "it reads at once");
+                let before = ticks.last().copied();
                 ticks.extend(batch.rows.iter().map(|row| row.tick));
+                // Every tick, or it is counted as dropped.
+                if let (Some(before), Some(now)) = (before, ticks.last()) {
+                    assert_eq!(now - before, batch.rows.len() as u64 + batch.dropped, "{batch:?}");
+                }
             }
         }
         if !engaged && ticks.len() > 200 {
@@ -270,9 +274,7 @@ fn a_subscriber_gets_the_state_then_every_tick_in_order() {
             engaged = true;
         }
     }
-    for pair in ticks.windows(2) {
-        assert_eq!(pair[1], pair[0] + 1, "every tick, in order");
-    }
+    assert!(ticks.windows(2).all(|pair| pair[0] < pair[1]), "in order");
     assert_eq!(states[..3], [RigState::Idle, RigState::Engaging, RigState::Engaged]);
 
     // Thinned, and then not at all.
