@@ -100,3 +100,10 @@ cargo_command() {
         cargo install --quiet --debug --locked --version "$version" "$@" "$crate"
     fi
 }
+
+# What the Python package wants from the network.
+python_environment() {
+    python3 -m venv target/python/venv
+    target/python/venv/bin/pip install --quiet --disable-pip-version-check --constraint python/constraints.txt \
+        './python[numpy,pandas,lsl,test]' matplotlib
+}
