@@ -94,7 +94,7 @@ struct Kind {
     firmware: &'static str,
 }
 
-const KINDS: [Kind; 3] = [
+const KINDS: [Kind; 2] = [
     Kind {
         name: "odrive",
         board: &[],
@@ -106,12 +106,6 @@ const KINDS: [Kind; 3] = [
         board: &["--firmware-0-6"],
         options: "radius_mm=5&torque_limit_nm=0.1",
         firmware: "ODrive 0.6.9",
-    },
-    Kind {
-        name: "simplefoc",
-        board: &["--host-timeout-ms", "200"],
-        options: "radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&host_timeout_ms=200",
-        firmware: "SimpleFOC Commander (foc curr, target in A); its sketch disables the motor after 200 ms",
     },
 ];
 
@@ -273,27 +267,35 @@ fn a_board_that_cannot_be_used_says_why() {
 
 // hazard: H9
 #[test]
-fn a_simplefoc_board_without_its_time_out_engages_only_where_that_is_allowed() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let link = directory.path().join("board");
-    let _board = Board::start("simplefoc", &link, &[]);
-    let device = format!(
-        "simplefoc:{}?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
-        link.display()
-    );
-    for (more, refused) in [(&[][..], true), (&["--allow-no-watchdog"][..], false)] {
-        let daemon = Daemon::start_on(&device, &[&["--ramp-ms", "20", "--uncommissioned"], more].concat());
-        connected(&mut daemon.client());
-        let output = daemon.ctl(&["--json", "engage"]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.success(), !refused, "{said}");
-        for part in [
-            "no_watchdog",
-            "host_timeout_ms=50",
-            "docs/adapters.md",
-            "--allow-no-watchdog",
-        ] {
-            assert_eq!(said.contains(part), refused, "{said}");
-        }
+fn a_motor_that_a_board_does_not_switch_off_is_an_alarm() {
+    for wrong in ["ignore-off", "stay-enabled"] {
+        let mut setup = Setup::new(&KINDS[0]);
+        setup.pull();
+        setup.board.ask(wrong);
+        let stopped = setup.daemon.ctl(&["--json", "stop"]);
+        let said = String::from_utf8_lossy(&stopped.stderr).into_owned();
+        assert!(
+            !stopped.status.success() && said.contains("not_confirmed"),
+            "{wrong}: {said}"
+        );
+        let alarmed = wait_for_state(&mut setup.client, RigState::Faulted);
+        let fault = alarmed.fault.unwrap_or_default();
+        assert!(fault.starts_with("still_enabled"), "{fault}");
+        setup.board.ask("honest");
+        setup
+            .board
+            .wait_for("the motor to be off", |force| !force.on && force.now_n == 0.0);
+        // A release, and the end of the daemon, are no better than a stop.
+        setup.pull();
+        setup.board.ask(wrong);
+        let released = setup.daemon.ctl(&["release", "--wait"]);
+        let said = String::from_utf8_lossy(&released.stderr).into_owned();
+        assert_eq!(released.status.code(), Some(6), "{wrong}: {said}");
+        assert!(said.contains("still_enabled"), "{wrong}: {said}");
+        let (ended, said) = setup.daemon.end(Signal::TERM);
+        assert!(
+            !ended.success() && said.contains("has not confirmed"),
+            "{wrong}: {said}"
+        );
     }
 }

@@ -217,6 +217,71 @@ fn a_daemon_that_is_killed_leaves_the_motor_off() {
     assert!(rig.force().watchdog, "the firmware's own watchdog has done that");
 }
 
+/// Asks to engage, with a reset where it faulted meanwhile, until this comes of it.
+fn engage_until(client: &mut Client, what: &str, wanted: impl Fn(Option<ErrorCode>) -> bool) {
+    let began = Instant::now();
+    loop {
+        match status(client).state {
+            RigState::Faulted => drop(client.request::<StateReply>(Request::Reset {})),
+            RigState::Idle => {
+                let refused = match client.request::<StateReply>(Request::Engage {}) {
+                    Ok(_) => None,
+                    Err(ClientError::Refused(error)) => Some(error.code),
+                    Err(error) => panic!("{error}"),
+                };
+                if wanted(refused) {
+                    return;
+                }
+            }
+            _ => {}
+        }
+        assert!(
+            began.elapsed() < PATIENCE,
+            "waited in vain for {what}: {:?}",
+            status(client)
+        );
+    }
+}
+
+// hazard: H23
+#[test]
+fn a_rig_that_takes_too_few_commands_or_none_is_not_engaged() {
+    let _one = crate::one_of_two();
+    // A command waits behind some twenty of 9 ms each.
+    let (mut rig, daemon, mut client) = connected_with(&["--fault", "carry 2000"], &["--stale-ms", "100"]);
+    engage_until(&mut client, "a refusal", |refused| {
+        refused == Some(ErrorCode::CommandsLate)
+    });
+    let told = daemon.ctl(&["engage"]);
+    let told = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert!(
+        told.contains("carries less than the loop sends") && told.contains("rate"),
+        "{told}"
+    );
+    rig.fail("carry 1000000");
+    engage_until(&mut client, "force", |refused| refused.is_none());
+    wait_for(&mut client, "an end of it", |status| status.state != RigState::Engaging);
+    let _: StateReply = client.request(Request::Stop {}).expect("heard");
+    let _: StateReply = client.request(Request::Reset {}).expect("confirmed");
+    rig.fail("no-echo");
+    engage_until(&mut client, "a refusal", |refused| {
+        refused == Some(ErrorCode::CommandsIgnored)
+    });
+}
+
+// hazard: H23
+#[test]
+fn a_rig_that_takes_no_command_any_more_is_let_go_of() {
+    let _one = crate::one_of_two();
+    let (mut rig, _daemon, mut client) = connected(&[]);
+    pull(&mut rig, &mut client);
+    rig.fail("no-echo");
+    let faulted = wait_for(&mut client, "a fault", |status| status.state != RigState::Engaged);
+    let fault = faulted.fault.clone().unwrap_or_default();
+    assert!(fault.starts_with("commands_ignored"), "{fault}");
+    wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
+}
+
 #[test]
 fn a_daemon_that_ends_lets_the_force_down_itself() {
     let _one = crate::one_of_two();

@@ -2,7 +2,6 @@
 
 use crate::connector::BoardConnector;
 use crate::odrive::ODriveOptions;
-use crate::simplefoc::SimpleFocOptions;
 use device_io::address::{FORMS, KINDS, place_and_options, unknown_kind};
 use device_io::link::Connector;
 use std::fmt;
@@ -11,7 +10,7 @@ use std::str::FromStr;
 use thiserror::Error;
 
 /// The kinds of address that are boards here.
-const BOARDS: &[&str] = &["odrive", "simplefoc"];
+const BOARDS: &[&str] = &["odrive"];
 
 /// Where a rig is, and which protocol it speaks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,16 +19,13 @@ pub enum Address {
     Native(device_io::Address),
     /// An ODrive by its ASCII protocol. Never tried on a real one.
     ODrive(ODriveOptions),
-    /// A board with SimpleFOC's Commander. Never tried on a real one.
-    SimpleFoc(SimpleFocOptions),
 }
 
 /// A text that names no rig.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "`{address}` names no device: {why}; write {}, odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1[&axis=0] or \
-     simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05[&motor=M][&target=A][&host_timeout_ms=50], \
-     these two with [&direction=-1][&baud=115200]",
+    "`{address}` names no device: {why}; write {} or \
+     odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1[&axis=0][&direction=-1][&baud=115200]",
     FORMS
 )]
 pub struct AddressError {
@@ -41,17 +37,11 @@ impl FromStr for Address {
     type Err = AddressError;
 
     fn from_str(text: &str) -> Result<Self, AddressError> {
-        let board = |rest: &str, parse: fn(&str, Option<&str>) -> Result<Self, String>| {
-            place_and_options(rest).and_then(|(place, options)| parse(place, options))
-        };
         let kind = text.split_once(':').map_or(text, |(kind, _)| kind);
         match text.split_once(':') {
-            Some(("odrive", rest)) => board(rest, |place, options| {
-                ODriveOptions::parse(place, options).map(Self::ODrive)
-            }),
-            Some(("simplefoc", rest)) => board(rest, |place, options| {
-                SimpleFocOptions::parse(place, options).map(Self::SimpleFoc)
-            }),
+            Some(("odrive", rest)) => place_and_options(rest)
+                .and_then(|(place, options)| ODriveOptions::parse(place, options))
+                .map(Self::ODrive),
             _ if !KINDS.contains(&kind) => Err(unknown_kind(kind, &[KINDS, BOARDS].concat())),
             _ => text
                 .parse()
@@ -70,7 +60,6 @@ impl fmt::Display for Address {
         match self {
             Self::Native(address) => address.fmt(f),
             Self::ODrive(options) => options.fmt(f),
-            Self::SimpleFoc(options) => options.fmt(f),
         }
     }
 }
@@ -85,7 +74,18 @@ impl Address {
         match self {
             Self::Native(address) => address.path(),
             Self::ODrive(options) => Some(&options.motor.path),
-            Self::SimpleFoc(options) => Some(&options.motor.path),
+        }
+    }
+
+    /// Checks that the line carries the commands of a loop at a rate, Hz. A controller that is asked for each position
+    /// gets no more than it answers.
+    ///
+    /// # Errors
+    /// It carries less; the error has the figures.
+    pub fn check_rate(&self, rate_hz: f64) -> Result<(), String> {
+        match self {
+            Self::Native(address) => address.check_rate(rate_hz),
+            Self::ODrive(_) => Ok(()),
         }
     }
 
@@ -95,7 +95,6 @@ impl Address {
         match self {
             Self::Native(address) => address.connector(),
             Self::ODrive(options) => Some(Box::new(BoardConnector::new(options.clone()))),
-            Self::SimpleFoc(options) => Some(Box::new(BoardConnector::new(options.clone()))),
         }
     }
 }
@@ -109,8 +108,6 @@ mod tests {
         for text in [
             "odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.5",
             "odrive:/dev/ttyACM0?axis=1&torque_limit_nm=0.5&radius_mm=4.7625&direction=-1&baud=921600",
-            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
-            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&motor=A&target=V&host_timeout_ms=50",
         ] {
             let address: Address = text.parse().expect(text);
             assert_eq!(address.to_string().parse(), Ok(address));
@@ -147,9 +144,7 @@ mod tests {
         ] {
             let error = text.parse::<Address>().expect_err(text).to_string();
             assert!(error.starts_with(why), "{error}");
-            for kind in ["hid:VID:PID[:SERIAL], odrive:/dev/", " or simplefoc:/dev/"] {
-                assert!(error.contains(kind), "{error}");
-            }
+            assert!(error.contains("hid:VID:PID[:SERIAL] or odrive:/dev/"), "{error}");
         }
     }
 }

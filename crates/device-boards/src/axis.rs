@@ -1,8 +1,8 @@
 //! One motor and its shaft, as the conversation with any controller keeps them.
 
 use crate::feedback::Feedback;
-use device_io::DeviceError;
 use device_io::link::LinkCounters;
+use device_io::{DeviceError, Motor as ReportedMotor};
 
 /// Shortest time between two sets of commands to a controller that does not obey, ns.
 const TELL_AGAIN_NS: u64 = 10_000_000;
@@ -10,10 +10,11 @@ const TELL_AGAIN_NS: u64 = 10_000_000;
 /// State of the motor, as far as both sides know.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motor {
-    /// Told to be off at a time of ours, ns.
+    /// To be off since a time of ours, ns; the newest command for that was sent at `told_at_ns`.
     Off {
+        since_ns: u64,
         told_at_ns: Option<u64>,
-        /// The controller has answered that it is.
+        /// The controller has answered a later question: it is.
         confirmed: bool,
     },
     /// Told to be on since a time of ours, ns; the newest command for that was sent at
@@ -45,10 +46,19 @@ impl Axis {
         Self {
             feedback,
             motor: Motor::Off {
+                since_ns: 0,
                 told_at_ns: None,
                 confirmed: false,
             },
             ask_after_ns: 0,
+        }
+    }
+
+    /// The motor, as far as the controller has said: one that is not known to be off counts as enabled.
+    pub(crate) fn reported(&self) -> ReportedMotor {
+        match self.motor {
+            Motor::Off { confirmed: true, .. } => ReportedMotor::Off,
+            _ => ReportedMotor::Enabled,
         }
     }
 

@@ -84,8 +84,7 @@ impl<D: Dialect> Drop for TextConnection<D> {
         let mut text = Text::default();
         self.conversation.farewell(&mut text);
         if self.send(&text, clock::now_ns()).is_err() {
-            // Nobody hears the last words. An ODrive's watchdog does the rest; docs/adapters.md
-            // says what a SimpleFOC board needs for that.
+            // Nobody hears the last words. The axis watchdog does the rest.
         }
         self.counters.age_ns.store(0, Relaxed);
     }

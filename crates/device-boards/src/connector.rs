@@ -7,7 +7,9 @@ use crate::dialect::Dialect;
 use crate::greeting::Greeting;
 use crate::motor_options::MotorOptions;
 use device_io::clock;
-use device_io::link::{ConnectError, Connector, DeviceFacts, GreetedDevice, LinkCounters, RigIdentity, folder_of};
+use device_io::link::{
+    ConnectError, Connector, DeviceFacts, GreetedDevice, LinkCounters, LoopTiming, RigIdentity, folder_of,
+};
 use std::ffi::OsStr;
 use std::fmt::Debug;
 use std::path::PathBuf;
@@ -78,7 +80,11 @@ impl<C: Controller> Connector for BoardConnector<C> {
         self.controller.motor().path.file_name() == Some(node)
     }
 
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
+    fn connect(
+        &mut self,
+        LoopTiming { period_ns, .. }: LoopTiming,
+        counters: &Arc<LinkCounters>,
+    ) -> Result<GreetedDevice, ConnectError> {
         let motor = self.controller.motor();
         let mut greeting = Greeting::begin(&motor.path, motor.baud)?;
         let _asking = counters.ask(clock::now_ns());

@@ -80,7 +80,10 @@ impl<D: Dialect> Conversation<D> {
     /// # Errors
     /// The controller is silent, its motor is off though force is wanted, or its sensor fails.
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
-        let sample = self.axis.feedback.measurement(now_ns)?;
+        let sample = Measurement {
+            motor: self.axis.reported(),
+            ..self.axis.feedback.measurement(now_ns)?
+        };
         if let Motor::Failed(error) = self.axis.motor {
             return Err(error);
         }
@@ -150,12 +153,18 @@ impl<D: Dialect> Conversation<D> {
 
     /// Switches the motor off until the controller confirms it, and watches it from then on.
     fn stay_off(&mut self, now_ns: u64, out: &mut Text) -> CommandState {
-        let told_now = Motor::Off {
+        let told_now = |since_ns| Motor::Off {
+            since_ns,
             told_at_ns: Some(now_ns),
             confirmed: false,
         };
-        let Motor::Off { told_at_ns, confirmed } = self.axis.motor else {
-            self.axis.motor = told_now;
+        let Motor::Off {
+            since_ns,
+            told_at_ns,
+            confirmed,
+        } = self.axis.motor
+        else {
+            self.axis.motor = told_now(now_ns);
             self.dialect.begin_off(&mut self.axis);
             self.dialect.switch_off(out);
             return CommandState::InThisText;
@@ -166,7 +175,7 @@ impl<D: Dialect> Conversation<D> {
         }
         let tell = is_due(told_at_ns, now_ns);
         if tell {
-            self.axis.motor = told_now;
+            self.axis.motor = told_now(since_ns);
             self.dialect.switch_off(out);
         }
         self.dialect.confirm_off(&mut self.axis, now_ns, out);

@@ -1,6 +1,6 @@
-//! Motor controllers of other makers: ODrive and SimpleFOC.
+//! Motor controllers of other makers: ODrive.
 //!
-//! They speak the text protocols that their makers publish, not the link protocol, so something is
+//! They speak the text protocol that their maker publishes, not the link protocol, so something is
 //! lost against our own firmware:
 //!
 //! - No controller stamps or numbers its samples. A sample's time is the time of its question, and
@@ -31,7 +31,6 @@ mod feedback;
 mod greeting;
 mod motor_options;
 mod odrive;
-mod simplefoc;
 mod text;
 #[cfg(test)]
 mod virtual_line;
@@ -39,4 +38,3 @@ mod virtual_line;
 pub use address::{Address, AddressError};
 pub use motor_options::MotorOptions;
 pub use odrive::ODriveOptions;
-pub use simplefoc::{SimpleFocOptions, TargetUnit};

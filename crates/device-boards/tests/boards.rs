@@ -3,10 +3,10 @@
 #![allow(unsafe_code, reason = "a counting allocator")]
 
 use device_boards::Address;
-use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties, SimpleFocBoard, SimpleFocProperties};
+use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties};
 use device_io::Device;
 use device_io::fake::{Hand, RigProperties, Terminal};
-use device_io::link::{Keeper, LinkState};
+use device_io::link::{Keeper, LinkState, LoopTiming};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
@@ -106,78 +106,63 @@ impl Drop for RunningBoard {
 
 #[test]
 fn a_tick_on_a_board_allocates_nothing_and_the_last_word_switches_it_off() {
-    let odrive = || {
-        let properties = ODriveProperties::default();
-        Box::new(ODriveBoard::new(RigProperties::default(), Hand::Free, properties)) as Box<dyn FakeBoard>
-    };
-    let simplefoc = || {
-        let properties = SimpleFocProperties::default();
-        Box::new(SimpleFocBoard::new(RigProperties::default(), Hand::Free, properties)) as Box<dyn FakeBoard>
-    };
-    let kinds = [
-        ("odrive", "", odrive()),
-        ("simplefoc", "&nm_per_unit=0.05", simplefoc()),
-    ];
-    for (kind, more, board) in kinds {
-        let directory = tempfile::tempdir().expect("a directory");
-        let link = directory.path().join("board");
-        let played = RunningBoard::start(board, &link);
-        let address: Address = format!("{kind}:{}?radius_mm=5&torque_limit_nm=0.1{more}", link.display())
-            .parse()
-            .expect("an address");
-        let connector = address.connector().expect("a link");
-        let (mut device, monitor, keeper) = Keeper::new(connector, 1_000_000);
-        let keeper = keeper.start().expect("a thread");
-        let began = Instant::now();
-        let now_ns = || u64::try_from(began.elapsed().as_nanos()).expect("soon");
-        while !matches!(monitor.state(), LinkState::Connected { .. }) {
-            assert!(began.elapsed() < PATIENCE, "{kind}: {:?}", monitor.state());
-            std::thread::yield_now();
-        }
-        while device.read(now_ns()).is_err() {
-            assert!(began.elapsed() < PATIENCE, "{kind}: no sample");
-        }
-        let mut sequence = 0;
-        // A tick, as soon as there is an answer; whether it brought a new sample.
-        let mut tick = |enabled: bool| {
-            assert!(began.elapsed() < PATIENCE, "{kind}: {:?}", monitor.counters());
-            let before = COUNT.get();
-            let sample = device.read(now_ns());
-            // Where this thread waited for a processor longer than a watchdog waits for it, it lets
-            // go and begins anew.
-            let written = device.write(2.0, enabled && sample.is_ok());
-            assert_eq!(COUNT.get(), before, "{kind}: a tick allocates");
-            std::thread::yield_now();
-            let new = written.is_ok() && sample.is_ok_and(|sample| sample.sequence != sequence);
-            sequence = sample.map_or(sequence, |sample| sample.sequence);
-            new
-        };
-        // Idle, arming, on, and idle again.
-        for (enabled, samples) in [(false, 100), (true, 500), (false, 100)] {
-            let mut seen = 0;
-            while seen < samples {
-                seen += u32::from(tick(enabled));
-            }
-        }
-        let pulls = |board: &dyn FakeBoard| board.is_on() && (board.force_n() - 2.0).abs() < 0.01;
-        loop {
-            tick(true);
-            let mut board = played.board.lock().expect("alive");
-            if !pulls(board.as_ref()) {
-                continue;
-            }
-            if kind == "odrive" {
-                // A damaged command that has lost its checksum is believed, and cut by the board
-                // itself.
-                let now_ns = u64::try_from(played.began.elapsed().as_nanos()).expect("soon");
-                board.take_largest_force_n();
-                board.receive(b"c 0 9\n", now_ns);
-                assert!((board.take_largest_force_n() - 20.0).abs() < 0.01);
-            }
-            break;
-        }
-        drop(keeper);
-        drop(device);
-        played.wait_for("the last word", |board| !board.is_on() && board.force_n() == 0.0);
+    let properties = ODriveProperties::default();
+    let board = Box::new(ODriveBoard::new(RigProperties::default(), Hand::Free, properties)) as Box<dyn FakeBoard>;
+    let directory = tempfile::tempdir().expect("a directory");
+    let link = directory.path().join("board");
+    let played = RunningBoard::start(board, &link);
+    let address: Address = format!("odrive:{}?radius_mm=5&torque_limit_nm=0.1", link.display())
+        .parse()
+        .expect("an address");
+    let connector = address.connector().expect("a link");
+    let (mut device, monitor, keeper) = Keeper::new(connector, LoopTiming::default());
+    let keeper = keeper.start().expect("a thread");
+    let began = Instant::now();
+    let now_ns = || u64::try_from(began.elapsed().as_nanos()).expect("soon");
+    while !matches!(monitor.state(), LinkState::Connected { .. }) {
+        assert!(began.elapsed() < PATIENCE, "{:?}", monitor.state());
+        std::thread::yield_now();
     }
+    while device.read(now_ns()).is_err() {
+        assert!(began.elapsed() < PATIENCE, "no sample");
+    }
+    let mut sequence = 0;
+    // A tick, as soon as there is an answer; whether it brought a new sample.
+    let mut tick = |enabled: bool| {
+        assert!(began.elapsed() < PATIENCE, "{:?}", monitor.counters());
+        let before = COUNT.get();
+        let sample = device.read(now_ns());
+        // Where this thread waited for a processor longer than a watchdog waits for it, it lets
+        // go and begins anew.
+        let written = device.write(2.0, enabled && sample.is_ok());
+        assert_eq!(COUNT.get(), before, "a tick allocates");
+        std::thread::yield_now();
+        let new = written.is_ok() && sample.is_ok_and(|sample| sample.sequence != sequence);
+        sequence = sample.map_or(sequence, |sample| sample.sequence);
+        new
+    };
+    // Idle, arming, on, and idle again.
+    for (enabled, samples) in [(false, 100), (true, 500), (false, 100)] {
+        let mut seen = 0;
+        while seen < samples {
+            seen += u32::from(tick(enabled));
+        }
+    }
+    let pulls = |board: &dyn FakeBoard| board.is_on() && (board.force_n() - 2.0).abs() < 0.01;
+    loop {
+        tick(true);
+        let mut board = played.board.lock().expect("alive");
+        if !pulls(board.as_ref()) {
+            continue;
+        }
+        // A damaged command that has lost its checksum is believed, and cut by the board itself.
+        let now_ns = u64::try_from(played.began.elapsed().as_nanos()).expect("soon");
+        board.take_largest_force_n();
+        board.receive(b"c 0 9\n", now_ns);
+        assert!((board.take_largest_force_n() - 20.0).abs() < 0.01);
+        break;
+    }
+    drop(keeper);
+    drop(device);
+    played.wait_for("the last word", |board| !board.is_on() && board.force_n() == 0.0);
 }

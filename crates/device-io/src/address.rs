@@ -1,6 +1,6 @@
 //! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`, `hid:1209:0001:SERIAL`.
 
-use crate::link::{Connector, HidConnector, HidId, SerialConnector};
+use crate::link::{Connector, HidConnector, HidId, SerialConnector, serial};
 use haptic_core::nearest::nearest;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -23,8 +23,11 @@ pub enum Address {
     Hid(HidId),
 }
 
-/// The rate of a line by default, baud.
+/// The rate of a line by default, baud. A pseudo-terminal and a board with native USB have none, and carry more.
 pub const DEFAULT_BAUD: u32 = 1_000_000;
+
+/// Slowest line, baud: a command of zero force behind the 20 that may be under way is at the device in 50 ms.
+pub const SLOWEST_BAUD: u32 = 100_000;
 
 /// The forms of an address, for an error's text.
 pub const FORMS: &str = "fake, serial:/dev/ttyACM0[?baud=1000000], hid:VID:PID[:SERIAL]";
@@ -83,8 +86,13 @@ fn parse(text: &str) -> Result<Address, String> {
         baud = value
             .parse()
             .ok()
-            .filter(|baud| (1200..=12_000_000).contains(baud))
-            .ok_or_else(|| format!("baud = {value} is out of range: it must be from 1200 to 12000000"))?;
+            .filter(|baud| (SLOWEST_BAUD..=12_000_000).contains(baud))
+            .ok_or_else(|| {
+                format!(
+                    "baud = {value} is out of range: it must be from {SLOWEST_BAUD} to 12000000 baud, as a stop is late \
+                     on a line of less than 10 kB/s"
+                )
+            })?;
     }
     Ok(Address::Serial {
         path: place.into(),
@@ -152,6 +160,18 @@ impl Address {
         }
     }
 
+    /// Checks that the line carries the commands of a loop at a rate, Hz. A line at the default rate is checked when it is
+    /// opened, as it may have no rate.
+    ///
+    /// # Errors
+    /// It carries less; the error has the figures.
+    pub fn check_rate(&self, rate_hz: f64) -> Result<(), String> {
+        match self {
+            Self::Serial { baud, .. } if *baud < DEFAULT_BAUD => serial::check_commands(*baud, rate_hz),
+            _ => Ok(()),
+        }
+    }
+
     /// The connector of the rig; nothing for the rig in this process.
     #[must_use]
     pub fn connector(&self) -> Option<Box<dyn Connector>> {
@@ -166,6 +186,26 @@ impl Address {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    // hazard: H23
+    #[test]
+    fn a_line_that_cannot_carry_the_loop_is_refused_with_figures() {
+        let check = |address: &str, rate_hz| address.parse::<Address>().expect("right").check_rate(rate_hz);
+        let refused = check("serial:x?baud=115200", 1000.0).expect_err("18 kB/s on 11.52 kB/s");
+        for part in ["115200 baud", "11520", "18000", "rate = 1000 Hz", "640", "180000"] {
+            assert!(refused.contains(part), "{refused} lacks {part}");
+        }
+        for (address, rate_hz, carries) in [
+            ("serial:x?baud=115200", 640.0, true),
+            ("serial:x?baud=115200", 641.0, false),
+            ("serial:x?baud=500000", 2000.0, true),
+            ("serial:x?baud=500000", 4000.0, false),
+            ("serial:x", 20_000.0, true),
+            ("fake", 20_000.0, true),
+        ] {
+            assert_eq!(check(address, rate_hz).is_ok(), carries, "{address} at {rate_hz} Hz");
+        }
+    }
 
     #[test]
     fn an_address_names_a_rig_or_says_why_it_does_not() {
@@ -197,7 +237,8 @@ mod tests {
             ("fakes", "no kind"),
             ("usb:1", "`usb`"),
             ("serial:", "nothing follows"),
-            ("serial:/dev/x?baud=9", "from 1200"),
+            ("serial:/dev/x?baud=9", "from 100000"),
+            ("serial:/dev/x?baud=57600", "10 kB/s"),
             ("serial:/dev/x?speed=9600", "`speed=9600`"),
             ("hid:", "its vendor ``"),
             ("hid:1209", "its product ``"),

@@ -6,7 +6,7 @@
 
 use crate::address::{Address, DEFAULT_BAUD};
 use crate::link::hid_node::{self, HidNode};
-use crate::link::{ConnectError, Connector, DeviceFacts, LinkCounters};
+use crate::link::{ConnectError, Connector, DeviceFacts, LinkCounters, LoopTiming};
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 use serialport::{SerialPortInfo, SerialPortType};
@@ -82,8 +82,8 @@ pub fn list() -> Vec<Candidate> {
 /// # Errors
 /// The device is not there, may not be opened, is in use, or does not speak the protocol.
 pub fn probe(connector: &mut dyn Connector) -> Result<DeviceFacts, ConnectError> {
-    // The host's period matters only once it renders.
-    let greeted = connector.connect(1_000_000, &Arc::new(LinkCounters::default()))?;
+    // The loop matters only once it renders.
+    let greeted = connector.connect(LoopTiming::default(), &Arc::new(LinkCounters::default()))?;
     Ok(greeted.device)
 }
 

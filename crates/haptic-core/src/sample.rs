@@ -59,6 +59,12 @@ pub enum DeviceError {
         /// Whether its own watchdog switched it off.
         watchdog: bool,
     },
+    /// The rig is there, and confirms none of the commands that it is sent.
+    #[error("the device sends samples and confirms no command")]
+    CommandsIgnored,
+    /// The rig is there, and confirms commands too long after they were sent.
+    #[error("the device confirms commands too late")]
+    CommandsLate,
     /// The rig is there and reports an error.
     #[error("{0}")]
     Failed(ErrorReport),

@@ -5,7 +5,7 @@ use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
 use crate::{output, wait};
-use haptic_ipc::{ClientError, Request, RigState, StateReply};
+use haptic_ipc::{ClientError, Request, RigState, StateReply, Status};
 use std::path::Path;
 use std::time::Duration;
 
@@ -24,6 +24,9 @@ pub(crate) struct WaitArguments {
 const STOP_ALARM: Duration = Duration::from_millis(300);
 /// Time without an answer to a stop after which nobody waits any more.
 const STOP_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// Time in which the daemon has faulted a rig whose motor is on after a release: 100 ms, and its way here.
+const CONFIRMATION_TIME: Duration = Duration::from_millis(150);
 
 /// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to
 /// start one.
@@ -84,6 +87,9 @@ pub(crate) async fn run_to(
     let condition = Condition::in_state(end);
     wait::subscribe(daemon, &condition).await?;
     let known = wait::until(daemon, &condition, Some(waiting.timeout)).await?;
+    if end == RigState::Idle {
+        stays_off(daemon).await?;
+    }
     show(
         &StateReply {
             state: end,
@@ -91,6 +97,21 @@ pub(crate) async fn run_to(
         },
         json,
     )
+}
+
+/// Waits for as long as a device has to say that its motor is off.
+///
+/// # Errors
+/// It has not, and the rig is faulted.
+async fn stays_off(daemon: &mut Daemon) -> Result<(), Failure> {
+    tokio::time::sleep(CONFIRMATION_TIME).await;
+    let status: Status = daemon.ask(Request::Status {}).await?;
+    match status.fault {
+        Some(fault) if status.state == RigState::Faulted => {
+            Err(Failure::Halted(format!("the rig is faulted: {fault}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn show(reply: &StateReply, json: bool) -> Result<(), Failure> {

@@ -85,6 +85,10 @@ pub enum ErrorCode {
     /// The device does not switch its motor off soon enough when the daemon falls silent; `value`
     /// is its time, `max` the longest allowed.
     NoWatchdog,
+    /// The device confirms commands later than force may be.
+    CommandsLate,
+    /// The device sends samples and confirms no command.
+    CommandsIgnored,
     /// The rig was never commissioned, or has changed since.
     NotCommissioned,
     /// `--compensate` needs the rig's own friction, which was never identified or has changed since.

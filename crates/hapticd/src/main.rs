@@ -175,12 +175,12 @@ fn judge(end: Option<End>) -> Result<(), Failure> {
     let ended = match panic {
         Some(message) => format!("failed at {message}"),
         // A device that was unplugged before has no force.
-        None if final_zero != FinalZero::NotTaken => return Ok(()),
+        None if final_zero != FinalZero::Unconfirmed => return Ok(()),
         None => "ended".to_owned(),
     };
     let zero = match final_zero {
-        FinalZero::Taken => "its force was set to zero",
-        FinalZero::NotTaken => "the device did not take the zero force: cut the power of the motor",
+        FinalZero::Confirmed => "its force was set to zero",
+        FinalZero::Unconfirmed => "the device has not confirmed the zero force: cut the power of the motor",
         FinalZero::NoDevice => {
             "no device was connected to take the zero force: if the motor still pulls, cut its power"
         }
@@ -330,10 +330,13 @@ mod tests {
             };
             judge(Some(end)).map_err(|failure| failure.to_string())
         };
-        assert_eq!(judged(FinalZero::Taken), Ok(()));
+        assert_eq!(judged(FinalZero::Confirmed), Ok(()));
         assert_eq!(judged(FinalZero::NoDevice), Ok(()), "it was unplugged before");
-        let told = judged(FinalZero::NotTaken).expect_err("there may still be a force");
-        assert!(told.contains("did not take the zero force: cut the power"), "{told}");
+        let told = judged(FinalZero::Unconfirmed).expect_err("there may still be a force");
+        assert!(
+            told.contains("has not confirmed the zero force: cut the power"),
+            "{told}"
+        );
         let hangs = judge(None).expect_err("nobody knows").to_string();
         assert!(hangs.contains("hangs: cut the power"), "{hangs}");
     }

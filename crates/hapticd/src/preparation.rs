@@ -12,7 +12,7 @@ use crate::rt::schedule::{ScheduleSender, schedule};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use device_io::Device;
-use device_io::link::{Keeper, LinkMonitor};
+use device_io::link::{Keeper, LinkMonitor, LoopTiming};
 use haptic_core::adviser::RigFacts;
 use haptic_core::passivity::RigLosses;
 use haptic_core::servo::{CompiledScene, Servo, Settings};
@@ -56,7 +56,13 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     let losses = usual_losses(&config.rig);
     let servo = prepare_servo(&config, period_s, losses)?;
     let servo_settings = *servo.settings();
-    let (device, link) = prepare_device(config.rig, config.period_ns);
+    let (device, link) = prepare_device(
+        config.rig,
+        LoopTiming {
+            period_ns: config.period_ns,
+            stale_ns: config.watches.stale_ns,
+        },
+    );
     let (description, resolution) = (device.description(), device.resolution_m());
     let (monitor, keeper) = link.unzip();
     let shared = Arc::new(Shared::new());
@@ -185,11 +191,11 @@ fn usual_losses(rig: &RigChoice) -> RigLosses {
 }
 
 /// The device's real-time end, and the rest of its link if it has one.
-fn prepare_device(rig: RigChoice, period_ns: u64) -> (Box<dyn Device>, Option<(LinkMonitor, Keeper)>) {
+fn prepare_device(rig: RigChoice, timing: LoopTiming) -> (Box<dyn Device>, Option<(LinkMonitor, Keeper)>) {
     match rig {
         RigChoice::Fake(rig) => (rig, None),
         RigChoice::Linked(connector) => {
-            let (device, monitor, keeper) = Keeper::new(connector, period_ns);
+            let (device, monitor, keeper) = Keeper::new(connector, timing);
             (Box::new(device), Some((monitor, keeper)))
         }
     }

@@ -132,6 +132,8 @@ _BY_CODE: dict[str, type[Refused]] = {
             "no_device",
             "no_force",
             "no_watchdog",
+            "commands_late",
+            "commands_ignored",
             "not_commissioned",
             "not_identified",
             "commissioning",

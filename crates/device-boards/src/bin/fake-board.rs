@@ -1,9 +1,8 @@
-//! Fakes of other makers' motor controllers behind a pseudo-terminal: the carriage of the fake rig,
-//! with an ODrive or a SimpleFOC board that speaks its published protocol, and a line that can be
-//! made to fail.
+//! A fake of another maker's motor controller behind a pseudo-terminal: the carriage of the fake rig,
+//! with an ODrive that speaks its published protocol, and a line that can be made to fail.
 
 use clap::{Parser, ValueEnum};
-use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties, SimpleFocBoard, SimpleFocProperties};
+use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties};
 use device_io::clock::now_ns;
 use device_io::fake::{self, Fault, FaultyLine, Order, ProgramOptions, RigProperties, Terminal, TimedFault};
 use std::io::{self, Write};
@@ -11,8 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// A fake motor controller behind a pseudo-terminal, for `hapticd --device odrive:LINK?...` or
-/// `simplefoc:LINK?...`.
+/// A fake motor controller behind a pseudo-terminal, for `hapticd --device odrive:LINK?...`.
 ///
 /// It speaks the protocol as its maker publishes it; it has not been compared with a real board.
 /// Faults are lines such as `loss 0.05` or `at 2.5 hang-up 0.3`, from --fault, from a script, or on
@@ -31,35 +29,19 @@ struct Options {
     #[arg(long, value_name = "MM", default_value_t = 5.0)]
     radius_mm: f64,
 
-    /// SimpleFOC: torque to one unit of the target, Nm
-    #[arg(long, value_name = "NM", default_value_t = 0.05)]
-    nm_per_unit: f64,
-
-    /// SimpleFOC: time without a command after which the sketch disables the motor, ms, as a builder
-    /// may have added; the library has no such timeout
-    #[arg(long, value_name = "MS")]
-    host_timeout_ms: Option<u32>,
-
-    /// SimpleFOC: torque control
-    #[arg(long, value_enum, default_value = "foc-current")]
-    torque: Torque,
-
-    /// SimpleFOC: resistance of a phase, ohm; 0 if it is not set
-    #[arg(long, value_name = "OHM", default_value_t = 0.0)]
-    phase_resistance: f64,
-
-    /// ODrive: firmware 0.6 instead of 0.5.6
+    /// Firmware 0.6 instead of 0.5.6
     #[arg(long)]
     firmware_0_6: bool,
 
-    /// ODrive: uncalibrated, so that it closes no loop
+    /// Uncalibrated, so that it closes no loop
     #[arg(long)]
     uncalibrated: bool,
 
     /// A fault, now or `at` a time in seconds; may be given again
     #[arg(long, value_name = "FAULT", long_help = concat!(
         "A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, ",
-        "corrupt SHARE, reorder SHARE, stall S, hang-up S, jump COUNTS; a share is of lines"
+        "corrupt SHARE, reorder SHARE, carry BYTES_PER_S, stall S, hang-up S, jump COUNTS; a share is of lines; and of the ",
+        "board: ignore-off, stay-enabled, no-echo (no property is answered), honest"
     ))]
     fault: Vec<TimedFault>,
 
@@ -71,18 +53,6 @@ struct Options {
 enum BoardKind {
     /// An ODrive with its ASCII protocol
     Odrive,
-    /// A board with the Commander of SimpleFOC 2.3
-    Simplefoc,
-}
-
-/// How a SimpleFOC board makes torque.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Torque {
-    Voltage,
-    DcCurrent,
-    FocCurrent,
-    /// From SimpleFOC 2.4 on
-    EstimatedCurrent,
 }
 
 fn main() -> ExitCode {
@@ -104,26 +74,6 @@ fn board(options: &Options) -> Box<dyn FakeBoard> {
                 ..ODriveProperties::default()
             };
             Box::new(ODriveBoard::new(
-                RigProperties::default(),
-                options.program.hand(),
-                properties,
-            ))
-        }
-        BoardKind::Simplefoc => {
-            let properties = SimpleFocProperties {
-                radius_m,
-                nm_per_unit: options.nm_per_unit,
-                torque: match options.torque {
-                    Torque::Voltage => "volt",
-                    Torque::DcCurrent => "dc curr",
-                    Torque::FocCurrent => "foc curr",
-                    Torque::EstimatedCurrent => "est. curr",
-                },
-                phase_resistance_ohm: options.phase_resistance,
-                host_timeout_ns: options.host_timeout_ms.map(|ms| u64::from(ms) * 1_000_000),
-                ..SimpleFocProperties::default()
-            };
-            Box::new(SimpleFocBoard::new(
                 RigProperties::default(),
                 options.program.hand(),
                 properties,
@@ -241,6 +191,7 @@ impl Desk {
                 self.raw.clear();
             }
             Fault::Jump(counts) => self.board.jump(counts),
+            Fault::Firmware(misbehaviour) => self.board.misbehave(misbehaviour),
             // The line's own, or of a version or a clock, which a text protocol does not have.
             _ => {}
         }

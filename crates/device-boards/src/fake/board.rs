@@ -1,7 +1,7 @@
 //! What the fakes of all makers' boards have in common.
 
 use super::pulley::Pulley;
-use device_io::fake::FakeRig;
+use device_io::fake::{FakeRig, Misbehaviour};
 
 /// A motor controller that speaks lines of text, on the fake rig. It has no clock of its own: its
 /// caller passes the time.
@@ -17,6 +17,9 @@ pub trait FakeBoard: Send {
 
     /// Whether a watchdog has switched the motor off since it was last on.
     fn watchdog_has_tripped(&self) -> bool;
+
+    /// From now on the board itself does something wrong; what it has not, it does not.
+    fn misbehave(&mut self, misbehaviour: Misbehaviour);
 
     /// The mechanism that it measures and drives.
     fn pulley(&self) -> &Pulley;

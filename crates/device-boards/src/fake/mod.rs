@@ -4,9 +4,7 @@
 mod board;
 mod odrive;
 mod pulley;
-mod simplefoc;
 
 pub use board::FakeBoard;
 pub use odrive::{ODriveBoard, ODriveProperties};
 pub use pulley::Pulley;
-pub use simplefoc::{SimpleFocBoard, SimpleFocProperties};

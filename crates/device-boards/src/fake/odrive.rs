@@ -3,7 +3,7 @@
 
 use super::board::FakeBoard;
 use super::pulley::Pulley;
-use device_io::fake::{Hand, RigProperties};
+use device_io::fake::{Hand, Misbehaviour, RigProperties};
 use std::f64::consts::TAU;
 
 /// Longest line; a longer line is not read.
@@ -66,6 +66,7 @@ pub struct ODriveBoard {
     watchdog_on: bool,
     watchdog_timeout_s: f64,
     fed_at_ns: u64,
+    misbehaviour: Option<Misbehaviour>,
 }
 
 impl ODriveBoard {
@@ -89,6 +90,7 @@ impl ODriveBoard {
             watchdog_on: false,
             watchdog_timeout_s: 0.0,
             fed_at_ns: 0,
+            misbehaviour: None,
         }
     }
 
@@ -124,6 +126,9 @@ impl ODriveBoard {
     }
 
     fn disarm(&mut self) {
+        if self.misbehaviour == Some(Misbehaviour::StayEnabled) {
+            return;
+        }
         self.state = IDLE;
         self.requested = 0;
         self.apply();
@@ -171,6 +176,20 @@ impl ODriveBoard {
             _ => (line, false),
         };
         let command = String::from_utf8_lossy(command).into_owned();
+        let is_lost = match self.misbehaviour {
+            Some(Misbehaviour::IgnoreOff | Misbehaviour::StayEnabled) => {
+                // Whatever torque is commanded, it feeds the watchdog.
+                if command.starts_with("c ") {
+                    self.fed_at_ns = now_ns;
+                }
+                command.starts_with("c ") || command.contains("requested_state 1")
+            }
+            Some(Misbehaviour::NoEcho) => command.starts_with("r "),
+            _ => false,
+        };
+        if is_lost {
+            return None;
+        }
         let said = self.obey(&command, now_ns)?;
         let sum = said.bytes().fold(0_u8, |sum, byte| sum ^ byte);
         Some(
@@ -362,6 +381,10 @@ impl FakeBoard for ODriveBoard {
 
     fn watchdog_has_tripped(&self) -> bool {
         self.tripped
+    }
+
+    fn misbehave(&mut self, misbehaviour: Misbehaviour) {
+        self.misbehaviour = Some(misbehaviour);
     }
 
     fn pulley(&self) -> &Pulley {

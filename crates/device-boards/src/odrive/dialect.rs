@@ -116,7 +116,7 @@ impl ODriveDialect {
         axis.feedback.answered_until(asked_at_ns);
         let truth = value.eq_ignore_ascii_case(b"true").then_some(1.0);
         match (question, number(value).or(truth)) {
-            (Question::State, Some(state)) => self.take_state(state, axis, now_ns),
+            (Question::State, Some(state)) => self.take_state(state, asked_at_ns, axis, now_ns),
             (Question::AxisError, Some(bits)) => self.take_axis_errors(bits_of(bits), axis, now_ns),
             (Question::BoardError, Some(bits)) => self.take_board_errors(bits_of(bits), axis, now_ns),
             (Question::Setting, value) => {
@@ -132,11 +132,14 @@ impl ODriveDialect {
         }
     }
 
-    fn take_state(&mut self, state: f64, axis: &mut Axis, now_ns: u64) {
+    fn take_state(&mut self, state: f64, asked_at_ns: u64, axis: &mut Axis, now_ns: u64) {
         match &mut axis.motor {
             // A person may calibrate it; nobody but us closes its loop.
-            Motor::Off { confirmed, .. } => {
-                let is_off = state != CLOSED_LOOP;
+            Motor::Off {
+                since_ns, confirmed, ..
+            } => {
+                // A question from before the command says nothing of what came of it.
+                let is_off = state != CLOSED_LOOP && asked_at_ns >= *since_ns;
                 self.watchdog_is_over |= is_off && !*confirmed;
                 *confirmed = is_off;
             }

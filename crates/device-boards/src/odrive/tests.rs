@@ -6,9 +6,9 @@ use super::options::ODriveOptions;
 use crate::fake::{FakeBoard, ODriveBoard, ODriveProperties};
 use crate::text::{Text, TooLong};
 use crate::virtual_line::{MS, VirtualLine};
-use device_io::DeviceError;
-use device_io::fake::{Hand, Motion, RigProperties};
+use device_io::fake::{Hand, Misbehaviour, Motion, RigProperties};
 use device_io::protocol::message::{ErrorCode, ErrorReport};
+use device_io::{DeviceError, Motor};
 
 type Line = VirtualLine<ODriveDialect, ODriveBoard>;
 
@@ -311,6 +311,29 @@ fn a_slow_line_sets_the_pace_and_fills_no_buffer() {
     let round_trip = line.count(|counters| &counters.round_trip_ns);
     assert!((8 * MS..=10 * MS).contains(&round_trip), "{round_trip}");
     assert!(line.board.is_on() && (line.board.force_n() - 1.0).abs() < 1e-3);
+}
+
+// hazard: H9
+#[test]
+fn the_motor_is_off_once_the_axis_has_said_so_and_not_when_it_was_told() {
+    for wrong in [Misbehaviour::IgnoreOff, Misbehaviour::StayEnabled, Misbehaviour::NoEcho] {
+        let mut line = line();
+        assert_eq!(line.ticks(20, 0.0, false).motor, Motor::Off);
+        assert_eq!(line.ticks(100, 3.0, true).motor, Motor::Enabled);
+        line.board.misbehave(wrong);
+        for k in 0..500 {
+            if let Ok(sample) = line.tick(0.0, false) {
+                assert_eq!(
+                    sample.motor,
+                    Motor::Enabled,
+                    "{wrong:?} after {k} ms: nothing has said that it is off"
+                );
+            }
+        }
+        line.board.misbehave(Misbehaviour::Honest);
+        assert_eq!(line.ticks(200, 0.0, false).motor, Motor::Off, "{wrong:?}");
+        assert!(!line.board.is_on());
+    }
 }
 
 #[test]

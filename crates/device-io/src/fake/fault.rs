@@ -29,6 +29,8 @@ pub enum Fault {
     Corrupt(f64),
     /// Share of frames that are overtaken by the next.
     Reorder(f64),
+    /// The device takes so many bytes a second, and what comes faster waits.
+    Carry(f64),
     /// The firmware, but not its watchdog, stands still for this time, s.
     Stall(f64),
     /// The line is hung up for this time, s.
@@ -46,7 +48,7 @@ pub enum Fault {
 impl Fault {
     /// All lines but those of the firmware ([`Misbehaviour::HELP`]), for a help text.
     pub const HELP: &'static str = "delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, reorder SHARE, \
-        stall S, hang-up S, version N, jump COUNTS, wrap S";
+        carry BYTES_PER_S, stall S, hang-up S, version N, jump COUNTS, wrap S";
 }
 
 /// A fault and its time, s since the start; at once without a time.
@@ -111,6 +113,7 @@ impl FromStr for TimedFault {
             "double" => Fault::Double(within(0.0, 1.0)?),
             "corrupt" => Fault::Corrupt(within(0.0, 1.0)?),
             "reorder" => Fault::Reorder(within(0.0, 1.0)?),
+            "carry" => Fault::Carry(within(1.0, 1e9)?),
             "stall" => Fault::Stall(within(0.0, 3600.0)?),
             "hang-up" => Fault::HangUp(within(0.0, 3600.0)?),
             "version" => Fault::Version(within(0.0, 255.0)? as u8),
@@ -137,6 +140,8 @@ pub struct Quality {
     pub corrupt: f64,
     /// Overtaken by the next.
     pub reorder: f64,
+    /// Time that a byte takes, ns.
+    pub ns_per_byte: f64,
 }
 
 impl Quality {
@@ -152,6 +157,7 @@ impl Quality {
             Fault::Double(share) => self.double = share,
             Fault::Corrupt(share) => self.corrupt = share,
             Fault::Reorder(share) => self.reorder = share,
+            Fault::Carry(bytes_per_s) => self.ns_per_byte = 1e9 / bytes_per_s,
             other => return Err(other),
         }
         Ok(())
@@ -207,8 +213,15 @@ impl Channel {
                 reason = "a delay, positive and short"
             )]
             let delay_ns = ((quality.delay_ms + quality.jitter_ms * self.random.f64()) * 1e6) as u64;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                clippy::cast_precision_loss,
+                reason = "a time, positive and short"
+            )]
+            let takes_ns = (quality.ns_per_byte * frame.len() as f64) as u64;
             // A line keeps the order of what is on it.
-            self.last_due_ns = self.last_due_ns.max(now_ns + delay_ns);
+            self.last_due_ns = self.last_due_ns.max(now_ns + delay_ns) + takes_ns;
             self.sent += 1;
             self.under_way.push(Reverse((self.last_due_ns, self.sent, frame)));
         }

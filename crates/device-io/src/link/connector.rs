@@ -64,6 +64,25 @@ pub struct GreetedDevice {
     pub device: DeviceFacts,
 }
 
+/// What a device is measured against, once it is connected.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopTiming {
+    /// Period of the loop, ns.
+    pub period_ns: u64,
+    /// Longest time for which a sample may be old under force, ns.
+    pub stale_ns: u64,
+}
+
+impl Default for LoopTiming {
+    /// 1 kHz and 20 ms, as the daemon has them where nothing else is said.
+    fn default() -> Self {
+        Self {
+            period_ns: 1_000_000,
+            stale_ns: 20_000_000,
+        }
+    }
+}
+
 /// Finds and greets one kind of device.
 pub trait Connector: Send + std::fmt::Debug {
     /// What it connects to, for people.
@@ -79,5 +98,5 @@ pub trait Connector: Send + std::fmt::Debug {
     ///
     /// # Errors
     /// Why it cannot be used.
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError>;
+    fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError>;
 }

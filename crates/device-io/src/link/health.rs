@@ -5,7 +5,7 @@
 
 use crate::protocol::message::{ErrorCode, ErrorReport};
 use std::fmt;
-use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering::Relaxed};
 
 /// The counters of a link. Only the real-time thread writes them. They do not depend on each other,
 /// so they need no order.
@@ -25,7 +25,7 @@ pub struct LinkCounters {
     pub out_of_sequence: AtomicU64,
     /// Samples that came more than a period too late.
     pub late: AtomicU64,
-    /// Commands for which the link had no room.
+    /// Commands for which the link had no room, or that waited because too much was unconfirmed.
     pub not_sent: AtomicU64,
     /// Commands cut to the device's own force limit.
     pub clipped: AtomicU64,
@@ -35,6 +35,10 @@ pub struct LinkCounters {
     pub round_trip_max_ns: AtomicU64,
     /// Usual round trip: the mean of about the last hundred, ns. 0 before the first.
     pub usual_round_trip_ns: AtomicU64,
+    /// Share of about the last hundred round trips that force may not have, parts in 1e6.
+    late_ppm: AtomicU64,
+    /// The device confirms no command at present.
+    is_ignoring: AtomicBool,
     /// Age of the newest sample at its last use, beyond the way of the quickest samples, ns.
     pub age_ns: AtomicU64,
     /// Usual age of a sample when the next one comes, beyond the way of the quickest samples, ns:
@@ -55,6 +59,17 @@ pub struct LinkCounters {
     /// Time of the first unanswered question to a device that is there, ns; 0 without such a
     /// device.
     asking_since_ns: AtomicU64,
+}
+
+/// What becomes of commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delivery {
+    /// The device confirms them in time.
+    InTime,
+    /// It confirms many of them too late for force to flow.
+    Late,
+    /// It sends samples and confirms none.
+    Ignored,
 }
 
 /// What went wrong on a link.
@@ -134,6 +149,30 @@ impl LinkCounters {
         self.usual_round_trip_ns.store(usual_ns.max(1), Relaxed);
     }
 
+    /// Notes whether a round trip is one that force may not have.
+    pub(crate) fn note_lateness(&self, is_late: bool) {
+        let ppm = self.late_ppm.load(Relaxed);
+        let news_ppm = if is_late { 1_000_000 / MEAN_OF } else { 0 };
+        self.late_ppm.store(ppm - ppm / MEAN_OF + news_ppm, Relaxed);
+    }
+
+    /// Notes whether the device confirms commands.
+    pub(crate) fn note_ignoring(&self, is_ignoring: bool) {
+        self.is_ignoring.store(is_ignoring, Relaxed);
+    }
+
+    /// What the device does with the commands of the last moments, whether force flows or not.
+    #[must_use]
+    pub fn delivery(&self) -> Delivery {
+        if self.is_ignoring.load(Relaxed) {
+            Delivery::Ignored
+        } else if self.late_ppm.load(Relaxed) > MOST_LATE_PPM {
+            Delivery::Late
+        } else {
+            Delivery::InTime
+        }
+    }
+
     /// Notes the age of the newest sample in a tick, and the part of it beyond the usual way of a
     /// sample, ns.
     pub fn note_age(&self, age_ns: u64, beyond_ns: u64) {
@@ -183,6 +222,8 @@ impl LinkCounters {
         self.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
         self.usual_round_trip_ns.store(0, Relaxed);
         self.usual_age_ns.store(0, Relaxed);
+        self.late_ppm.store(0, Relaxed);
+        self.is_ignoring.store(false, Relaxed);
         add(&self.connections, 1);
     }
 }
@@ -203,6 +244,10 @@ const MOST_LOST: u32 = 50_000;
 
 /// Number of round trips in their mean.
 const MEAN_OF: u64 = 128;
+
+/// Most round trips that may be late before nobody may engage, parts in 1e6: a line that carries too little has a sixth of
+/// them late or more, and one hiccup of a machine a hundredth.
+const MOST_LATE_PPM: u64 = 50_000;
 
 /// Ticks after which a largest age has decayed to a third.
 const FORGOTTEN_AFTER: u64 = 1024;

@@ -3,7 +3,7 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::connection::Connection;
-use super::connector::{ConnectError, Connector, GreetedDevice};
+use super::connector::{ConnectError, Connector, GreetedDevice, LoopTiming};
 use super::health::{LinkCounters, LinkError};
 use super::hid_node::{HidId, choose, nodes, open_node, what};
 use super::identity::RigIdentity;
@@ -126,7 +126,7 @@ pub(super) fn greet(
     reports: Reports,
     what: &str,
     rig: RigIdentity,
-    period_ns: u64,
+    timing: LoopTiming,
     counters: &Arc<LinkCounters>,
 ) -> Result<GreetedDevice, ConnectError> {
     let mut wire = HidWire {
@@ -152,9 +152,9 @@ pub(super) fn greet(
         connection: Box::new(HidConnection {
             wire,
             writer,
-            session: Session::new(&hello, period_ns, clock::now_ns(), Arc::clone(counters)),
+            session: Session::new(&hello, timing, clock::now_ns(), Arc::clone(counters)),
             counters: Arc::clone(counters),
-            wait_ns: period_ns / 4,
+            wait_ns: timing.period_ns / 4,
         }),
     })
 }
@@ -172,11 +172,11 @@ impl Connector for HidConnector {
         node.as_encoded_bytes().starts_with(b"hidraw")
     }
 
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
+    fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
         let chosen = choose(nodes(), &self.id)?;
         let rig = RigIdentity::of_usb(self.id.vendor, self.id.product, chosen.serial.as_deref());
         let node = open_node(&chosen.path, &self.id)?;
-        greet(node, chosen.reports, &what(&self.id), rig, period_ns, counters)
+        greet(node, chosen.reports, &what(&self.id), rig, timing, counters)
     }
 }
 
@@ -198,8 +198,8 @@ impl Connection for HidConnection {
     }
 
     fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
-        let (enable, command) = self.session.command(force_n, enabled, now_ns);
-        self.writer.post(enable, command, now_ns, &self.counters)
+        let outgoing = self.session.command(force_n, enabled, now_ns);
+        self.writer.post(outgoing, now_ns, &self.counters)
     }
 }
 

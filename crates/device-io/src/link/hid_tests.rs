@@ -1,7 +1,7 @@
 //! A rig on HID over a pair of sockets in place of a node, with the fake firmware at the other end.
 
 use super::connection::Connection;
-use super::connector::{ConnectError, GreetedDevice};
+use super::connector::{ConnectError, GreetedDevice, LoopTiming};
 use super::health::LinkCounters;
 use super::hid::greet;
 use super::identity::RigIdentity;
@@ -128,7 +128,7 @@ fn connect(node: OwnedFd) -> Result<GreetedDevice, ConnectError> {
         REPORTS,
         "HID device 1209:0001",
         RigIdentity::default(),
-        MS,
+        LoopTiming::default(),
         &Arc::new(LinkCounters::default()),
     )
 }
@@ -277,10 +277,12 @@ fn a_device_that_is_unplugged_is_told_as_such() {
 fn a_device_that_takes_no_reports_is_given_up() {
     let (host, device) = pair();
     let rig = Rig::start(device.try_clone().expect("a second handle"), 1);
+    let full = host.try_clone().expect("a second handle");
     let mut greeted = connect(host).expect("it answers");
     tick_until(&mut *greeted.connection, 1.0, true, |_| rig.force_n() == 1.0);
-    // Nobody takes what comes any more.
+    // Nobody takes what comes any more, and there is no room.
     drop(rig);
+    while rustix::io::write(&full, &[0; 1 + LONGEST_REPORT]).is_ok() {}
     let began = Instant::now();
     while greeted.connection.write(1.0, true, clock::now_ns()).is_ok() {
         assert!(began.elapsed() < Duration::from_secs(10));

@@ -3,7 +3,7 @@
 //! and otherwise only repeats its question to a device that is there and does not answer.
 
 use super::connection::Connection;
-use super::connector::{ConnectError, Connector, DeviceFacts};
+use super::connector::{ConnectError, Connector, DeviceFacts, LoopTiming};
 use super::health::LinkCounters;
 use super::link_device::{Handover, LinkDevice};
 use super::nodes::NodeWatch;
@@ -67,7 +67,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// The keeper before its start.
 pub struct Keeper {
     connector: Box<dyn Connector>,
-    period_ns: u64,
+    timing: LoopTiming,
     monitor: LinkMonitor,
     greeted: Producer<Handover>,
     failed: Consumer<Box<dyn Connection>>,
@@ -95,10 +95,10 @@ impl Drop for RunningKeeper {
 }
 
 impl Keeper {
-    /// A link through a connector, for a host with a period, ns: its real-time end, its monitor,
+    /// A link through a connector, for a loop: its real-time end, its monitor,
     /// and the keeper, which the caller must start.
     #[must_use]
-    pub fn new(connector: Box<dyn Connector>, period_ns: u64) -> (LinkDevice, LinkMonitor, Self) {
+    pub fn new(connector: Box<dyn Connector>, timing: LoopTiming) -> (LinkDevice, LinkMonitor, Self) {
         let (greeted, to_use) = RingBuffer::new(ROOM);
         let (given_up, failed) = RingBuffer::new(ROOM);
         let device = LinkDevice::new(connector.address(), to_use, given_up);
@@ -108,7 +108,7 @@ impl Keeper {
         };
         let keeper = Self {
             connector,
-            period_ns,
+            timing,
             monitor: monitor.clone(),
             greeted,
             failed,
@@ -135,7 +135,7 @@ impl Keeper {
         while !quit.load(SeqCst) {
             // Every change from here on, also one while it connects, is seen below.
             nodes.clear();
-            match self.connector.connect(self.period_ns, &self.monitor.counters) {
+            match self.connector.connect(self.timing, &self.monitor.counters) {
                 Ok(greeted) => {
                     connection += 1;
                     // Announced before it can be used: nobody may find it in use and know only the

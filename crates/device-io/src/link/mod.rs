@@ -36,9 +36,11 @@ mod mailbox;
 mod nodes;
 #[cfg(test)]
 mod quality_tests;
+#[cfg(test)]
+mod queue_tests;
 mod reports;
 mod sent_messages;
-mod serial;
+pub(crate) mod serial;
 mod session;
 #[cfg(test)]
 mod test_firmware;
@@ -46,8 +48,8 @@ mod wire;
 mod writer;
 
 pub use connection::Connection;
-pub use connector::{ConnectError, Connector, DeviceFacts, GreetedDevice};
-pub use health::{AskGuard, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
+pub use connector::{ConnectError, Connector, DeviceFacts, GreetedDevice, LoopTiming};
+pub use health::{AskGuard, Delivery, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 pub use hid::HidConnector;
 pub use hid_node::HidId;
 pub use identity::RigIdentity;

@@ -2,6 +2,7 @@
 //! firmware at the two ends of channels that fail on purpose, in a time of their own. The same
 //! numbers come out every time.
 
+use super::connector::LoopTiming;
 use super::health::LinkCounters;
 use super::serial::Reader;
 use super::session::Session;
@@ -55,7 +56,7 @@ impl Rendering {
             down: Channel::new(2),
             quality,
             reader: Reader::default(),
-            session: Session::new(&hello, MS, now_ns, Arc::clone(&counters)),
+            session: Session::new(&hello, LoopTiming::default(), now_ns, Arc::clone(&counters)),
             counters,
             velocity: Estimator::new(Method::default(), 1e-3, 1e-5),
             renderer,
@@ -125,8 +126,7 @@ impl Rendering {
             let rendered = self.renderer.tick(elapsed_s, sample.position_m, velocity);
             force_n = -rendered.coupling_force;
         }
-        let (enable, command) = self.session.command(force_n, true, now_ns);
-        for message in enable.into_iter().chain([command]) {
+        for message in self.session.command(force_n, true, now_ns).messages() {
             let frame = Frame::of(message.bytes().as_slice());
             self.down.send(frame.as_slice().to_vec(), &self.quality, now_ns);
         }

@@ -3,22 +3,60 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::connection::Connection;
-use super::connector::{ConnectError, Connector, GreetedDevice};
+use super::connector::{ConnectError, Connector, GreetedDevice, LoopTiming};
 use super::health::{LinkCounters, add};
 use super::identity::RigIdentity;
 use super::line::{Line, SendOutcome};
 use super::nodes::folder_of;
-use super::session::{RejectedInput, Session};
+use super::session::{Outgoing, RejectedInput, Session};
 use super::wire::{self, Wire};
+use crate::address::DEFAULT_BAUD;
 use crate::clock;
 use crate::device::{DeviceError, Measurement, Written};
 use crate::protocol::frame::{Decoder, Frame, LONGEST_FRAME};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
-use crate::protocol::view::View;
+use crate::protocol::view::{Kind, View};
 use std::ffi::OsStr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
+
+/// Bytes that frame a message: its CRC, one of the stuffing, and the zero at its end.
+const FRAMING: usize = 6;
+
+/// Checks that a line carries the commands of a loop at a rate, Hz.
+pub(crate) fn check_commands(baud: u32, rate_hz: f64) -> Result<(), String> {
+    check_line(baud, "the loop sends", "rate", rate_hz, Kind::Command)
+}
+
+/// Checks that a line at a rate, baud, carries one message of a kind so often, Hz.
+#[expect(clippy::cast_precision_loss, reason = "the bytes of a message")]
+fn check_line(baud: u32, who: &str, name: &str, rate_hz: f64, kind: Kind) -> Result<(), String> {
+    // A byte takes ten bits with those that begin and end it.
+    let carried = f64::from(baud) / 10.0;
+    let bytes = (kind.length() + FRAMING) as f64;
+    let sent = rate_hz * bytes;
+    if sent <= carried {
+        return Ok(());
+    }
+    Err(format!(
+        "{baud} baud carry {carried:.0} bytes a second, and {who} {sent:.0} (messages of {bytes} bytes at {name} = \
+         {rate_hz} Hz): lower {name} to {:.0} Hz or less, or name {:.0} baud or more in the address, which the device must \
+         have, too",
+        (carried / bytes).floor(),
+        sent * 10.0
+    ))
+}
+
+/// Whether the line at a node has a rate of its own: a pseudo-terminal has none, and a board with native USB (CDC-ACM)
+/// ignores it.
+fn has_rate(path: &Path) -> bool {
+    let node = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    !node.starts_with("/dev/pts")
+        && !node
+            .file_name()
+            .is_some_and(|name| name.as_encoded_bytes().starts_with(b"ttyACM"))
+}
 
 /// Decodes the messages in the bytes of a line.
 #[derive(Debug, Default)]
@@ -97,7 +135,7 @@ impl Connector for SerialConnector {
         self.path.file_name() == Some(node)
     }
 
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
+    fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
         let mut wire = SerialWire {
             line: Line::open(&self.path, self.baud)?,
             reader: Reader::default(),
@@ -115,13 +153,31 @@ impl Connector for SerialConnector {
                 ),
             },
         )?;
+        if self.baud < DEFAULT_BAUD || has_rate(&self.path) {
+            let samples = if hello.wide {
+                Kind::WideMeasurement
+            } else {
+                Kind::Measurement
+            };
+            let sample_rate_hz = f64::from(hello.sample_rate_hz);
+            #[expect(clippy::cast_precision_loss, reason = "a period of milliseconds")]
+            let rate_hz = 1e9 / timing.period_ns as f64;
+            check_commands(self.baud, rate_hz)
+                .and_then(|()| check_line(self.baud, "the device", "its sample rate", sample_rate_hz, samples))
+                .map_err(|why| ConnectError::Refused {
+                    what: self.path.display().to_string(),
+                    why,
+                    remedy: "what a line does not carry waits in it, and acts too late".to_owned(),
+                })?;
+        }
         Ok(GreetedDevice {
             device: wire::facts(&hello, RigIdentity::of_line("serial", &self.path)),
             connection: Box::new(SerialConnection {
                 wire,
-                session: Session::new(&hello, period_ns, clock::now_ns(), Arc::clone(counters)),
+                session: Session::new(&hello, timing, clock::now_ns(), Arc::clone(counters)),
                 counters: Arc::clone(counters),
-                wait_ns: period_ns / 4,
+                wait_ns: timing.period_ns / 4,
+                taken: false,
             }),
         })
     }
@@ -135,6 +191,8 @@ struct SerialConnection {
     counters: Arc<LinkCounters>,
     /// Longest wait in a tick for a sample that is about to come, ns.
     wait_ns: u64,
+    /// The system has all of the command that was last sent.
+    taken: bool,
 }
 
 impl Connection for SerialConnection {
@@ -145,23 +203,32 @@ impl Connection for SerialConnection {
     }
 
     fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
-        let (enable, command) = self.session.command(force_n, enabled, now_ns);
         let mut bytes = [0; 2 * LONGEST_FRAME];
         let mut length = 0;
-        for message in enable.iter().chain([&command]) {
+        let outgoing = self.session.command(force_n, enabled, now_ns);
+        for message in outgoing.messages() {
             let frame = Frame::of(message.bytes().as_slice());
             let frame = frame.as_slice();
             bytes[length..length + frame.len()].copy_from_slice(frame);
             length += frame.len();
         }
-        let sent = self.wire.line.write(&bytes[..length], now_ns);
-        self.wire.line.note_failure(&self.counters, now_ns);
-        match sent? {
-            SendOutcome::Taken => return Ok(Written::Taken),
-            SendOutcome::Begun => {}
-            SendOutcome::NoRoom => add(&self.counters.not_sent, 1),
+        // Where nothing is sent, what was sent before may still have a rest.
+        if length > 0 || self.wire.line.has_rest() {
+            let sent = self.wire.line.write(&bytes[..length], now_ns);
+            self.wire.line.note_failure(&self.counters, now_ns);
+            let sent = sent?;
+            if sent == SendOutcome::NoRoom && length > 0 {
+                add(&self.counters.not_sent, 1);
+                self.session.forget_order();
+            }
+            self.taken = sent == SendOutcome::Taken;
         }
-        Ok(Written::Later)
+        let is_other = outgoing == Outgoing::Withheld { repeats: false };
+        Ok(if self.taken && !is_other {
+            Written::Taken
+        } else {
+            Written::Later
+        })
     }
 }
 
@@ -196,16 +263,20 @@ mod tests {
                 line: Line::open(&path, 1_000_000).expect("it is there"),
                 reader: Reader::default(),
             },
-            session: Session::new(&hello, 1_000_000, now_ns, Arc::clone(&counters)),
+            session: Session::new(&hello, LoopTiming::default(), now_ns, Arc::clone(&counters)),
             counters: Arc::clone(&counters),
             wait_ns: 0,
+            taken: false,
         };
         // Nobody reads until the line takes no more: of the last frame none or a part.
-        let mut taken = 0;
-        while connection.write(1.0, true, now_ns) == Ok(Written::Taken) {
-            taken += 1;
-            assert!(taken < 100_000, "nobody reads that much");
-        }
+        let Some(force) = connection.session.command(1.0, true, now_ns).messages().last() else {
+            panic!("it is sent");
+        };
+        let frame = Frame::of(force.bytes().as_slice());
+        let fills = |_: &usize| connection.wire.line.write(frame.as_slice(), now_ns) == Ok(SendOutcome::Taken);
+        let taken = (0..100_000).take_while(fills).count();
+        assert!((1..100_000).contains(&taken), "nobody reads that much");
+        // Tried again in every tick, as it was not sent.
         for _ in 0..3 {
             assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Later));
         }

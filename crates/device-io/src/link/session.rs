@@ -4,6 +4,7 @@
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
+use super::connector::LoopTiming;
 use super::device_clock::DeviceClock;
 use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 use super::sent_messages::SentMessages;
@@ -22,6 +23,16 @@ const ENABLE_TIMEOUT_NS: u64 = 100_000_000;
 /// failure behind a converter, and must be greeted again.
 const SILENCE_NS: u64 = 500_000_000;
 
+/// Time between two sendings of the same zero force while no other command may be sent, ns.
+const SEND_AGAIN_NS: u64 = 10_000_000;
+
+/// Shortest time without a confirmation under force that counts as none, ns: the 16 ms for which an FTDI collects samples,
+/// and some more. A device's watchdog may be shorter.
+const SHORTEST_IGNORED_NS: u64 = 25_000_000;
+
+/// The same time for a device without a watchdog, or with one beyond what is allowed without an option, ns.
+const LONGEST_IGNORED_NS: u64 = 200_000_000;
+
 /// Why incoming bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RejectedInput {
@@ -39,6 +50,39 @@ enum Motor {
         sequence: u32,
     },
     On,
+}
+
+/// What is commanded, as it stands in a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Order {
+    force_mn: i32,
+    enabled: bool,
+}
+
+/// What becomes of a tick's command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Outgoing {
+    /// It is sent, behind an enable where the motor was off and must be on.
+    Sent {
+        enable: Option<FromHost>,
+        command: FromHost,
+    },
+    /// It waits, as too much is unconfirmed; the next tick has a newer one.
+    Withheld {
+        /// It is the same as the newest that was sent.
+        repeats: bool,
+    },
+}
+
+impl Outgoing {
+    /// The messages to send, in their order.
+    pub(crate) fn messages(self) -> impl Iterator<Item = FromHost> {
+        let (enable, command) = match self {
+            Self::Sent { enable, command } => (enable, Some(command)),
+            Self::Withheld { .. } => (None, None),
+        };
+        enable.into_iter().chain(command)
+    }
 }
 
 /// A conversation with a device.
@@ -63,20 +107,33 @@ pub(crate) struct Session {
     /// motor off.
     off_since: Option<u32>,
     sent: SentMessages,
+    /// The newest that was sent.
+    order: Option<Order>,
+    /// Force is wanted.
+    wants_force: bool,
+    /// Longest round trip under force, and longest time without a confirmation, ns.
+    late_round_trip_ns: u64,
+    ignored_after_ns: u64,
+    /// What the device does with commands, as an error under force.
+    delivery: Result<(), DeviceError>,
     error: Option<ErrorReport>,
 }
 
 impl Session {
-    /// Begins with a device's hello, at a time of ours, ns, for a host with a period, ns.
-    pub(crate) fn new(hello: &DeviceHello, period_ns: u64, now_ns: u64, counters: Arc<LinkCounters>) -> Self {
+    /// Begins with a device's hello, at a time of ours, ns.
+    pub(crate) fn new(hello: &DeviceHello, timing: LoopTiming, now_ns: u64, counters: Arc<LinkCounters>) -> Self {
         counters.begin_conversation();
+        let sample_period_ns = 1_000_000_000 / u64::from(hello.sample_rate_hz.max(1));
+        let watchdog_ns = hello
+            .watchdog()
+            .map_or(LONGEST_IGNORED_NS, |ms| u64::from(ms) * 1_000_000);
         Self {
             counters,
             clock: DeviceClock::new(),
             metres_per_count: 1.0 / f64::from(hello.counts_per_metre),
             force_limit_mn: i32::try_from(hello.force_limit_mn).unwrap_or(i32::MAX),
             // A sample may wait a period of ours to be read, and one of its own to be sent.
-            late_after_ns: period_ns + 1_000_000_000 / u64::from(hello.sample_rate_hz.max(1)),
+            late_after_ns: timing.period_ns + sample_period_ns,
             newest: None,
             used: None,
             heard_at_ns: now_ns,
@@ -84,7 +141,12 @@ impl Session {
             counts: 0,
             motor: Motor::Off,
             off_since: None,
-            sent: SentMessages::new(),
+            sent: SentMessages::new(sample_period_ns),
+            order: None,
+            wants_force: false,
+            late_round_trip_ns: timing.stale_ns + sample_period_ns,
+            ignored_after_ns: watchdog_ns.clamp(SHORTEST_IGNORED_NS, LONGEST_IGNORED_NS) + sample_period_ns,
+            delivery: Ok(()),
             error: None,
         }
     }
@@ -129,11 +191,24 @@ impl Session {
         }
         add(&self.counters.samples, 1);
         self.device_ns = self.clock.stamp(sample.time_us, now_ns);
-        if self.clock.age_ns(self.device_ns, now_ns) > self.late_after_ns {
+        let age_ns = self.clock.age_ns(self.device_ns, now_ns);
+        if age_ns > self.late_after_ns {
             add(&self.counters.late, 1);
         }
         if let Some(round_trip_ns) = self.sent.round_trip_ns(sample.command, now_ns) {
             self.counters.note_round_trip(round_trip_ns);
+            let is_late = round_trip_ns > self.late_round_trip_ns;
+            self.counters.note_lateness(is_late);
+            if is_late {
+                self.delivery = Err(DeviceError::CommandsLate);
+            }
+        }
+        // By the time of the sample, which may have lain on its way up while commands went down.
+        let sampled_ns = now_ns.saturating_sub(age_ns);
+        let is_ignoring = self.sent.waiting_ns(sampled_ns) > self.ignored_after_ns;
+        self.counters.note_ignoring(is_ignoring);
+        if is_ignoring {
+            self.delivery = Err(DeviceError::CommandsIgnored);
         }
         self.counters.buttons.store(sample.buttons.into(), Relaxed);
         self.motor = match (self.motor, sample.enabled) {
@@ -152,8 +227,8 @@ impl Session {
     /// The newest sample, at a time of ours, ns; nothing before the first.
     ///
     /// # Errors
-    /// The motor is not enabled though it should be, the device has reported an error, or was
-    /// silent for too long and must be greeted again.
+    /// The motor is not enabled though it should be, the device has reported an error, confirms commands under force too
+    /// late or not at all, or was silent for too long and must be greeted again.
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
         if self.has_news() {
             self.heard_at_ns = now_ns;
@@ -183,6 +258,9 @@ impl Session {
                 watchdog: newest.watchdog,
             });
         }
+        if self.wants_force {
+            self.delivery?;
+        }
         #[expect(clippy::cast_precision_loss, reason = "no handle goes 2^53 counts")]
         let position_m = self.counts as f64 * self.metres_per_count;
         Ok(Some(Measurement {
@@ -205,10 +283,28 @@ impl Session {
         }
     }
 
-    /// The messages for a force on the hand, N, at a time of ours, ns: an enable first, if the
-    /// motor was off and must be on.
-    pub(crate) fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> (Option<FromHost>, FromHost) {
-        let enable = (enabled && self.motor == Motor::Off).then(|| {
+    /// What becomes of the command of a force on the hand, N, at a time of ours, ns. Zero force and a motor that is to be
+    /// off are sent at once, and then again and again until they are confirmed; other commands only while there is room.
+    pub(crate) fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Outgoing {
+        let order = Order {
+            force_mn: if enabled { self.force_mn(force_n) } else { 0 },
+            enabled,
+        };
+        if self.wants_force != enabled {
+            self.wants_force = enabled;
+            self.delivery = Ok(());
+        }
+        let enables = enabled && self.motor == Motor::Off;
+        let repeats = self.order == Some(order) && !enables;
+        let pulls = order.force_mn != 0 || enables;
+        let must_go = !pulls && (!repeats || now_ns.saturating_sub(self.sent.newest_at_ns()) >= SEND_AGAIN_NS);
+        if !must_go && !self.sent.has_room(now_ns) {
+            if !repeats {
+                add(&self.counters.not_sent, 1);
+            }
+            return Outgoing::Withheld { repeats };
+        }
+        let enable = enables.then(|| {
             let sequence = self.sent.next(now_ns);
             self.motor = Motor::Asked {
                 at_ns: now_ns,
@@ -217,18 +313,25 @@ impl Session {
             FromHost::Enable { sequence, enabled }
         });
         let sequence = self.sent.next(now_ns);
+        self.order = Some(order);
         if enabled {
             self.off_since = None;
         } else {
             self.motor = Motor::Off;
             self.off_since.get_or_insert(sequence);
         }
+        let Order { force_mn, enabled } = order;
         let command = FromHost::Command {
             sequence,
-            force_mn: if enabled { self.force_mn(force_n) } else { 0 },
+            force_mn,
             enabled,
         };
-        (enable, command)
+        Outgoing::Sent { enable, command }
+    }
+
+    /// The newest messages could not be sent: the next command is another one.
+    pub(crate) fn forget_order(&mut self) {
+        self.order = None;
     }
 
     fn force_mn(&self, force_n: f64) -> i32 {

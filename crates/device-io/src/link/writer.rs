@@ -5,6 +5,7 @@
 
 use super::health::{LinkCounters, LinkError, add};
 use super::mailbox::{Mailbox, Taker};
+use super::session::Outgoing;
 use crate::device::{DeviceError, Written};
 use crate::protocol::message::{FromHost, is_newer};
 use rustix::event::{EventfdFlags, eventfd};
@@ -91,7 +92,7 @@ impl Writer {
         })
     }
 
-    /// Posts messages; the newest replace those that were not sent yet. It makes one system call,
+    /// Posts what is sent; the newest replace what was not sent yet. It makes one system call,
     /// which does not wait: for that a count would have to reach 2^64. A command is therefore never
     /// taken in its first post, but in a later post of the same command.
     ///
@@ -99,8 +100,7 @@ impl Writer {
     /// The writer has failed, or the device takes nothing.
     pub(super) fn post(
         &mut self,
-        enable: Option<FromHost>,
-        command: FromHost,
+        outgoing: Outgoing,
         now_ns: u64,
         counters: &LinkCounters,
     ) -> Result<Written, DeviceError> {
@@ -115,6 +115,28 @@ impl Writer {
             &counters.not_sent,
             skipped.wrapping_sub(std::mem::replace(&mut self.skipped, skipped)),
         );
+        if let Some(saying) = &mut self.saying {
+            saying.taken |= !is_newer(saying.since, done);
+        }
+        let says = match outgoing {
+            Outgoing::Sent { enable, command } => {
+                self.say(enable, command);
+                true
+            }
+            Outgoing::Withheld { repeats } => repeats,
+        };
+        if stuck {
+            counters.note_error(LinkError::Stuck, now_ns);
+            return Err(DeviceError::Disconnected);
+        }
+        self.check()?;
+        Ok(match self.saying {
+            Some(PostedCommand { taken: true, .. }) if says => Written::Taken,
+            _ => Written::Later,
+        })
+    }
+
+    fn say(&mut self, enable: Option<FromHost>, command: FromHost) {
         if let FromHost::Command {
             sequence,
             force_mn,
@@ -123,33 +145,21 @@ impl Writer {
         {
             self.posted = sequence;
             // A command behind an enable is a new one: the writer may have sent the enable alone.
-            let same = self
-                .saying
-                .filter(|saying| enable.is_none() && (saying.force_mn, saying.enabled) == (force_mn, enabled));
-            self.saying = Some(match same {
-                Some(saying) => PostedCommand {
-                    taken: saying.taken || !is_newer(saying.since, done),
-                    ..saying
-                },
-                None => PostedCommand {
+            let is_same = enable.is_none()
+                && self
+                    .saying
+                    .is_some_and(|saying| (saying.force_mn, saying.enabled) == (force_mn, enabled));
+            if !is_same {
+                self.saying = Some(PostedCommand {
                     force_mn,
                     enabled,
                     since: sequence,
                     taken: false,
-                },
-            });
+                });
+            }
         }
         self.shared.mailbox.post(enable, command);
         self.ring();
-        if stuck {
-            counters.note_error(LinkError::Stuck, now_ns);
-            return Err(DeviceError::Disconnected);
-        }
-        self.check()?;
-        Ok(match self.saying {
-            Some(PostedCommand { taken: true, .. }) => Written::Taken,
-            _ => Written::Later,
-        })
     }
 
     /// # Errors
@@ -236,6 +246,13 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
+    fn posting(sequence: u32, enabled: bool) -> Outgoing {
+        Outgoing::Sent {
+            enable: None,
+            command: command(sequence, enabled),
+        }
+    }
+
     fn command(sequence: u32, enabled: bool) -> FromHost {
         FromHost::Command {
             sequence,
@@ -263,9 +280,9 @@ mod tests {
             let counters = LinkCounters::default();
             let mut writer = Writer::start(0, move |message| sends.send(message)).expect("a thread");
             for sequence in 1..=k {
-                writer.post(None, command(sequence, true), 0, &counters).expect("well");
+                writer.post(posting(sequence, true), 0, &counters).expect("well");
             }
-            writer.post(None, command(k + 1, false), 0, &counters).expect("well");
+            writer.post(posting(k + 1, false), 0, &counters).expect("well");
             drop(writer);
             let sent: Vec<FromHost> = sent.try_iter().collect();
             assert_eq!(sent.last(), Some(&command(k + 1, false)));
@@ -279,7 +296,7 @@ mod tests {
         let mut sequence = 0;
         let mut post = |enabled: bool| {
             sequence += 1;
-            writer.post(None, command(sequence, enabled), 0, &counters)
+            writer.post(posting(sequence, enabled), 0, &counters)
         };
         // The writer holds a force while the zero force is posted, again and again.
         assert_eq!(post(true), Ok(Written::Later));
@@ -309,7 +326,7 @@ mod tests {
         let counters = LinkCounters::default();
         let mut writer = Writer::start(0, |_| Ok::<(), ()>(())).expect("a thread");
         let began = Instant::now();
-        while writer.post(None, command(1, false), 0, &counters) != Ok(Written::Taken) {
+        while writer.post(posting(1, false), 0, &counters) != Ok(Written::Taken) {
             assert!(began.elapsed() < Duration::from_secs(10));
             std::thread::yield_now();
         }
@@ -318,7 +335,7 @@ mod tests {
                 assert!(began.elapsed() < Duration::from_secs(10));
                 std::thread::yield_now();
             }
-            let written = writer.post(None, command(sequence, false), 0, &counters);
+            let written = writer.post(posting(sequence, false), 0, &counters);
             assert_eq!(written, Ok(Written::Taken), "{sequence}");
         }
     }
@@ -327,10 +344,10 @@ mod tests {
     fn what_is_not_sent_is_counted() {
         let (mut writer, lets, sent) = held();
         let counters = LinkCounters::default();
-        writer.post(None, command(1, true), 0, &counters).expect("well");
+        writer.post(posting(1, true), 0, &counters).expect("well");
         sent.recv().expect("the first goes at once");
         for sequence in 2..=10 {
-            writer.post(None, command(sequence, true), 0, &counters).expect("well");
+            writer.post(posting(sequence, true), 0, &counters).expect("well");
         }
         lets.send(()).expect("it waits");
         assert_eq!(sent.recv(), Ok(command(10, true)), "the newest in place of nine");
@@ -338,7 +355,7 @@ mod tests {
         // Its count is there when it has done that.
         let began = Instant::now();
         for sequence in 11.. {
-            writer.post(None, command(sequence, true), 0, &counters).expect("well");
+            writer.post(posting(sequence, true), 0, &counters).expect("well");
             if counters.not_sent.load(Relaxed) >= 8 {
                 break;
             }
@@ -352,10 +369,10 @@ mod tests {
         let (mut writer, lets, sent) = held();
         let counters = LinkCounters::default();
         // Where nothing was posted, nothing is late.
-        writer.post(None, command(1, true), 1000 * MS, &counters).expect("well");
+        writer.post(posting(1, true), 1000 * MS, &counters).expect("well");
         sent.recv().expect("it is sent");
-        writer.post(None, command(2, true), 1100 * MS, &counters).expect("well");
-        let stuck = writer.post(None, command(3, true), 1101 * MS, &counters);
+        writer.post(posting(2, true), 1100 * MS, &counters).expect("well");
+        let stuck = writer.post(posting(3, true), 1101 * MS, &counters);
         assert_eq!(stuck, Err(DeviceError::Disconnected));
         drop(lets);
     }
@@ -365,7 +382,7 @@ mod tests {
         let counters = LinkCounters::default();
         let mut writer = Writer::start(0, |_| Err(())).expect("a thread");
         writer.check().expect("well");
-        if writer.post(None, command(1, true), 0, &counters).is_err() {
+        if writer.post(posting(1, true), 0, &counters).is_err() {
             // It was quick to fail.
         }
         let began = Instant::now();
@@ -373,7 +390,7 @@ mod tests {
             assert!(began.elapsed() < Duration::from_secs(10));
             std::thread::yield_now();
         }
-        let after = writer.post(None, command(2, true), 0, &counters);
+        let after = writer.post(posting(2, true), 0, &counters);
         assert_eq!(after, Err(DeviceError::Disconnected));
     }
 
@@ -405,7 +422,7 @@ mod tests {
         let (tells, told) = mpsc::channel();
         let counters = LinkCounters::default();
         let mut writer = Writer::start(0, move |_| tells.send(scheduling())).expect("a thread");
-        writer.post(None, command(1, true), 0, &counters).expect("well");
+        writer.post(posting(1, true), 0, &counters).expect("well");
         let scheduled = told.recv_timeout(Duration::from_secs(30)).expect("it sends");
         if may_be_real_time() {
             assert_eq!(scheduled, (libc::SCHED_FIFO, 1));

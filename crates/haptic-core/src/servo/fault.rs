@@ -24,6 +24,10 @@ pub enum Fault {
         /// Its own watchdog has done that.
         watchdog: bool,
     },
+    /// The device sends samples and confirms no command, for as long as its watchdog waits.
+    CommandsIgnored,
+    /// A command was longer on its way to the device and back than a sample may be old.
+    CommandsLate,
     /// The device says that something is wrong with it.
     Device(ErrorReport),
     /// The device's clock cannot be one.
@@ -41,7 +45,7 @@ pub enum Fault {
 
 impl Fault {
     /// One of each kind.
-    pub const KINDS: [Self; 13] = [
+    pub const KINDS: [Self; 15] = [
         Self::NonFiniteForce,
         Self::NonFinitePosition,
         Self::TooFast,
@@ -49,6 +53,8 @@ impl Fault {
         Self::Stale,
         Self::Jump,
         Self::MotorOff { watchdog: true },
+        Self::CommandsIgnored,
+        Self::CommandsLate,
         Self::Device(ErrorReport {
             code: ErrorCode::Other,
             detail: 0,
@@ -71,6 +77,8 @@ impl Fault {
             Self::Stale => "stale",
             Self::Jump => "jump",
             Self::MotorOff { .. } => "motor_off",
+            Self::CommandsIgnored => "commands_ignored",
+            Self::CommandsLate => "commands_late",
             Self::Device(_) => "device",
             Self::DeviceClock(_) => "device_clock",
             Self::Stalled => "stalled",
@@ -89,6 +97,14 @@ impl fmt::Display for Fault {
             Self::MotorOff { watchdog: false } => "the device has switched its motor off",
             Self::MotorOff { watchdog: true } => {
                 "the device's watchdog has switched its motor off: it heard no command"
+            }
+            Self::CommandsIgnored => {
+                "commands_ignored: the device sends samples, and for as long as its watchdog waits it has confirmed no \
+                 command"
+            }
+            Self::CommandsLate => {
+                "commands_late: a command took longer than stale-ms and a sample period to the device and back: the \
+                 line or the device carries less than the loop sends"
             }
             Self::Device(code) => return write!(f, "the device reports: {code}"),
             Self::DeviceClock(error) => return write!(f, "device_clock: the device's time cannot be right: {error}"),

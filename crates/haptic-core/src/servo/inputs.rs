@@ -72,7 +72,7 @@ impl From<Event> for Events {
 ///
 /// | bits of the flags | what |
 /// |---|---|
-/// | 0 to 2 | reading: 0 a sample, 1 disconnected, 2 motor off, 3 motor off by the device's watchdog, 4 an error report |
+/// | 0 to 2 | reading: 0 a sample, 1 disconnected, 2 motor off, 3 motor off by the device's watchdog, 4 an error report, 5 no command confirmed, 6 a command confirmed too late |
 /// | 3 and 4 | motor: 0 unreported, 1 enabled, 2 off but unconfirmed, 3 off |
 /// | 5 to 12 | buttons |
 /// | 13 to 17 | stop, slept, too late, lease lapsed, control lost |
@@ -129,6 +129,8 @@ impl InputWord {
         let (flags, detail) = match error {
             DeviceError::Disconnected => (1, 0),
             DeviceError::MotorOff { watchdog } => (2 + u32::from(watchdog), 0),
+            DeviceError::CommandsIgnored => (5, 0),
+            DeviceError::CommandsLate => (6, 0),
             DeviceError::Failed(ErrorReport { code, detail }) => (4 | u32::from(code as u8) << ERROR_CODE, detail),
         };
         Self { flags, detail }
@@ -228,6 +230,8 @@ impl InputWord {
                 code: ErrorCode::from_byte(self.byte(ERROR_CODE)),
                 detail: self.detail,
             })),
+            5 => Err(DeviceError::CommandsIgnored),
+            6 => Err(DeviceError::CommandsLate),
             _ => Err(DeviceError::Disconnected),
         }
     }
@@ -269,6 +273,8 @@ mod tests {
             ),
             Just(Err(DeviceError::Disconnected)),
             any::<bool>().prop_map(|watchdog| Err(DeviceError::MotorOff { watchdog })),
+            Just(Err(DeviceError::CommandsIgnored)),
+            Just(Err(DeviceError::CommandsLate)),
             (code, any::<u32>()).prop_map(|(code, detail)| Err(DeviceError::Failed(ErrorReport { code, detail }))),
         ]
     }

@@ -226,6 +226,8 @@ impl Sensing {
                 self.motor = Motor::Off;
                 Sensed::Faulty(Fault::MotorOff { watchdog })
             }
+            DeviceError::CommandsIgnored => Sensed::Faulty(Fault::CommandsIgnored),
+            DeviceError::CommandsLate => Sensed::Faulty(Fault::CommandsLate),
             DeviceError::Failed(code) => Sensed::Faulty(Fault::Device(code)),
             DeviceError::Disconnected => {
                 self.motor = Motor::Unreported;

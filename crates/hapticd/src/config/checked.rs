@@ -120,6 +120,13 @@ impl Options {
             return Err(ConfigError::OnlyFake);
         }
         let period_ns = self.period_ns()?;
+        #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
+        device
+            .check_rate(1e9 / period_ns as f64)
+            .map_err(|why| ConfigError::LineTooSlow {
+                address: device.clone(),
+                why,
+            })?;
         let policy = self.policy()?;
         self.check_cpu(available_cpus)?;
         let spin_ns = self.spin_ns()?;

@@ -1,5 +1,6 @@
 //! Refusals of options, with name, value, limits and unit.
 
+use device_boards::Address;
 use device_io::fake::TooShort;
 use haptic_core::SceneError;
 use haptic_ipc::regular_file::{self, with_short_lines};
@@ -63,6 +64,8 @@ pub(crate) enum ConfigError {
         port = .0.port()
     )]
     MetricsBeyondThisMachine(SocketAddr),
+    #[error("device = {address}: {why}")]
+    LineTooSlow { address: Address, why: String },
     #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]
     OnlyFake,
 }

@@ -51,9 +51,7 @@ pub(crate) struct Options {
     /// Rig: `fake` is simulated in this process; `serial:/dev/ttyACM0` speaks the link protocol on
     /// a serial line, at 1000000 baud unless `?baud=N` follows, and `hid:VID:PID[:SERIAL]` on USB
     /// HID; `haptic-ctl devices` lists them. `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1`
-    /// and `simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05` speak to an
-    /// ODrive and to a SimpleFOC board in their makers' protocols, see docs/adapters.md; not
-    /// tested on a real board
+    /// speaks to an ODrive in its maker's protocol, see docs/adapters.md; not tested on a real board
     #[arg(long, value_name = "DEVICE")]
     pub(super) device: Option<Named<Address>>,
 

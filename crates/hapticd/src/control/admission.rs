@@ -10,7 +10,9 @@ use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::rig_friction::record::KnownFriction;
 use crate::rt::handoff::ANY_CONNECTION;
+use device_io::link::{Delivery, LinkCounters};
 use haptic_ipc::{ErrorCode, Problem, WireError};
+use std::sync::atomic::Ordering::Relaxed;
 
 /// Longest watchdog of a device, ms: after the daemon dies its motor pulls a hand for this long.
 pub(crate) const LONGEST_WATCHDOG_MS: u32 = 200;
@@ -91,11 +93,12 @@ async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, m
         .flatten()
         .into_iter()
         .collect();
-    if rig.facts.link.is_none() {
+    let Some(link) = &rig.facts.link else {
         return found;
-    }
+    };
     let rules = rig.facts.rules;
     found.extend(no_force(device).into_iter().chain(no_watchdog(device, rules)));
+    found.extend(not_delivered(link.counters()));
     let counts_as_commissioned =
         purpose == Purpose::Commissioning || rules.uncommissioned || device.firmware.starts_with(SIMULATED);
     if !counts_as_commissioned
@@ -122,6 +125,36 @@ fn no_force(device: &ConnectedDevice) -> Option<Blocker> {
     })
 }
 
+/// What is wrong with the way of commands to the device.
+fn not_delivered(counters: &LinkCounters) -> Option<Blocker> {
+    let (code, what, remedy) = match counters.delivery() {
+        Delivery::InTime => return None,
+        Delivery::Late => {
+            #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
+            let ms = counters.round_trip_ns.load(Relaxed) as f64 * 1e-6;
+            (
+                ErrorCode::CommandsLate,
+                format!(
+                    "commands take too long to the device and back, the newest {ms:.1} ms, which is more than stale-ms \
+                     and a sample period: the line or the device carries less than the loop sends"
+                ),
+                "lower `rate`, or give the line and the device a higher baud rate (docs/device-protocol.md); `stale-ms` \
+                 allows more delay",
+            )
+        }
+        Delivery::Ignored => (
+            ErrorCode::CommandsIgnored,
+            "the device sends samples and confirms no command".to_owned(),
+            "see that the line carries bytes to the device, and that its samples name the newest command taken \
+             (docs/device-protocol.md)",
+        ),
+    };
+    Some(Blocker {
+        error: WireError::new(code, what),
+        remedy: remedy.to_owned(),
+    })
+}
+
 fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Blocker> {
     if rules.allow_no_watchdog {
         return None;
@@ -143,10 +176,10 @@ fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Blocker> 
         error: WireError::new(ErrorCode::NoWatchdog, what)
             .about("watchdog_ms")
             .within(value, 1.0, max.into(), "ms"),
-        remedy: "give its firmware a watchdog of 50 ms (docs/device-protocol.md; for SimpleFOC docs/adapters.md, and \
-                 then `host_timeout_ms=50` in its address); or, if something else cuts the motor's power, start \
-                 hapticd with --allow-no-watchdog"
-            .to_owned(),
+        remedy:
+            "give its firmware a watchdog of 50 ms (docs/device-protocol.md); or, if something else cuts the motor's \
+                 power, start hapticd with --allow-no-watchdog"
+                .to_owned(),
     })
 }
 

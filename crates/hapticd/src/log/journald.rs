@@ -11,7 +11,7 @@ use std::os::unix::net::UnixDatagram;
 const SOCKET: &str = "/run/systemd/journal/socket";
 
 /// Message ids of the faults, by their codes; random numbers that stay for ever.
-const FAULTS: [(&str, &str); 13] = [
+const FAULTS: [(&str, &str); 15] = [
     ("non_finite_force", "4132e051f8805854b6257864d2cf92b6"),
     ("non_finite_position", "db91467b55925f7980d222b7058b7f27"),
     ("too_fast", "c24a5fac5f8558ab867856dca20afa92"),
@@ -19,6 +19,8 @@ const FAULTS: [(&str, &str); 13] = [
     ("stale", "7f76a791895251f19f7c005b7fc3ec10"),
     ("jump", "d690fb319b415a52a5fb20db56a58ad8"),
     ("motor_off", "7440e7d6874958fa91c9eb34a0e32ff7"),
+    ("commands_ignored", "a6b10147c1d04486abc3de6af369c408"),
+    ("commands_late", "c98f2d0fdc13494e89b2be84079afa9f"),
     ("device", "809c5b3ed5745078a0ab80ed806b2f4f"),
     ("device_clock", "612e76c8ad655ee1aab0ed83e2e3d566"),
     ("stalled", "a4b3f8073e62507aaca8c871affe9bc7"),

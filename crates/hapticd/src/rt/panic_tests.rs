@@ -79,7 +79,7 @@ fn panic_with_force(refusals: u64) -> (End, f64) {
 #[test]
 fn the_last_command_of_a_loop_that_panics_is_zero_force() {
     let (End { panic, final_zero }, written_n) = panic_with_force(3);
-    assert_eq!((final_zero, written_n), (FinalZero::Taken, 0.0));
+    assert_eq!((final_zero, written_n), (FinalZero::Confirmed, 0.0));
     let message = panic.expect("it panicked").to_string();
     assert!(message.contains("panic_tests.rs:"), "{message}");
     assert!(
@@ -92,5 +92,5 @@ fn the_last_command_of_a_loop_that_panics_is_zero_force() {
 fn a_final_zero_that_the_device_does_not_take_is_told() {
     let (End { panic, final_zero }, written_n) = panic_with_force(u64::MAX);
     assert!(panic.is_some() && written_n != 0.0);
-    assert_eq!(final_zero, FinalZero::NotTaken);
+    assert_eq!(final_zero, FinalZero::Unconfirmed);
 }

@@ -15,7 +15,7 @@ use crate::rt::thread::{self, RunningLoop};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::{Tick, tests::servo};
 use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, RigProperties, Terminal};
-use device_io::link::{Keeper, SerialConnector};
+use device_io::link::{Keeper, LoopTiming, SerialConnector};
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
@@ -273,7 +273,7 @@ fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
     watch(Box::new(FakeRig::new(RigProperties::default(), hand())), false, seconds);
     let rig = UnpluggedNowAndThen::start();
     let connector = SerialConnector::new(rig.link.clone(), 1_000_000);
-    let (device, monitor, keeper) = Keeper::new(Box::new(connector), PERIOD_NS);
+    let (device, monitor, keeper) = Keeper::new(Box::new(connector), LoopTiming::default());
     let _keeper = keeper.start().expect("a thread");
     watch(Box::new(device), true, seconds);
     let connections = monitor.counters().connections.load(SeqCst);

@@ -5,7 +5,7 @@ use crate::rt::handoff::Shared;
 use crate::rt::privileges;
 use crate::rt::thread_settings::ThreadSettings;
 use crate::rt::tick::Tick;
-use device_io::{Device, Written};
+use device_io::Device;
 use haptic_ipc::RealTimeStatus;
 use std::cell::Cell;
 use std::fmt::{self, Write as _};
@@ -25,10 +25,10 @@ pub(crate) struct End {
 /// What became of the zero force that is the last command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FinalZero {
-    /// The device has taken it.
-    Taken,
-    /// The device is there and has not taken it.
-    NotTaken,
+    /// The device has confirmed it; one that reports nothing of its motor has taken it.
+    Confirmed,
+    /// The device is there and has not confirmed it.
+    Unconfirmed,
     /// There was no device.
     NoDevice,
 }
@@ -145,7 +145,7 @@ impl RunningLoop {
         }
         Some(thread.join().unwrap_or(End {
             panic: Some(PanicMessage::empty()),
-            final_zero: FinalZero::NotTaken,
+            final_zero: FinalZero::Unconfirmed,
         }))
     }
 }
@@ -184,7 +184,7 @@ pub(crate) fn start(
             }));
             // The last command to the motor, however the loop ended. It may be the device that panicked.
             let panic = ended.is_err().then(|| PANICKED.get());
-            let final_zero = catch_unwind(AssertUnwindSafe(|| final_zero(&mut tick))).unwrap_or(FinalZero::NotTaken);
+            let final_zero = catch_unwind(AssertUnwindSafe(|| final_zero(&mut tick))).unwrap_or(FinalZero::Unconfirmed);
             End { panic, final_zero }
         })?;
     let running = RunningLoop {
@@ -195,18 +195,17 @@ pub(crate) fn start(
     Ok((running, status))
 }
 
-/// How long the device may take for the last zero force; a link that takes nothing for this time
-/// counts as disconnected.
+/// How long the device may take to confirm the last zero force.
 const FINAL_ZERO_TIMEOUT: Duration = Duration::from_millis(100);
 
-/// Commands zero force until the device has taken it.
+/// Commands zero force until the device has confirmed it.
 fn final_zero(tick: &mut Tick<dyn Device>) -> FinalZero {
     let began = Instant::now();
     loop {
-        match tick.zero_force() {
-            Ok(Written::Taken) => return FinalZero::Taken,
-            Ok(Written::Later) if began.elapsed() > FINAL_ZERO_TIMEOUT => return FinalZero::NotTaken,
-            Ok(Written::Later) => std::thread::sleep(Duration::from_millis(1)),
+        match tick.zero_force(now_ns()) {
+            Ok(true) => return FinalZero::Confirmed,
+            Ok(false) if began.elapsed() > FINAL_ZERO_TIMEOUT => return FinalZero::Unconfirmed,
+            Ok(false) => std::thread::sleep(Duration::from_millis(1)),
             Err(_) => return FinalZero::NoDevice,
         }
     }

@@ -273,12 +273,22 @@ impl<D: Device + ?Sized> Tick<D> {
         self.servo.scene()
     }
 
-    /// Zero force, whatever happens after.
+    /// Zero force, whatever happens after; returns whether the device has confirmed it, or has taken it where it reports
+    /// nothing of its motor.
     ///
     /// # Errors
     /// The device could not be written.
-    pub(crate) fn zero_force(&mut self) -> Result<Written, DeviceError> {
-        self.device.write(0.0, false)
+    pub(crate) fn zero_force(&mut self, now_ns: u64) -> Result<bool, DeviceError> {
+        let written = self.device.write(0.0, false)?;
+        if !self.device.is_linked() {
+            return Ok(written == Written::Taken);
+        }
+        // What a device says to this comes later; the next call has it.
+        let motor = self
+            .device
+            .read(now_ns)
+            .map_or(Motor::Unconfirmed, |sample| sample.motor);
+        Ok(written == Written::Taken && matches!(motor, Motor::Unreported | Motor::Off))
     }
 
     /// The newest scene, or the one that is scheduled for this tick. Without room for those that it

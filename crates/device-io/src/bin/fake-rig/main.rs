@@ -9,10 +9,11 @@ use device_io::clock::now_ns;
 use device_io::fake::{
     self, Fault, FaultyLine, Firmware, FirmwareProperties, Misbehaviour, Order, ProgramOptions, TimedFault,
 };
-use device_io::protocol::message::{DeviceHello, FromDevice};
+use device_io::protocol::message::{DeviceHello, FromDevice, FromHost};
 use plant::PlantOptions;
 use port::{Place, Port, PortClosed};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -54,6 +55,11 @@ struct Options {
     /// commissioned]
     #[arg(long, value_name = "NAME")]
     firmware_name: Option<String>,
+
+    /// File for every command, as it acts: time of the monotonic clock, us, sequence, force, mN, and
+    /// whether the motor may be driven, 0 or 1
+    #[arg(long, value_name = "FILE")]
+    commands: Option<PathBuf>,
 
     /// Wire the motor the other way round
     #[arg(long)]
@@ -115,6 +121,24 @@ fn main() -> ExitCode {
     })
 }
 
+/// A line of the file of commands, of a message at a time, ns.
+fn as_told(message: FromHost, now_ns: u64) -> Option<String> {
+    let (sequence, force_mn, enabled) = match message {
+        FromHost::Hello { .. } => return None,
+        FromHost::Command {
+            sequence,
+            force_mn,
+            enabled,
+        } => (sequence, force_mn, enabled),
+        FromHost::Enable { sequence, enabled } => (sequence, 0, enabled),
+    };
+    Some(format!(
+        "{} {sequence} {force_mn} {}\n",
+        now_ns / 1000,
+        u8::from(enabled)
+    ))
+}
+
 /// Time between two looks for the place, ns.
 const LOOK_NS: u64 = 20_000_000;
 
@@ -128,6 +152,7 @@ struct Rig {
     look_at_ns: u64,
     firmware: Firmware,
     version: Option<u8>,
+    commands: Option<File>,
     line: FaultyLine,
     period_ns: u64,
     next_sample_ns: u64,
@@ -159,6 +184,7 @@ impl Rig {
             look_at_ns: 0,
             firmware: Firmware::new(options.plant.properties(), options.program.hand(), properties),
             version: None,
+            commands: options.commands.as_ref().map(File::create).transpose()?,
             line,
             period_ns: 1_000_000_000 / u64::from(options.sample_rate_hz),
             next_sample_ns: began_ns,
@@ -279,6 +305,11 @@ impl Rig {
     fn receive(&mut self, frame: &[u8], now: u64) {
         let Some(port) = &mut self.port else { return };
         for message in port.decode(frame) {
+            if let (Some(file), Some(told)) = (&mut self.commands, as_told(message, now))
+                && let Err(error) = file.write_all(told.as_bytes())
+            {
+                eprintln!("fake-rig: a command was not written down: {error}");
+            }
             if let Some(answer) = self.firmware.receive(message, now) {
                 self.send(&answer, now);
             }

@@ -162,7 +162,7 @@ fn the_motor_is_enabled_while_force_may_flow_and_never_else() {
     assert_eq!(bench.tick().state, RigState::Disconnected);
     bench.tick.device.writing = Ok(Written::Taken);
     assert!(!last(&mut bench).1);
-    assert!(bench.tick.zero_force().is_ok());
+    assert!(bench.tick.zero_force(0).is_ok());
     assert_eq!(bench.tick.device.enabled.last(), Some(&false), "the last word");
 }
 
