@@ -71,6 +71,64 @@ pub const CROWD: Attack = Attack {
     run: connect_without_pause,
 };
 
+/// Crowds that leave no place: of clients that say nothing, that come again whenever they are sent away, and that never
+/// end their line.
+pub const CROWDS: [Attack; 3] = [
+    Attack {
+        name: "200 idle clients",
+        run: idle,
+    },
+    Attack {
+        name: "32 idle clients, and 40 that come again",
+        run: idle_and_coming_again,
+    },
+    Attack {
+        name: "40 clients with a megabyte and no end of the line",
+        run: a_megabyte_without_an_end,
+    },
+];
+
+fn idle(socket: &Path, over: &AtomicBool) {
+    let crowd: Vec<_> = (0..200).filter_map(|_| connect(socket)).collect();
+    wait(over, Duration::MAX);
+    drop(crowd);
+}
+
+/// As many threads as that do something until it is over.
+fn each_of(many: usize, over: &AtomicBool, act: impl Fn() + Sync) {
+    std::thread::scope(|scope| {
+        for _ in 0..many {
+            scope.spawn(|| {
+                while goes_on(over) {
+                    act();
+                }
+            });
+        }
+    });
+}
+
+fn idle_and_coming_again(socket: &Path, over: &AtomicBool) {
+    let crowd: Vec<_> = (0..32).filter_map(|_| connect(socket)).collect();
+    each_of(40, over, || {
+        if let Some(mut stream) = connect(socket) {
+            // Until it is sent away.
+            while goes_on(over) && swallow(&mut stream) {}
+        }
+    });
+    drop(crowd);
+}
+
+fn a_megabyte_without_an_end(socket: &Path, over: &AtomicBool) {
+    let crowd: Vec<_> = (0..32).filter_map(|_| connect(socket)).collect();
+    let bytes = vec![b'x'; 1 << 20];
+    each_of(40, over, || {
+        if let Some(mut stream) = connect(socket) {
+            send(&mut stream, &bytes);
+        }
+    });
+    drop(crowd);
+}
+
 fn goes_on(over: &AtomicBool) -> bool {
     !over.load(Ordering::Relaxed)
 }

@@ -7,7 +7,7 @@ use haptic_ipc::{
 use rustix::process::{Gid, Uid, geteuid};
 use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
 use std::fs::{self, Permissions};
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -448,34 +448,109 @@ fn a_crowd_at_the_door_does_not_keep_a_stop_waiting() {
     survives(&daemon, attack::CROWD, Duration::from_secs(test_run::extent(1, 3)));
 }
 
+// hazard: H24
 #[test]
-fn without_descriptors_those_who_are_connected_are_served_and_later_all() {
+fn a_newcomers_stop_finds_its_way_through_every_crowd() {
+    let _alone = crate::alone();
+    for (descriptors, crowd) in attack::CROWDS
+        .into_iter()
+        .flat_map(|crowd| ["1024", "64", "40"].map(|descriptors| (descriptors, crowd)))
+    {
+        let directory = tempfile::tempdir().expect("a directory");
+        let socket = directory.path().join("run/control.sock");
+        let daemon = with_descriptors(descriptors, &socket);
+        let mut user = daemon.client();
+        let _: StateReply = user.request(Request::Engage {}).expect("it is idle");
+        let over = AtomicBool::new(false);
+        let mut stops = Vec::new();
+        std::thread::scope(|scope| {
+            let attacking = scope.spawn(|| crowd.run(&socket, &over));
+            // The house is full, and as full as it may be.
+            std::thread::sleep(Duration::from_millis(300));
+            for _ in 0..test_run::extent(10, 100) {
+                let asked = Instant::now();
+                let stopped = daemon.ctl(&["stop"]);
+                stops.push(asked.elapsed());
+                let said = String::from_utf8_lossy(&stopped.stderr).into_owned();
+                assert!(
+                    stopped.status.success(),
+                    "{}, {descriptors} descriptors: {said}",
+                    crowd.name
+                );
+            }
+            over.store(true, Ordering::Relaxed);
+            attacking.join().expect("it ends");
+        });
+        let [median, most, longest] = [500, 990, 1000].map(|per_mille| share(&mut stops, per_mille));
+        eprintln!(
+            "{}, {descriptors} descriptors: {} stops, {median:?} (median), {most:?} (p99), {longest:?} (longest)",
+            crowd.name,
+            stops.len()
+        );
+        if test_run::is_long_for("how long a newcomer's stop takes in a crowd") {
+            assert!(
+                longest < SLOW_STOP,
+                "{}, {descriptors} descriptors: {stops:?}",
+                crowd.name
+            );
+        }
+        assert_eq!(
+            status(&mut user).state,
+            RigState::Stopped,
+            "who was there before is served"
+        );
+        wait_for(&mut user, "the crowd to be gone", |status| status.clients == 1);
+        let _: SceneReply = daemon.client().request(Request::get()).expect("there is room again");
+    }
+}
+
+// hazard: H24
+#[test]
+fn a_socket_that_was_lost_is_bound_again_and_one_that_was_taken_ends_the_force() {
     let _alone = crate::alone();
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");
-    let daemon = with_descriptors("32", &socket);
+    let lock = directory.path().join("run/control.sock.lock");
+    let daemon = with_descriptors("1024", &socket);
     let mut user = daemon.client();
-    let mut crowd = Vec::new();
-    let began = Instant::now();
-    while Held::by(&daemon).descriptors < 32 {
-        // As many as it has no descriptors for, and not more than this process has.
-        if crowd.len() < 100 {
-            match UnixStream::connect(&socket) {
-                Ok(stream) => crowd.push(stream),
-                // So many wait that no more may.
-                Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock, "{error}"),
-            }
+    let stops = |user: &mut Client| {
+        let stopped = daemon.ctl(&["stop"]);
+        let said = String::from_utf8_lossy(&stopped.stderr).into_owned();
+        assert!(stopped.status.success(), "{said}");
+        let _: StateReply = user.request(Request::Reset {}).expect("it is stopped");
+    };
+    let is_there = || UnixStream::connect(&socket).is_ok();
+    for lost in [vec![&socket], vec![&socket, &lock]] {
+        system_tests::engage(&mut user);
+        for path in lost {
+            fs::remove_file(path).expect("it was there");
         }
-        assert!(began.elapsed() < PATIENCE, "it never comes to its limit");
-        // It takes them one by one.
-        std::thread::sleep(Duration::from_millis(1));
+        system_tests::until("the socket is there again", is_there);
+        assert_eq!((status(&mut user).state, mode(&socket)), (RigState::Engaged, 0o600));
+        stops(&mut user);
     }
-    let stopped: StateReply = user.request(Request::Stop {}).expect("a stop always works");
-    assert_eq!(stopped.state, RigState::Stopped);
-    let ticking = status(&mut user).tick;
-    wait_for(&mut user, "another tick", |status| status.tick > ticking);
-    drop(crowd);
-    let _: SceneReply = daemon.client().request(Request::get()).expect("there is room again");
+    system_tests::engage(&mut user);
+    fs::remove_dir_all(socket.parent().expect("a directory")).expect("it was there");
+    system_tests::until("the directory is there again", is_there);
+    stops(&mut user);
+    // What somebody else has put there stays, and nobody could stop the rig.
+    system_tests::engage(&mut user);
+    fs::remove_file(&socket).expect("it was there");
+    let other = std::os::unix::net::UnixListener::bind(&socket);
+    if other.is_ok() {
+        let faulted = wait_for_state(&mut user, RigState::Faulted);
+        assert!(
+            faulted.fault.clone().unwrap_or_default().starts_with("control_lost"),
+            "{faulted:?}"
+        );
+        assert_eq!(faulted.command_force_n, 0.0);
+        drop(other);
+        assert!(socket.exists(), "it is left alone");
+        fs::remove_file(&socket).expect("it was there");
+        system_tests::until("the socket is there again", is_there);
+    }
+    stops(&mut user);
+    assert_eq!(status(&mut user).state, RigState::Idle);
 }
 
 #[test]

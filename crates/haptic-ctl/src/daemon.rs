@@ -23,6 +23,15 @@ impl Daemon {
         })
     }
 
+    /// Connects and asks at once, as who has no place must.
+    pub(crate) async fn ask_at_once<R: DeserializeOwned>(
+        socket: Option<&Path>,
+        request: Request,
+    ) -> Result<R, Failure> {
+        let path = socket_path::for_client(socket);
+        in_time(AsyncClient::ask_at_once(&path, request)).await
+    }
+
     /// What it said first.
     pub(crate) fn hello(&self) -> &Hello {
         self.client.hello()

@@ -22,6 +22,8 @@ pub(crate) struct WaitArguments {
 
 /// Time without an answer to a stop after which a person is told what to do.
 const STOP_ALARM: Duration = Duration::from_millis(300);
+/// Time after a refusal for want of room.
+const ASK_AGAIN: Duration = Duration::from_millis(5);
 /// Time without an answer to a stop after which nobody waits any more.
 const STOP_TIMEOUT: Duration = Duration::from_secs(2);
 
@@ -44,9 +46,14 @@ pub(crate) async fn ask_to_stop(
     request: Request,
     prefix: Option<&str>,
 ) -> Result<StateReply, Failure> {
+    // Where a crowd takes all places, a newcomer is heard for a moment, and may come again.
     let asked = async {
-        let mut daemon = Daemon::connect(socket).await?;
-        daemon.ask::<StateReply>(request).await
+        loop {
+            match Daemon::ask_at_once::<StateReply>(socket, request.clone()).await {
+                Err(failure) if failure.is_for_want_of_room() => tokio::time::sleep(ASK_AGAIN).await,
+                answered => return answered,
+            }
+        }
     };
     tokio::pin!(asked);
     let answered = match tokio::time::timeout(STOP_ALARM, &mut asked).await {

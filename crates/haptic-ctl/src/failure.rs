@@ -80,6 +80,20 @@ impl Failure {
         }
     }
 
+    /// Whether the daemon is there, and had no place for another client.
+    pub(crate) fn is_for_want_of_room(&self) -> bool {
+        match self {
+            Self::Client(ClientError::Refused(error)) => error.code == ErrorCode::TooManyClients,
+            Self::Client(ClientError::Closed) => true,
+            Self::Client(ClientError::Io(error)) => {
+                matches!(error.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset)
+            }
+            // So many wait that no more may.
+            Self::Client(ClientError::NoDaemon { source, .. }) => source.kind() == io::ErrorKind::WouldBlock,
+            _ => false,
+        }
+    }
+
     /// The exit code, and a name for programs.
     fn code(&self) -> (u8, &'static str) {
         match self {

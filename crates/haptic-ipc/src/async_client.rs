@@ -48,14 +48,7 @@ impl AsyncClient {
     /// # Errors
     /// No daemon listens, permission is missing, or the versions differ.
     pub async fn connect(path: &Path) -> Result<Self, ClientError> {
-        let stream = UnixStream::connect(path)
-            .await
-            .map_err(|error| ClientError::connecting(path, error))?;
-        let (reader, writer) = stream.into_split();
-        let mut lines = Lines {
-            reader: BufReader::new(reader),
-            line: Vec::new(),
-        };
+        let (mut lines, writer) = open(path).await?;
         Ok(Self {
             hello: greeting(lines.receive().await?)?,
             lines,
@@ -63,6 +56,19 @@ impl AsyncClient {
             next_id: 1,
             events: VecDeque::new(),
         })
+    }
+
+    /// Connects and asks at once, before the greeting has come: a daemon without a place for another client hears a stop
+    /// all the same, as it is there when the connection is taken.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect) and [`request`](Self::request).
+    pub async fn ask_at_once<R: DeserializeOwned>(path: &Path, request: Request) -> Result<R, ClientError> {
+        let (mut lines, mut writer) = open(path).await?;
+        let id = 1;
+        send(&mut writer, Envelope { id, request }).await?;
+        greeting(lines.receive().await?)?;
+        answer(&mut lines, id, drop).await
     }
 
     /// The greeting of the server.
@@ -77,18 +83,10 @@ impl AsyncClient {
     /// # Errors
     /// The request was refused, or the connection failed.
     pub async fn request<R: DeserializeOwned>(&mut self, request: Request) -> Result<R, ClientError> {
-        let asked = self.next_id;
+        let id = self.next_id;
         self.next_id += 1;
-        let mut line = serde_json::to_string(&Envelope { id: asked, request })?;
-        line.push('\n');
-        self.writer.write_all(line.as_bytes()).await?;
-        loop {
-            match self.lines.receive().await? {
-                ServerLine::Event(event) => self.events.push_back(event),
-                ServerLine::Answer { id, result } if id == Some(asked) => return Ok(serde_json::from_value(result?)?),
-                ServerLine::Answer { .. } | ServerLine::Hello(_) => {}
-            }
-        }
+        send(&mut self.writer, Envelope { id, request }).await?;
+        answer(&mut self.lines, id, |event| self.events.push_back(event)).await
     }
 
     /// Waits for the next event. Safe to drop half-way.
@@ -103,6 +101,39 @@ impl AsyncClient {
             if let ServerLine::Event(event) = self.lines.receive().await? {
                 return Ok(event);
             }
+        }
+    }
+}
+
+async fn open(path: &Path) -> Result<(Lines, OwnedWriteHalf), ClientError> {
+    let stream = UnixStream::connect(path)
+        .await
+        .map_err(|error| ClientError::connecting(path, error))?;
+    let (reader, writer) = stream.into_split();
+    let lines = Lines {
+        reader: BufReader::new(reader),
+        line: Vec::new(),
+    };
+    Ok((lines, writer))
+}
+
+async fn send(writer: &mut OwnedWriteHalf, envelope: Envelope) -> Result<(), ClientError> {
+    let mut line = serde_json::to_string(&envelope)?;
+    line.push('\n');
+    Ok(writer.write_all(line.as_bytes()).await?)
+}
+
+/// Waits for the answer to a request; passes on the events that come before it.
+async fn answer<R: DeserializeOwned>(
+    lines: &mut Lines,
+    asked: u64,
+    mut each: impl FnMut(Event),
+) -> Result<R, ClientError> {
+    loop {
+        match lines.receive().await? {
+            ServerLine::Event(event) => each(event),
+            ServerLine::Answer { id, result } if id == Some(asked) => return Ok(serde_json::from_value(result?)?),
+            ServerLine::Answer { .. } | ServerLine::Hello(_) => {}
         }
     }
 }

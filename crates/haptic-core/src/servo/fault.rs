@@ -111,7 +111,8 @@ impl fmt::Display for Fault {
             Self::StopButton => "stop_button: the rig's own stop button was pressed",
             Self::Stalled => "stalled: the loop stood still for longer than stale-ms while force flowed",
             Self::ControlLost => {
-                "control_lost: the control thread hung, so that no stop could be heard; the force was let down"
+                "control_lost: no stop could be heard, as the control thread hung or nobody could reach its socket; the force was \
+                 let down"
             }
             Self::StillEnabled => {
                 "still_enabled: the device has not switched its motor off 100 ms after it was told to: cut its power"

@@ -21,6 +21,7 @@ mod leases;
 mod library;
 mod log;
 mod peer;
+mod places;
 mod presence;
 pub(crate) mod reload;
 mod requester;

@@ -2,30 +2,34 @@
 
 use crate::control::RigHandle;
 use crate::control::peer::{UserNames, peer_of};
-use crate::control::session::{self, MOST_CLIENTS};
+use crate::control::places::Places;
+use crate::control::session::{self, Newcomer};
 use crate::control::socket::{Access, InheritedSockets, Socket, SocketError};
+use crate::log::{Level, say, say_at};
 use haptic_ipc::{ErrorCode, Problem, Rights, WireError};
 use nix::unistd::Group;
 use rustix::net::SendFlags;
 use serde_json::json;
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell, RefCell};
 use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
 use tokio::net::UnixStream;
 
-/// Clients beyond [`MOST_CLIENTS`] that may connect to a socket for a moment, only to stop the rig.
-const STOPPING_CLIENTS: usize = 8;
+/// Time between two looks whether clients can still find the sockets.
+const LOOK: Duration = Duration::from_millis(50);
 
-/// How long such a client may stay connected.
-const STOPPING_TIME: Duration = Duration::from_secs(2);
+/// Time after a connection that could not be taken.
+const TAKE_AGAIN: Duration = Duration::from_millis(5);
 
 /// A socket and the clients on it.
 #[derive(Debug)]
 struct Listener {
     socket: Socket,
     rights: Rights,
-    clients: Rc<Cell<usize>>,
+    places: OnceCell<Rc<Places>>,
+    /// Why clients cannot find it.
+    lost: RefCell<Option<String>>,
 }
 
 impl Listener {
@@ -33,8 +37,29 @@ impl Listener {
         Ok(Self {
             socket: Socket::bind(path, access, passed)?,
             rights,
-            clients: Rc::default(),
+            places: OnceCell::new(),
+            lost: RefCell::default(),
         })
+    }
+}
+
+impl Listener {
+    /// Whether clients find it, after a try to bind it again where it was lost. Tells when that changes, and what follows.
+    fn stays_reachable(&self, consequence: &str) -> bool {
+        let path = self.socket.path().display();
+        let found = self.socket.stay_reachable();
+        let mut lost = self.lost.borrow_mut();
+        match &found {
+            Ok(bound_again) if *bound_again || lost.is_some() => {
+                say(&format!("{path}: it was lost, and clients find it again"));
+            }
+            Err(why) if lost.as_ref() != Some(why) => {
+                say_at(Level::Error, &format!("{path}: {why}; {consequence}"));
+            }
+            _ => {}
+        }
+        *lost = found.err();
+        lost.is_none()
     }
 }
 
@@ -93,70 +118,108 @@ impl Server {
                 None => std::future::pending().await,
             }
         };
-        tokio::join!(self.accept(&self.control, &rig), watching);
+        tokio::join!(self.accept(&self.control, &rig), watching, self.stay_reachable(&rig));
     }
 
     async fn accept(&self, listener: &Listener, rig: &Rc<RigHandle>) {
+        // All else that takes descriptors for ever has them by now.
+        let sockets = 1 + usize::from(self.watch.is_some());
+        let places = listener.places.get_or_init(|| Rc::new(Places::of_process(sockets)));
         loop {
             // Connected clients come first: a crowd that connects would otherwise delay a stop.
             tokio::task::yield_now().await;
-            let Ok((stream, _)) = listener.socket.listener.accept().await else {
-                // Most likely out of descriptors: a client may close its connection before the next
-                // try.
-                tokio::time::sleep(Duration::from_millis(100)).await;
+            let Ok(stream) = listener.socket.accept().await else {
+                // Most likely out of descriptors.
+                places.send_one_away().await;
+                tokio::time::sleep(TAKE_AGAIN).await;
                 continue;
             };
-            let connected = listener.clients.get();
             if !listener.socket.access.admits(&stream) {
                 let error = WireError::new(ErrorCode::NotPermitted, listener.socket.access.who());
                 refuse(&stream, &error);
                 continue;
             }
-            if connected >= MOST_CLIENTS + STOPPING_CLIENTS {
-                let error = WireError::new(ErrorCode::TooManyClients, "too many clients are connected even to stop");
-                refuse(&stream, &error);
-                continue;
-            }
-            let rights = if connected < MOST_CLIENTS {
-                listener.rights
+            let newcomer = if places.has_room() {
+                None
             } else {
-                Rights::Stop
+                Some(places.admit().await)
             };
-            let place = Place::take(&listener.clients, rig);
-            let (number, names) = (self.sessions.get() + 1, Rc::clone(&self.names));
-            self.sessions.set(number);
-            tokio::task::spawn_local(serve(stream, place, number, rights, names));
+            let client = Incoming {
+                number: self.sessions.get() + 1,
+                names: Rc::clone(&self.names),
+                rights: if newcomer.is_some() {
+                    Rights::Stop
+                } else {
+                    listener.rights
+                },
+                place: Place::take(Rc::clone(places), newcomer, rig),
+                stream,
+            };
+            self.sessions.set(client.number);
+            tokio::task::spawn_local(client.serve());
+        }
+    }
+
+    /// Sees to it that clients find the sockets. Where nobody can ask for a stop any more, no force may flow.
+    async fn stay_reachable(&self, rig: &RigHandle) {
+        loop {
+            rig.set_reachable(
+                self.control
+                    .stays_reachable("its force is released, as nobody can stop the rig"),
+            );
+            if let Some(watch) = &self.watch {
+                watch.stays_reachable("watchers stay away");
+            }
+            tokio::time::sleep(LOOK).await;
         }
     }
 }
 
-/// Serves one client until it closes its connection.
-async fn serve(stream: UnixStream, place: Place, number: u64, rights: Rights, names: Rc<UserNames>) {
-    let session = format!("{}-{number}", std::process::id());
-    let Some(peer) = peer_of(&stream, session, &names).await else {
-        return;
-    };
-    let served = session::run(Rc::clone(&place.rig), stream, number, peer, rights);
-    if rights == Rights::Stop {
-        // The client has had time to stop the rig; its connection is dropped.
-        drop(tokio::time::timeout(STOPPING_TIME, served).await);
-    } else {
-        served.await;
+/// A client that has connected.
+struct Incoming {
+    stream: UnixStream,
+    place: Place,
+    number: u64,
+    rights: Rights,
+    names: Rc<UserNames>,
+}
+
+impl Incoming {
+    /// Serves it until it closes its connection; a newcomer for a moment.
+    async fn serve(self) {
+        let session = format!("{}-{}", std::process::id(), self.number);
+        let Some(peer) = peer_of(&self.stream, session, &self.names).await else {
+            return;
+        };
+        let Place { rig, newcomer, .. } = &self.place;
+        session::run(
+            Rc::clone(rig),
+            self.stream,
+            self.number,
+            peer,
+            self.rights,
+            newcomer.clone(),
+        )
+        .await;
     }
 }
 
-/// One of the places for clients, returned however its session ends.
+/// A client's place, returned however its session ends.
 struct Place {
-    on_listener: Rc<Cell<usize>>,
+    places: Rc<Places>,
+    newcomer: Option<Rc<Newcomer>>,
     rig: Rc<RigHandle>,
 }
 
 impl Place {
-    fn take(on_listener: &Rc<Cell<usize>>, rig: &Rc<RigHandle>) -> Self {
-        on_listener.set(on_listener.get() + 1);
+    fn take(places: Rc<Places>, newcomer: Option<Rc<Newcomer>>, rig: &Rc<RigHandle>) -> Self {
+        if newcomer.is_none() {
+            places.clients.set(places.clients.get() + 1);
+        }
         rig.clients().set(rig.clients().get() + 1);
         Self {
-            on_listener: Rc::clone(on_listener),
+            places,
+            newcomer,
             rig: Rc::clone(rig),
         }
     }
@@ -164,7 +227,10 @@ impl Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        self.on_listener.set(self.on_listener.get() - 1);
+        match &self.newcomer {
+            Some(newcomer) => self.places.give_back(newcomer),
+            None => self.places.clients.set(self.places.clients.get() - 1),
+        }
         self.rig.clients().set(self.rig.clients().get() - 1);
     }
 }

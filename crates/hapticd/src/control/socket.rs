@@ -16,13 +16,16 @@ use nix::unistd::Group;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use rustix::io::Errno;
 use rustix::process::{geteuid, umask};
-use std::fs::{DirBuilder, File, Permissions, set_permissions};
+use std::cell::{Cell, RefCell};
+use std::fs::{DirBuilder, File, Metadata, Permissions, set_permissions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt, lchown};
 use std::os::unix::net::UnixListener as StdListener;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use thiserror::Error;
 use tokio::net::{UnixListener, UnixStream};
+use tokio::sync::Notify;
 
 /// Why a socket cannot be bound.
 #[derive(Debug, Error)]
@@ -174,11 +177,15 @@ impl Access {
 /// A listening socket. When it is dropped its file is removed, unless the service manager made it.
 #[derive(Debug)]
 pub(crate) struct Socket {
-    pub(super) listener: UnixListener,
+    listener: RefCell<Rc<UnixListener>>,
+    /// It was bound again.
+    bound_again: Notify,
     pub(super) access: Access,
     path: PathBuf,
+    /// The file at the path, where it is this socket's.
+    file: Cell<Option<FileId>>,
     is_passed: bool,
-    lock: Lock,
+    lock: RefCell<Lock>,
 }
 
 impl Socket {
@@ -194,52 +201,96 @@ impl Socket {
             path: path.to_path_buf(),
             option,
         };
-        let (directory_mode, socket_mode) = access.modes();
-        for directory in missing_directories(path).into_iter().rev() {
-            DirBuilder::new().mode(0o700).create(directory).map_err(failed)?;
-            access.share(directory, directory_mode)?;
-        }
+        make_directories(path, &access)?;
         let lock = Lock::take(path).map_err(failed)?.ok_or_else(in_use)?;
-        if let Some(listener) = passed.take(path) {
-            listener.set_nonblocking(true).map_err(failed)?;
-            return Ok(Self {
-                listener: UnixListener::from_std(listener).map_err(failed)?,
-                access,
-                path: path.to_path_buf(),
-                is_passed: true,
-                lock,
-            });
-        }
-        match std::fs::symlink_metadata(path) {
-            Ok(found) if !found.file_type().is_socket() => {
-                return Err(SocketError::NotASocket {
-                    path: path.to_path_buf(),
-                    option,
-                });
+        let (listener, is_passed) = match passed.take(path) {
+            Some(listener) => {
+                listener.set_nonblocking(true).map_err(failed)?;
+                (UnixListener::from_std(listener).map_err(failed)?, true)
             }
-            // A process that listens here is alive, although it does not hold the lock.
-            Ok(_) => match std::os::unix::net::UnixStream::connect(path) {
-                Ok(_) => return Err(in_use()),
-                Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
-                    std::fs::remove_file(path).map_err(failed)?;
+            None => {
+                match std::fs::symlink_metadata(path) {
+                    Ok(found) if !found.file_type().is_socket() => {
+                        return Err(SocketError::NotASocket {
+                            path: path.to_path_buf(),
+                            option,
+                        });
+                    }
+                    // A process that listens here is alive, although it does not hold the lock.
+                    Ok(_) => match std::os::unix::net::UnixStream::connect(path) {
+                        Ok(_) => return Err(in_use()),
+                        Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
+                            std::fs::remove_file(path).map_err(failed)?;
+                        }
+                        Err(error) => return Err(failed(error)),
+                    },
+                    Err(_) => {}
                 }
-                Err(error) => return Err(failed(error)),
-            },
-            Err(_) => {}
-        }
-        // Before the bind, so that no other user can connect at any moment.
-        let before = umask(Mode::from_raw_mode(0o177));
-        let bound = UnixListener::bind(path);
-        umask(before);
-        let socket = Self {
-            listener: bound.map_err(failed)?,
+                (listen(path, &access)?, false)
+            }
+        };
+        Ok(Self {
+            listener: RefCell::new(Rc::new(listener)),
+            bound_again: Notify::new(),
             access,
             path: path.to_path_buf(),
-            is_passed: false,
-            lock,
+            file: Cell::new(FileId::of(path)),
+            is_passed,
+            lock: RefCell::new(lock),
+        })
+    }
+
+    /// The next client.
+    ///
+    /// # Errors
+    /// It cannot be taken, for lack of descriptors.
+    pub(super) async fn accept(&self) -> io::Result<UnixStream> {
+        loop {
+            let listener = Rc::clone(&self.listener.borrow());
+            tokio::select! {
+                accepted = listener.accept() => return accepted.map(|(stream, _)| stream),
+                () = self.bound_again.notified() => {}
+            }
+        }
+    }
+
+    /// Looks whether clients find this socket at its path. Where nothing is there it is bound again, under the lock;
+    /// returns whether it was. What another process has put there stays.
+    ///
+    /// # Errors
+    /// Why clients cannot find it.
+    pub(super) fn stay_reachable(&self) -> Result<bool, String> {
+        let found = FileId::of(&self.path);
+        if found.is_some() && found == self.file.get() {
+            return Ok(false);
+        }
+        if found.is_some() {
+            return Err("another file has taken its place".to_owned());
+        }
+        self.bind_again().map(|()| true).map_err(|error| error.to_string())
+    }
+
+    fn bind_again(&self) -> Result<(), SocketError> {
+        let failed = |source| SocketError::Io {
+            path: self.path.clone(),
+            option: self.access.option(),
+            source,
         };
-        socket.access.share(path, socket_mode)?;
-        Ok(socket)
+        make_directories(&self.path, &self.access)?;
+        if !self.lock.borrow().is_in_place() {
+            let lock = Lock::take(&self.path)
+                .map_err(failed)?
+                .ok_or_else(|| SocketError::InUse {
+                    path: self.path.clone(),
+                    option: self.access.option(),
+                })?;
+            self.lock.replace(lock);
+        }
+        let listener = listen(&self.path, &self.access)?;
+        self.file.set(FileId::of(&self.path));
+        self.listener.replace(Rc::new(listener));
+        self.bound_again.notify_one();
+        Ok(())
     }
 
     /// Its path.
@@ -277,12 +328,68 @@ impl Socket {
 
 impl Drop for Socket {
     fn drop(&mut self) {
-        // Both files are this daemon's own: the lock is still held.
-        if !self.is_passed {
+        // The lock is still held, and both files are this daemon's own where they are those that it made.
+        let lock = self.lock.borrow();
+        if !self.is_passed && self.file.get().is_some() && self.file.get() == FileId::of(&self.path) {
             drop(std::fs::remove_file(&self.path));
         }
-        drop(std::fs::remove_file(&self.lock.path));
+        if lock.is_in_place() {
+            drop(std::fs::remove_file(&lock.path));
+        }
     }
+}
+
+/// Which file it is, whatever its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct FileId {
+    device: u64,
+    inode: u64,
+}
+
+impl FileId {
+    fn of(path: &Path) -> Option<Self> {
+        std::fs::symlink_metadata(path)
+            .ok()
+            .map(|found| Self::of_metadata(&found))
+    }
+
+    fn of_metadata(found: &Metadata) -> Self {
+        Self {
+            device: found.dev(),
+            inode: found.ino(),
+        }
+    }
+}
+
+/// Makes the directories of a socket that are missing, for its intended clients.
+fn make_directories(path: &Path, access: &Access) -> Result<(), SocketError> {
+    for directory in missing_directories(path).into_iter().rev() {
+        DirBuilder::new()
+            .mode(0o700)
+            .create(directory)
+            .map_err(|source| SocketError::Io {
+                path: path.to_path_buf(),
+                option: access.option(),
+                source,
+            })?;
+        access.share(directory, access.modes().0)?;
+    }
+    Ok(())
+}
+
+/// Listens at a path where nothing is.
+fn listen(path: &Path, access: &Access) -> Result<UnixListener, SocketError> {
+    // Before the bind, so that no other user can connect at any moment.
+    let before = umask(Mode::from_raw_mode(0o177));
+    let bound = UnixListener::bind(path);
+    umask(before);
+    let listener = bound.map_err(|source| SocketError::Io {
+        path: path.to_path_buf(),
+        option: access.option(),
+        source,
+    })?;
+    access.share(path, access.modes().1)?;
+    Ok(listener)
 }
 
 /// The missing directories of a path, innermost first.
@@ -298,7 +405,7 @@ fn missing_directories(path: &Path) -> Vec<&Path> {
 #[derive(Debug)]
 struct Lock {
     path: PathBuf,
-    _file: File,
+    file: File,
 }
 
 impl Lock {
@@ -322,13 +429,19 @@ impl Lock {
                 Err(error) => return Err(error.into()),
             }
             // A daemon that ended meanwhile has removed the file that was opened here: the lock is another's to take.
-            let locked = file.metadata()?;
-            match std::fs::symlink_metadata(&path) {
-                Ok(found) if (found.dev(), found.ino()) == (locked.dev(), locked.ino()) => {
-                    return Ok(Some(Self { path, _file: file }));
-                }
-                _ => {}
+            let lock = Self {
+                path: path.clone(),
+                file,
+            };
+            if lock.is_in_place() {
+                return Ok(Some(lock));
             }
         }
+    }
+
+    /// Whether the file that is locked is the one that others find.
+    fn is_in_place(&self) -> bool {
+        let locked = self.file.metadata().ok();
+        locked.is_some_and(|locked| FileId::of(&self.path) == Some(FileId::of_metadata(&locked)))
     }
 }

@@ -93,6 +93,8 @@ pub(crate) struct RigHandle {
     devices: WorkerPool,
     clients: Cell<usize>,
     closing: Cell<bool>,
+    /// Clients find the socket.
+    is_reachable: Cell<bool>,
     serial: Cell<u32>,
     /// The command word holds one command: the next command waits until that one is answered.
     commanding: tokio::sync::Mutex<()>,
@@ -130,6 +132,7 @@ impl RigHandle {
             devices: WorkerPool::new("devices", MOST_WORKERS),
             clients: Cell::new(0),
             closing: Cell::new(false),
+            is_reachable: Cell::new(true),
             serial: Cell::new(0),
             commanding: tokio::sync::Mutex::new(()),
         }
@@ -224,7 +227,16 @@ impl RigHandle {
 
     /// Tells the real-time thread that the caller, the thread that hears stops, is alive.
     pub(crate) fn heartbeat(&self) {
-        self.shared.heartbeat(now_ns());
+        if self.is_reachable.get() {
+            self.shared.heartbeat(now_ns());
+        }
+    }
+
+    /// Tells whether a client can reach the daemon to stop the rig. Where none can, that is as if the thread that hears
+    /// stops were dead.
+    pub(crate) fn set_reachable(&self, is_reachable: bool) {
+        self.is_reachable.set(is_reachable);
+        self.shared.heartbeat(if is_reachable { now_ns() } else { 0 });
     }
 
     /// Samples that were discarded, because no hand can have made them.

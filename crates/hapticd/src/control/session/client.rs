@@ -1,5 +1,6 @@
 //! A client that is served, and the answers to its requests.
 
+use super::newcomer::Newcomer;
 use crate::control::RigHandle;
 use crate::control::change::PendingChange;
 use crate::telemetry::subscribers::Line;
@@ -41,6 +42,8 @@ pub(super) struct Client {
     pub(super) session: u64,
     pub(super) peer: Peer,
     pub(super) rights: Rights,
+    /// It has no place.
+    pub(super) newcomer: Option<Rc<Newcomer>>,
 }
 
 /// The answer to a change that the real-time thread has yet to render.

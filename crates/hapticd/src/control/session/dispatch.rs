@@ -106,8 +106,18 @@ impl Client {
             Rights::All => None,
             Rights::Watch => (!request.is_for_watchers()).then(only_watching),
             // Every client may stop.
-            Rights::Stop | Rights::Unknown => (*request != (Request::Stop {})).then(only_stopping),
+            Rights::Stop | Rights::Unknown => (*request != (Request::Stop {})).then(|| self.only_stopping()),
         }
+    }
+
+    /// The refusal of a newcomer.
+    pub(super) fn only_stopping(&self) -> WireError {
+        let places = self.newcomer.as_ref().map_or(MOST_CLIENTS, |newcomer| newcomer.places);
+        let message = format!(
+            "{places} clients are connected, the maximum: close one first; until then only `stop` is served, to who asks \
+             for it at once: if the motor pulls and you cannot stop it, cut the power"
+        );
+        WireError::new(ErrorCode::TooManyClients, message)
     }
 
     fn by(&self) -> Requester<'_> {
@@ -116,12 +126,6 @@ impl Client {
             peer: &self.peer,
         }
     }
-}
-
-fn only_stopping() -> WireError {
-    let message =
-        format!("{MOST_CLIENTS} clients are connected, the maximum: close one first; until then only `stop` is served");
-    WireError::new(ErrorCode::TooManyClients, message)
 }
 
 fn only_watching() -> WireError {

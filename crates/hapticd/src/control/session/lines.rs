@@ -11,6 +11,8 @@ pub(super) struct Lines {
     reader: OwnedReadHalf,
     codec: LinesCodec,
     buffer: BytesMut,
+    /// Bytes so far.
+    pub(super) received: usize,
     pub(super) ended: bool,
 }
 
@@ -20,6 +22,7 @@ impl Lines {
             reader,
             codec: LinesCodec::new_with_max_length(MAX_LINE_BYTES),
             buffer: BytesMut::new(),
+            received: 0,
             ended: false,
         }
     }
@@ -40,7 +43,9 @@ impl Lines {
         if self.ended {
             return false;
         }
-        self.ended = !matches!(self.reader.read_buf(&mut self.buffer).await, Ok(1..));
+        let read = self.reader.read_buf(&mut self.buffer).await.unwrap_or(0);
+        self.received += read;
+        self.ended = read == 0;
         true
     }
 

@@ -3,9 +3,11 @@
 mod client;
 mod dispatch;
 mod lines;
+mod newcomer;
 mod reply;
 
 pub(super) use client::MOST_CLIENTS;
+pub(super) use newcomer::Newcomer;
 
 use crate::control::session::client::{Answer, Client, Closed, PendingAnswer, WAITING_BYTES, room, take_room};
 use crate::control::session::lines::{Lines, unreadable};
@@ -29,6 +31,9 @@ use tokio_util::codec::LinesCodecError;
 /// How long a client may leave its lines unread.
 const BLOCKED_FOR: Duration = Duration::from_secs(2);
 
+/// Bytes that a newcomer may send without a stop among them.
+const NEWCOMER_BYTES: usize = 4096;
+
 /// Bytes searched for stops after the last answer: more than a socket's buffer.
 const LAST_BYTES: usize = 1024 * 1024;
 
@@ -41,8 +46,15 @@ const LARGEST_SCENE: usize = 8;
 /// Most changes of a client that wait for the real-time thread.
 const MOST_PENDING: usize = 64;
 
-/// Serves one client until it closes its connection.
-pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, peer: Peer, rights: Rights) {
+/// Serves one client until it closes its connection; a newcomer for a moment.
+pub(super) async fn run(
+    rig: Rc<RigHandle>,
+    stream: UnixStream,
+    session: u64,
+    peer: Peer,
+    rights: Rights,
+    newcomer: Option<Rc<Newcomer>>,
+) {
     let (reader, writer) = stream.into_split();
     let mut incoming = Lines::new(reader);
     let (lines, outgoing) = mpsc::channel(BACKLOG_LINES);
@@ -58,6 +70,7 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
         session,
         peer,
         rights,
+        newcomer,
     };
     // Reading and answering run side by side: a stop acts when it is read, before the requests that
     // are queued ahead of it. The conversation ends when the writer gives up on a client that does
@@ -65,8 +78,16 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     tokio::select! {
         ((), ()) = async { tokio::join!(client.read(&mut incoming, requests), client.converse(waiting)) } => {}
         () = client.lines.closed() => {}
+        () = client.is_over() => client.send_away(),
     }
     client.raise_last_stops(&mut incoming).await;
+    if client.newcomer.is_some() {
+        // It has taken nothing, and its place is for the next one: what it can be told goes into its buffer now.
+        drop(client);
+        tokio::task::yield_now().await;
+        writing.abort();
+        return;
+    }
     client.rig.feed().unsubscribe(session);
     client.left().await;
     client.rig.leases().forget(session);
@@ -128,6 +149,36 @@ fn is_change(request: &Request) -> bool {
 }
 
 impl Client {
+    /// Until a newcomer has been heard for long enough; for ever for others.
+    async fn is_over(&self) {
+        match &self.newcomer {
+            Some(newcomer) => newcomer.over().await,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Whether a newcomer has sent more than a stop needs, and none.
+    fn has_said_enough(&self, lines: &Lines) -> bool {
+        self.newcomer
+            .as_ref()
+            .is_some_and(|newcomer| newcomer.is_silent() && lines.received > NEWCOMER_BYTES)
+    }
+
+    /// Tells a newcomer why it is not heard any longer.
+    fn send_away(&self) {
+        let text = answer::<()>(None, Err(self.only_stopping()));
+        // Where its answers have filled the queue, it reads nothing.
+        drop(self.lines.try_send(Line { text, room: None }));
+    }
+
+    /// Raises a stop at once.
+    fn raise_stop(&self) -> u64 {
+        if let Some(newcomer) = &self.newcomer {
+            newcomer.stops.set(true);
+        }
+        self.rig.raise_stop(&self.peer)
+    }
+
     /// Reads the client's lines until it closes its connection. Raises its stops at once.
     async fn read(&self, lines: &mut Lines, requests: mpsc::UnboundedSender<QueuedLine>) {
         let unanswered = room();
@@ -145,7 +196,7 @@ impl Client {
                 // A client with many lines must not keep the others waiting.
                 tokio::task::yield_now().await;
             }
-            if !lines.wait().await {
+            if !lines.wait().await || self.has_said_enough(lines) {
                 break;
             }
         }
@@ -178,14 +229,14 @@ impl Client {
         Some(match Envelope::parse(&line) {
             Ok(envelope) => ReceivedLine::Request {
                 stops: match envelope.request {
-                    Request::Stop {} => rig.raise_stop(&self.peer),
+                    Request::Stop {} => self.raise_stop(),
                     _ => rig.stops(),
                 },
                 envelope,
             },
             Err(BadLine { id, error, means_stop }) => {
                 if means_stop {
-                    rig.raise_stop(&self.peer);
+                    self.raise_stop();
                 }
                 ReceivedLine::Refused { id, error }
             }
@@ -196,7 +247,11 @@ impl Client {
     /// stop and close its connection at once. Other requests are dropped, since nobody waits for an
     /// answer.
     async fn raise_last_stops(&self, lines: &mut Lines) {
-        let mut left = LAST_BYTES;
+        let mut left = if self.newcomer.is_some() {
+            NEWCOMER_BYTES
+        } else {
+            LAST_BYTES
+        };
         loop {
             while let Some(line) = lines.next() {
                 drop(self.receive(line));

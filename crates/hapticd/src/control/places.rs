@@ -1,0 +1,132 @@
+//! The places for clients: as many as there are descriptors for, with some kept for those who come to stop the rig.
+
+use crate::control::session::{MOST_CLIENTS, Newcomer};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::time::Duration;
+use tokio::sync::Notify;
+
+/// Most newcomers on a socket at once, beyond its clients.
+const MOST_NEWCOMERS: usize = 16;
+
+/// Descriptors for everything else: a device that comes back, files of scenes, a monitor's scrapes, the journal.
+const KEPT: usize = 8;
+
+/// Limit of descriptors that is asked for: more than are ever used.
+const WANTED: u64 = 1024;
+
+/// Shortest time for which a newcomer is heard, however many wait behind it.
+const SHORTEST_HEARING: Duration = Duration::from_millis(2);
+
+/// The places on a socket.
+#[derive(Debug)]
+pub(super) struct Places {
+    /// Most clients.
+    most_clients: usize,
+    most_newcomers: usize,
+    pub(super) clients: Rc<Cell<usize>>,
+    newcomers: RefCell<VecDeque<Rc<Newcomer>>>,
+    /// A newcomer has left.
+    left: Notify,
+}
+
+impl Places {
+    /// As many on each of some sockets as this process may have descriptors for, beside those that it has now. Raises
+    /// its limit as far as it may.
+    pub(super) fn of_process(sockets: usize) -> Self {
+        let limit = getrlimit(Resource::Nofile);
+        if limit.current.is_some_and(|current| current < WANTED) {
+            let raised = Rlimit {
+                current: Some(limit.maximum.map_or(WANTED, |most| most.min(WANTED))),
+                maximum: limit.maximum,
+            };
+            // It may stay as it is: the places go by what there is.
+            setrlimit(Resource::Nofile, raised).unwrap_or_default();
+        }
+        let limit = getrlimit(Resource::Nofile)
+            .current
+            .map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+        let used = std::fs::read_dir("/proc/self/fd").map_or(0, Iterator::count);
+        Self::within(limit.saturating_sub(used), sockets)
+    }
+
+    fn within(free: usize, sockets: usize) -> Self {
+        let places = free.saturating_sub(KEPT) / sockets;
+        let most_newcomers = (places / 2).clamp(1, MOST_NEWCOMERS);
+        Self {
+            most_clients: places.saturating_sub(most_newcomers).clamp(1, MOST_CLIENTS),
+            most_newcomers,
+            clients: Rc::default(),
+            newcomers: RefCell::default(),
+            left: Notify::new(),
+        }
+    }
+
+    /// Whether there is a place for another client.
+    pub(super) fn has_room(&self) -> bool {
+        self.clients.get() < self.most_clients
+    }
+
+    /// A place for a newcomer. Where all are taken, the one that has been silent for longest is sent away.
+    pub(super) async fn admit(&self) -> Rc<Newcomer> {
+        while self.newcomers.borrow().len() >= self.most_newcomers {
+            self.send_one_away().await;
+        }
+        let newcomer = Rc::new(Newcomer::new(self.most_clients));
+        self.newcomers.borrow_mut().push_back(Rc::clone(&newcomer));
+        newcomer
+    }
+
+    /// Sends the newcomer away that has been silent for longest, and waits until one has left.
+    pub(super) async fn send_one_away(&self) {
+        let oldest = self
+            .newcomers
+            .borrow()
+            .iter()
+            .find(|newcomer| newcomer.is_silent())
+            .cloned();
+        if let Some(oldest) = oldest {
+            let heard_for = oldest.heard_for();
+            if heard_for < SHORTEST_HEARING {
+                tokio::time::sleep(SHORTEST_HEARING - heard_for).await;
+            }
+            oldest.send_away();
+        }
+        // Those who have asked for a stop have their answer soon.
+        drop(tokio::time::timeout(SHORTEST_HEARING, self.left.notified()).await);
+    }
+
+    /// Gives a newcomer's place back.
+    pub(super) fn give_back(&self, newcomer: &Rc<Newcomer>) {
+        self.newcomers.borrow_mut().retain(|other| !Rc::ptr_eq(other, newcomer));
+        self.left.notify_one();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // hazard: H24
+    #[test]
+    fn there_are_as_many_places_as_descriptors_and_some_are_kept_for_stops() {
+        for (free, sockets, clients, newcomers) in [
+            (1000, 1, 32, 16),
+            (1000, 2, 32, 16),
+            (56, 1, 32, 16),
+            (40, 1, 16, 16),
+            (20, 1, 6, 6),
+            (20, 2, 3, 3),
+            (0, 1, 1, 1),
+        ] {
+            let places = Places::within(free, sockets);
+            assert_eq!(
+                (places.most_clients, places.most_newcomers),
+                (clients, newcomers),
+                "{free} on {sockets}"
+            );
+        }
+    }
+}
