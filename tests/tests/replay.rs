@@ -41,13 +41,17 @@ fn ctl_json(file: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
     )
 }
 
-/// Recordings by earlier builds. The settings of their loops have no usual value.
-fn fixtures() -> Vec<PathBuf> {
+/// Recordings by earlier builds, as far as their names begin so. The settings of their loops have no usual value.
+fn recordings_of(beginning: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
-    let files = std::fs::read_dir(folder).expect("the fixtures");
-    let mut files: Vec<PathBuf> = files.map(|file| file.expect("a file").path()).collect();
-    files.sort();
-    files
+    ["csv", "mcap"]
+        .map(|kind| folder.join(format!("recording-of-{beginning}.{kind}")))
+        .into()
+}
+
+/// Those by this version of the servo.
+fn fixtures() -> Vec<PathBuf> {
+    recordings_of(&format!("servo-{}", haptic_core::servo::VERSION))
 }
 
 /// Schedules four changes, one of them with a ramp and one to another law and back; returns their ticks once the last
@@ -239,6 +243,21 @@ fn a_recording_of_an_earlier_build_gives_its_forces_again() {
         assert!(said["ticks"].as_u64() > Some(2000), "{said}");
         assert!(said["not_compared"].as_u64() < Some(300), "{said}");
         assert!(said["with_force"].as_u64() > Some(1500), "{said}");
+    }
+}
+
+#[test]
+fn a_recording_by_another_servo_is_said_to_be_one_and_is_rendered_all_the_same() {
+    for file in recordings_of("0.1.0") {
+        let output = ctl(&file, &[]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("made by version 1 of the servo"), "{said}");
+        let (rendered, code) = ctl_json(&file, &["--scheme", "exact"]);
+        assert_eq!(
+            (code, &rendered["what_if"]["ticks"]),
+            (Some(0), &rendered["recorded"]["ticks"])
+        );
     }
 }
 

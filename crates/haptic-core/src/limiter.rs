@@ -137,7 +137,7 @@ impl SafetyLimiter {
     }
 
     /// Scales `force` (N) by `gain` in 0..1, cuts it to the limit, and lets it go no farther from
-    /// the last one than `elapsed_s` allows. Towards zero it may go at once.
+    /// the last one than `elapsed_s` allows. To zero it may go at once, and beyond zero by what the way to it has left.
     ///
     /// # Errors
     /// [`NonFiniteForce`] where the product is not a finite number.
@@ -157,25 +157,28 @@ impl SafetyLimiter {
         }
         let wanted = self.cut(wanted);
         let step = self.limits.slew_n_per_s * elapsed_s.max(0.0);
-        // Less force in the same direction is safe at any rate; more, or the other way, is not.
-        let from = if self.last_n * wanted >= 0.0 && wanted.abs() < self.last_n.abs() {
+        // Zero is safe at any rate; more force, or force the other way, is not. A change of sign is one change: were
+        // each side of zero allowed a step of its own, 20 N could become -5 N at once. By comparisons and not by
+        // `clamp`, which panics: without a limit on the slew the step of no time is not a number.
+        let (least, most) = (self.last_n - step, self.last_n + step);
+        let wanted = if wanted < least && wanted < 0.0 {
+            least.min(0.0)
+        } else {
             wanted
-        } else if self.last_n * wanted < 0.0 {
-            0.0
-        } else {
-            self.last_n
         };
-        let change = wanted - from;
-        // Not `clamp`, which panics: without a limit on the slew the step of no time is not a number.
-        let change = if change > step {
-            step
-        } else if change < -step {
-            -step
+        let wanted = if wanted > most && wanted > 0.0 {
+            most.max(0.0)
         } else {
-            change
+            wanted
         };
         // The sum may round to beyond the limit.
-        Ok(self.cut(from + change))
+        Ok(self.cut(wanted))
+    }
+
+    /// How far the force may go in a time, s, N.
+    #[inline(always)]
+    pub(crate) fn step_n(&self, elapsed_s: f64) -> f64 {
+        self.limits.slew_n_per_s * elapsed_s
     }
 
     /// A force (N) within the limit. Not by `clamp`, which asks first whether its limits are in order.
@@ -220,7 +223,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        // hazard: P1
+        // hazard: P1, H25
         #[test]
         fn whatever_comes_in_stays_within_the_limits(
             // NaN and infinity come as well.
@@ -235,7 +238,11 @@ mod tests {
                         prop_assert!((force * gain.clamp(0.0, 1.0)).is_finite(), "{limited} N from NaN or infinity");
                         prop_assert!(limited.abs() <= force_n);
                         let allowed = slew_n_per_s * elapsed_s.max(0.0) * (1.0 + 1e-12) + 1e-12;
-                        let more = if last * limited > 0.0 { limited.abs() - last.abs() } else { limited.abs() };
+                        let more = if last * limited < 0.0 {
+                            last.abs() + limited.abs()
+                        } else {
+                            limited.abs() - last.abs()
+                        };
                         prop_assert!(more <= allowed, "from {last} N to {limited} N in {elapsed_s} s");
                         last = limited;
                     }
@@ -259,7 +266,13 @@ mod tests {
         let mut limit = |force| limiter.limit(force, 1.0, 1e-3).expect("a number");
         assert_eq!([limit(5.0), limit(5.0), limit(5.0)], [1.0, 2.0, 3.0]);
         assert_eq!(limit(0.5), 0.5, "less is let out at once");
-        assert_eq!(limit(-5.0), -1.0, "through zero at once, and on slowly");
+        assert_eq!(limit(-5.0), -0.5, "beyond zero by what the way there has left");
+        assert_eq!([limit(-5.0), limit(-5.0)], [-1.5, -2.5]);
+        assert_eq!(
+            [limit(5.0), limit(5.0)],
+            [0.0, 1.0],
+            "to zero, where that is all, and on slowly"
+        );
         assert_eq!(limit(0.0), 0.0, "and to zero at once");
     }
 
@@ -393,16 +406,17 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_turns_round_begins_at_zero_and_one_that_grows_where_it_is() {
+    fn a_force_that_turns_round_makes_one_step_and_not_two() {
         // Of 1 N in a millisecond, a tenth.
         let next = |last: f64, wanted: f64| at(last).limit(wanted, 1.0, 1e-4).expect("a number");
         for sign in [1.0, -1.0] {
-            assert_eq!(
-                next(sign * 3.0, sign * -0.5),
-                sign * -0.1,
-                "a smaller one the other way"
+            assert_eq!(next(sign * 3.0, sign * -0.5), 0.0, "a smaller one the other way");
+            assert_eq!(next(sign * 3.0, sign * -5.0), 0.0, "a larger one the other way");
+            assert!(
+                (next(sign * 0.04, sign * -5.0) - sign * -0.06).abs() < 1e-12,
+                "the rest of the step the other way"
             );
-            assert_eq!(next(sign * 3.0, sign * -5.0), sign * -0.1, "a larger one the other way");
+            assert_eq!(next(sign * 0.04, sign * -0.05), sign * -0.05, "all of a small one");
             assert!(
                 (next(sign * 1.0, sign * 3.0) - sign * 1.1).abs() < 1e-12,
                 "more the same way"

@@ -7,11 +7,13 @@
 
 use crate::limiter::SafetyLimiter;
 
-/// How far a sample may lie from where the motion led, m, whatever the time: below what a hand
-/// feels as a kick (0.3 mm are 0.3 N at 1 kN/m).
+/// How far a sample may lie from where the motion led, m, on the softest surface: below what a hand
+/// feels as a kick (0.3 mm are 0.3 N at 1 kN/m). On a stiffer one it may lie as far as makes a step of
+/// force that the slew limit lets pass.
 const DOUBT_M: f64 = 0.3e-3;
 
-/// What a hand does without being doubted, m/s^2. Over several milliseconds that is more than [`DOUBT_M`].
+/// What a hand does without being doubted, m/s^2: to hold an honest sample back is a delay under force.
+/// Over several milliseconds that is more than [`DOUBT_M`].
 const HAND_MPS2: f64 = 200.0;
 
 /// Counts of the encoder within which nothing is doubted.
@@ -63,13 +65,25 @@ pub struct Motion {
     pub velocity: f64,
     /// Distance between two positions that the device can distinguish, m.
     pub resolution: f64,
+    /// Distance that makes as large a step of force as a tick may have, m.
+    pub felt: f64,
 }
 
 impl Motion {
     /// Whether nobody doubts that the hand went so far (m) with a velocity (m/s) in a time (s).
     #[inline(always)]
     fn allows(&self, moved: f64, velocity: f64, elapsed_s: f64, limits: &SafetyLimiter) -> bool {
-        let doubt = DOUBT_M
+        self.allows_within(DOUBT_M.min(self.felt), moved, velocity, elapsed_s, limits)
+    }
+
+    /// The same of a sample that another one speaks for: on a stiff surface, too, it may lie as far aside as on a soft one.
+    fn confirms(&self, moved: f64, velocity: f64, elapsed_s: f64, limits: &SafetyLimiter) -> bool {
+        self.allows_within(DOUBT_M, moved, velocity, elapsed_s, limits)
+    }
+
+    #[inline(always)]
+    fn allows_within(&self, least: f64, moved: f64, velocity: f64, elapsed_s: f64, limits: &SafetyLimiter) -> bool {
+        let doubt = least
             .max(0.5 * HAND_MPS2 * elapsed_s * elapsed_s)
             .max(DOUBT_COUNTS * self.resolution);
         (moved - velocity * elapsed_s).abs() <= doubt && limits.allows_step(moved, velocity, elapsed_s, self.resolution)
@@ -103,7 +117,6 @@ impl PositionGuard {
     /// Judges a position that lies aside, or that comes after one.
     #[inline(never)]
     fn judge_doubtful(&mut self, before: Motion, position: f64, elapsed_s: f64, limits: &SafetyLimiter) -> Verdict {
-        let allows = |moved: f64, velocity: f64, elapsed_s: f64| before.allows(moved, velocity, elapsed_s, limits);
         let moved = position - before.position;
         let Some(held) = self.held else {
             if !moved.is_finite() {
@@ -118,7 +131,16 @@ impl PositionGuard {
         };
         self.held = None;
         let since_s = held.elapsed_s + elapsed_s;
-        if allows(moved, before.velocity, since_s) {
+        // The hand continues as before, or as the held sample said: an infinite velocity is never
+        // allowed.
+        let step = position - held.position;
+        let velocity = (held.position - before.position) / held.elapsed_s;
+        let agrees = |velocity: f64| before.confirms(step, velocity, elapsed_s, limits);
+        let speaks_for_held = !held.too_far && (agrees(before.velocity) || agrees(velocity));
+        let aside = |moved: f64, velocity: f64, elapsed_s: f64| (moved - velocity * elapsed_s).abs();
+        let is_nearer_to_held = aside(step, before.velocity, elapsed_s).min(aside(step, velocity, elapsed_s))
+            < aside(moved, before.velocity, since_s);
+        if !(speaks_for_held && is_nearer_to_held) && before.allows(moved, before.velocity, since_s, limits) {
             self.forgotten += 1;
             self.score += WRONG;
             return if self.score > MOST_WRONG {
@@ -127,12 +149,7 @@ impl PositionGuard {
                 Verdict::Believed { elapsed_s: since_s }
             };
         }
-        // The hand continues as before, or as the held sample said: an infinite velocity is never
-        // allowed.
-        let step = position - held.position;
-        let velocity = (held.position - before.position) / held.elapsed_s;
-        let agrees = allows(step, before.velocity, elapsed_s) || allows(step, velocity, elapsed_s);
-        if agrees && !held.too_far {
+        if speaks_for_held {
             Verdict::Believed { elapsed_s: since_s }
         } else {
             Verdict::Jumped
@@ -167,6 +184,7 @@ mod tests {
             position: -speed * TICK_S,
             velocity: speed,
             resolution: 1e-5,
+            felt: f64::INFINITY,
         };
         let mut seen = Vec::new();
         for (k, &position) in positions.iter().enumerate() {
@@ -247,10 +265,70 @@ mod tests {
             position: 0.0,
             velocity: 0.0,
             resolution: 1e-5,
+            felt: f64::INFINITY,
         };
         let judged = |elapsed_s| PositionGuard::default().judge(at_rest, 5e-3, elapsed_s, &limits());
         assert_eq!(judged(0.01), Verdict::Believed { elapsed_s: 0.01 });
         assert_eq!(judged(TICK_S), Verdict::Held);
+    }
+
+    // hazard: H25
+    #[test]
+    fn a_stiff_surface_doubts_what_would_be_a_step_of_force_and_no_more_than_a_hand_makes() {
+        let judged = |felt: f64, resolution: f64, moved: f64, elapsed_s: f64| {
+            let at_rest = Motion {
+                position: 0.0,
+                velocity: 0.0,
+                resolution,
+                felt,
+            };
+            PositionGuard::default().judge(at_rest, moved, elapsed_s, &limits()) == Verdict::Held
+        };
+        // 5 N in a tick at 25 kN/m and 10 N s/m, at 1 kHz: 0.143 mm.
+        let felt = 5.0 / (25e3 + 10.0 / TICK_S);
+        for (felt, resolution, doubted_m) in [
+            (felt, 1e-5, felt),
+            (f64::INFINITY, 1e-5, DOUBT_M),
+            // However stiff: 100 m/s^2 for a tick, and four counts.
+            (1e-6, 1e-5, 0.1e-3),
+            (1e-6, 0.1e-3, 0.4e-3),
+        ] {
+            assert!(
+                !judged(felt, resolution, 0.99 * doubted_m, TICK_S),
+                "{felt} {resolution}"
+            );
+            assert!(
+                judged(felt, resolution, 1.01 * doubted_m, TICK_S),
+                "{felt} {resolution}"
+            );
+        }
+        assert!(
+            !judged(1e-6, 1e-5, 0.4e-3, 2.0 * TICK_S),
+            "in twice the time four times as far"
+        );
+    }
+
+    // hazard: H25
+    #[test]
+    fn what_a_stiff_surface_doubts_is_believed_where_the_next_sample_speaks_for_it_however_roughly() {
+        // A hand that hits something: 0.25 mm aside, and from there nearly as far aside again.
+        for second in [0.0, 0.2e-3, 0.29e-3] {
+            let at_rest = Motion {
+                position: 0.0,
+                velocity: 0.0,
+                resolution: 1e-5,
+                felt: 0.14e-3,
+            };
+            let mut guard = PositionGuard::default();
+            assert_eq!(guard.judge(at_rest, 0.25e-3, TICK_S, &limits()), Verdict::Held);
+            let elapsed_s = 2.0 * TICK_S;
+            assert_eq!(
+                guard.judge(at_rest, 0.25e-3 + second, TICK_S, &limits()),
+                Verdict::Believed { elapsed_s },
+                "{second}"
+            );
+            assert_eq!(guard.forgotten(), 0);
+        }
     }
 
     // hazard: H6
@@ -267,6 +345,7 @@ mod tests {
             position: 0.0,
             velocity: 0.0,
             resolution: 1e-5,
+            felt: f64::INFINITY,
         };
         let mut guard = PositionGuard::default();
         assert_eq!(guard.forgotten(), 0);

@@ -3,9 +3,10 @@
 use crate::block::{BlockState, Coupling, EventSink, Rendered};
 use crate::bound_error::BoundError;
 use crate::contact::Contact;
+use crate::directional::Directional;
 use crate::excitation::{Excitation, Follower};
 use crate::math::sqrt;
-use crate::parameters::SceneError;
+use crate::parameters::{Parameter, SceneError};
 use crate::pulse::{Pulse, PulseShape};
 use crate::render::{BlockSetup, Shown, Surface};
 use crate::scene::Scene;
@@ -22,6 +23,7 @@ pub struct Renderer {
     surface: Box<dyn Surface>,
     /// The block's mass and its coupling, where there is one.
     held: Option<(f64, Coupling)>,
+    stiffness: f64,
     is_motion: bool,
 }
 
@@ -30,6 +32,7 @@ impl Clone for Renderer {
         Self {
             surface: self.surface.boxed(),
             held: self.held,
+            stiffness: self.stiffness,
             is_motion: self.is_motion,
         }
     }
@@ -55,9 +58,17 @@ impl Renderer {
                 .as_law()
                 .behind_block(&BlockSetup { mass, coupling, scheme }),
         };
+        let (stiffness, damping) = match held {
+            Some((_, coupling)) => (coupling.stiffness, coupling.damping),
+            None => (
+                scene.friction.contact_stiffness(true),
+                scene.value(Parameter::Viscous).map_or(0.0, Directional::greatest),
+            ),
+        };
         Ok(Self {
             surface,
             held,
+            stiffness: stiffness + damping / period_s,
             is_motion: false,
         })
     }
@@ -87,6 +98,7 @@ impl Renderer {
         Self {
             surface,
             held: None,
+            stiffness: 0.0,
             is_motion: true,
         }
     }
@@ -95,6 +107,12 @@ impl Renderer {
     #[must_use]
     pub fn is_motion(&self) -> bool {
         self.is_motion
+    }
+
+    /// The force that a step of the device makes within a tick, N/m: `K + B/T` of the coupling, or of the contact without
+    /// one.
+    pub(crate) fn stiffness(&self) -> f64 {
+        self.stiffness
     }
 
     /// The block and the last device sample. Without a block it is the contact at the device.

@@ -18,6 +18,14 @@ pub struct ServoSetup {
     /// Largest force that the device gives, N; absent where it names none.
     #[serde(default, rename = "device_force_limit_N", skip_serializing_if = "Option::is_none")]
     pub device_force_limit_n: Option<f64>,
+    /// Version of the servo: its forces are given again by the same one alone.
+    #[serde(default = "first_version")]
+    pub version: u32,
+}
+
+/// That of recordings from before versions were counted.
+const fn first_version() -> u32 {
+    1
 }
 
 /// How a scene took effect.

@@ -25,8 +25,9 @@ use tokio::net::UnixStream;
 /// The signals that are heard.
 const SIGNALS: [Signal; 3] = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP];
 
-/// Time within which the control thread must react to a signal; otherwise it counts as hanging.
-const REACTION_TIME: Duration = Duration::from_millis(600);
+/// Time within which the control thread must react to a signal; otherwise it counts as hanging. A machine may be so busy
+/// that an ordinary thread does not run for most of a second; the loop has let the force down by itself then.
+const REACTION_TIME: Duration = Duration::from_millis(2000);
 
 /// Time in which the loop sends its final zero force.
 const FINAL_ZERO_TIME: Duration = Duration::from_millis(200);

@@ -133,7 +133,8 @@ impl Sensing {
 
     /// Takes in a reading at a time of ours, of a device with a resolution (m). A failed or stale
     /// reading is never rendered as a position. While force flows (`live`) a sample that no hand
-    /// can have made is not rendered either; without, the block goes wherever the device says.
+    /// can have made is not rendered either, by the force (N/m) that the surface gives for a place at once; without, the
+    /// block goes wherever the device says.
     #[inline(always)]
     pub(super) fn sense(
         &mut self,
@@ -141,6 +142,7 @@ impl Sensing {
         now_ns: u64,
         resolution_m: f64,
         live: bool,
+        stiffness: f64,
         limits: &SafetyLimiter,
     ) -> Sensed {
         let sample = match measured {
@@ -178,6 +180,7 @@ impl Sensing {
                 position: self.position_m,
                 velocity: self.velocity_mps,
                 resolution: resolution_m,
+                felt: limits.step_n(self.step_s) / stiffness,
             };
             match self.guard.judge(before, sample.position_m, elapsed_s, limits) {
                 Verdict::Believed { elapsed_s } => elapsed_s,

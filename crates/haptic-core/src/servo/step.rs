@@ -132,6 +132,7 @@ impl Servo {
             self.now_ns,
             inputs.device_resolution_m,
             live,
+            self.scene.renderer.stiffness(),
             &self.limiter,
         );
         match sensed {

@@ -17,6 +17,17 @@ pub enum ReplayError {
         /// Name and version of the daemon.
         server: String,
     },
+    /// It was made by another version of the servo.
+    #[error(
+        "the recording was made by version {recorded} of the servo, and this is version {}: the rules of its limits and \
+         of doubtful positions are others, so its forces cannot be given again to the last bit; they can be rendered \
+         with --scene, --set or --scheme",
+        haptic_core::servo::VERSION
+    )]
+    OtherVersion {
+        /// The one that it was made by.
+        recorded: u32,
+    },
     /// Its rows are not all ticks.
     #[error(
         "the recording holds {rate_hz} of {loop_rate_hz} ticks a second: a force follows from every tick before it, so \

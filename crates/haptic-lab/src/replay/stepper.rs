@@ -6,7 +6,7 @@ use super::scenes::{Alternative, IncomingScene, Scenes};
 use super::skip_reason::SkipReason;
 use crate::row::with_outputs;
 use haptic_core::sample::{DeviceError, Motor};
-use haptic_core::servo::{Command, Event, Events, InputWord, Inputs, Servo};
+use haptic_core::servo::{Command, Event, Events, InputWord, Inputs, Servo, VERSION};
 use haptic_ipc::{RigState, Sample, ServoSetup};
 use haptic_recording::{Mark, Metadata};
 
@@ -84,6 +84,11 @@ impl Stepper {
         let setup = metadata.servo.clone().ok_or_else(|| ReplayError::NoServo {
             server: metadata.server.clone(),
         })?;
+        if alternative.is_none() && setup.version != VERSION {
+            return Err(ReplayError::OtherVersion {
+                recorded: setup.version,
+            });
+        }
         Ok(Self {
             is_exact: alternative.is_none(),
             scenes: Scenes::new(metadata, &setup, alternative),

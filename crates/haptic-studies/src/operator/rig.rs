@@ -55,6 +55,7 @@ pub fn setup() -> ServoSetup {
         scheme: Scheme::Exact,
         device_resolution_m: properties.resolution_m,
         device_force_limit_n: None,
+        version: haptic_core::servo::VERSION,
     }
 }
 

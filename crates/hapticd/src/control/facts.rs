@@ -129,6 +129,7 @@ impl Facts {
             device_resolution_m,
             // JSON has no infinity.
             device_force_limit_n: force_limit_n.is_finite().then_some(force_limit_n),
+            version: haptic_core::servo::VERSION,
         }
     }
 

@@ -90,6 +90,7 @@ impl Apart {
         self.host_ns += 1_000_000;
         let (host_ns, mut sample, mut elapsed, mut force) = (self.host_ns, None, Ok(0.0), 0.0);
         let before = Motion {
+            felt: 0.15e-3,
             position: self.position,
             velocity: self.velocity,
             resolution: 0.0,

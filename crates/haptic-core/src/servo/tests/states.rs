@@ -231,6 +231,56 @@ fn a_lone_wrong_sample_is_not_rendered_and_counted_while_force_flows() {
     assert_eq!(ended(&script), (RigState::Engaged, None));
 }
 
+// hazard: H25
+#[test]
+fn samples_that_agree_wrongly_make_no_step_beyond_the_slew_limit() {
+    let step_n = PLAIN.limits.slew_n_per_s * 1e-3 * (1.0 + 1e-9);
+    for wrong_m in [0.1e-3, 0.2e-3, 0.3e-3, 0.6e-3, 0.9e-3, -0.2e-3, -0.6e-3, -0.9e-3] {
+        for many in 1..=5 {
+            let mut script = Script::engaged(PLAIN);
+            let mut last_n = script.next().force_n;
+            let mut honest_m = script.sample.position_m;
+            for k in 0..20 {
+                honest_m += SPEED_MPS * 1e-3;
+                let position_m = if k < many { honest_m + wrong_m } else { honest_m };
+                let force_n = script.step(position_m).force_n;
+                let grown_n = if last_n * force_n < 0.0 {
+                    last_n.abs() + force_n.abs()
+                } else {
+                    force_n.abs() - last_n.abs()
+                };
+                assert!(
+                    grown_n <= step_n,
+                    "{many} of {wrong_m} m: from {last_n} N to {force_n} N in tick {k}"
+                );
+                last_n = force_n;
+            }
+        }
+    }
+}
+
+// hazard: H25
+#[test]
+fn a_glitch_that_a_stiff_surface_would_make_felt_is_held() {
+    // The paper's coupling: 5 N in a tick are 0.14 mm.
+    let mut script = Script::engaged(PLAIN);
+    let before_n = script.next().force_n;
+    let honest_m = script.sample.position_m + SPEED_MPS * 1e-3;
+    let held = script.step(honest_m + 0.2e-3);
+    assert!(
+        (held.force_n - before_n).abs() < 0.1,
+        "{} N, {before_n} N before",
+        held.force_n
+    );
+    let after = script.step(honest_m + SPEED_MPS * 1e-3);
+    assert!(
+        (after.force_n - before_n).abs() < 0.1,
+        "{} N, {before_n} N before",
+        after.force_n
+    );
+    assert_eq!(script.servo.samples_forgotten(), 1);
+}
+
 #[test]
 fn without_force_the_hand_is_wherever_the_device_says() {
     let mut script = Script::new(PLAIN);

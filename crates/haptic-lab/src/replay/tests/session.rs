@@ -51,6 +51,7 @@ pub(super) fn setup() -> ServoSetup {
         scheme: Scheme::Exact,
         device_resolution_m: 1e-5,
         device_force_limit_n: Some(10.0),
+        version: haptic_core::servo::VERSION,
     }
 }
 
@@ -139,6 +140,7 @@ impl Session {
             scheme,
             device_resolution_m,
             device_force_limit_n,
+            ..
         } = self.setup;
         self.tick += 1;
         if !happening.is_silent {

@@ -138,6 +138,7 @@ fn setup(friction_n: f64) -> ServoSetup {
         scheme: haptic_core::Scheme::Exact,
         device_resolution_m: 1e-5,
         device_force_limit_n: None,
+        version: haptic_core::servo::VERSION,
     }
 }
 
