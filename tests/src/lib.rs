@@ -291,9 +291,24 @@ impl Daemon {
     ///
     /// # Panics
     /// It does not end.
-    pub fn end(mut self, signal: rustix::process::Signal) -> (ExitStatus, String) {
-        let pid = rustix::process::Pid::from_child(&self.child);
-        rustix::process::kill_process(pid, signal).expect("it runs");
+    pub fn end(self, signal: rustix::process::Signal) -> (ExitStatus, String) {
+        self.end_by(&signal.as_raw().to_string())
+    }
+
+    /// The same by a signal's name or number, as `kill` takes it: some have no name.
+    ///
+    /// # Panics
+    /// It does not run any more.
+    pub fn end_by(mut self, signal: &str) -> (ExitStatus, String) {
+        let kill = format!("kill -s {signal} {}", self.child.id());
+        assert!(
+            Command::new("bash")
+                .args(["-c", &kill])
+                .status()
+                .expect("bash")
+                .success(),
+            "{kill}"
+        );
         let mut said = String::new();
         self.stderr.read_to_string(&mut said).expect("its messages are text");
         (self.child.wait().expect("it ends"), said)

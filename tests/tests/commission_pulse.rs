@@ -83,6 +83,9 @@ fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes
 // hazard: H13
 #[test]
 fn a_client_that_dies_in_a_pulse_takes_its_force_with_it() {
+    if !test_run::is_long_for("how soon a pulse of 0.3 s ends with its client") {
+        return;
+    }
     let rig = FakeRig::start(&["--hand", "free"]);
     // A ramp that is longer than the pulse: along it the force would go on.
     let (daemon, mut client) = daemon_with(&rig, &["--ramp-ms", "600"]);

@@ -119,6 +119,9 @@ fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
     );
     assert_eq!(error.code, ErrorCode::Stopped, "{error}");
     assert_eq!(status(&mut client).commissioning, None);
+    // Its lease goes with it, before the rig is engaged by somebody else.
+    drop(identifier);
+    wait_for(&mut client, "its end", |status| status.clients == 1);
     let_go(&mut client);
     renders_the_scene(&daemon, &mut client);
 }

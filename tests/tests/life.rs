@@ -71,16 +71,29 @@ fn only_the_owner_can_use_the_socket() {
     assert_eq!(mode(daemon.socket().parent().expect("a directory")), 0o700);
 }
 
+// hazard: F19
 #[test]
-fn a_signal_lets_the_force_down_before_the_end() {
-    for signal in [Signal::TERM, Signal::INT] {
+fn every_signal_that_can_end_it_lets_the_force_down_first() {
+    // Each whose action is to end a process, but SIGKILL, SIGPIPE, which Rust ignores, and those of a thread's own fault.
+    let signals = [
+        "HUP", "INT", "QUIT", "USR1", "USR2", "ALRM", "TERM", "STKFLT", "XCPU", "XFSZ", "VTALRM", "PROF", "IO", "PWR",
+        "RTMIN", "RTMIN+1", "RTMAX-1", "RTMAX",
+    ];
+    for signal in signals {
         let daemon = Daemon::start(&["--ramp-ms", "50"]);
         let mut client = daemon.client();
-        let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
-        wait_for_state(&mut client, RigState::Engaged);
-        let (ended, said) = daemon.end(signal);
-        assert!(ended.success(), "{signal:?}: {said}");
-        assert!(!said.contains("panic"), "{said}");
+        system_tests::engage(&mut client);
+        if signal == "HUP" && std::fs::File::open("/dev/tty").is_err() {
+            // To a service it asks for something else.
+            continue;
+        }
+        let (ended, said) = daemon.end_by(signal);
+        assert!(ended.success(), "{signal}: {ended} {said}");
+        assert!(!said.contains("panic"), "{signal}: {said}");
+        assert!(
+            said.contains("release"),
+            "{signal}: it is released along its ramp: {said}"
+        );
     }
 }
 
