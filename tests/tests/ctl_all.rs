@@ -158,3 +158,95 @@ fn a_rig_behind_a_forwarded_socket_is_one_like_the_others_and_its_client_is_the_
         "the kernel knows nobody behind it"
     );
 }
+
+/// Two rigs of one person, both engaged.
+fn two_engaged(rigs: &Path) -> [Daemon; 2] {
+    ["hapticd", "hapticd@left"].map(|service| {
+        let daemon = Daemon::start_at(&socket_of(rigs, service), &["--ramp-ms", "10"]);
+        daemon.ctl_ok(&["engage", "--wait"]);
+        daemon
+    })
+}
+
+fn states(rigs: &[Daemon; 2]) -> [RigState; 2] {
+    [0, 1].map(|index: usize| status(&mut rigs[index].client()).state)
+}
+
+// hazard: H26
+#[test]
+fn a_stop_reaches_every_rig_whatever_else_is_on_its_line() {
+    use RigState::{Engaged, Stopped};
+    let directory = tempfile::tempdir().expect("a directory");
+    let rigs = directory.path();
+    let daemons = two_engaged(rigs);
+    let left = rigs.join("hapticd@left/control.sock").display().to_string();
+    let own = rigs.join("hapticd/control.sock").display().to_string();
+    for (line, code, stopped, says) in [
+        ("stop --help", 0, [Engaged, Engaged], "Set zero force at once"),
+        ("stop", 0, [Stopped, Stopped], &*left),
+        ("stop --all", 0, [Stopped, Stopped], &*own),
+        ("stop -q", 0, [Stopped, Stopped], ""),
+        ("stop now", 2, [Stopped, Stopped], "every rig in reach is stopped"),
+        (
+            "stop --hard --json",
+            2,
+            [Stopped, Stopped],
+            "every rig in reach is stopped",
+        ),
+        ("--rig stop", 2, [Stopped, Stopped], "every rig in reach is stopped"),
+        ("stop --rig lefft", 3, [Stopped, Stopped], "there is no rig lefft"),
+        (
+            "stop --socket /nowhere/control.sock",
+            3,
+            [Stopped, Stopped],
+            "/nowhere/control.sock is missing",
+        ),
+        ("stop --rig left", 0, [Engaged, Stopped], "still engaged: hapticd (fake"),
+        ("--rig left stop", 0, [Engaged, Stopped], &*left),
+        ("stop --rig=left --json", 0, [Engaged, Stopped], "\"state\":\"stopped\""),
+    ] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let output = ctl(rigs, &arguments);
+        let said = [&output.stdout[..], &output.stderr[..]].concat();
+        let said = String::from_utf8_lossy(&said).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{line}: {said}");
+        assert_eq!(states(&daemons), stopped, "{line}: {said}");
+        assert!(said.contains(says), "{line}: {said} lacks {says}");
+        for daemon in &daemons {
+            let mut client = daemon.client();
+            let _: haptic_ipc::StateReply = client.request(Request::Reset {}).expect("it is there");
+            system_tests::engage(&mut client);
+        }
+    }
+}
+
+#[test]
+fn with_several_rigs_in_reach_every_other_command_asks_for_one() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let rigs = directory.path();
+    let daemons = two_engaged(rigs);
+    for line in ["status", "set Fs=3", "release", "reset"] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let output = ctl(rigs, &arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{line}: {said}");
+        for part in ["2 rigs are in reach", "hapticd (", "left (", "--rig NAME"] {
+            assert!(said.contains(part), "{line}: {said} lacks {part}");
+        }
+    }
+    for line in [
+        "status --rig left",
+        "--rig left status",
+        "status --rig=left --json",
+        "status --all",
+    ] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        assert_eq!(ctl(rigs, &arguments).status.code(), Some(0), "{line}");
+    }
+    let [own, left] = daemons;
+    drop(own);
+    // Its socket is left behind, and the other one is the only one in reach.
+    assert_eq!(ctl(rigs, &["status"]).status.code(), Some(0));
+    drop(left);
+    assert_eq!(ctl(rigs, &["status"]).status.code(), Some(3));
+}

@@ -16,6 +16,9 @@ use std::time::Duration;
 /// Time after which a rig counts as not answering.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(2);
 
+/// Time for what a stop tells besides: nobody waits for it.
+const SOON: Duration = Duration::from_millis(300);
+
 /// What a rig has answered.
 struct RigAnswer {
     socket: NamedSocket,
@@ -34,7 +37,35 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
                        --rig or --socket";
         return Err(Failure::Usage(message.to_owned()));
     };
-    let is_stop = request == Request::Stop {};
+    ask_all(request == Request::Stop {}, named, json).await
+}
+
+/// Stops every rig, and that of a socket that is named besides.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) async fn stop(named: Option<&Path>, json: bool) -> Result<(), Failure> {
+    ask_all(true, named, json).await
+}
+
+/// Which of some rigs are engaged, with device and socket, as far as they answer soon.
+pub(crate) async fn engaged(sockets: Vec<NamedSocket>) -> Vec<String> {
+    let asked: Vec<_> = sockets
+        .into_iter()
+        .map(|socket| tokio::spawn(async move { (status_within(&socket.path, SOON).await, socket) }))
+        .collect();
+    let mut engaged = Vec::new();
+    for answered in asked {
+        if let Ok((Ok(status), NamedSocket { name, path })) = answered.await
+            && status.state.is_live()
+        {
+            engaged.push(format!("{name} ({}, {})", status.device.description, path.display()));
+        }
+    }
+    engaged
+}
+
+async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> Result<(), Failure> {
     let sockets = Environment::of_process().all(named);
     if sockets.is_empty() {
         return Err(Failure::Usage(
@@ -45,9 +76,13 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
         tokio::spawn(async move {
             let answer = if is_stop {
                 let prefix = (!json).then(|| format!("{}: ", socket.name));
-                drive::ask_to_stop(Some(&socket.path), Request::Stop {}, prefix.as_deref())
-                    .await
-                    .and_then(|reply| Ok((stop_row(&reply), as_json(&reply)?)))
+                match drive::ask_to_stop(Some(&socket.path), Request::Stop {}, prefix.as_deref()).await {
+                    Ok(reply) => {
+                        let device = device_of(&socket.path).await.unwrap_or_default();
+                        as_json(&reply).map(|json| (stop_row(&reply, device, &socket.path), json))
+                    }
+                    Err(failure) => Err(failure),
+                }
             } else {
                 status_of(&socket.path)
                     .await
@@ -87,13 +122,23 @@ pub(crate) fn schema(command: &Command) -> Option<Schema> {
 }
 
 async fn status_of(socket: &Path) -> Result<Status, Failure> {
+    status_within(socket, ANSWER_TIMEOUT).await
+}
+
+/// What the device of a rig is called, where it answers soon.
+pub(crate) async fn device_of(socket: &Path) -> Option<String> {
+    let status = status_within(socket, SOON).await.ok()?;
+    Some(status.device.description)
+}
+
+async fn status_within(socket: &Path, time: Duration) -> Result<Status, Failure> {
     let asked = async {
         let mut daemon = Daemon::connect(Some(socket)).await?;
         daemon.ask(Request::Status {}).await
     };
-    tokio::time::timeout(ANSWER_TIMEOUT, asked)
+    tokio::time::timeout(time, asked)
         .await
-        .unwrap_or(Err(Failure::NoAnswer(ANSWER_TIMEOUT)))
+        .unwrap_or(Err(Failure::NoAnswer(time)))
 }
 
 fn as_json(answer: &impl Serialize) -> Result<Value, Failure> {
@@ -117,8 +162,9 @@ fn status_row(status: &Status) -> Vec<String> {
     ]
 }
 
-fn stop_row(reply: &StateReply) -> Vec<String> {
-    vec![format!("{} at tick {}", reply.state, reply.tick)]
+fn stop_row(reply: &StateReply, device: String, socket: &Path) -> Vec<String> {
+    let answer = format!("{} at tick {}", reply.state, reply.tick);
+    vec![answer, device, socket.display().to_string()]
 }
 
 impl RigAnswer {

@@ -21,12 +21,12 @@ pub(crate) struct Arguments {
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     pub(crate) socket: Option<PathBuf>,
 
-    /// Rig of this name: the daemon of the service hapticd@NAME. Stands before the subcommand
+    /// Rig of this name: the daemon of the service hapticd@NAME
     #[arg(long = "rig", value_name = "NAME", value_parser = rig_name, conflicts_with = "socket")]
     pub(crate) rig_name: Option<String>,
 
     /// Every rig of this machine: those of the services hapticd and hapticd@NAME, of sockets that were forwarded to the
-    /// place of one, and of --socket. Only for `status` and `stop`. Stands before the subcommand
+    /// place of one, and of --socket. Only for `status` and `stop`
     #[arg(long, conflicts_with = "rig_name")]
     pub(crate) all: bool,
 
@@ -89,7 +89,8 @@ pub(crate) enum Command {
     Engage(drive::WaitArguments),
     /// Ramp the force down
     Release(drive::WaitArguments),
-    /// Set zero force at once; exits 0 only when the daemon has confirmed it
+    /// Set zero force at once, of every rig in reach or of one that is named; exits 0 only when all
+    /// have confirmed it
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,

@@ -4,8 +4,8 @@ use crate::condition::Condition;
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
-use crate::{output, wait};
-use haptic_ipc::{ClientError, Request, RigState, StateReply, Status};
+use crate::{all, output, stop, wait};
+use haptic_ipc::{ClientError, Request, RigState, StateReply, Status, socket_path};
 use std::path::Path;
 use std::time::Duration;
 
@@ -34,7 +34,16 @@ const CONFIRMATION_TIME: Duration = Duration::from_millis(150);
 /// start one.
 pub(crate) async fn stop(socket: Option<&Path>, request: Request, json: bool) -> Result<(), Failure> {
     let reply = ask_to_stop(socket, request, if json { None } else { Some("") }).await?;
-    show(&reply, json)
+    if json {
+        return show(&reply, json);
+    }
+    let socket = socket_path::for_client(socket);
+    let device = all::device_of(&socket).await;
+    stop::show(
+        &format!("{} at tick {}", reply.state, reply.tick),
+        device.as_deref(),
+        &socket,
+    )
 }
 
 /// Asks a rig to stop. Where there is a prefix, a warning that begins with it says meanwhile what to do.

@@ -44,6 +44,7 @@ mod schedule;
 mod set;
 mod simulate;
 mod status;
+mod stop;
 mod study;
 mod surface;
 mod table_file;
@@ -53,22 +54,31 @@ mod undo;
 mod units;
 mod usage;
 mod wait;
+mod words;
 
 use clap::FromArgMatches;
 use command_line::{Arguments, Command, command_line};
 use daemon::Daemon;
 use failure::Failure;
-use haptic_ipc::socket_path::Environment;
 use haptic_ipc::{Envelope, RigState};
 use std::process::ExitCode;
+use stop::NamedRig;
 
 fn main() -> ExitCode {
     clap_complete::CompleteEnv::with_factory(command_line).complete();
+    let words = words::in_order(std::env::args_os().collect());
     let parsed = command_line()
-        .try_get_matches()
+        .try_get_matches_from(&words)
         .and_then(|matches| Arguments::from_arg_matches(&matches));
     let arguments = match parsed {
         Ok(arguments) => arguments,
+        Err(error) if error.use_stderr() && words::mean_a_stop(&words, &command_line()) => {
+            let json = usage::wants_json();
+            return match tokio::runtime::Builder::new_current_thread().enable_all().build() {
+                Ok(runtime) => ended(runtime.block_on(stop::in_spite_of(&usage::text(&error), 2, json)), json),
+                Err(error) => Failure::from(error).report(json),
+            };
+        }
         Err(error) => return usage::end(error, &command_line()),
     };
     let json = arguments.json.is_some();
@@ -144,14 +154,14 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.all {
         return all::run(command, arguments.socket.as_deref(), json).await;
     }
-    let of_rig = arguments
-        .rig_name
-        .as_deref()
-        .map(|rig| Environment::of_process().for_rig(rig));
-    let socket = of_rig.as_deref().or(arguments.socket.as_deref());
+    let named = NamedRig {
+        rig: arguments.rig_name.as_deref(),
+        socket: arguments.socket.as_deref(),
+    };
+    let named_socket = named.path();
+    let socket = named_socket.as_deref();
     match command {
         Command::Doctor => return doctor::run(socket, json).await,
-        Command::Raw(raw) => return raw::run(socket, raw).await,
         Command::Recording(recording) => return recording::run(recording, json),
         Command::Replay(replay) => return replay::run(socket, replay, json).await,
         Command::Simulate(simulate) => return simulate::run(socket, simulate, json).await,
@@ -166,12 +176,18 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Probe { probe } => return cost::run_probe(*probe),
         _ => {}
     }
+    if let Command::Raw(raw) = command {
+        let only = if socket.is_none() { stop::only_one()? } else { None };
+        return raw::run(socket.or(only.as_deref()), raw).await;
+    }
     // A wrong command line is refused before the daemon is asked.
     let mut requests = command.requests()?;
     let request = requests.remove(0);
     if let Command::Stop = command {
-        return drive::stop(socket, request, json).await;
+        return stop::run(&named, json).await;
     }
+    let only = if socket.is_none() { stop::only_one()? } else { None };
+    let socket = socket.or(only.as_deref());
     let daemon = &mut Daemon::connect(socket).await?;
     match command {
         Command::Status => status::run(daemon, json).await,

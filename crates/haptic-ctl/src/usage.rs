@@ -14,11 +14,17 @@ pub(crate) fn end(mut error: clap::Error, commands: &Command) -> ExitCode {
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
     guess_subcommand(&mut error, commands, &words);
-    let wants_json = words.iter().any(|word| word == "--json" || word.starts_with("--json="));
-    if wants_json && error.use_stderr() {
+    if wants_json() && error.use_stderr() {
         return Failure::Usage(text(&error)).report(true);
     }
     error.exit()
+}
+
+/// Whether JSON is wanted, on a line that cannot be parsed.
+pub(crate) fn wants_json() -> bool {
+    std::env::args()
+        .take_while(|word| word != "--")
+        .any(|word| word == "--json" || word.starts_with("--json="))
 }
 
 /// Names the subcommand that an unknown one was probably meant to be, where another word for it says so.
@@ -40,7 +46,7 @@ fn guess_subcommand(error: &mut clap::Error, commands: &Command, words: &[String
 }
 
 /// The error alone, without the summary of the options below it.
-fn text(error: &clap::Error) -> String {
+pub(crate) fn text(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let text = text.split("\n\nUsage:").next().unwrap_or(&text);
     let text = text.split("\n\nFor more information").next().unwrap_or(text);

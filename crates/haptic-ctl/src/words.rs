@@ -1,0 +1,110 @@
+//! The words of the command line before they are parsed: which rig is meant may stand anywhere, and whoever types `stop`
+//! means a stop, whatever else is wrong.
+
+use clap::Command;
+use std::ffi::OsString;
+
+/// Options of the whole line that take a value, and stand before or behind the subcommand.
+const WITH_VALUE: [&str; 2] = ["--socket", "--rig"];
+
+/// Puts `--rig NAME` and `--all` before the subcommand, wherever they stand. Behind `--`, and in the command of `lease`,
+/// the words are another program's; `identify --rig` is an option of its own, and only `--rig=NAME` names a rig there.
+pub(crate) fn in_order(words: Vec<OsString>) -> Vec<OsString> {
+    let mut words = words.into_iter();
+    let mut before: Vec<OsString> = words.next().into_iter().collect();
+    let mut rest: Vec<OsString> = Vec::new();
+    let mut subcommand: Option<String> = None;
+    let mut is_foreign = false;
+    while let Some(word) = words.next() {
+        let text = word.to_string_lossy().into_owned();
+        let in_identify = subcommand.as_deref() == Some("identify");
+        is_foreign |= text == "--";
+        if is_foreign {
+            rest.push(word);
+        } else if text == "--all" || text.starts_with("--rig=") {
+            before.push(word);
+        } else if text == "--rig" && !in_identify {
+            before.push(word);
+            before.extend(words.next());
+        } else if text == "--socket" {
+            rest.push(word);
+            rest.extend(words.next());
+        } else {
+            if !text.starts_with('-') {
+                is_foreign = subcommand.as_deref() == Some("lease");
+                subcommand.get_or_insert(text);
+            }
+            rest.push(word);
+        }
+    }
+    before.extend(rest);
+    before
+}
+
+/// Whether a line that cannot be parsed means a stop: `stop` is its subcommand, or stands where none is.
+pub(crate) fn mean_a_stop(words: &[OsString], commands: &Command) -> bool {
+    let words: Vec<String> = words
+        .iter()
+        .skip(1)
+        .map(|word| word.to_string_lossy().into_owned())
+        .take_while(|word| word != "--")
+        .collect();
+    let mut plain = Vec::new();
+    let mut is_value = false;
+    for word in &words {
+        if !is_value && !word.starts_with('-') {
+            plain.push(word.as_str());
+        }
+        is_value = WITH_VALUE.contains(&word.as_str());
+    }
+    let is_other = plain
+        .first()
+        .is_some_and(|word| *word != "stop" && commands.find_subcommand(word).is_some());
+    !is_other && words.iter().any(|word| word == "stop")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command_line::command_line;
+
+    fn split(line: &str) -> Vec<OsString> {
+        line.split(' ').map(OsString::from).collect()
+    }
+
+    #[test]
+    fn the_rig_may_be_named_anywhere_on_the_line() {
+        for (given, ordered) in [
+            ("c stop --all", "c --all stop"),
+            ("c stop --rig left", "c --rig left stop"),
+            ("c set Fs=3 --rig=left --json", "c --rig=left set Fs=3 --json"),
+            ("c --socket --rig stop", "c --socket --rig stop"),
+            ("c identify --rig", "c identify --rig"),
+            ("c identify --rig --rig=left", "c --rig=left identify --rig"),
+            ("c --rig left identify --rig", "c --rig left identify --rig"),
+            ("c lease --rig left make --all", "c --rig left lease make --all"),
+            ("c lease -- make --all", "c lease -- make --all"),
+            ("c stop --rig", "c --rig stop"),
+        ] {
+            assert_eq!(in_order(split(given)), split(ordered), "{given}");
+        }
+    }
+
+    // hazard: H26
+    #[test]
+    fn whoever_types_stop_means_a_stop() {
+        for (line, means) in [
+            ("c stop now", true),
+            ("c stop --hard", true),
+            ("c --rig", false),
+            ("c --rig stop", true),
+            ("c --colour stop", true),
+            ("c everything stop", true),
+            ("c scene load stop --wrong", false),
+            ("c lease -- stop", false),
+            ("c set stop=1", false),
+        ] {
+            assert_eq!(mean_a_stop(&split(line), &command_line()), means, "{line}");
+        }
+    }
+}
