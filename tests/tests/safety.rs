@@ -162,11 +162,9 @@ fn a_stop_is_confirmed_by_the_device_and_timed() {
 fn the_rigs_own_buttons_stop_it() {
     let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&["--buttons", "2"], &["--stop-button", "1", "--enable-button", "2"]);
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::WrongState,
-        "nobody holds the switch"
-    );
+    let error = refused(&mut client, Request::Engage {});
+    assert_eq!(error.code, ErrorCode::WrongState, "nobody holds the switch");
+    assert!(error.message.contains("enable button is not held down"), "{error}");
     rig.fail("button 2 on");
     pull(&mut rig, &mut client);
     rig.fail("button 2 off");
@@ -190,6 +188,15 @@ fn the_rigs_own_buttons_stop_it() {
     assert!(told.contains("the rig's enable button was released"), "{told}");
     let _: StateReply = client.request(Request::Reset {}).expect("a reset");
     pull(&mut rig, &mut client);
+}
+
+// hazard: H19
+#[test]
+fn a_rig_without_the_button_that_is_to_stop_it_is_not_engaged() {
+    let _one = crate::one_of_two();
+    let (_rig, _daemon, mut client) = connected(&["--buttons", "1"], &["--stop-button", "5"]);
+    let error = refused(&mut client, Request::Engage {});
+    assert_eq!((error.code, error.value), (ErrorCode::NoButton, Some(5.0)), "{error}");
 }
 
 // hazard: H8

@@ -35,7 +35,7 @@ fn every_conversation_of_version_1_can_still_be_held() {
 }
 
 /// Codes that no conversation alone can bring about, and the tests that do.
-const ELSEWHERE: [(&str, &str); 12] = [
+const ELSEWHERE: [(&str, &str); 13] = [
     ("config_file", "reload.rs, with a wrong file"),
     ("not_permitted", "attacks.rs, as another user"),
     (
@@ -44,6 +44,7 @@ const ELSEWHERE: [(&str, &str); 12] = [
     ),
     ("no_force", "commission.rs, with a device that gives none"),
     ("no_watchdog", "commission.rs, with a device that has none"),
+    ("no_button", "safety.rs, with a device that lacks it"),
     ("commands_late", "link.rs, on a line that carries less"),
     ("commands_ignored", "safety.rs, with a device that takes none"),
     ("not_commissioned", "commission.rs, with a rig of one's own"),

@@ -104,6 +104,7 @@ impl<C: Controller> Connector for BoardConnector<C> {
                 sample_rate_hz,
                 resolution_m: scale.resolution_m,
                 watchdog_ms,
+                buttons: 0,
                 rig: RigIdentity::of_line(C::KIND, &motor.path)
                     .with_part(&self.controller.part())
                     .turned_round(motor.reversed),

@@ -85,6 +85,8 @@ pub enum ErrorCode {
     /// The device does not switch its motor off soon enough when the daemon falls silent; `value`
     /// is its time, `max` the longest allowed.
     NoWatchdog,
+    /// The device lacks a button on which the configuration relies.
+    NoButton,
     /// The device confirms commands later than force may be.
     CommandsLate,
     /// The device sends samples and confirms no command.

@@ -132,6 +132,7 @@ _BY_CODE: dict[str, type[Refused]] = {
             "no_device",
             "no_force",
             "no_watchdog",
+            "no_button",
             "commands_late",
             "commands_ignored",
             "not_commissioned",

@@ -52,6 +52,8 @@ pub struct DeviceFacts {
     /// Time without a command after which it switches its motor off, ms; nothing where it is not
     /// known to do so.
     pub watchdog_ms: Option<u32>,
+    /// Buttons that there are, one bit each.
+    pub buttons: u8,
     /// Which rig it is.
     pub rig: RigIdentity,
 }

@@ -90,6 +90,7 @@ pub(super) fn facts(hello: &DeviceHello, rig: RigIdentity) -> DeviceFacts {
         sample_rate_hz: f64::from(hello.sample_rate_hz),
         resolution_m: 1.0 / f64::from(hello.counts_per_metre),
         watchdog_ms: hello.watchdog(),
+        buttons: hello.buttons,
         rig,
     }
 }

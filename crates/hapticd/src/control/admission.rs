@@ -99,6 +99,14 @@ async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, m
     let rules = rig.facts.rules;
     found.extend(no_force(device).into_iter().chain(no_watchdog(device, rules)));
     found.extend(not_delivered(link.counters()));
+    let settings = rig.facts.servo.get();
+    let pressed = link.counters().buttons.load(Relaxed);
+    found.extend(button_in_the_way(
+        device.buttons,
+        pressed,
+        settings.stop_button,
+        settings.enable_button,
+    ));
     let counts_as_commissioned =
         purpose == Purpose::Commissioning || rules.uncommissioned || device.firmware.starts_with(SIMULATED);
     if !counts_as_commissioned
@@ -122,6 +130,48 @@ fn no_force(device: &ConnectedDevice) -> Option<Blocker> {
         remedy: "have its firmware report the largest force that its motor can give (force_limit_mn, \
              docs/device-protocol.md)"
             .to_owned(),
+    })
+}
+
+/// What is wrong with the buttons on which the rig relies, by their bits.
+fn button_in_the_way(there: u8, pressed: u64, stop: Option<u8>, enable: Option<u8>) -> Option<Blocker> {
+    for (option, button) in [("stop-button", stop), ("enable-button", enable)] {
+        let Some(bit) = button.filter(|bit| u32::from(there) >> bit & 1 == 0) else {
+            continue;
+        };
+        let number = u32::from(bit) + 1;
+        let has = match there.count_ones() {
+            0 => "no button".to_owned(),
+            _ => (0..8)
+                .filter(|bit| there >> bit & 1 == 1)
+                .map(|bit| format!("button {}", bit + 1))
+                .collect::<Vec<_>>()
+                .join(", "),
+        };
+        return Some(Blocker {
+            error: WireError::new(
+                ErrorCode::NoButton,
+                format!("{option} = {number}: the device has no such button; its hello names {has}"),
+            )
+            .about(option)
+            .given(f64::from(number)),
+            remedy: format!("name a button that it has with {option}, or have its firmware report that one"),
+        });
+    }
+    let is_pressed = |button: Option<u8>| button.is_some_and(|bit| pressed >> bit & 1 == 1);
+    let (what, remedy) = if is_pressed(stop) {
+        ("the rig's own stop button is pressed", "release it")
+    } else if enable.is_some() && !is_pressed(enable) {
+        (
+            "the rig's enable button is not held down",
+            "hold it, as long as force is to flow",
+        )
+    } else {
+        return None;
+    };
+    Some(Blocker {
+        error: WireError::new(ErrorCode::WrongState, what).about("state"),
+        remedy: remedy.to_owned(),
     })
 }
 
@@ -227,6 +277,7 @@ mod tests {
             force_limit_n,
             resolution_m: 1e-5,
             watchdog_ms,
+            buttons: 0b11,
             rig: RigIdentity::default(),
             connection: 1,
         }
@@ -264,6 +315,42 @@ mod tests {
         for watchdog_ms in [1, 50, 200] {
             assert!(no_watchdog(&device(1.0, Some(watchdog_ms)), strict).is_none());
         }
+    }
+
+    // hazard: H19
+    #[test]
+    fn a_button_that_the_device_lacks_or_that_is_in_the_wrong_place_is_told_as_such() {
+        let found = |there, pressed, stop, enable| button_in_the_way(there, pressed, stop, enable);
+        for (there, stop, enable, told) in [
+            (
+                0b1,
+                Some(4),
+                None,
+                "stop-button = 5: the device has no such button; its hello names button 1",
+            ),
+            (
+                0b101,
+                None,
+                Some(1),
+                "enable-button = 2: the device has no such button; its hello names button 1, button 3",
+            ),
+            (0, Some(0), None, "its hello names no button"),
+        ] {
+            let found = found(there, 0, stop, enable).expect("in the way");
+            assert_eq!(found.error.code, ErrorCode::NoButton);
+            assert!(found.error.message.contains(told), "{}", found.error);
+        }
+        let told = |pressed, stop, enable| found(0b11, pressed, stop, enable).map(|found| found.error.message);
+        assert_eq!(told(0b10, Some(0), Some(1)), None);
+        assert_eq!(
+            told(0b11, Some(0), Some(1)).as_deref(),
+            Some("the rig's own stop button is pressed")
+        );
+        assert_eq!(
+            told(0, Some(0), Some(1)).as_deref(),
+            Some("the rig's enable button is not held down")
+        );
+        assert_eq!(told(0, Some(0), None), None);
     }
 
     // hazard: F21

@@ -11,6 +11,8 @@ pub(crate) struct ConnectedDevice {
     pub(crate) force_limit_n: f64,
     pub(crate) resolution_m: f64,
     pub(crate) watchdog_ms: Option<u32>,
+    /// Buttons that there are, one bit each.
+    pub(crate) buttons: u8,
     pub(crate) rig: RigIdentity,
     pub(crate) connection: u64,
 }
@@ -23,6 +25,7 @@ impl ConnectedDevice {
                 force_limit_n: device.force_limit_n,
                 resolution_m: device.resolution_m,
                 watchdog_ms: device.watchdog_ms,
+                buttons: device.buttons,
                 rig: device.rig,
                 connection,
             }),
@@ -40,6 +43,7 @@ impl ConnectedDevice {
                 force_limit_n: facts.limits().force_n,
                 resolution_m: facts.rig.resolution,
                 watchdog_ms: None,
+                buttons: 0,
                 rig: RigIdentity {
                     key: facts.address.to_string(),
                     has_serial_number: true,

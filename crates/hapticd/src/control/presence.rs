@@ -83,6 +83,7 @@ mod tests {
                 sample_rate_hz: 1000.0,
                 resolution_m: 1e-5,
                 watchdog_ms: Some(50),
+                buttons: 0,
                 rig: device_io::link::RigIdentity::default(),
             },
             connection: 1,

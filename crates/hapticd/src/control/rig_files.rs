@@ -217,6 +217,7 @@ pub(in crate::control) mod tests {
             force_limit_n: 20.0,
             resolution_m: 1e-5,
             watchdog_ms: Some(50),
+            buttons: 0,
             rig: RigIdentity {
                 key: "serial-/dev/ttyACM0".to_owned(),
                 has_serial_number: false,
