@@ -76,12 +76,12 @@ pub(crate) enum Outgoing {
 
 impl Outgoing {
     /// The messages to send, in their order.
-    pub(crate) fn messages(self) -> impl Iterator<Item = FromHost> {
-        let (enable, command) = match self {
-            Self::Sent { enable, command } => (enable, Some(command)),
-            Self::Withheld { .. } => (None, None),
+    pub(crate) fn messages(self) -> std::iter::Flatten<std::array::IntoIter<Option<FromHost>, 2>> {
+        let messages = match self {
+            Self::Sent { enable, command } => [enable, Some(command)],
+            Self::Withheld { .. } => [None, None],
         };
-        enable.into_iter().chain(command)
+        messages.into_iter().flatten()
     }
 }
 
