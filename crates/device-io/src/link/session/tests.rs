@@ -268,3 +268,28 @@ fn a_motor_that_never_comes_on_and_a_device_that_falls_silent_are_told_when_thei
         Err(DeviceError::Disconnected)
     );
 }
+
+// hazard: H23
+#[test]
+fn zero_force_goes_at_once_though_no_other_command_may_be_sent() {
+    let mut pair = Pair::new();
+    pair.tick(0.0, false).expect("it is there");
+    let now_ns = pair.now_ns + MS;
+    let mut is_sent = |force_n: f64, enabled: bool, now_ns: u64| {
+        let outgoing = pair.session.command(force_n, enabled, now_ns);
+        outgoing.messages().next().is_some()
+    };
+    // Nothing is confirmed, and all of it in one moment.
+    let sent = (1..100).filter(|k| is_sent(f64::from(*k) * 0.01, true, now_ns)).count();
+    assert!((15..=20).contains(&sent), "{sent}");
+    assert!(is_sent(0.0, true, now_ns), "zero force");
+    assert!(!is_sent(0.0, true, now_ns), "and not once more");
+    assert!(is_sent(0.0, false, now_ns), "a motor that is to be off");
+    assert!(!is_sent(0.0, false, now_ns + SEND_AGAIN_NS - 1));
+    assert!(
+        is_sent(0.0, false, now_ns + SEND_AGAIN_NS),
+        "again, until it is confirmed"
+    );
+    let not_sent = pair.counter(|counters| &counters.not_sent);
+    assert_eq!(not_sent, 99 - sent as u64, "what repeats is not counted");
+}
