@@ -292,4 +292,8 @@ fn zero_force_goes_at_once_though_no_other_command_may_be_sent() {
     );
     let not_sent = pair.counter(|counters| &counters.not_sent);
     assert_eq!(not_sent, 99 - sent as u64, "what repeats is not counted");
+    // Where the line had no room for it, it is tried again in the next tick.
+    pair.session.forget_order();
+    let again = pair.session.command(0.0, false, now_ns + SEND_AGAIN_NS + MS);
+    assert!(again.messages().next().is_some());
 }
