@@ -109,8 +109,6 @@ mod tests {
     }
 
     impl Dialect for QuietDevice {
-        const ASK_OVERDUE_NS: u64 = 0;
-
         fn receive(&mut self, _line: &[u8], axis: &mut Axis, _now_ns: u64) {
             if let Motor::Off { confirmed, .. } = &mut axis.motor {
                 *confirmed = true;

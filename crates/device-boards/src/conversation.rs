@@ -110,7 +110,8 @@ impl<D: Dialect> Conversation<D> {
             add(&self.axis.counters().not_sent, 1);
         }
         if self.axis.feedback.is_overdue(now_ns) {
-            self.axis.ask_after_ns = self.axis.ask_after_ns.min(now_ns + D::ASK_OVERDUE_NS);
+            // The answer to the next question about the motor shows which of the others are lost.
+            self.axis.ask_after_ns = self.axis.ask_after_ns.min(now_ns);
         }
         match self.axis.motor {
             Motor::On => {

@@ -7,10 +7,6 @@ use device_io::DeviceError;
 
 /// One maker's protocol. It knows nothing of serial lines, and waits for nothing.
 pub(crate) trait Dialect: Send {
-    /// Longest wait for the next question about the motor while answers are overdue, ns: its answer
-    /// shows which of the others are lost.
-    const ASK_OVERDUE_NS: u64;
-
     /// Interprets a line of the controller, without its end.
     fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64);
 

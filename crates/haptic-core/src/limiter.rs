@@ -156,7 +156,7 @@ impl SafetyLimiter {
             return Err(NonFiniteForce(wanted));
         }
         let wanted = self.cut(wanted);
-        let step = self.limits.slew_n_per_s * elapsed_s.max(0.0);
+        let step = self.step_n(elapsed_s.max(0.0));
         // Zero is safe at any rate; more force, or force the other way, is not. A change of sign is one change: were
         // each side of zero allowed a step of its own, 20 N could become -5 N at once. By comparisons and not by
         // `clamp`, which panics: without a limit on the slew the step of no time is not a number.

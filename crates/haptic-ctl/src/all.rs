@@ -2,10 +2,10 @@
 
 use crate::command_line::Command;
 use crate::daemon::Daemon;
-use crate::drive;
 use crate::failure::Failure;
 use crate::fields::Schema;
 use crate::output;
+use crate::stop;
 use haptic_ipc::socket_path::{Environment, NamedSocket};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;
@@ -40,14 +40,6 @@ pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> 
     ask_all(request == Request::Stop {}, named, json).await
 }
 
-/// Stops every rig, and that of a socket that is named besides.
-///
-/// # Errors
-/// As [`run`].
-pub(crate) async fn stop(named: Option<&Path>, json: bool) -> Result<(), Failure> {
-    ask_all(true, named, json).await
-}
-
 /// Which of some rigs are engaged, with device and socket, as far as they answer soon.
 pub(crate) async fn engaged(sockets: Vec<NamedSocket>) -> Vec<String> {
     let asked: Vec<_> = sockets
@@ -65,7 +57,11 @@ pub(crate) async fn engaged(sockets: Vec<NamedSocket>) -> Vec<String> {
     engaged
 }
 
-async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> Result<(), Failure> {
+/// Stops every rig, or asks for the status of each, and of that of a socket that is named besides.
+///
+/// # Errors
+/// There is none, or one of them fails.
+pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> Result<(), Failure> {
     let sockets = Environment::of_process().all(named);
     if sockets.is_empty() {
         return Err(Failure::Usage(
@@ -76,7 +72,7 @@ async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> Result<(), 
         tokio::spawn(async move {
             let answer = if is_stop {
                 let prefix = (!json).then(|| format!("{}: ", socket.name));
-                match drive::ask_to_stop(Some(&socket.path), Request::Stop {}, prefix.as_deref()).await {
+                match stop::ask(Some(&socket.path), prefix.as_deref()).await {
                     Ok(reply) => {
                         let device = device_of(&socket.path).await.unwrap_or_default();
                         as_json(&reply).map(|json| (stop_row(&reply, device, &socket.path), json))

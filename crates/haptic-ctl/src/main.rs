@@ -177,8 +177,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         _ => {}
     }
     if let Command::Raw(raw) = command {
-        let only = if socket.is_none() { stop::only_one()? } else { None };
-        return raw::run(socket.or(only.as_deref()), raw).await;
+        return raw::run(named.one_path()?.as_deref(), raw).await;
     }
     // A wrong command line is refused before the daemon is asked.
     let mut requests = command.requests()?;
@@ -186,8 +185,8 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Command::Stop = command {
         return stop::run(&named, json).await;
     }
-    let only = if socket.is_none() { stop::only_one()? } else { None };
-    let socket = socket.or(only.as_deref());
+    let meant = named.one_path()?;
+    let socket = meant.as_deref();
     let daemon = &mut Daemon::connect(socket).await?;
     match command {
         Command::Status => status::run(daemon, json).await,

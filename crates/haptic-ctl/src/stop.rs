@@ -1,12 +1,13 @@
 //! `stop`: which rigs are meant, and what each has answered. In doubt, all.
 
 use crate::all;
-use crate::drive;
+use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
-use haptic_ipc::Request;
-use haptic_ipc::socket_path::{Environment, NamedSocket};
+use haptic_ipc::socket_path::{self, Environment, NamedSocket};
+use haptic_ipc::{ClientError, Request, StateReply};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The rig that is named on the command line or by the variable.
 #[derive(Debug)]
@@ -24,7 +25,22 @@ impl NamedRig<'_> {
             .or_else(|| self.socket.map(Path::to_path_buf))
             .or(environment.variable)
     }
+
+    /// Its socket, for a subcommand that is meant for one rig: where none is named, that of the only one in reach.
+    ///
+    /// # Errors
+    /// There are several.
+    pub(crate) fn one_path(&self) -> Result<Option<PathBuf>, Failure> {
+        self.path().map_or_else(only_one, |path| Ok(Some(path)))
+    }
 }
+
+/// Time without an answer to a stop after which a person is told what to do.
+const ALARM: Duration = Duration::from_millis(300);
+/// Time after a refusal for want of room.
+const ASK_AGAIN: Duration = Duration::from_millis(5);
+/// Time without an answer to a stop after which nobody waits any more.
+const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Stops the rig that is named, and tells which others are engaged; all in reach where none is named, or where what is
 /// named is not there.
@@ -32,28 +48,19 @@ impl NamedRig<'_> {
 /// # Errors
 /// One of them has not confirmed its stop, or the one that was named is not there.
 pub(crate) async fn run(named: &NamedRig<'_>, json: bool) -> Result<(), Failure> {
-    let environment = Environment::of_process();
     let Some(path) = named.path() else {
-        return match &environment.all(None)[..] {
-            [] => drive::stop(None, Request::Stop {}, json).await,
-            [only] => drive::stop(Some(&only.path), Request::Stop {}, json).await,
-            _ => all::stop(None, json).await,
-        };
+        return every(json).await;
     };
-    let others: Vec<NamedSocket> = environment
-        .all(None)
-        .into_iter()
-        .filter(|socket| socket.path != path)
-        .collect();
-    if !path.exists() && !others.is_empty() {
+    if !path.exists() && !others_than(&path).is_empty() {
         let what = match named.rig {
             Some(rig) => format!("there is no rig {rig} ({} is missing)", path.display()),
             None => format!("{} is missing", path.display()),
         };
         return in_spite_of(&what, 3, json).await;
     }
-    drive::stop(Some(&path), Request::Stop {}, json).await?;
-    let engaged = all::engaged(others).await;
+    one(Some(&path), json).await?;
+    // Looked for only now: a directory may be on a disk that does not answer.
+    let engaged = all::engaged(others_than(&path)).await;
     if !engaged.is_empty() {
         eprintln!("haptic-ctl: still engaged: {}", engaged.join(", "));
     }
@@ -66,19 +73,77 @@ pub(crate) async fn run(named: &NamedRig<'_>, json: bool) -> Result<(), Failure>
 /// Always: what was asked for is not there.
 pub(crate) async fn in_spite_of(what: &str, code: u8, json: bool) -> Result<(), Failure> {
     eprintln!("haptic-ctl: {what}: every rig in reach is stopped");
-    if Environment::of_process().all(None).is_empty() {
-        drive::stop(None, Request::Stop {}, json).await?;
-    } else {
-        all::stop(None, json).await?;
-    }
+    every(json).await?;
     Err(Failure::Silent(code))
 }
 
-/// The rig that a subcommand is meant for, where none is named: the only one in reach.
+/// Stops every rig in reach.
+async fn every(json: bool) -> Result<(), Failure> {
+    match &Environment::of_process().all(None)[..] {
+        [] => one(None, json).await,
+        [only] => one(Some(&only.path), json).await,
+        _ => all::ask_all(true, None, json).await,
+    }
+}
+
+fn others_than(path: &Path) -> Vec<NamedSocket> {
+    let mut all = Environment::of_process().all(None);
+    all.retain(|socket| socket.path != path);
+    all
+}
+
+/// Stops a rig. Whatever keeps the daemon from saying that it has, the answer to that is not to
+/// start one.
+async fn one(socket: Option<&Path>, json: bool) -> Result<(), Failure> {
+    let reply = ask(socket, if json { None } else { Some("") }).await?;
+    if json {
+        return output::json(&reply);
+    }
+    let socket = socket_path::for_client(socket);
+    let device = all::device_of(&socket).await;
+    let device = device.map_or(String::new(), |device| format!("{device}, "));
+    output::unless_quiet(&format!(
+        "{} at tick {} ({device}{})",
+        reply.state,
+        reply.tick,
+        socket.display()
+    ))
+}
+
+/// Asks a rig to stop. Where there is a prefix, a warning that begins with it says meanwhile what to do.
 ///
 /// # Errors
-/// There are several.
-pub(crate) fn only_one() -> Result<Option<PathBuf>, Failure> {
+/// The daemon refuses, or cannot be asked in time.
+pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<StateReply, Failure> {
+    // Where a crowd takes all places, a newcomer is heard for a moment, and may come again.
+    let asked = async {
+        loop {
+            match Daemon::ask_at_once(socket, Request::Stop {}).await {
+                Err(failure) if failure.is_for_want_of_room() => tokio::time::sleep(ASK_AGAIN).await,
+                answered => return answered,
+            }
+        }
+    };
+    tokio::pin!(asked);
+    let answered = match tokio::time::timeout(ALARM, &mut asked).await {
+        Ok(answered) => answered,
+        Err(_) => {
+            if let Some(prefix) = prefix {
+                eprintln!("haptic-ctl: {prefix}no answer yet: if the motor pulls, cut its power");
+            }
+            tokio::time::timeout(TIMEOUT - ALARM, asked)
+                .await
+                .unwrap_or(Err(Failure::NoAnswer(TIMEOUT)))
+        }
+    };
+    answered.map_err(|failure| match failure {
+        Failure::Client(ClientError::Refused(_)) => failure,
+        _ => Failure::CannotStop(Box::new(failure)),
+    })
+}
+
+/// The only rig in reach.
+fn only_one() -> Result<Option<PathBuf>, Failure> {
     let in_reach: Vec<NamedSocket> = Environment::of_process()
         .all(None)
         .into_iter()
@@ -98,10 +163,4 @@ pub(crate) fn only_one() -> Result<Option<PathBuf>, Failure> {
                 .join(", ")
         ))),
     }
-}
-
-/// Prints a line about a rig that was stopped, with its device and socket.
-pub(crate) fn show(answer: &str, device: Option<&str>, socket: &Path) -> Result<(), Failure> {
-    let device = device.map_or(String::new(), |device| format!("{device}, "));
-    output::unless_quiet(&format!("{answer} ({device}{})", socket.display()))
 }

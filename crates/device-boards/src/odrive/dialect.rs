@@ -266,8 +266,6 @@ fn note(report: ErrorReport, axis: &Axis, now_ns: u64) {
 }
 
 impl Dialect for ODriveDialect {
-    const ASK_OVERDUE_NS: u64 = 0;
-
     fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64) {
         match words::read(line) {
             Ok(Answer::Feedback(turns, _)) => axis.feedback.take(turns, now_ns),

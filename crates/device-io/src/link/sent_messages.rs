@@ -28,7 +28,8 @@ struct Sent {
 /// The messages of one conversation.
 #[derive(Debug)]
 pub(super) struct SentMessages {
-    newest: Sent,
+    /// Sequence of the newest message.
+    newest: u32,
     kept: [Sent; KEPT],
     /// Sequence of the newest message that a sample has named.
     confirmed: u32,
@@ -41,7 +42,7 @@ impl SentMessages {
     /// To a device with a sample period, ns.
     pub(super) fn new(sample_period_ns: u64) -> Self {
         Self {
-            newest: Sent::default(),
+            newest: 0,
             kept: [Sent::default(); KEPT],
             confirmed: 0,
             waiting_since_ns: 0,
@@ -51,21 +52,20 @@ impl SentMessages {
 
     /// The sequence of a message that is sent at a time of ours, ns.
     pub(super) fn next(&mut self, now_ns: u64) -> u32 {
-        if self.newest.sequence == self.confirmed {
+        if self.newest == self.confirmed {
             self.waiting_since_ns = now_ns;
         }
-        let sequence = self.newest.sequence.wrapping_add(1);
-        self.newest = Sent {
-            sequence,
+        self.newest = self.newest.wrapping_add(1);
+        self.kept[self.newest as usize % KEPT] = Sent {
+            sequence: self.newest,
             at_ns: now_ns,
         };
-        self.kept[sequence as usize % KEPT] = self.newest;
-        sequence
+        self.newest
     }
 
     /// When the newest message was sent, ns.
     pub(super) fn newest_at_ns(&self) -> u64 {
-        self.newest.at_ns
+        self.sent_at_ns(self.newest)
     }
 
     /// When a message was sent, ns; the oldest that is known, where it was sent before that.
@@ -75,12 +75,12 @@ impl SentMessages {
             return kept.at_ns;
         }
         // The place after the newest holds the oldest.
-        self.kept[(self.newest.sequence as usize + 1) % KEPT].at_ns
+        self.kept[(self.newest as usize + 1) % KEPT].at_ns
     }
 
     /// Whether another message may be sent at a time of ours, ns: few are unconfirmed, and none of them is old.
     pub(super) fn has_room(&self, now_ns: u64) -> bool {
-        let unconfirmed = self.newest.sequence.wrapping_sub(self.confirmed);
+        let unconfirmed = self.newest.wrapping_sub(self.confirmed);
         let oldest_at_ns = self.sent_at_ns(self.confirmed.wrapping_add(1));
         unconfirmed == 0 || unconfirmed < MOST_UNCONFIRMED && now_ns.saturating_sub(oldest_at_ns) <= self.longest_ns
     }
@@ -88,7 +88,7 @@ impl SentMessages {
     /// Takes in the command that a sample names, at a time of ours, ns; returns its round trip, ns, the
     /// first time that it is named.
     pub(super) fn round_trip_ns(&mut self, command: u32, now_ns: u64) -> Option<u64> {
-        if !is_newer(command, self.confirmed) || is_newer(command, self.newest.sequence) {
+        if !is_newer(command, self.confirmed) || is_newer(command, self.newest) {
             return None;
         }
         self.confirmed = command;
@@ -99,7 +99,7 @@ impl SentMessages {
     /// For how long the device has taken samples without confirming anything, ns, by the time of ours of its newest
     /// sample, ns.
     pub(super) fn waiting_ns(&self, sampled_ns: u64) -> u64 {
-        if self.newest.sequence == self.confirmed {
+        if self.newest == self.confirmed {
             return 0;
         }
         sampled_ns.saturating_sub(self.waiting_since_ns)

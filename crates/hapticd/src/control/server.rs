@@ -41,9 +41,7 @@ impl Listener {
             lost: RefCell::default(),
         })
     }
-}
 
-impl Listener {
     /// Whether clients find it, after a try to bind it again where it was lost. Tells when that changes, and what follows.
     fn stays_reachable(&self, consequence: &str) -> bool {
         let path = self.socket.path().display();

@@ -236,7 +236,9 @@ impl RigHandle {
     /// stops were dead.
     pub(crate) fn set_reachable(&self, is_reachable: bool) {
         self.is_reachable.set(is_reachable);
-        self.shared.heartbeat(if is_reachable { now_ns() } else { 0 });
+        if !is_reachable {
+            self.shared.heartbeat(0);
+        }
     }
 
     /// Samples that were discarded, because no hand can have made them.
