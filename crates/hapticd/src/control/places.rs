@@ -136,4 +136,27 @@ mod tests {
             );
         }
     }
+
+    // hazard: H24
+    #[test]
+    fn where_all_places_are_taken_the_newcomer_that_was_silent_for_longest_goes() {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_time()
+            .build()
+            .expect("a runtime");
+        runtime.block_on(async {
+            let places = Places::within(1000, 1);
+            let mut newcomers = Vec::new();
+            for _ in 0..MOST_NEWCOMERS {
+                newcomers.push(places.admit().await);
+            }
+            newcomers[0].asks_for_a_stop();
+            places.send_one_away().await;
+            let mut sent_away = Vec::new();
+            for newcomer in &newcomers[..3] {
+                sent_away.push(tokio::time::timeout(Duration::ZERO, newcomer.over()).await.is_ok());
+            }
+            assert_eq!(sent_away, [false, true, false], "the first has asked for a stop");
+        });
+    }
 }

@@ -174,7 +174,7 @@ impl Client {
     /// Raises a stop at once.
     fn raise_stop(&self) -> u64 {
         if let Some(newcomer) = &self.newcomer {
-            newcomer.stops.set(true);
+            newcomer.asks_for_a_stop();
         }
         self.rig.raise_stop(&self.peer)
     }

@@ -17,7 +17,7 @@ pub(in crate::control) struct Newcomer {
     /// Places for clients, all of which are taken.
     pub(super) places: usize,
     /// It has asked for a stop.
-    pub(super) stops: Cell<bool>,
+    stops: Cell<bool>,
     away: Notify,
 }
 
@@ -30,6 +30,11 @@ impl Newcomer {
             stops: Cell::new(false),
             away: Notify::new(),
         }
+    }
+
+    /// It asks for a stop: it stays until it has its answer.
+    pub(in crate::control) fn asks_for_a_stop(&self) {
+        self.stops.set(true);
     }
 
     /// Whether it has not asked for a stop.
@@ -48,7 +53,7 @@ impl Newcomer {
     }
 
     /// Until it has been heard for long enough.
-    pub(super) async fn over(&self) {
+    pub(in crate::control) async fn over(&self) {
         drop(tokio::time::timeout(HEARD_FOR, self.away.notified()).await);
         if self.stops.get() {
             tokio::time::sleep(ANSWERED_WITHIN).await;
