@@ -44,7 +44,7 @@ real_time_is_granted() {
 # Rigs that udev starts.
 
 # Time goes by as the emulator's work does: a late tick is no fault, and waiting for the next one without a pause would be its dearest work.
-patient='rate = 200\nspin-us = 0\nstale-ms = 500\nlate-policy = "warn"\n'
+patient='rate = 200\nspin-us = 0\nstale-ms = 500\nlate-policy = "warn"\nuncommissioned = true\n'
 of_rig() { printf "device = \"%s\"\n$patient" "$2" >"/etc/hapticd/hapticd$1.toml"; }
 both() { "$@" left && "$@" right; }
 neither() { not "$@" left && not "$@" right; }

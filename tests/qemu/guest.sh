@@ -46,7 +46,7 @@ link() {
     shift 4
     start_fake_rig "$name" "$@"
     check "$name: it says who it is when asked" says_who_it_is "$address"
-    hapticd --device "$address" --socket /run/c.sock --rate 500 --stale-ms 500 2>/tmp/hapticd.log &
+    hapticd --device "$address" --socket /run/c.sock --rate 500 --stale-ms 500 --uncommissioned 2>/tmp/hapticd.log &
     daemon=$!
     check "$name: connects, and is idle" within 10000 is idle
     check "$name: the firmware is known" within 3000 knows_firmware

@@ -36,7 +36,7 @@ pub fn daemon(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
 /// It does not come up.
 #[must_use]
 pub fn daemon_with(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
-    let daemon = Daemon::start_on(&rig.address(), arguments);
+    let daemon = Daemon::start_strictly_on(&rig.address(), arguments);
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     (daemon, client)

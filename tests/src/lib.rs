@@ -119,7 +119,7 @@ impl Daemon {
     /// It does not come up.
     #[must_use]
     pub fn start(arguments: &[&str]) -> Self {
-        Self::start_on("fake", arguments)
+        Self::start_strictly_on("fake", arguments)
     }
 
     /// Starts a daemon with a device on a socket of its own with more arguments.
@@ -128,6 +128,15 @@ impl Daemon {
     /// It does not come up.
     #[must_use]
     pub fn start_on(device: &str, arguments: &[&str]) -> Self {
+        Self::start_strictly_on(device, &[&["--uncommissioned"], arguments].concat())
+    }
+
+    /// The same, with every check of the device before it is engaged.
+    ///
+    /// # Panics
+    /// It does not come up.
+    #[must_use]
+    pub fn start_strictly_on(device: &str, arguments: &[&str]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let socket = directory.path().join("run/control.sock");
         let mut command = Command::new(binary("hapticd"));

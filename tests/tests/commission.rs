@@ -1,15 +1,16 @@
 //! A rig is commissioned by small pulses before it is engaged: the real programs, a fake rig with a
 //! firmware of somebody's own behind a pseudo-terminal.
 
-use haptic_ipc::{CommissionReply, ErrorCode, LeaseReply, Request, RigState};
-use serde_json::Value;
+use haptic_ipc::{Client, CommissionReply, ErrorCode, LeaseReply, Request, RigState, StateReply};
+use serde_json::{Value, json};
+use std::path::Path;
 use std::process::Command;
 use system_tests::commissioning::{
-    OWN, PUSH_N, after_the_pulse, begun, commission, daemon, daemon_at, pulse, refused, renders_the_scene,
+    OWN, PUSH_N, Ticks, after_the_pulse, begun, commission, daemon, daemon_at, pulse, refused, renders_the_scene,
 };
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, engage, status, wait_for};
+use system_tests::{Daemon, binary, engage, status, wait_for, wait_for_state};
 
 // hazard: H13
 #[test]
@@ -73,33 +74,141 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
         assert!(kept.contains(part), "{kept} lacks {part}");
     }
 
-    // At once, and after a restart.
+    // At once, and after a restart once somebody has said that it is the same.
     renders_the_scene(&daemon, &mut client);
     assert_eq!(status(&mut client).device.engage_refused, []);
     drop((daemon, client));
     let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+    assert_eq!(
+        refused(&mut client, Request::Engage {}).code,
+        ErrorCode::MaybeAnotherRig
+    );
+    let _: StateReply = client
+        .request(Request::CommissionConfirm {})
+        .expect("it was commissioned");
     renders_the_scene(&daemon, &mut client);
 
     // Another rig behind the same path.
-    for (other, why) in [
-        (["--firmware-name", "mine 1.0", "--resolution-mm", "0.005"], "5.0000 um"),
-        (["--firmware-name", "theirs 2", "--resolution-mm", "0.01"], "theirs 2"),
+    for (other, code, why) in [
+        (
+            ["--firmware-name", "mine 1.0", "--resolution-mm", "0.005"],
+            ErrorCode::NotCommissioned,
+            "5.0000 um",
+        ),
+        (
+            ["--firmware-name", "theirs 2", "--resolution-mm", "0.01"],
+            ErrorCode::MaybeAnotherRig,
+            "theirs 2",
+        ),
     ] {
-        let before = status(&mut client)
-            .device
-            .link
-            .map_or(0, |link| link.counts.connections);
-        drop(rig);
-        rig = FakeRig::start_at(&link, &other);
-        wait_for(&mut client, "another connection", |status| {
-            let link = status.device.link.as_ref().expect("a link");
-            link.counts.connections > before && link.device.is_some() && status.state == RigState::Idle
-        });
+        rig = plugged_in(rig, &link, &other, &mut client);
         let error = refused(&mut client, Request::Engage {});
-        assert_eq!(error.code, ErrorCode::NotCommissioned, "{error}");
+        assert_eq!(error.code, code, "{error}");
         assert!(error.message.contains(why), "{error} lacks {why}");
     }
     drop(rig);
+}
+
+/// Another rig in the place of one; it is idle.
+fn plugged_in(rig: FakeRig, link: &Path, other: &[&str], client: &mut Client) -> FakeRig {
+    let before = status(client).device.link.map_or(0, |link| link.counts.connections);
+    drop(rig);
+    let rig = FakeRig::start_at(link, other);
+    wait_for(client, "another connection", |status| {
+        let link = status.device.link.as_ref().expect("a link");
+        link.counts.connections > before && link.device.is_some() && status.state == RigState::Idle
+    });
+    rig
+}
+
+// hazard: H27
+#[test]
+fn a_board_without_a_serial_number_is_asked_for_at_each_connection() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let link = directory.path().join("rig");
+    let rig = FakeRig::start_at(&link, &OWN);
+    let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+    assert_eq!(daemon.ctl(&["commission", "--check", "--yes"]).status.code(), Some(1));
+    commission(daemon.socket(), &["--range", "skip"]);
+    engage(&mut client);
+
+    // Another board, which pulls the other way.
+    let rig = plugged_in(rig, &link, &[&OWN[..], &["--reversed"]].concat(), &mut client);
+    let error = refused(&mut client, Request::Engage {});
+    assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
+    for part in ["no serial number", "commission --check", "engage --same-rig"] {
+        assert!(error.message.contains(part), "{error} lacks {part}");
+    }
+    let ticks = Ticks::of(&daemon);
+    let checked = daemon.ctl(&["commission", "--check", "--yes"]);
+    let said = String::from_utf8_lossy(&checked.stderr).into_owned();
+    assert!(!checked.status.success() && said.contains("the other way"), "{said}");
+    let forces_n = ticks.come_so_far().into_iter().map(|row| row.command_force_n.abs());
+    let largest_n = forces_n.fold(0.0, f64::max);
+    assert!((0.5..=1.0).contains(&largest_n), "{largest_n} N");
+    assert_eq!(
+        refused(&mut client, Request::Engage {}).code,
+        ErrorCode::MaybeAnotherRig
+    );
+
+    // The first again: a push shows it, or a person says so; each time that it is plugged in.
+    let rig = plugged_in(rig, &link, &OWN, &mut client);
+    let told = daemon.ctl_ok(&["commission", "--check", "--yes"]);
+    assert!(told.contains("moves as it was commissioned"), "{told}");
+    renders_the_scene(&daemon, &mut client);
+    let rig = plugged_in(rig, &link, &OWN, &mut client);
+    assert_eq!(
+        refused(&mut client, Request::Engage {}).code,
+        ErrorCode::MaybeAnotherRig
+    );
+    daemon.ctl_ok(&["engage", "--same-rig", "--wait"]);
+    let _: StateReply = client.request(Request::Release {}).expect("it is engaged");
+    wait_for_state(&mut client, RigState::Idle);
+    drop(rig);
+}
+
+// hazard: H27
+#[test]
+fn a_chip_in_the_name_is_a_serial_number_and_a_change_is_asked_once() {
+    const CHIP: [&str; 4] = ["--firmware-name", "mine 1.0#A1b2", "--hand", "free"];
+    let directory = tempfile::tempdir().expect("a directory");
+    let link = directory.path().join("rig");
+    let rig = FakeRig::start_at(&link, &CHIP);
+    let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+    let found = commission(daemon.socket(), &["--range", "skip"]);
+    assert_eq!(
+        (&found["rig"], &found["firmware"]),
+        (&json!("chip-A1b2"), &json!("mine 1.0"))
+    );
+    let rig = plugged_in(rig, &link, &CHIP, &mut client);
+    renders_the_scene(&daemon, &mut client);
+    // Its hello says something else of its watchdog: once confirmed, this stays known.
+    let changed = [&CHIP[..], &["--watchdog-ms", "150"]].concat();
+    let rig = plugged_in(rig, &link, &changed, &mut client);
+    let error = refused(&mut client, Request::Engage {});
+    assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
+    assert!(error.message.contains("150 ms, and was 200 ms then"), "{error}");
+    daemon.ctl_ok(&["commission", "--check", "--yes"]);
+    let rig = plugged_in(rig, &link, &changed, &mut client);
+    renders_the_scene(&daemon, &mut client);
+    // Another chip was never commissioned.
+    let other = ["--firmware-name", "mine 1.0#C3"];
+    let _rig = plugged_in(rig, &link, &other, &mut client);
+    assert_eq!(
+        refused(&mut client, Request::Engage {}).code,
+        ErrorCode::NotCommissioned
+    );
+}
+
+// hazard: H27
+#[test]
+fn a_device_that_calls_itself_fake_rig_needs_a_commissioning() {
+    let rig = FakeRig::start(&[]);
+    let (_daemon, mut client) = daemon(&rig, &[]);
+    assert_eq!(
+        refused(&mut client, Request::Engage {}).code,
+        ErrorCode::NotCommissioned
+    );
 }
 
 // hazard: H13
@@ -170,11 +279,11 @@ fn a_device_without_a_watchdog_or_with_a_long_one_engages_only_where_that_is_all
             assert!(error.message.contains(part), "{error} lacks {part}");
         }
         drop((_strict, client));
-        let (_lenient, mut client) = daemon(&rig, &["--allow-no-watchdog"]);
+        let (_lenient, mut client) = daemon(&rig, &["--allow-no-watchdog", "--uncommissioned"]);
         engage(&mut client);
     }
     let rig = FakeRig::start(&["--watchdog-ms", "200"]);
-    let (_daemon, mut client) = daemon(&rig, &[]);
+    let (_daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     engage(&mut client);
 }
 

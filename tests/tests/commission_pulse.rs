@@ -56,7 +56,7 @@ fn a_motor_that_is_wired_the_other_way_ends_in_zero_force_and_is_not_kept() {
 #[test]
 fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes_back() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &[]);
+    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut commissioner = begun(&daemon);
     let _: CommissionReply = commissioner.request(pulse(PUSH_N, 300.0)).expect("it is bounded");
     wait_for(&mut client, "a force", |_| rig.force().now_n > 0.5);
@@ -88,7 +88,7 @@ fn a_client_that_dies_in_a_pulse_takes_its_force_with_it() {
     }
     let rig = FakeRig::start(&["--hand", "free"]);
     // A ramp that is longer than the pulse: along it the force would go on.
-    let (daemon, mut client) = daemon_with(&rig, &["--ramp-ms", "600"]);
+    let (daemon, mut client) = daemon_with(&rig, &["--uncommissioned", "--ramp-ms", "600"]);
     let ticks = Ticks::of(&daemon);
     let mut commissioner = begun(&daemon);
     let _: CommissionReply = commissioner.request(pulse(PUSH_N, 300.0)).expect("it is bounded");
@@ -146,7 +146,7 @@ fn haptic_ctl_killed_in_a_pulse_leaves_no_force_and_nothing_kept() {
 #[test]
 fn nobody_else_moves_the_rig_or_its_scene_meanwhile_and_is_told_by_whom() {
     let rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut other) = daemon(&rig, &[]);
+    let (daemon, mut other) = daemon(&rig, &["--uncommissioned"]);
     let error = refused(&mut other, Request::CommissionBegin {});
     assert_eq!(error.code, ErrorCode::WrongState);
     assert!(error.message.contains("lease"), "{error}");

@@ -11,7 +11,7 @@ use system_tests::{Daemon, HeldThread, PATIENCE, binary, pause, status, wait_for
 
 /// How old a sample may be; and a device that stands still for longer, and for less than the pause before a motion is
 /// repeated.
-const STALE: [&str; 2] = ["--stale-ms", "300"];
+const STALE: [&str; 3] = ["--uncommissioned", "--stale-ms", "300"];
 const INTERRUPTION: &str = "stall 0.45";
 
 /// What is asked where a motion is not repeated by itself.

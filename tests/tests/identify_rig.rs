@@ -103,7 +103,7 @@ fn a_longer_lease_ends_the_identification_and_its_force() {
 #[test]
 fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &[]);
+    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut identifier = pulling(&mut rig, &daemon);
     let _: StateReply = client.request(Request::Stop {}).expect("a stop");
     wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
@@ -131,7 +131,7 @@ fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
 fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     // A ramp that is longer than any test waits: along it the force would go on.
-    let (daemon, mut client) = daemon_with(&rig, &["--ramp-ms", "600"]);
+    let (daemon, mut client) = daemon_with(&rig, &["--uncommissioned", "--ramp-ms", "600"]);
     let identifier = pulling(&mut rig, &daemon);
     let ticks = Ticks::of(&daemon);
     drop(identifier);
@@ -152,7 +152,7 @@ fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
 #[test]
 fn a_motor_of_the_wrong_sign_ends_an_excitation_within_millimetres() {
     let mut rig = FakeRig::start(&["--hand", "free", "--reversed"]);
-    let (daemon, mut client) = daemon(&rig, &[]);
+    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut identifier = begun(&daemon);
     excite(&mut identifier);
     let reply = after_it(&mut identifier);
@@ -172,7 +172,7 @@ fn a_motor_of_the_wrong_sign_ends_an_excitation_within_millimetres() {
 fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() {
     // It moves 30 mm to and fro whatever the motor does.
     let mut rig = FakeRig::start(&["--hand", "sine"]);
-    let (daemon, mut client) = daemon(&rig, &[]);
+    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut identifier = begun(&daemon);
     rig.force();
     excite(&mut identifier);
@@ -192,7 +192,7 @@ fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() 
 #[test]
 fn the_first_answer_says_where_the_handle_lies_and_how_far_it_may_go_from_there() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &[]);
+    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     // Farther from the encoder's zero than half of the range.
     rig.fail("jump 8000");
     wait_for(&mut client, "the handle at 80 mm", |status| {
@@ -214,7 +214,7 @@ fn the_first_answer_says_where_the_handle_lies_and_how_far_it_may_go_from_there(
 #[test]
 fn a_rig_that_is_unplugged_in_an_excitation_ends_it_and_comes_back_without_force() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &[]);
+    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut identifier = pulling(&mut rig, &daemon);
     rig.fail("hang-up 0.3");
     let reply = after_it(&mut identifier);

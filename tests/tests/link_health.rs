@@ -1,7 +1,8 @@
 //! What is told of a link: how well it works, what went wrong on it, and what the adviser makes of that.
 
-use haptic_ipc::{AdviceReply, Client, LinkStatus, LogReply, Request, RigState, Status};
+use haptic_ipc::{AdviceReply, Client, ErrorCode, LinkStatus, LogReply, Request, RigState, Status};
 use std::time::Instant;
+use system_tests::commissioning::refused;
 use system_tests::fake_rig::FakeRig;
 use system_tests::{Daemon, PATIENCE, wait_for, wait_for_state};
 
@@ -125,6 +126,31 @@ fn a_jump_of_the_sequence_or_of_the_clock_is_not_counted_as_a_million_lost_sampl
     });
     let drift_ppm = link(&told).clock_drift_ppm.expect("it is known");
     assert!(drift_ppm.abs() < 100_000.0, "{drift_ppm} ppm");
+}
+
+// hazard: H3
+#[test]
+fn a_clock_that_lies_is_told_while_idle_and_refused() {
+    let _one = crate::one_of_two();
+    for lie in [
+        "clock-half",
+        "clock-double",
+        "clock-stop",
+        "clock-wrap16",
+        "clock-backwards",
+    ] {
+        let (mut rig, _daemon, mut client) = connected(&[], "200");
+        rig.fail(lie);
+        let told = wait_for(&mut client, "the clock", |status| {
+            let refused = &status.device.engage_refused;
+            refused
+                .iter()
+                .any(|problem| problem.what.contains("time cannot be right"))
+        });
+        assert_eq!(told.state, RigState::Idle, "{lie}");
+        let error = refused(&mut client, Request::Engage {});
+        assert_eq!(error.code, ErrorCode::DeviceClock, "{lie}: {error}");
+    }
 }
 
 #[test]

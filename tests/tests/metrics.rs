@@ -228,7 +228,7 @@ fn queries() -> Vec<String> {
 fn promtool_has_nothing_to_say_and_rules_and_dashboard_name_only_what_is_scraped() {
     let Some(promtool) = program("promtool") else { return };
     let rig = system_tests::fake_rig::FakeRig::start(&[]);
-    let daemon = Daemon::start_on(&rig.address(), &["--metrics", "127.0.0.1:0", "--uncommissioned"]);
+    let daemon = Daemon::start_on(&rig.address(), &["--metrics", "127.0.0.1:0"]);
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     let line = daemon

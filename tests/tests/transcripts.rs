@@ -35,7 +35,7 @@ fn every_conversation_of_version_1_can_still_be_held() {
 }
 
 /// Codes that no conversation alone can bring about, and the tests that do.
-const ELSEWHERE: [(&str, &str); 13] = [
+const ELSEWHERE: [(&str, &str); 15] = [
     ("config_file", "reload.rs, with a wrong file"),
     ("not_permitted", "attacks.rs, as another user"),
     (
@@ -48,6 +48,11 @@ const ELSEWHERE: [(&str, &str); 13] = [
     ("commands_late", "link.rs, on a line that carries less"),
     ("commands_ignored", "safety.rs, with a device that takes none"),
     ("not_commissioned", "commission.rs, with a rig of one's own"),
+    (
+        "maybe_another_rig",
+        "commission.rs, with a board without a serial number",
+    ),
+    ("device_clock", "link_health.rs, with a clock that lies"),
     ("not_identified", "rig_friction.rs, with --compensate"),
     (
         "state_file",

@@ -86,7 +86,7 @@ pub(crate) enum Command {
     /// Show who changed what, and when, since the daemon began; `events` shows what is still to come
     Log(log::Arguments),
     /// Ramp the force up
-    Engage(drive::WaitArguments),
+    Engage(drive::EngageArguments),
     /// Ramp the force down
     Release(drive::WaitArguments),
     /// Set zero force at once, of every rig in reach or of one that is named; exits 0 only when all

@@ -19,6 +19,17 @@ pub(crate) struct WaitArguments {
     timeout: Duration,
 }
 
+#[derive(Debug, clap::Args)]
+pub(crate) struct EngageArguments {
+    /// Say that the device is the rig that was commissioned; for one without a serial number, once
+    /// after each time it is connected
+    #[arg(long)]
+    same_rig: bool,
+
+    #[command(flatten)]
+    waiting: WaitArguments,
+}
+
 /// Time in which the daemon has faulted a rig whose motor is on after a release: 100 ms, and its way here.
 const CONFIRMATION_TIME: Duration = Duration::from_millis(150);
 
@@ -53,6 +64,13 @@ pub(crate) async fn run_to(
         },
         json,
     )
+}
+
+pub(crate) async fn engage(daemon: &mut Daemon, arguments: &EngageArguments, json: bool) -> Result<(), Failure> {
+    if arguments.same_rig {
+        let _: StateReply = daemon.ask(Request::CommissionConfirm {}).await?;
+    }
+    run_to(daemon, Request::Engage {}, RigState::Engaged, &arguments.waiting, json).await
 }
 
 /// Waits for as long as a device has to say that its motor is off.

@@ -198,7 +198,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Scene(scene) => scene.run(daemon, request, json).await,
         Command::Schedule(_) => schedule::run(daemon, request, json).await,
         Command::Log(log) => log::run(daemon, log, json).await,
-        Command::Engage(waiting) => drive::run_to(daemon, request, RigState::Engaged, waiting, json).await,
+        Command::Engage(arguments) => drive::engage(daemon, arguments, json).await,
         Command::Release(waiting) => drive::run_to(daemon, request, RigState::Idle, waiting, json).await,
         Command::Reload => reload::run(daemon, request, json).await,
         Command::Commission(arguments) => commission::run(daemon, arguments, json).await,

@@ -93,6 +93,10 @@ pub enum ErrorCode {
     CommandsIgnored,
     /// The rig was never commissioned, or has changed since.
     NotCommissioned,
+    /// The device may be another than the one that was commissioned, and nobody has said that it is the same.
+    MaybeAnotherRig,
+    /// The device's clock does not run as ours does.
+    DeviceClock,
     /// `--compensate` needs the rig's own friction, which was never identified or has changed since.
     NotIdentified,
     /// A client is commissioning or identifying the rig; the message says who.

@@ -259,6 +259,8 @@ operations! {
     } -> crate::CommissionReply;
     /// Give the rig back, as it was before.
     CommissionEnd "commission.end" {} -> crate::CommissionReply;
+    /// The connected device is the rig that was commissioned: a person or a pulse says so, until it is connected anew.
+    CommissionConfirm "commission.confirm" {} -> crate::StateReply;
     /// Take the rig alone, to identify it.
     IdentifyBegin "identify.begin" {} optional {
         /// Travel of the handle between its ends, m; as its commissioning found it when absent.

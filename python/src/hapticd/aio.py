@@ -105,9 +105,9 @@ class Rig:
         """See `hapticd.Rig.request`."""
         return await self._run(self._requests, partial(self.blocking.request, op, **fields))
 
-    async def engage(self) -> StateReply:
+    async def engage(self, same_rig: bool = False) -> StateReply:
         """See `hapticd.Rig.engage`."""
-        return await self._run(self._requests, self.blocking.engage)
+        return await self._run(self._requests, partial(self.blocking.engage, same_rig))
 
     async def release(self) -> StateReply:
         """See `hapticd.Rig.release`."""

@@ -136,6 +136,8 @@ _BY_CODE: dict[str, type[Refused]] = {
             "commands_late",
             "commands_ignored",
             "not_commissioned",
+            "maybe_another_rig",
+            "device_clock",
             "not_identified",
             "commissioning",
         ),

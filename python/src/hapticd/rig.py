@@ -58,13 +58,19 @@ class Rig:
             self._lease.check()
         return self._control.request(op, fields)
 
-    def engage(self) -> StateReply:
+    def engage(self, same_rig: bool = False) -> StateReply:
         """Ramps the force up.
+
+        Args:
+            same_rig: Says that the device is the rig that was commissioned, where it cannot tell: it has no serial
+                number, or its firmware has changed.
 
         Raises:
             Stopped: A person has stopped the rig.
-            NotReady: The rig was never commissioned, or lacks something.
+            NotReady: The rig was never commissioned, may be another than the one that was, or lacks something.
         """
+        if same_rig:
+            self.request("commission.confirm")
         return decoded(StateReply, self.request("engage"))
 
     def release(self) -> StateReply:

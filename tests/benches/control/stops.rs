@@ -79,7 +79,7 @@ impl Rig {
             .args(["-c", run])
             .arg(binary("hapticd"))
             .arg(&full)
-            .args(["--ramp-ms", "5", "--stale-ms", "200", "--device"])
+            .args(["--uncommissioned", "--ramp-ms", "5", "--stale-ms", "200", "--device"])
             .arg(line.as_ref().map_or("fake".to_owned(), FakeRig::address))
             .arg("--scene-dir")
             .arg(directory.path().join("scenes"));

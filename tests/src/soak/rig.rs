@@ -25,7 +25,15 @@ const STAYS_ZERO: Duration = Duration::from_millis(100);
 const STAYS_FORCE: Duration = Duration::from_secs(10);
 
 /// The daemon's options beside those of its place.
-const OPTIONS: &[&str] = &["--ramp-ms", "20", "--stale-ms", "100", "--control-timeout-ms", "1000"];
+const OPTIONS: &[&str] = &[
+    "--uncommissioned",
+    "--ramp-ms",
+    "20",
+    "--stale-ms",
+    "100",
+    "--control-timeout-ms",
+    "1000",
+];
 
 /// Where the rig of a daemon is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,8 +9,8 @@ pub struct RigIdentity {
     /// The same for the same rig at every connection: `usb-1209:0001-17` by its serial number, else
     /// by its path, as in `serial-/dev/ttyUSB0`.
     pub key: String,
-    /// Whether the key contains a serial number; otherwise another device at the same path has the
-    /// same key.
+    /// Whether the key contains a serial number, of its USB device or of its chip; otherwise another device at the same
+    /// path has the same key.
     pub has_serial_number: bool,
     /// Whether the address inverts force and position.
     pub reversed: bool,
@@ -49,7 +49,7 @@ impl RigIdentity {
 
     /// The identity of a device on USB.
     pub(crate) fn of_usb(vendor: u16, product: u16, serial: Option<&str>) -> Self {
-        match serial {
+        match serial.filter(|serial| is_its_own(serial)) {
             Some(serial) => Self {
                 key: format!("usb-{vendor:04x}:{product:04x}-{serial}"),
                 has_serial_number: true,
@@ -61,6 +61,20 @@ impl RigIdentity {
                 reversed: false,
             },
         }
+    }
+
+    /// The name of a firmware without its chip's number, and the identity by that number: `mine 1.0#a1b2` is `mine 1.0` on
+    /// the chip `a1b2`, whichever cable it is behind.
+    pub(crate) fn on_chip(mut self, name: &str) -> (String, Self) {
+        let Some((name, chip)) = name.rsplit_once('#') else {
+            return (name.to_owned(), self);
+        };
+        if chip.is_empty() || !chip.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
+            return (format!("{name}#{chip}"), self);
+        }
+        self.key = format!("chip-{chip}");
+        self.has_serial_number = true;
+        (name.trim_end().to_owned(), self)
     }
 
     /// The same for one of its motors, by number or letter.
@@ -89,12 +103,13 @@ fn usb_key(terminals: &Path, path: &Path) -> Option<String> {
         let text = text.trim();
         (!text.is_empty() && text.len() <= LONGEST_TEXT).then(|| text.to_owned())
     };
-    Some(format!(
-        "usb-{}:{}-{}",
-        text("idVendor")?,
-        text("idProduct")?,
-        text("serial")?
-    ))
+    let serial = text("serial").filter(|serial| is_its_own(serial))?;
+    Some(format!("usb-{}:{}-{serial}", text("idVendor")?, text("idProduct")?))
+}
+
+/// Whether a serial number tells one device from another: makers give all of theirs 0001, as every CP2102 has it, or zeros.
+fn is_its_own(serial: &str) -> bool {
+    !matches!(serial.trim().trim_start_matches('0'), "" | "1")
 }
 
 #[cfg(test)]
@@ -125,7 +140,25 @@ mod tests {
         let plain = of(&root.join("elsewhere"));
         assert_eq!(plain.key, format!("serial-{}", root.join("elsewhere").display()));
         assert!(!plain.has_serial_number);
+        fs::write(usb.join("serial"), "0001\n").expect("a file");
+        assert!(!of(&link).has_serial_number, "as all of its kind");
         fs::remove_file(usb.join("serial")).expect("it was there");
         assert!(!of(&link).has_serial_number, "no serial number");
+        assert!(!RigIdentity::of_usb(1, 2, Some("0000")).has_serial_number);
+        assert_eq!(RigIdentity::of_usb(1, 2, Some("10")).key, "usb-0001:0002-10");
+    }
+
+    #[test]
+    fn a_name_that_ends_in_its_chip_goes_by_the_chip() {
+        let on_chip = |name| RigIdentity::of_usb(1, 2, None).turned_round(true).on_chip(name);
+        let (name, rig) = on_chip("mine 1.0#A1b2");
+        assert_eq!((name.as_str(), rig.key.as_str()), ("mine 1.0", "chip-A1b2"));
+        assert!(rig.has_serial_number && rig.reversed);
+        for plain in ["mine 1.0", "mine 1.0#", "mine #1.0", ""] {
+            assert_eq!(
+                on_chip(plain),
+                (plain.to_owned(), RigIdentity::of_usb(1, 2, None).turned_round(true))
+            );
+        }
     }
 }

@@ -84,8 +84,9 @@ pub(super) fn greet(
 
 /// The facts in a hello of a rig.
 pub(super) fn facts(hello: &DeviceHello, rig: RigIdentity) -> DeviceFacts {
+    let (firmware, rig) = rig.on_chip(&hello.firmware_name());
     DeviceFacts {
-        firmware: hello.firmware_name(),
+        firmware,
         force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
         sample_rate_hz: f64::from(hello.sample_rate_hz),
         resolution_m: 1.0 / f64::from(hello.counts_per_metre),

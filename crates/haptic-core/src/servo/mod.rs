@@ -8,6 +8,7 @@
 //! are stepped through the same scenes and [`Inputs`] give the same [`Outputs`] to the last bit, on
 //! any machine and in any build: a recording of the inputs holds every force.
 
+mod clock_doubt;
 mod fault;
 mod force;
 mod force_offset;

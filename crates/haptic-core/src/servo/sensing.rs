@@ -1,11 +1,12 @@
 //! From what a device reports to where the hand is: which samples are new, when they were taken,
 //! and whether a hand can have made them.
 
+use super::clock_doubt::ClockDoubt;
 use super::fault::Fault;
 use crate::limiter::SafetyLimiter;
 use crate::position_guard::{Motion, PositionGuard, Verdict};
 use crate::sample::{DeviceError, Measurement, Motor};
-use crate::sample_clock::{SampleClock, Stamp, seconds};
+use crate::sample_clock::{ClockError, SampleClock, Stamp, seconds};
 use crate::velocity::{Estimator, Method};
 
 /// Periods without a new sample after which the force decays.
@@ -48,6 +49,7 @@ pub(super) struct Sensing {
     stale_ns: u64,
     newest: Option<Newest>,
     clock: SampleClock,
+    clock_doubt: ClockDoubt,
     guard: PositionGuard,
     method: Method,
     /// Nominal time between two steps, s.
@@ -67,6 +69,7 @@ impl Sensing {
             stale_ns,
             newest: None,
             clock: SampleClock::new(stale_ns),
+            clock_doubt: ClockDoubt::default(),
             guard: PositionGuard::default(),
             method,
             step_s,
@@ -116,6 +119,11 @@ impl Sensing {
     /// Time between two samples, or two ticks, whichever is longer, s.
     pub(super) fn period_s(&self) -> f64 {
         self.step_s.max(self.clock.period_s())
+    }
+
+    /// What is wrong with the device's clock, found while no force flowed.
+    pub(super) fn clock_error(&self, now_ns: u64) -> Option<ClockError> {
+        self.clock_doubt.error(now_ns)
     }
 
     /// Whether the next sample is the first of its device.
@@ -173,7 +181,7 @@ impl Sensing {
         let elapsed_s = match elapsed {
             Ok(elapsed_s) => elapsed_s,
             Err(error) if live => return Sensed::Faulty(Fault::DeviceClock(error)),
-            Err(_) => self.disregard_time(),
+            Err(error) => self.disregard_time(error, now_ns),
         };
         let elapsed_s = if live && !first {
             let before = Motion {
@@ -210,12 +218,14 @@ impl Sensing {
     #[cold]
     fn begin(&mut self, resolution_m: f64) {
         self.clock.reset();
+        self.clock_doubt = ClockDoubt::default();
         self.estimator = Estimator::new(self.method, self.step_s, resolution_m);
     }
 
     /// Without force nothing is made of a wrong time, s; with the next sample it begins again.
     #[cold]
-    fn disregard_time(&mut self) -> f64 {
+    fn disregard_time(&mut self, error: ClockError, now_ns: u64) -> f64 {
+        self.clock_doubt.add(error, now_ns);
         self.estimator.reset();
         0.0
     }

@@ -11,7 +11,7 @@ use crate::compensation::{Compensation, Compensator};
 use crate::limiter::{Limits, SafetyLimiter};
 use crate::passivity::{PassivityObserver, RigLosses};
 use crate::sample::Motor;
-use crate::sample_clock::SampleClock;
+use crate::sample_clock::{ClockError, SampleClock};
 use crate::velocity;
 use alloc::boxed::Box;
 
@@ -125,6 +125,12 @@ impl Servo {
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.rig.fault()
+    }
+
+    /// What is wrong with the device's clock, found while no force flowed.
+    #[must_use]
+    pub fn clock_error(&self) -> Option<ClockError> {
+        self.sensing.clock_error(self.now_ns)
     }
 
     /// What the device says of its motor.

@@ -6,8 +6,11 @@ mod findings;
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
+use crate::output;
 use findings::{Findings, mm};
-use haptic_ipc::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, PulseEnd, PulseReport, Request};
+use haptic_ipc::{
+    CommissionReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, PulseEnd, PulseReport, Request, StateReply,
+};
 use std::time::{Duration, Instant};
 
 /// For the help text.
@@ -18,7 +21,10 @@ it, which ends the commissioning, as does the end of this program. A handle that
 once: the motor or the encoder is wired the other way, and nothing is stored.
 
 The daemon stores the findings for this rig, by its serial number. A rig that was never commissioned, or whose \
-resolution or direction has changed since, engages only with `hapticd --uncommissioned`.
+resolution or direction has changed since, engages only with `hapticd --uncommissioned`. One without a serial number \
+may be another that was plugged in instead: each time it is connected, it engages only after `commission --check`, \
+which gives its handle a single push, or `engage --same-rig`. So does one whose firmware, force limit, sample rate, \
+watchdog or buttons have changed, once.
 
 Move the handle to the middle of its range, take your hand off it, and keep a hand on the switch of the motor's \
 supply.";
@@ -42,6 +48,10 @@ const FRICTION_PULSES: usize = 2;
 /// Share of the range at either end where a pulse shows no friction: the end may have taken up its energy.
 const END_SHARE: f64 = 0.05;
 
+/// Force and duration of the push of a check, N and ms.
+const CHECK_N: f64 = 1.0;
+const CHECK_MS: f64 = 300.0;
+
 /// Travel of a pulse below which the handle is at its end, m.
 const AT_THE_END_M: f64 = 2e-4;
 
@@ -62,6 +72,10 @@ pub(crate) struct Arguments {
     /// Do not ask for confirmation before each step
     #[arg(long, short)]
     yes: bool,
+
+    /// Only check by one push, of at most 1 N and 0.3 s, that this is the rig that was commissioned
+    #[arg(long, conflicts_with_all = ["max_force_n", "range"])]
+    check: bool,
 
     /// Largest force of a pulse, N, at most half of the force limit [default: a tenth of that, at
     /// most 2]
@@ -107,9 +121,12 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         })
         .await?;
     let begun: CommissionReply = daemon.ask(Request::CommissionBegin {}).await?;
-    let largest_n = arguments
-        .max_force_n
-        .unwrap_or_else(|| (USUAL_SHARE * begun.rig_force_limit_n).min(USUAL_MOST_N));
+    let largest_n = if arguments.check {
+        CHECK_N.min(begun.force_limit_n)
+    } else {
+        let usual_n = (USUAL_SHARE * begun.rig_force_limit_n).min(USUAL_MOST_N);
+        arguments.max_force_n.unwrap_or(usual_n)
+    };
     // NaN fails both comparisons.
     if !(largest_n > 0.0 && largest_n <= begun.force_limit_n) {
         let limit_n = begun.force_limit_n;
@@ -127,12 +144,19 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         findings: Findings::new(&begun),
     };
     // The end of the connection ends the commissioning, should these requests fail.
-    let done = work.steps(arguments.range).await;
+    let done = if arguments.check {
+        work.check().await
+    } else {
+        work.steps(arguments.range).await
+    };
     if done.is_ok() {
         let _: CommissionReply = work.daemon.ask(Request::CommissionEnd {}).await?;
         let _: LeaseReply = work.daemon.ask(Request::Lease { timeout_ms: 0 }).await?;
     }
     done?;
+    if arguments.check {
+        return work.show_check(json);
+    }
     work.findings.show(json)
 }
 
@@ -202,6 +226,34 @@ impl Work<'_> {
         Ok(())
     }
 
+    /// One push; another the other way where the handle is at its end.
+    async fn check(&mut self) -> Result<(), Failure> {
+        let (rig, firmware) = (&self.findings.rig, &self.findings.firmware);
+        let force_n = self.largest_n;
+        let question = format!("Check {rig} ({firmware}): one push of {force_n} N, with your hand off it. Go on?");
+        self.agree(&question).await?;
+        for sign in [1.0, -1.0] {
+            self.push(sign * force_n, Some(CHECK_MS)).await?;
+            let status = self.status().await?;
+            if status.positive_confirmed || status.negative_confirmed {
+                self.daemon.ask::<StateReply>(Request::CommissionConfirm {}).await?;
+                return Ok(());
+            }
+        }
+        Err(Failure::BadRig(format!(
+            "the handle did not move under {force_n} N: is the motor supplied, and is the handle free? If you see that it \
+             is the rig that was commissioned, `haptic-ctl engage --same-rig` takes your word for it"
+        )))
+    }
+
+    fn show_check(&self, json: bool) -> Result<(), Failure> {
+        let (rig, firmware) = (&self.findings.rig, &self.findings.firmware);
+        if json {
+            return output::json(&serde_json::json!({ "rig": rig, "firmware": firmware }));
+        }
+        output::unless_quiet(&format!("{rig} ({firmware}) moves as it was commissioned"))
+    }
+
     /// Asks whether to continue.
     async fn agree(&mut self, question: &str) -> Result<(), Failure> {
         if self.console.asks() && !self.answer(question, "y/N").await? {
@@ -239,14 +291,16 @@ impl Work<'_> {
 
     /// Gives a pulse, and waits until the rig is idle again.
     async fn pulse(&mut self, force_n: f64) -> Result<PulseReport, Failure> {
+        self.push(force_n, None).await
+    }
+
+    /// The same of a duration (ms).
+    async fn push(&mut self, force_n: f64, duration_ms: Option<f64>) -> Result<PulseReport, Failure> {
         // A machine that is held up for seconds may lose records; the pulse itself was sound.
         for _ in 0..3 {
             let _: CommissionReply = self
                 .daemon
-                .ask(Request::CommissionPulse {
-                    force_n,
-                    duration_ms: None,
-                })
+                .ask(Request::CommissionPulse { force_n, duration_ms })
                 .await?;
             let began = Instant::now();
             let report = loop {

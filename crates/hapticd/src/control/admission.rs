@@ -9,16 +9,15 @@ use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::rig_friction::record::KnownFriction;
+use crate::control::rig_files::button_names;
 use crate::rt::handoff::ANY_CONNECTION;
 use device_io::link::{Delivery, LinkCounters};
+use haptic_core::sample_clock::ClockError;
 use haptic_ipc::{ErrorCode, Problem, WireError};
 use std::sync::atomic::Ordering::Relaxed;
 
 /// Longest watchdog of a device, ms: after the daemon dies its motor pulls a hand for this long.
 pub(crate) const LONGEST_WATCHDOG_MS: u32 = 200;
-
-/// Prefix of the firmware that `fake-rig` reports.
-const SIMULATED: &str = "fake-rig ";
 
 /// The purpose of an engagement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +98,7 @@ async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, m
     let rules = rig.facts.rules;
     found.extend(no_force(device).into_iter().chain(no_watchdog(device, rules)));
     found.extend(not_delivered(link.counters()));
+    found.extend(rig.clock_error().map(wrong_clock));
     let settings = rig.facts.servo.get();
     let pressed = link.counters().buttons.load(Relaxed);
     found.extend(button_in_the_way(
@@ -107,12 +107,9 @@ async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, m
         settings.stop_button,
         settings.enable_button,
     ));
-    let counts_as_commissioned =
-        purpose == Purpose::Commissioning || rules.uncommissioned || device.firmware.starts_with(SIMULATED);
-    if !counts_as_commissioned
-        && let CommissionState::Not(why) = rig.records().known(&rig.facts.state_dir, device, may_be_cached).await
-    {
-        found.push(not_commissioned(device, &why));
+    if purpose != Purpose::Commissioning && !rules.uncommissioned {
+        let known = rig.records().known(&rig.facts.state_dir, device, may_be_cached).await;
+        found.extend(not_the_commissioned_rig(device, known));
     }
     found
 }
@@ -140,14 +137,7 @@ fn button_in_the_way(there: u8, pressed: u64, stop: Option<u8>, enable: Option<u
             continue;
         };
         let number = u32::from(bit) + 1;
-        let has = match there.count_ones() {
-            0 => "no button".to_owned(),
-            _ => (0..8)
-                .filter(|bit| there >> bit & 1 == 1)
-                .map(|bit| format!("button {}", bit + 1))
-                .collect::<Vec<_>>()
-                .join(", "),
-        };
+        let has = button_names(there);
         return Some(Blocker {
             error: WireError::new(
                 ErrorCode::NoButton,
@@ -205,6 +195,18 @@ fn not_delivered(counters: &LinkCounters) -> Option<Blocker> {
     })
 }
 
+fn wrong_clock(error: ClockError) -> Blocker {
+    Blocker {
+        error: WireError::new(
+            ErrorCode::DeviceClock,
+            format!("the device's time cannot be right: {error}"),
+        ),
+        remedy: "have its samples tell when they were taken in us, by a clock that counts to 32 bits and keeps to 5 % \
+                 (docs/device-protocol.md)"
+            .to_owned(),
+    }
+}
+
 fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Blocker> {
     if rules.allow_no_watchdog {
         return None;
@@ -233,16 +235,26 @@ fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Blocker> 
     })
 }
 
-fn not_commissioned(device: &ConnectedDevice, why: &str) -> Blocker {
-    let what = format!(
-        "the rig {} ({}) is not commissioned: {why}",
-        device.rig.key, device.firmware
-    );
-    Blocker {
-        error: WireError::new(ErrorCode::NotCommissioned, what).about("rig"),
-        remedy: "run `haptic-ctl commission`, which checks by small pulses that its motor pulls the right way; or \
-                 start hapticd with --uncommissioned"
-            .to_owned(),
+fn not_the_commissioned_rig(device: &ConnectedDevice, known: CommissionState) -> Option<Blocker> {
+    let rig = format!("the rig {} ({})", device.rig.key, device.firmware);
+    let blocker = |code, what: String, remedy: &str| Blocker {
+        error: WireError::new(code, what).about("rig"),
+        remedy: remedy.to_owned(),
+    };
+    match known {
+        CommissionState::Commissioned { .. } => None,
+        CommissionState::InDoubt(why) => Some(blocker(
+            ErrorCode::MaybeAnotherRig,
+            format!("{rig} may be another than the one that was commissioned: {why}"),
+            "run `haptic-ctl commission --check`, which gives its handle one push of at most 1 N; or, if you see that it \
+             is the same rig, `haptic-ctl engage --same-rig`",
+        )),
+        CommissionState::Not(why) => Some(blocker(
+            ErrorCode::NotCommissioned,
+            format!("{rig} is not commissioned: {why}"),
+            "run `haptic-ctl commission`, which checks by small pulses that its motor pulls the right way; or \
+             start hapticd with --uncommissioned",
+        )),
     }
 }
 
@@ -276,6 +288,7 @@ mod tests {
             firmware: "mine 1.0".to_owned(),
             force_limit_n,
             resolution_m: 1e-5,
+            sample_rate_hz: 1000.0,
             watchdog_ms,
             buttons: 0b11,
             rig: RigIdentity::default(),
@@ -373,10 +386,18 @@ mod tests {
     // hazard: H13
     #[test]
     fn a_refusal_of_an_uncommissioned_rig_names_both_remedies() {
-        let found = not_commissioned(&device(1.0, Some(50)), "it was never commissioned");
-        assert_eq!(found.error.code, ErrorCode::NotCommissioned);
-        for part in ["haptic-ctl commission", "--uncommissioned"] {
-            assert!(found.remedy.contains(part), "{} lacks {part}", found.remedy);
+        let found = |known| not_the_commissioned_rig(&device(1.0, Some(50)), known);
+        let never = found(CommissionState::Not("it was never commissioned".to_owned())).expect("in the way");
+        assert_eq!(never.error.code, ErrorCode::NotCommissioned);
+        let doubt = found(CommissionState::InDoubt("it has no serial number".to_owned())).expect("in the way");
+        assert_eq!(doubt.error.code, ErrorCode::MaybeAnotherRig);
+        for (found, parts) in [
+            (never, ["haptic-ctl commission", "--uncommissioned"]),
+            (doubt, ["commission --check", "engage --same-rig"]),
+        ] {
+            for part in parts {
+                assert!(found.remedy.contains(part), "{} lacks {part}", found.remedy);
+            }
         }
     }
 }

@@ -10,6 +10,7 @@ pub(crate) struct ConnectedDevice {
     pub(crate) firmware: String,
     pub(crate) force_limit_n: f64,
     pub(crate) resolution_m: f64,
+    pub(crate) sample_rate_hz: f64,
     pub(crate) watchdog_ms: Option<u32>,
     /// Buttons that there are, one bit each.
     pub(crate) buttons: u8,
@@ -24,6 +25,7 @@ impl ConnectedDevice {
                 firmware: device.firmware,
                 force_limit_n: device.force_limit_n,
                 resolution_m: device.resolution_m,
+                sample_rate_hz: device.sample_rate_hz,
                 watchdog_ms: device.watchdog_ms,
                 buttons: device.buttons,
                 rig: device.rig,
@@ -42,6 +44,7 @@ impl ConnectedDevice {
                 firmware: facts.device.clone(),
                 force_limit_n: facts.limits().force_n,
                 resolution_m: facts.rig.resolution,
+                sample_rate_hz: 1.0 / facts.period_s(),
                 watchdog_ms: None,
                 buttons: 0,
                 rig: RigIdentity {

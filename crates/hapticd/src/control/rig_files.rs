@@ -7,6 +7,7 @@
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::whole_file;
 use crate::control::worker_pool::WorkerPool;
+use haptic_ipc::quantity::number;
 use haptic_ipc::regular_file::{self, with_short_lines};
 use haptic_ipc::{ErrorCode, Peer, WireError};
 use serde::de::DeserializeOwned;
@@ -41,6 +42,17 @@ pub(super) struct Origin {
     pub(super) reversed: bool,
     /// The resolution that the device reported, m.
     pub(super) resolution_m: f64,
+    /// What else it reported, unless the file is of a version that did not keep it.
+    #[serde(default, rename = "force_limit_N", skip_serializing_if = "Option::is_none")]
+    pub(super) force_limit_n: Option<f64>,
+    #[serde(default, rename = "sample_rate_Hz", skip_serializing_if = "Option::is_none")]
+    pub(super) sample_rate_hz: Option<f64>,
+    /// 0 for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) watchdog_ms: Option<u32>,
+    /// Buttons that there are, one bit each.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) buttons: Option<u8>,
     /// Time of the finding, seconds since 1970 (UTC).
     pub(super) time_unix_s: f64,
     /// The client that asked for it.
@@ -56,12 +68,26 @@ impl Origin {
             firmware: device.firmware.clone(),
             reversed: device.rig.reversed,
             resolution_m: device.resolution_m,
+            force_limit_n: Some(device.force_limit_n),
+            sample_rate_hz: Some(device.sample_rate_hz),
+            watchdog_ms: Some(watchdog_ms(device)),
+            buttons: Some(device.buttons),
             time_unix_s: now.as_secs_f64(),
             by: by.to_string(),
         }
     }
 
-    /// How a device differs from the one that something was found of.
+    /// Whether a device said the same of itself, whenever that was.
+    pub(super) fn is_of_the_same(&self, then: &Self) -> bool {
+        let now = Self {
+            time_unix_s: then.time_unix_s,
+            by: then.by.clone(),
+            ..self.clone()
+        };
+        now == *then
+    }
+
+    /// How a device differs from the one that something was found of, so that it is not valid for it.
     pub(super) fn difference(&self, device: &ConnectedDevice) -> Option<String> {
         if self.rig != device.rig.key {
             return Some(format!("its record is of another rig, {}", self.rig));
@@ -75,15 +101,71 @@ impl Origin {
                 "its resolution is {now_um:.4} um a count, and was {then_um:.4} um then"
             ));
         }
-        // Without a serial number another device may have the same address.
-        if !device.rig.has_serial_number && self.firmware != device.firmware {
-            return Some(format!(
-                "its firmware is `{}`, and was `{}` then; without a serial number it may be another rig",
-                device.firmware, self.firmware
-            ));
-        }
         None
     }
+
+    /// Why a device that does not differ may yet be another, or do something else with a command: nothing that is
+    /// relied on is taken as it was then.
+    pub(super) fn doubt(&self, device: &ConnectedDevice) -> Option<String> {
+        let mut doubts = Vec::new();
+        if !device.rig.has_serial_number {
+            doubts.push("it has no serial number".to_owned());
+        }
+        doubts.extend(self.other_firmware(device));
+        let mut compare = |what: &str, now: String, then: String| {
+            if now != then {
+                doubts.push(format!("its {what} is {now}, and was {then} then"));
+            }
+        };
+        // Nothing is known of what an older version did not keep.
+        for (what, unit, now, then) in [
+            ("force limit", "N", device.force_limit_n, self.force_limit_n),
+            ("sample rate", "Hz", device.sample_rate_hz, self.sample_rate_hz),
+            (
+                "watchdog",
+                "ms",
+                watchdog_ms(device).into(),
+                self.watchdog_ms.map(f64::from),
+            ),
+        ] {
+            let text = |value: f64| format!("{} {unit}", number(value));
+            compare(what, text(now), text(then.unwrap_or(now)));
+        }
+        let buttons_then = self.buttons.unwrap_or(device.buttons);
+        compare(
+            "set of buttons",
+            button_names(device.buttons),
+            button_names(buttons_then),
+        );
+        (!doubts.is_empty()).then(|| doubts.join("; "))
+    }
+
+    /// How the name of a device's firmware differs.
+    pub(super) fn other_firmware(&self, device: &ConnectedDevice) -> Option<String> {
+        (self.firmware != device.firmware).then(|| {
+            format!(
+                "its firmware is `{}`, and was `{}` then",
+                device.firmware, self.firmware
+            )
+        })
+    }
+}
+
+/// The watchdog of a device, ms; 0 for none.
+fn watchdog_ms(device: &ConnectedDevice) -> u32 {
+    device.watchdog_ms.unwrap_or(0)
+}
+
+/// Buttons by their bits, for people.
+pub(super) fn button_names(buttons: u8) -> String {
+    if buttons == 0 {
+        return "no button".to_owned();
+    }
+    let names = (0..8).filter(|bit| buttons >> bit & 1 == 1);
+    names
+        .map(|bit| format!("button {}", bit + 1))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// A folder of the state directory, with a thread of its own: a disk that hangs holds up nothing
@@ -216,6 +298,7 @@ pub(in crate::control) mod tests {
             firmware: "mine 1.0".to_owned(),
             force_limit_n: 20.0,
             resolution_m: 1e-5,
+            sample_rate_hz: 1000.0,
             watchdog_ms: Some(50),
             buttons: 0,
             rig: RigIdentity {
@@ -233,6 +316,10 @@ pub(in crate::control) mod tests {
             firmware: device().firmware,
             reversed: false,
             resolution_m: 1e-5,
+            force_limit_n: Some(20.0),
+            sample_rate_hz: Some(1000.0),
+            watchdog_ms: Some(50),
+            buttons: Some(0),
             time_unix_s: 1.0,
             by: "ada".to_owned(),
         }
@@ -294,14 +381,52 @@ pub(in crate::control) mod tests {
         let mut turned = device();
         turned.rig.reversed = true;
         assert!(difference(&turned).expect("another").contains("direction"));
-        let mut other = ConnectedDevice {
-            firmware: "theirs 2".to_owned(),
-            ..device()
-        };
-        assert!(difference(&other).expect("another").contains("theirs 2"));
-        other.rig.has_serial_number = true;
-        assert_eq!(difference(&other), None, "an update");
+        let mut other = device();
         other.rig.key = "usb-2".to_owned();
         assert!(difference(&other).expect("another").contains("another rig"));
+    }
+
+    // hazard: H27
+    #[test]
+    fn whatever_else_a_device_says_otherwise_than_then_is_in_doubt() {
+        let mut sure = device();
+        sure.rig.has_serial_number = true;
+        let doubt = |device: &ConnectedDevice| origin().doubt(device);
+        assert_eq!(doubt(&sure), None);
+        assert_eq!(doubt(&device()).as_deref(), Some("it has no serial number"));
+        let with = |change: fn(&mut ConnectedDevice)| {
+            let mut device = sure.clone();
+            change(&mut device);
+            doubt(&device).expect("in doubt")
+        };
+        assert_eq!(
+            with(|device| device.firmware = "mine 1.1".to_owned()),
+            "its firmware is `mine 1.1`, and was `mine 1.0` then"
+        );
+        assert_eq!(
+            with(|device| device.force_limit_n = 40.0),
+            "its force limit is 40 N, and was 20 N then"
+        );
+        assert_eq!(
+            with(|device| device.sample_rate_hz = 500.0),
+            "its sample rate is 500 Hz, and was 1000 Hz then"
+        );
+        assert_eq!(
+            with(|device| device.watchdog_ms = None),
+            "its watchdog is 0 ms, and was 50 ms then"
+        );
+        assert_eq!(
+            with(|device| device.buttons = 0b101),
+            "its set of buttons is button 1, button 3, and was no button then"
+        );
+        // A file of a version that did not keep it.
+        let old = Origin {
+            force_limit_n: None,
+            sample_rate_hz: None,
+            watchdog_ms: None,
+            buttons: None,
+            ..origin()
+        };
+        assert_eq!(old.doubt(&sure), None);
     }
 }

@@ -13,6 +13,7 @@
 )]
 
 use super::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
+use haptic_core::sample_clock::ClockError;
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_ipc::RigState;
 use std::ptr;
@@ -247,6 +248,8 @@ pub(crate) struct Answers {
     stop_confirmed_ns: AtomicU64,
     /// Samples that no hand can have made.
     forgotten: AtomicU64,
+    /// 0, or one more than the number of a [`ClockError`].
+    clock_error: AtomicU64,
     /// Times that other limits were taken, and the tick of the last time.
     limits: AtomicU64,
     limits_tick: AtomicU64,
@@ -309,6 +312,7 @@ impl Answers {
             stop_written_ns: AtomicU64::new(0),
             stop_confirmed_ns: AtomicU64::new(0),
             forgotten: AtomicU64::new(0),
+            clock_error: AtomicU64::new(0),
             limits: AtomicU64::new(0),
             limits_tick: AtomicU64::new(0),
         }
@@ -400,6 +404,19 @@ impl Answers {
     /// Publishes the number of samples that were not rendered, because no hand can have made them.
     pub(crate) fn set_samples_forgotten(&self, samples: u64) {
         self.forgotten.store(samples, Ordering::Relaxed);
+    }
+
+    /// Publishes what is wrong with the device's clock.
+    pub(crate) fn set_clock_error(&self, error: Option<ClockError>) {
+        let number = error.map_or(0, |error| error as u64 + 1);
+        self.clock_error.store(number, Ordering::Relaxed);
+    }
+
+    /// What is wrong with the device's clock, found while no force flowed.
+    pub(crate) fn clock_error(&self) -> Option<ClockError> {
+        let number = self.clock_error.load(Ordering::Relaxed);
+        let errors = [ClockError::Jumped, ClockError::StoodStill, ClockError::Drifts];
+        errors.into_iter().find(|error| *error as u64 + 1 == number)
     }
 
     /// Samples that were not rendered, because no hand can have made them.

@@ -412,6 +412,7 @@ impl<D: Device + ?Sized> Tick<D> {
             answers.set_ramp_step(steps.taken());
         }
         answers.set_samples_forgotten(self.servo.samples_forgotten());
+        answers.set_clock_error(self.servo.clock_error());
     }
 
     #[cold]

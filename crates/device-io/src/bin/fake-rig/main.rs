@@ -51,8 +51,7 @@ struct Options {
     #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_hyphen_values = true)]
     clock_ppm: f64,
 
-    /// Name of the firmware, up to 24 letters [default: the fake rig's own, which counts as
-    /// commissioned]
+    /// Name of the firmware, up to 24 letters, as in `mine 1.0#a1b2` with its chip's number
     #[arg(long, value_name = "NAME")]
     firmware_name: Option<String>,
 

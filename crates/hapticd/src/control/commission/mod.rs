@@ -4,4 +4,4 @@
 mod operations;
 mod pulse;
 
-pub(in crate::control) use operations::{begin, end, pulse, status, store};
+pub(in crate::control) use operations::{begin, confirm, end, pulse, status, store};

@@ -13,7 +13,7 @@ use crate::control::rig::sole_use::{self, begin_motion, largest_force_n, look, r
 use crate::control::rig_files::Origin;
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
-use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, WireError};
+use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, StateReply, WireError};
 use std::rc::Rc;
 
 /// Default duration of a pulse, ms.
@@ -141,7 +141,10 @@ pub(in crate::control) async fn store(
         range_m,
         friction_n,
     };
-    let path = rig.records().store(&rig.facts.state_dir, record).await?;
+    let path = rig
+        .records()
+        .store(&rig.facts.state_dir, record, device.connection)
+        .await?;
     let path = path.display().to_string();
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
@@ -155,6 +158,31 @@ pub(in crate::control) async fn store(
         found.path = Some(path);
     }
     status(rig, by)
+}
+
+/// Takes the connected device for the rig that was commissioned.
+///
+/// # Errors
+/// None is connected or was commissioned, it has changed, or that cannot be kept.
+pub(in crate::control) async fn confirm(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
+    let Some(device) = ConnectedDevice::find(&rig.facts) else {
+        let message = "cannot confirm the rig: no device is connected";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+    };
+    if rig.facts.link.is_some() {
+        rig.records().confirm(&rig.facts.state_dir, &device, by.peer).await?;
+    }
+    let entry = JournalEntry {
+        by: Some(by.peer.clone()),
+        message: Some(format!("{} ({})", device.rig.key, device.firmware)),
+        ..JournalEntry::of("commission.confirm")
+    };
+    rig.enter(Completion::Done, entry);
+    let feed = rig.feed();
+    Ok(StateReply {
+        state: feed.state(),
+        tick: feed.newest().map_or(0, |record| record.tick),
+    })
 }
 
 /// Ends the commissioning.

@@ -2,9 +2,9 @@
 
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig_files::{Origin, RigFolder};
-use haptic_ipc::WireError;
+use haptic_ipc::{ErrorCode, Peer, WireError};
 use serde::{Deserialize, Serialize};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -35,6 +35,8 @@ pub(in crate::control) enum CommissionState {
         /// Its friction, N.
         friction_n: Option<f64>,
     },
+    /// Why it may be another rig, which nobody has denied of this connection.
+    InDoubt(String),
     /// Why it does not count as commissioned.
     Not(String),
 }
@@ -44,6 +46,8 @@ pub(in crate::control) enum CommissionState {
 pub(in crate::control) struct Records {
     /// The newest answer, with its connection and time.
     cached: RefCell<Option<(u64, Instant, CommissionState)>>,
+    /// The connection of which it was said, or shown, that it is the commissioned rig.
+    confirmed: Cell<Option<u64>>,
     folder: RigFolder,
 }
 
@@ -52,6 +56,7 @@ impl Default for Records {
         let heading = "What `haptic-ctl commission` found. Without this file the rig counts as never commissioned.";
         Self {
             cached: RefCell::default(),
+            confirmed: Cell::default(),
             folder: RigFolder::new("commissioned", heading),
         }
     }
@@ -75,30 +80,78 @@ impl Records {
         if may_be_cached && let Some(known) = self.fresh(device.connection) {
             return known;
         }
-        let known = match self.folder.read::<Record>(state_dir, &device.rig.key).await {
-            Ok(None) => CommissionState::Not("it was never commissioned".to_owned()),
-            Ok(Some(record)) => match record.origin.difference(device) {
+        let doubt = |record: &Record| {
+            let is_confirmed = self.confirmed.get() == Some(device.connection);
+            record.origin.doubt(device).filter(|_| !is_confirmed)
+        };
+        let known = match self.of_this_rig(state_dir, device).await {
+            Err(why) => CommissionState::Not(why),
+            Ok(record) => match doubt(&record) {
+                Some(why) => CommissionState::InDoubt(why),
                 None => CommissionState::Commissioned {
                     range_m: record.range_m,
                     friction_n: record.friction_n,
                 },
-                Some(why) => CommissionState::Not(format!("it has changed since it was commissioned: {why}")),
             },
-            Err(why) => CommissionState::Not(format!("its commissioning record cannot be read: {why}")),
         };
         *self.cached.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
         known
     }
 
-    /// Writes a record; returns its file.
+    /// The record that is valid for a device, or why there is none.
+    async fn of_this_rig(&self, state_dir: &Path, device: &ConnectedDevice) -> Result<Record, String> {
+        let found = self.folder.read::<Record>(state_dir, &device.rig.key).await;
+        let record = found
+            .map_err(|why| format!("its commissioning record cannot be read: {why}"))?
+            .ok_or("it was never commissioned")?;
+        match record.origin.difference(device) {
+            None => Ok(record),
+            Some(why) => Err(format!("it has changed since it was commissioned: {why}")),
+        }
+    }
+
+    /// Takes a device for the rig that was commissioned, as it is now, for as long as it is connected; of one with a
+    /// serial number this stays known.
+    ///
+    /// # Errors
+    /// None is, the device has changed too much for that, or the file cannot be written.
+    pub(in crate::control) async fn confirm(
+        &self,
+        state_dir: &Path,
+        device: &ConnectedDevice,
+        by: &Peer,
+    ) -> Result<(), WireError> {
+        let known = self.of_this_rig(state_dir, device).await;
+        let record = known.map_err(|why| WireError::new(ErrorCode::NotCommissioned, why).about("rig"))?;
+        let origin = Origin::now(device, by);
+        if origin.is_of_the_same(&record.origin) {
+            self.taken_for_the_rig(device.connection);
+        } else {
+            self.store(state_dir, Record { origin, ..record }, device.connection)
+                .await?;
+        }
+        Ok(())
+    }
+
+    /// Writes the record of the rig at a connection; returns its file.
     ///
     /// # Errors
     /// The file cannot be written, or not in time.
-    pub(in crate::control) async fn store(&self, state_dir: &Path, record: Record) -> Result<PathBuf, WireError> {
+    pub(in crate::control) async fn store(
+        &self,
+        state_dir: &Path,
+        record: Record,
+        connection: u64,
+    ) -> Result<PathBuf, WireError> {
         let key = record.origin.rig.clone();
-        let written = self.folder.write(state_dir, &key, record).await;
+        let written = self.folder.write(state_dir, &key, record).await?;
+        self.taken_for_the_rig(connection);
+        Ok(written)
+    }
+
+    fn taken_for_the_rig(&self, connection: u64) {
+        self.confirmed.set(Some(connection));
         *self.cached.borrow_mut() = None;
-        written
     }
 }
 

@@ -40,6 +40,7 @@ use crate::rt::schedule::ScheduleSender;
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
 use haptic_core::limiter::Limits;
+use haptic_core::sample_clock::ClockError;
 use haptic_ipc::{ErrorCode, ServoSetup, WireError};
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::rc::Rc;
@@ -239,6 +240,11 @@ impl RigHandle {
         if !is_reachable {
             self.shared.heartbeat(0);
         }
+    }
+
+    /// What is wrong with the device's clock, found while no force flowed.
+    pub(crate) fn clock_error(&self) -> Option<ClockError> {
+        self.shared.answers.clock_error()
     }
 
     /// Samples that were discarded, because no hand can have made them.

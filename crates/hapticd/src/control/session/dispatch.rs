@@ -92,6 +92,7 @@ impl Client {
                 answer(id, commission::store(rig, by, range_m, friction_n).await)
             }
             Request::CommissionEnd {} => answer(id, commission::end(rig, by)),
+            Request::CommissionConfirm {} => answer(id, commission::confirm(rig, by).await),
             Request::IdentifyBegin { range_m } => answer(id, identify::begin(rig, by, range_m).await),
             Request::IdentifyExcite { excitation } => answer(id, identify::excite(&self.rig, by, excitation).await),
             Request::IdentifyStatus {} => answer(id, identify::status(rig, by)),

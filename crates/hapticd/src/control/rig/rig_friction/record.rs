@@ -123,7 +123,11 @@ impl RigFrictions {
 
 fn usable(record: &FrictionRecord, device: &ConnectedDevice) -> Result<RigFriction, String> {
     record.friction.validate().map_err(|error| error.to_string())?;
-    match record.origin.difference(device) {
+    let other_device = || {
+        let firmware = record.origin.other_firmware(device)?;
+        (!device.rig.has_serial_number).then(|| format!("{firmware}; without a serial number it may be another rig"))
+    };
+    match record.origin.difference(device).or_else(other_device) {
         None => Ok(record.friction),
         Some(why) => Err(format!("the rig has changed since it was identified: {why}")),
     }

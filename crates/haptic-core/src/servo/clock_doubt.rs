@@ -1,0 +1,72 @@
+//! Whether a device's clock can be believed while no force flows: nothing is made of its errors then, and whoever wants
+//! to engage is told of them.
+
+use crate::sample_clock::ClockError;
+
+/// Time in which errors are counted, and for which a clock is in doubt after the last of them, ns.
+const MEMORY_NS: u64 = 1_000_000_000;
+
+/// Jumps in that time from which the clock is in doubt: one is a host that stood still or a device that began again.
+const MOST_JUMPS: u32 = 2;
+
+/// The errors of a clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ClockDoubt {
+    since_ns: u64,
+    jumps: u32,
+    doubted: Option<(ClockError, u64)>,
+}
+
+impl ClockDoubt {
+    /// An error, at a time of ours.
+    pub(super) fn add(&mut self, error: ClockError, now_ns: u64) {
+        if now_ns.saturating_sub(self.since_ns) > MEMORY_NS {
+            self.since_ns = now_ns;
+            self.jumps = 0;
+        }
+        self.jumps += u32::from(error == ClockError::Jumped);
+        if error != ClockError::Jumped || self.jumps > MOST_JUMPS {
+            self.doubted = Some((error, now_ns));
+        }
+    }
+
+    /// What is wrong with the clock, at a time of ours.
+    pub(super) fn error(&self, now_ns: u64) -> Option<ClockError> {
+        let (error, at_ns) = self.doubted?;
+        (now_ns.saturating_sub(at_ns) <= MEMORY_NS).then_some(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    // hazard: H3
+    #[test]
+    fn a_drift_is_a_doubt_for_a_second_and_jumps_are_when_they_repeat() {
+        for error in [ClockError::Drifts, ClockError::StoodStill] {
+            let mut doubt = ClockDoubt::default();
+            doubt.add(error, 5000 * MS);
+            assert_eq!(doubt.error(6000 * MS), Some(error));
+            assert_eq!(doubt.error(6001 * MS), None, "it is over");
+        }
+        // A clock of 16 bits that counts microseconds jumps every 65.5 ms.
+        let mut doubt = ClockDoubt::default();
+        let mut doubted_ms = 0;
+        for ms in 0..10_000_u64 {
+            if ms % 66 == 65 {
+                doubt.add(ClockError::Jumped, ms * MS);
+            }
+            doubted_ms += u64::from(doubt.error(ms * MS) == Some(ClockError::Jumped));
+        }
+        assert!(doubted_ms > 9700, "in doubt all the time: {doubted_ms} ms");
+        // A busy host now and then.
+        let mut doubt = ClockDoubt::default();
+        for ms in (0..60_000_u64).step_by(501) {
+            doubt.add(ClockError::Jumped, ms * MS);
+            assert_eq!(doubt.error(ms * MS), None, "{ms} ms");
+        }
+    }
+}
