@@ -78,3 +78,37 @@ def test_the_socket_is_looked_for_where_haptic_ctl_looks(monkeypatch: pytest.Mon
     monkeypatch.setenv("HAPTICD_SOCKET", "/srv/rig.sock")
     assert socket_path.for_client(None) == Path("/srv/rig.sock")
     assert socket_path.for_client("mine.sock") == Path("mine.sock")
+
+
+def test_who_may_not_enter_the_directory_learns_the_group(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("HAPTICD_SOCKET", raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "empty"))
+    closed = tmp_path / "state" / "hapticd"
+    closed.mkdir(parents=True)
+    places = [tmp_path / "empty/control.sock", closed / "control.sock"]
+    monkeypatch.setattr(socket_path, "candidates", lambda: places)
+    found = Path.stat
+
+    def stat(path: Path) -> os.stat_result:
+        if path.parent == closed:
+            raise PermissionError
+        return found(path)
+
+    assert socket_path.for_client(None) == places[0]
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "stat", stat)
+        assert socket_path.for_client(None) == places[1]
+    closed.chmod(0o750)
+    remedy = socket_path.permission_remedy(places[1])
+    assert str(closed) in remedy and "usermod -aG " in remedy and "log in again" in remedy
+    closed.chmod(0o700)
+    assert "alone" in socket_path.permission_remedy(places[1])
+
+
+def test_a_service_that_does_not_run_is_looked_up_in_its_log(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(socket_path, "_UNITS", [str(tmp_path)])
+    assert "--demo" in socket_path.start_remedy(Path("/run/hapticd@left/control.sock"))
+    (tmp_path / "hapticd@.service").touch()
+    remedy = socket_path.start_remedy(Path("/run/hapticd@left/control.sock"))
+    assert "journalctl -u hapticd@left`" in remedy and "--demo" not in remedy
+    assert "--demo" in socket_path.start_remedy(Path("/run/user/1000/hapticd/control.sock"))

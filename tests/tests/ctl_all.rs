@@ -2,13 +2,15 @@
 
 use haptic_ipc::{LogReply, Request, RigState};
 use serde_json::Value;
-use std::fs;
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixListener;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 use system_tests::relay::Relay;
-use system_tests::{Daemon, binary, status, wait_for_state};
+use system_tests::{Daemon, binary, copy_binary, status, wait_for_state};
 
 /// Generous: on a busy machine the program itself takes its time to start.
 const SOON: Duration = Duration::from_secs(15);
@@ -217,6 +219,44 @@ fn a_stop_reaches_every_rig_whatever_else_is_on_its_line() {
             let _: haptic_ipc::StateReply = client.request(Request::Reset {}).expect("it is there");
             system_tests::engage(&mut client);
         }
+    }
+}
+
+// hazard: H29
+#[test]
+fn a_rig_that_is_closed_to_a_user_is_not_an_absent_rig() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let rigs = directory.path();
+    let copy = rigs.join("haptic-ctl");
+    copy_binary("haptic-ctl", &copy);
+    fs::set_permissions(rigs, Permissions::from_mode(0o755)).expect("ours");
+    for (service, name) in [("hapticd@left", Some("left")), ("hapticd", None)] {
+        let closed = rigs.join(service);
+        fs::create_dir(&closed).expect("made");
+        // For the group, and neither for its owner, who runs this, nor for others.
+        fs::set_permissions(&closed, Permissions::from_mode(0o050)).expect("ours");
+        let mut lines = vec!["status", "stop", "status --all", "stop --all"];
+        lines.extend(name.iter().flat_map(|_| ["--rig left engage", "stop --rig left"]));
+        for line in lines {
+            let mut command = Command::new(&copy);
+            command
+                .args(line.split(' '))
+                .env("XDG_RUNTIME_DIR", rigs)
+                .env("HOME", rigs);
+            command.env_remove("HAPTICD_SOCKET");
+            if rustix::process::geteuid().is_root() {
+                const NOBODY: u32 = 65534;
+                command.uid(NOBODY).gid(NOBODY);
+            }
+            let output = command.output().expect("haptic-ctl starts");
+            let said = String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned();
+            assert_eq!(output.status.code(), Some(4), "{line}: {said}");
+            for part in [&*closed.display().to_string(), "usermod -aG", "log in again"] {
+                assert!(said.contains(part), "{line}: {said} lacks {part}");
+            }
+            assert!(!said.contains("--demo") && !said.contains("no rig"), "{line}: {said}");
+        }
+        fs::remove_dir(&closed).expect("ours");
     }
 }
 

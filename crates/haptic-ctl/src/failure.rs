@@ -98,7 +98,12 @@ impl Failure {
     fn code(&self) -> (u8, &'static str) {
         match self {
             Self::Client(ClientError::Refused(error)) => (Self::code_of_refusal(error.code), "refused"),
-            Self::Client(ClientError::NoDaemon { .. } | ClientError::Closed | ClientError::Io(_)) => (3, "no_daemon"),
+            Self::Client(
+                ClientError::NoDaemon { .. }
+                | ClientError::NoGreeting { .. }
+                | ClientError::Closed
+                | ClientError::Io(_),
+            ) => (3, "no_daemon"),
             Self::Client(ClientError::Permission { .. }) => (4, "no_permission"),
             Self::Client(ClientError::Version { .. }) => (1, "other_version"),
             Self::Client(_) => (1, "bad_answer"),

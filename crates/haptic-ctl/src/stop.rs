@@ -6,6 +6,8 @@ use crate::failure::Failure;
 use crate::output;
 use haptic_ipc::socket_path::{self, Environment, NamedSocket};
 use haptic_ipc::{ClientError, Request, StateReply};
+use std::io::ErrorKind;
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -51,7 +53,7 @@ pub(crate) async fn run(named: &NamedRig<'_>, json: bool) -> Result<(), Failure>
     let Some(path) = named.path() else {
         return every(json).await;
     };
-    if !path.exists() && !others_than(&path).is_empty() {
+    if !socket_path::may_exist(&path) && !others_than(&path).is_empty() {
         let what = match named.rig {
             Some(rig) => format!("there is no rig {rig} ({} is missing)", path.display()),
             None => format!("{} is missing", path.display()),
@@ -144,14 +146,17 @@ pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<S
 
 /// The only rig in reach.
 fn only_one() -> Result<Option<PathBuf>, Failure> {
-    let in_reach: Vec<NamedSocket> = Environment::of_process()
-        .all(None)
-        .into_iter()
-        .filter(|socket| std::os::unix::net::UnixStream::connect(&socket.path).is_ok())
-        .collect();
+    let (mut in_reach, mut closed) = (Vec::new(), None);
+    for socket in Environment::of_process().all(None) {
+        match UnixStream::connect(&socket.path) {
+            Ok(_) => in_reach.push(socket),
+            Err(error) if error.kind() == ErrorKind::PermissionDenied => closed = closed.or(Some(socket.path)),
+            Err(_) => {}
+        }
+    }
     match &in_reach[..] {
-        // None, and why, is for who connects to tell.
-        [] => Ok(None),
+        // Who connects tells why.
+        [] => Ok(closed),
         [only] => Ok(Some(only.path.clone())),
         several => Err(Failure::Usage(format!(
             "{} rigs are in reach: {}; name one with --rig NAME or --socket PATH",

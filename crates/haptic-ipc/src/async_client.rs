@@ -49,8 +49,9 @@ impl AsyncClient {
     /// No daemon listens, permission is missing, or the versions differ.
     pub async fn connect(path: &Path) -> Result<Self, ClientError> {
         let (mut lines, writer) = open(path).await?;
+        let greeted = lines.receive().await.map_err(|error| error.greeted_at(path))?;
         Ok(Self {
-            hello: greeting(lines.receive().await?)?,
+            hello: greeting(greeted)?,
             lines,
             writer,
             next_id: 1,

@@ -5,6 +5,8 @@ use crate::error::WireError;
 use crate::event::Event;
 use crate::line::{Hello, ServerLine};
 use crate::request::Request;
+use crate::socket_path::unit_remedy;
+use crate::socket_permission;
 use crate::{MAX_LINE_BYTES, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
 use std::collections::VecDeque;
@@ -19,11 +21,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ClientError {
     /// No daemon listens on the socket.
-    #[error(
-        "no daemon at {}: {source}; start one with `hapticd --demo`, or name its socket with --socket or \
-         HAPTICD_SOCKET",
-        .path.display()
-    )]
+    #[error("no daemon at {}: {source}; {}", .path.display(), remedy(path))]
     NoDaemon {
         /// The socket.
         path: PathBuf,
@@ -31,11 +29,7 @@ pub enum ClientError {
         source: io::Error,
     },
     /// The socket may not be used.
-    #[error(
-        "no permission to use {}: {source}; it is for the user who started the daemon, and for the group that its \
-         --socket-group names",
-        .path.display()
-    )]
+    #[error("no permission to use {}: {source}; {}", .path.display(), socket_permission::remedy(path))]
     Permission {
         /// The socket.
         path: PathBuf,
@@ -58,6 +52,12 @@ pub enum ClientError {
     /// The daemon sent a line that is not of the protocol.
     #[error("the daemon's answer cannot be read: {0}")]
     BadAnswer(#[from] serde_json::Error),
+    /// The connection ended before the greeting: the service manager ends it so where the daemon cannot start.
+    #[error("no daemon greets at {}; {}", .path.display(), remedy(path))]
+    NoGreeting {
+        /// The socket.
+        path: PathBuf,
+    },
     /// The connection ended.
     #[error("the daemon closed the connection")]
     Closed,
@@ -76,6 +76,23 @@ impl ClientError {
             _ => Self::NoDaemon { path, source },
         }
     }
+
+    /// The same error where the greeting was waited for at `path`.
+    pub(crate) fn greeted_at(self, path: &Path) -> Self {
+        match self {
+            Self::Closed => Self::NoGreeting {
+                path: path.to_path_buf(),
+            },
+            error => error,
+        }
+    }
+}
+
+/// What a user does where no daemon serves a socket.
+fn remedy(socket: &Path) -> String {
+    unit_remedy(socket).unwrap_or_else(|| {
+        "start one with `hapticd --demo`, or name its socket with --socket or HAPTICD_SOCKET".to_owned()
+    })
 }
 
 /// Timeout of the greeting: a daemon greets as soon as it accepts.
@@ -193,7 +210,7 @@ impl Client {
             line: Vec::new(),
         };
         receiver.set_timeout(Some(GREETING_TIMEOUT))?;
-        let hello = greeting(receiver.receive()?)?;
+        let hello = greeting(receiver.receive().map_err(|error| error.greeted_at(path))?)?;
         receiver.set_timeout(None)?;
         Ok(Self {
             hello,

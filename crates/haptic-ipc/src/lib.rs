@@ -36,6 +36,7 @@ mod schedule;
 #[cfg(feature = "schema")]
 pub mod schema;
 pub mod socket_path;
+pub mod socket_permission;
 mod state;
 mod status;
 mod timing;

@@ -9,6 +9,7 @@
 //! `hapticd`.
 
 use std::collections::HashSet;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The variable that names the socket.
@@ -16,6 +17,12 @@ pub const VARIABLE: &str = "HAPTICD_SOCKET";
 
 const SERVICE: &str = "hapticd";
 const SOCKET: &str = "control.sock";
+
+/// The directory in which those of systemd's units lie.
+const SERVICES: &str = "/run";
+
+/// The directories of systemd's units.
+const UNITS: [&str; 3] = ["/etc/systemd/system", "/usr/lib/systemd/system", "/lib/systemd/system"];
 
 /// What the choice depends on.
 #[derive(Clone, Debug, Default)]
@@ -86,7 +93,7 @@ impl Environment {
         if !self.is_root {
             directories.extend(self.home.as_ref().map(|home| home.join(".local/state")));
         }
-        directories.push("/run".into());
+        directories.push(SERVICES.into());
         directories
     }
 
@@ -116,16 +123,17 @@ impl Environment {
         all
     }
 
-    /// The socket that a client connects to: the first that exists, else the first of all.
+    /// The socket that a client connects to: the first that exists, else the first in a directory that this user may
+    /// not enter, else that of a service that has run here, else the first of all.
     #[must_use]
     pub fn for_client(&self) -> PathBuf {
-        first_that_exists(self.candidates())
+        most_likely(self.candidates())
     }
 
-    /// The socket of the rig of this name: the first that exists, else the first of all.
+    /// The socket of the rig of this name, chosen in the same way.
     #[must_use]
     pub fn for_rig(&self, name: &str) -> PathBuf {
-        first_that_exists(self.of_service(&format!("{SERVICE}@{name}")))
+        most_likely(self.of_service(&format!("{SERVICE}@{name}")))
     }
 }
 
@@ -149,16 +157,63 @@ impl NamedSocket {
             _ => return None,
         };
         let path = directory.join(SOCKET);
-        path.exists().then(|| Self {
+        may_exist(&path).then(|| Self {
             name: name.to_owned(),
             path,
         })
     }
 }
 
-fn first_that_exists(mut paths: Vec<PathBuf>) -> PathBuf {
-    let found = paths.iter().position(|path| path.exists()).unwrap_or(0);
-    paths.swap_remove(found)
+/// Whether a socket exists, or may exist in a directory that this user may not enter.
+#[must_use]
+pub fn may_exist(path: &Path) -> bool {
+    std::fs::metadata(path).map_or_else(|error| hides_a_file(error.kind()), |_| true)
+}
+
+/// Whether a file may exist although looking for it failed with this.
+fn hides_a_file(error: ErrorKind) -> bool {
+    error == ErrorKind::PermissionDenied
+}
+
+/// The systemd unit, without its suffix, whose socket this would be: `hapticd` or `hapticd@NAME`.
+fn unit(socket: &Path) -> Option<&str> {
+    let unit = socket.parent()?.strip_prefix(SERVICES).ok()?.to_str()?;
+    let rig = unit.strip_prefix(SERVICE)?;
+    (rig.is_empty() || rig.strip_prefix('@').is_some_and(is_rig_name)).then_some(unit)
+}
+
+/// Whether a unit, or the template of it, lies in one of these directories.
+fn is_installed(unit: &str, directories: &[&Path]) -> bool {
+    let file = match unit.split_once('@') {
+        Some((template, _)) => format!("{template}@.service"),
+        None => format!("{unit}.service"),
+    };
+    directories.iter().any(|directory| directory.join(&file).exists())
+}
+
+/// Whether a service of this machine serves, or served, this socket.
+fn is_of_service(socket: &Path) -> bool {
+    unit(socket).is_some_and(|unit| is_installed(unit, &UNITS.map(Path::new)))
+}
+
+/// What a user does where the service of a socket does not serve it; nothing where the socket is not of a service.
+#[must_use]
+pub fn unit_remedy(socket: &Path) -> Option<String> {
+    unit(socket).filter(|_| is_of_service(socket)).map(remedy_of)
+}
+
+fn remedy_of(unit: &str) -> String {
+    format!(
+        "`journalctl -u {unit}` says why the service does not run, such as a wrong configuration; \
+         `sudo systemctl restart {unit}` starts it"
+    )
+}
+
+fn most_likely(mut paths: Vec<PathBuf>) -> PathBuf {
+    let find = |test: fn(&Path) -> bool| paths.iter().position(|path| test(path));
+    let has_run = |path: &Path| is_of_service(path) && path.parent().is_some_and(Path::exists);
+    let chosen = find(Path::exists).or_else(|| find(may_exist)).or_else(|| find(has_run));
+    paths.swap_remove(chosen.unwrap_or(0))
 }
 
 /// Whether a rig can have this name: letters, digits, `_`, `.` and `-`, since it becomes part of names of units and
@@ -258,6 +313,42 @@ mod tests {
                 ("hapticd", &*own)
             ]
         );
+    }
+
+    // hazard: H29
+    #[test]
+    fn a_directory_that_may_not_be_entered_may_hold_a_socket() {
+        assert!(hides_a_file(ErrorKind::PermissionDenied));
+        assert!(!hides_a_file(ErrorKind::NotFound) && !hides_a_file(ErrorKind::NotADirectory));
+        assert!(!may_exist(Path::new("/nonexistent/hapticd/control.sock")));
+    }
+
+    #[test]
+    fn a_socket_of_systemd_names_its_unit() {
+        for (socket, named) in [
+            ("/run/hapticd/control.sock", Some("hapticd")),
+            ("/run/hapticd@left/control.sock", Some("hapticd@left")),
+            ("/run/hapticd-watch/watch.sock", None),
+            ("/run/user/1000/hapticd/control.sock", None),
+            ("/home/ada/.local/state/hapticd/control.sock", None),
+            ("control.sock", None),
+        ] {
+            assert_eq!(unit(Path::new(socket)), named, "{socket}");
+        }
+    }
+
+    #[test]
+    fn a_service_that_is_installed_is_looked_up_in_its_log() {
+        let units = tempfile::tempdir().expect("a directory");
+        let directories = [Path::new("/nonexistent"), units.path()];
+        for (unit, file) in [("hapticd", "hapticd.service"), ("hapticd@left", "hapticd@.service")] {
+            assert!(!is_installed(unit, &directories), "{unit}");
+            std::fs::write(units.path().join(file), "").expect("a file");
+            assert!(is_installed(unit, &directories), "{unit}");
+            let remedy = remedy_of(unit);
+            assert!(remedy.contains(&format!("`journalctl -u {unit}`")), "{remedy}");
+        }
+        assert_eq!(unit_remedy(Path::new("/run/user/1000/hapticd/control.sock")), None);
     }
 
     #[test]

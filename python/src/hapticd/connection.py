@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, SupportsFloat
 
 from hapticd.errors import ConnectionLost, HapticdError, NoAnswer, NoDaemon, NotAllowed, Refused, refusal
+from hapticd.socket_path import permission_remedy, start_remedy
 
 PROTOCOL_VERSION = 1
 
@@ -85,14 +86,15 @@ class Connection:
             self._lines = self._socket.makefile("rb")
             greeting = self._lines.readline()
         except PermissionError as error:
-            message = f"{self._path}: {error.strerror}; is this user a member of the socket's group?"
+            message = f"{self._path}: {error.strerror}; {permission_remedy(self._path)}"
             raise NotAllowed({"code": "not_permitted", "message": message}) from error
         except TimeoutError as error:
             raise NoAnswer(f"hapticd at {self._path} has not answered in time") from error
         except OSError as error:
-            raise NoDaemon(f"hapticd does not listen on {self._path}: {error.strerror}") from error
+            message = f"hapticd does not listen on {self._path}: {error.strerror}; {start_remedy(self._path)}"
+            raise NoDaemon(message) from error
         if not greeting:
-            raise ConnectionLost(f"hapticd at {self._path} has closed the connection")
+            raise ConnectionLost(f"hapticd at {self._path} has closed the connection; {start_remedy(self._path)}")
         line = json.loads(greeting)
         try:
             if "error" in line:

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import grp
 import os
+import re
+import stat
 from pathlib import Path
 
 _NAME = "hapticd/control.sock"
+
+#: The directories of systemd's units.
+_UNITS = ["/etc/systemd/system", "/usr/lib/systemd/system", "/lib/systemd/system"]
 
 
 def candidates() -> list[Path]:
@@ -21,8 +27,57 @@ def candidates() -> list[Path]:
 
 
 def for_client(path: str | os.PathLike[str] | None) -> Path:
-    """The socket to connect to: the one given, else the first candidate that exists, else the first of all."""
+    """The socket to connect to: the one given, else the first candidate that exists, else the first in a directory
+    that this user may not enter, else that of a service that has run here, else the first of all.
+    """
     if path is not None:
         return Path(path)
     paths = candidates()
-    return next((each for each in paths if each.exists()), paths[0])
+    has_run = (each for each in paths if unit(each) and each.parent.is_dir())
+    return next(
+        (each for each in paths if os.path.exists(each)),
+        next((each for each in paths if _is_hidden(each)), next(has_run, paths[0])),
+    )
+
+
+def _is_hidden(path: Path) -> bool:
+    """Whether a directory that this user may not enter may have it."""
+    try:
+        path.stat()
+    except PermissionError:
+        return True
+    except OSError:
+        pass
+    return False
+
+
+def unit(path: Path) -> str | None:
+    """The installed systemd unit, without its suffix, whose socket this is."""
+    found = re.fullmatch(r"/run/(hapticd(@[A-Za-z0-9_.-]{1,64})?)/[^/]+", os.fspath(path))
+    if not found:
+        return None
+    file = "hapticd@.service" if found[2] else "hapticd.service"
+    return found[1] if any(os.path.exists(os.path.join(folder, file)) for folder in _UNITS) else None
+
+
+def start_remedy(path: Path) -> str:
+    """What a user does where no daemon serves the socket."""
+    if name := unit(path):
+        return (
+            f"`journalctl -u {name}` says why the service does not run, such as a wrong configuration; "
+            f"`sudo systemctl restart {name}` starts it"
+        )
+    return "start one with `hapticd --demo`, or name its socket with HAPTICD_SOCKET"
+
+
+def permission_remedy(path: Path) -> str:
+    """What a user does who may not use the socket, or may not enter the directory that hides it."""
+    closed = next(each for each in (path, *path.absolute().parents) if os.path.exists(each))
+    found = closed.stat()
+    if not found.st_mode & (stat.S_IXGRP if closed.is_dir() else stat.S_IWGRP):
+        return f"{closed} is for its owner alone; `hapticd --socket-group GROUP` lets a group use it"
+    try:
+        group = grp.getgrgid(found.st_gid).gr_name
+    except KeyError:
+        group = str(found.st_gid)
+    return f"{closed} is for the group {group}: `sudo usermod -aG {group} $USER`, then log in again"

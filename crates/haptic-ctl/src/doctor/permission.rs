@@ -2,6 +2,7 @@
 
 use super::check::Check;
 use crate::failure::Failure;
+use haptic_ipc::socket_permission::{group_name, user_name};
 use haptic_ipc::{ClientError, ErrorCode};
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
@@ -34,17 +35,6 @@ impl Person {
             groups_of_login: groups_of_login.map(ids).unwrap_or_default(),
         }
     }
-}
-
-/// The name of a user, or its number, as a shell takes it.
-fn user_name(uid: u32) -> String {
-    let user = nix::unistd::User::from_uid(uid.into()).ok().flatten();
-    user.map_or_else(|| format!("#{uid}"), |user| user.name)
-}
-
-fn group_name(gid: u32) -> String {
-    let group = nix::unistd::Group::from_gid(gid.into()).ok().flatten();
-    group.map_or_else(|| gid.to_string(), |group| group.name)
 }
 
 /// The result of connecting to the socket, as far as it concerns permission.
