@@ -38,6 +38,28 @@ pub enum ConnectError {
     },
 }
 
+impl ConnectError {
+    /// The remedy.
+    #[must_use]
+    pub fn remedy(&self) -> &str {
+        match self {
+            Self::Absent { .. } => "plug it in; `haptic-ctl devices` lists what is there",
+            Self::Refused { remedy, .. } => remedy,
+            Self::Protocol { .. } => "docs/device-protocol.md specifies the answers of a firmware",
+        }
+    }
+
+    /// The error and its remedy in one line.
+    #[must_use]
+    pub fn with_remedy(&self) -> String {
+        match self {
+            // It has the remedy already.
+            Self::Refused { .. } => self.to_string(),
+            _ => format!("{self}; {}", self.remedy()),
+        }
+    }
+}
+
 /// What a device said of itself when it was greeted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceFacts {

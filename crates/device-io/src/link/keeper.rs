@@ -8,7 +8,8 @@ use super::health::LinkCounters;
 use super::link_device::{Handover, LinkDevice};
 use super::nodes::NodeWatch;
 use rtrb::{Consumer, Producer, RingBuffer};
-use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use std::sync::atomic::Ordering::{Relaxed, SeqCst};
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -34,9 +35,16 @@ pub enum LinkState {
 pub struct LinkMonitor {
     state: Arc<Mutex<LinkState>>,
     counters: Arc<LinkCounters>,
+    failed_attempts: Arc<AtomicU64>,
 }
 
 impl LinkMonitor {
+    /// Times that the device could not be used.
+    #[must_use]
+    pub fn failed_attempts(&self) -> u64 {
+        self.failed_attempts.load(Relaxed)
+    }
+
     /// The state of the link.
     #[must_use]
     pub fn state(&self) -> LinkState {
@@ -58,8 +66,8 @@ impl LinkMonitor {
 /// way back.
 const ROOM: usize = 4;
 
-/// Time between two questions to a device that is there and does not answer, or may not be opened.
-const ASK_AGAIN: Duration = Duration::from_millis(500);
+/// Shortest and longest time until a device that is there and cannot be used is tried again.
+const TRY_AGAIN: (Duration, Duration) = (Duration::from_millis(500), Duration::from_secs(4));
 
 /// Longest time until the keeper sees that a connection has come back, or that it must end.
 const LOOK: Duration = Duration::from_millis(20);
@@ -78,6 +86,25 @@ impl std::fmt::Debug for Keeper {
         f.debug_struct("Keeper")
             .field("monitor", &self.monitor)
             .finish_non_exhaustive()
+    }
+}
+
+/// How long a device that is there and cannot be used is left alone.
+#[derive(Debug)]
+struct BackOff(Duration);
+
+impl Default for BackOff {
+    fn default() -> Self {
+        Self(TRY_AGAIN.0)
+    }
+}
+
+impl BackOff {
+    /// The pause after one more failure: twice the one before, up to the longest.
+    fn next_pause(&mut self) -> Duration {
+        let pause = self.0;
+        self.0 = (2 * pause).min(TRY_AGAIN.1);
+        pause
     }
 }
 
@@ -105,6 +132,7 @@ impl Keeper {
         let monitor = LinkMonitor {
             state: Arc::new(Mutex::new(LinkState::Looking)),
             counters: Arc::new(LinkCounters::default()),
+            failed_attempts: Arc::default(),
         };
         let keeper = Self {
             connector,
@@ -131,11 +159,15 @@ impl Keeper {
 
     fn run(&mut self, quit: &AtomicBool) {
         let mut nodes = NodeWatch::new(self.connector.folder());
+        let mut back_off = BackOff::default();
+        let counters = Arc::clone(&self.monitor.counters);
+        let samples = || counters.samples.load(Relaxed);
         let mut connection = 0;
         while !quit.load(SeqCst) {
             // Every change from here on, also one while it connects, is seen below.
             nodes.clear();
-            match self.connector.connect(self.timing, &self.monitor.counters) {
+            let samples_before = samples();
+            let error = match self.connector.connect(self.timing, &counters) {
                 Ok(greeted) => {
                     connection += 1;
                     // Announced before it can be used: nobody may find it in use and know only the
@@ -156,21 +188,44 @@ impl Keeper {
                         resolution_m,
                     }));
                     self.wait_for_failure(quit);
-                    self.monitor.set(LinkState::Looking);
-                }
-                Err(error) => {
-                    let absent = matches!(error, ConnectError::Absent { .. });
-                    self.monitor.set(LinkState::Waiting(error));
-                    let mut waited = Duration::ZERO;
-                    while !quit.load(SeqCst) && !nodes.changed(LOOK, |node| self.connector.concerns(node)) {
-                        waited += LOOK;
-                        if !absent && waited >= ASK_AGAIN {
-                            break;
-                        }
+                    if samples() > samples_before {
+                        back_off = BackOff::default();
+                        self.monitor.set(LinkState::Looking);
+                        continue;
+                    }
+                    ConnectError::Protocol {
+                        what: self.connector.address(),
+                        heard: "it answers the hello and sends no samples".to_owned(),
                     }
                 }
+                Err(error) => error,
+            };
+            let pause = match error {
+                ConnectError::Absent { .. } => None,
+                _ => Some(back_off.next_pause()),
+            };
+            self.monitor.failed_attempts.fetch_add(1, Relaxed);
+            self.monitor.set(LinkState::Waiting(error));
+            if pause.is_some() {
+                // The end of this attempt has changed the node, too.
+                nodes.clear();
+            }
+            if self.wait_for_node(&mut nodes, pause, quit) {
+                back_off = BackOff::default();
             }
         }
+    }
+
+    /// Waits for a change of the device's node, for a time at most where there is one. Returns whether it has changed.
+    fn wait_for_node(&self, nodes: &mut NodeWatch, limit: Option<Duration>, quit: &AtomicBool) -> bool {
+        let mut waited = Duration::ZERO;
+        while !quit.load(SeqCst) && limit.is_none_or(|limit| waited < limit) {
+            if nodes.changed(LOOK, |node| self.connector.concerns(node)) {
+                return true;
+            }
+            waited += LOOK;
+        }
+        false
     }
 
     /// Returns when the connection has come back, closed.
@@ -181,5 +236,78 @@ impl Keeper {
             }
             std::thread::sleep(LOOK);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::{Device, DeviceError, Measurement, Written};
+    use crate::link::{GreetedDevice, RigIdentity};
+    use std::ffi::OsStr;
+    use std::path::PathBuf;
+
+    /// A device that answers the hello, and then nothing.
+    #[derive(Debug)]
+    struct OnlyGreets;
+
+    impl Connector for OnlyGreets {
+        fn address(&self) -> String {
+            "the rig".to_owned()
+        }
+
+        fn folder(&self) -> PathBuf {
+            "/".into()
+        }
+
+        fn concerns(&self, _: &OsStr) -> bool {
+            false
+        }
+
+        fn connect(&mut self, _: LoopTiming, _: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
+            let device = DeviceFacts {
+                firmware: String::new(),
+                force_limit_n: 1.0,
+                sample_rate_hz: 1000.0,
+                resolution_m: 1e-5,
+                watchdog_ms: None,
+                buttons: 0,
+                rig: RigIdentity::default(),
+            };
+            let connection = Box::new(Self);
+            Ok(GreetedDevice { connection, device })
+        }
+    }
+
+    impl Connection for OnlyGreets {
+        fn read(&mut self, _: u64) -> Result<Option<Measurement>, DeviceError> {
+            Err(DeviceError::Disconnected)
+        }
+
+        fn write(&mut self, _: f64, _: bool, _: u64) -> Result<Written, DeviceError> {
+            Err(DeviceError::Disconnected)
+        }
+    }
+
+    #[test]
+    fn a_device_that_only_greets_is_told_and_left_alone() {
+        let (mut device, monitor, keeper) = Keeper::new(Box::new(OnlyGreets), LoopTiming::default());
+        let _running = keeper.start().expect("a thread");
+        let told = loop {
+            assert_eq!(device.read(0), Err(DeviceError::Disconnected));
+            match monitor.state() {
+                LinkState::Waiting(error) => break error.to_string(),
+                _ => std::thread::sleep(Duration::from_millis(1)),
+            }
+        };
+        assert_eq!(told, "the rig: it answers the hello and sends no samples");
+        assert_eq!(monitor.failed_attempts(), 1);
+    }
+
+    #[test]
+    fn each_failure_doubles_the_pause_up_to_the_longest() {
+        let mut back_off = BackOff::default();
+        let pauses_ms: Vec<u128> = (0..6).map(|_| back_off.next_pause().as_millis()).collect();
+        assert_eq!(pauses_ms, [500, 1000, 2000, 4000, 4000, 4000]);
     }
 }

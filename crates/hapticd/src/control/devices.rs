@@ -97,13 +97,8 @@ fn probed(address: &Address) -> FoundDevice {
 }
 
 fn problem(error: &ConnectError) -> Problem {
-    let remedy = match error {
-        ConnectError::Absent { .. } => "plug it in; `haptic-ctl devices` lists what is there",
-        ConnectError::Refused { remedy, .. } => remedy,
-        ConnectError::Protocol { .. } => "docs/device-protocol.md specifies the answers of a firmware",
-    };
     Problem {
         what: error.to_string(),
-        remedy: remedy.to_owned(),
+        remedy: error.remedy().to_owned(),
     }
 }

@@ -19,6 +19,7 @@ mod journal;
 pub(crate) mod lease;
 mod leases;
 mod library;
+mod link_log;
 mod log;
 mod peer;
 mod places;

@@ -4,10 +4,12 @@ use super::RigHandle;
 use super::observed_state::ObservedState;
 use crate::control::journal::Completion;
 use crate::control::presence;
+use crate::log::Level;
 use crate::rt::handoff::{StopConfirmation, Stopped};
 use crate::rt::outbox::TickRecord;
 use haptic_core::servo::Fault;
 use haptic_ipc::{JournalEntry, RigState, StateChange};
+use std::time::Instant;
 
 impl RigHandle {
     /// Enters events that no client asked for, completes the entries that waited for their tick,
@@ -19,9 +21,19 @@ impl RigHandle {
             .borrow_mut()
             .completed(|until, entry| self.complete(until, entry, changes));
         let feed = self.feed.borrow();
+        let now = Instant::now();
+        let mut link_log = self.link_log.borrow_mut();
         for entry in &complete {
-            crate::log::journal(entry);
+            let is_of_link = matches!(entry.op.as_str(), "connected" | "disconnected");
+            if !is_of_link || link_log.admits(now) {
+                crate::log::journal(entry);
+            }
             feed.send_entry(entry);
+        }
+        if let Some(link) = &self.facts.link {
+            for line in link_log.lines(now, &link.state(), link.failed_attempts()) {
+                crate::log::say_at(Level::Warning, &line);
+            }
         }
     }
 

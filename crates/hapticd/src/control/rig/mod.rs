@@ -25,6 +25,7 @@ use crate::control::facts::Facts;
 use crate::control::history::History;
 use crate::control::journal::Journal;
 use crate::control::leases::Leases;
+use crate::control::link_log::LinkLog;
 use crate::control::presence::Presence;
 use crate::control::rig::commission_record::Records;
 use crate::control::rig::observed_state::ObservedState;
@@ -88,6 +89,7 @@ pub(crate) struct RigHandle {
     /// The newest record that the journal has seen.
     observed: Cell<ObservedState>,
     presence: RefCell<Presence>,
+    link_log: RefCell<LinkLog>,
     /// Workers that read and write the library.
     library: WorkerPool,
     /// Workers that search for devices.
@@ -129,6 +131,7 @@ impl RigHandle {
             frictions: RigFrictions::default(),
             observed: Cell::new(ObservedState::default()),
             presence: RefCell::default(),
+            link_log: RefCell::default(),
             library: WorkerPool::new("library", MOST_WORKERS),
             devices: WorkerPool::new("devices", MOST_WORKERS),
             clients: Cell::new(0),

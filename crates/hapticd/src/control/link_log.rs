@@ -1,0 +1,221 @@
+//! Which lines the log gets about a link that fails again and again: each reason once, then counts at growing intervals.
+
+use device_io::link::{ConnectError, LinkState};
+use std::time::{Duration, Instant};
+
+/// Time for which a reason must last: a node that appears has its rights a moment later.
+const SETTLED: Duration = Duration::from_millis(200);
+
+/// Time for which a connection must last before the next failure is a new one.
+const STEADY: Duration = Duration::from_secs(10);
+
+/// Intervals between two counts of the same; the last one stays.
+const INTERVALS: [Duration; 3] = [
+    Duration::from_secs(10),
+    Duration::from_secs(100),
+    Duration::from_secs(1000),
+];
+
+/// Most lines about changes before they are only counted, until there was none for [`QUIET`].
+const MOST_CHANGES: u32 = 12;
+const QUIET: Duration = Duration::from_secs(60);
+
+/// When the next count is due.
+#[derive(Debug, Default)]
+struct Intervals {
+    next: usize,
+    due: Option<Instant>,
+}
+
+impl Intervals {
+    /// Whether a count is due; the next one is later than this one was.
+    fn is_due(&mut self, now: Instant) -> bool {
+        let due = *self.due.get_or_insert(now + INTERVALS[self.next]);
+        if now < due {
+            return false;
+        }
+        self.next = (self.next + 1).min(INTERVALS.len() - 1);
+        self.due = Some(now + INTERVALS[self.next]);
+        true
+    }
+}
+
+/// The lines about a link.
+#[derive(Debug, Default)]
+pub(super) struct LinkLog {
+    /// The newest reason, since when, and whether it was told.
+    reason: Option<(ConnectError, Instant, bool)>,
+    /// Failed attempts when the reason was last told.
+    attempts: u64,
+    repeats: Intervals,
+    connected_since: Option<Instant>,
+    changes: u32,
+    changed_at: Option<Instant>,
+    /// Changes that were not told.
+    withheld: u64,
+    counts: Intervals,
+}
+
+impl LinkLog {
+    /// Whether a change of the link is told now. It is counted otherwise.
+    pub(super) fn admits(&mut self, now: Instant) -> bool {
+        if self.changed_at.is_none_or(|changed_at| now >= changed_at + QUIET) {
+            (self.changes, self.counts) = (0, Intervals::default());
+        }
+        self.changed_at = Some(now);
+        self.changes = self.changes.saturating_add(1);
+        let is_told = self.changes <= MOST_CHANGES;
+        self.withheld += u64::from(!is_told);
+        is_told
+    }
+
+    /// The lines that are due, for the state of the link and the attempts that have failed so far.
+    pub(super) fn lines(&mut self, now: Instant, state: &LinkState, attempts: u64) -> Vec<String> {
+        let mut lines: Vec<String> = self.of_reason(now, state, attempts).into_iter().collect();
+        if self.withheld > 0 && self.counts.is_due(now) {
+            let is = match state {
+                LinkState::Connected { .. } => "connected",
+                LinkState::Looking | LinkState::Waiting(_) => "not connected",
+            };
+            lines.push(format!(
+                "the link has changed {} times more; it is {is} now",
+                self.withheld
+            ));
+            self.withheld = 0;
+        }
+        lines
+    }
+
+    fn of_reason(&mut self, now: Instant, state: &LinkState, attempts: u64) -> Option<String> {
+        let why = match state {
+            LinkState::Looking => return None,
+            LinkState::Connected { .. } => {
+                if now >= *self.connected_since.get_or_insert(now) + STEADY {
+                    self.reason = None;
+                }
+                return None;
+            }
+            LinkState::Waiting(why) => why,
+        };
+        self.connected_since = None;
+        let (since, is_told) = match &self.reason {
+            Some((known, since, is_told)) if known == why => (*since, *is_told),
+            _ => (now, false),
+        };
+        let tells = !is_told && now >= since + SETTLED;
+        self.reason = Some((why.clone(), since, is_told || tells));
+        if tells {
+            self.attempts = attempts;
+            self.repeats = Intervals {
+                due: Some(now + INTERVALS[0]),
+                ..Intervals::default()
+            };
+            return self
+                .admits(now)
+                .then(|| format!("the device is not connected: {}", why.with_remedy()));
+        }
+        let failed = attempts - self.attempts;
+        if !is_told || failed == 0 || !self.repeats.is_due(now) {
+            return None;
+        }
+        self.attempts = attempts;
+        Some(format!(
+            "the device is still not connected after {failed} more attempts: {why}"
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use device_io::link::{DeviceFacts, RigIdentity};
+
+    fn refused(why: &str) -> LinkState {
+        LinkState::Waiting(ConnectError::Refused {
+            what: "/dev/ttyACM0".to_owned(),
+            why: why.to_owned(),
+            remedy: "the remedy".to_owned(),
+        })
+    }
+
+    /// The lines of a link that is looked at ten times a second, with what its state and its attempts are then.
+    fn lines(tenths: u64, at: impl Fn(u64) -> (LinkState, u64)) -> Vec<(u64, String)> {
+        let began = Instant::now();
+        let mut log = LinkLog::default();
+        let mut told = Vec::new();
+        for tenth in 0..tenths {
+            let (state, attempts) = at(tenth);
+            let now = began + Duration::from_millis(100 * tenth);
+            told.extend(log.lines(now, &state, attempts).into_iter().map(|line| (tenth, line)));
+        }
+        told
+    }
+
+    #[test]
+    fn a_port_that_cannot_be_opened_is_told_once_then_counted() {
+        // Ten hours of an attempt each 4 s.
+        let told = lines(360_000, |tenth| (refused("in use"), 1 + tenth / 40));
+        assert!(told.len() < 45, "{} lines", told.len());
+        let (at, first) = &told[0];
+        assert_eq!(*at, 2, "at once");
+        assert_eq!(first, "the device is not connected: /dev/ttyACM0: in use; the remedy");
+        let (at, second) = &told[1];
+        assert!((100..=110).contains(at), "after {at} tenths");
+        assert!(second.contains("still not connected after 2 more attempts"), "{second}");
+        let counted = told[2].0 - told[1].0;
+        assert!((1000..=1010).contains(&counted), "the next after {counted} tenths");
+    }
+
+    #[test]
+    fn another_reason_is_told_anew_and_a_passing_one_is_not() {
+        let told = lines(100, |tenth| match tenth {
+            // As a node appears, before it has its rights.
+            0 => (refused("no right"), 1),
+            1..50 => (refused("in use"), 2),
+            _ => (LinkState::Waiting(ConnectError::Absent { what: "it".to_owned() }), 3),
+        });
+        let told: Vec<&str> = told.iter().map(|(_, line)| &**line).collect();
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert!(told[0].contains("in use; the remedy"), "{told:?}");
+        assert!(told[1].contains("it is not there; plug it in"), "{told:?}");
+    }
+
+    #[test]
+    fn a_device_that_only_greets_does_not_fill_the_log() {
+        let connected = LinkState::Connected {
+            device: DeviceFacts {
+                firmware: "f".to_owned(),
+                force_limit_n: 1.0,
+                sample_rate_hz: 1000.0,
+                resolution_m: 1e-5,
+                watchdog_ms: Some(50),
+                buttons: 0,
+                rig: RigIdentity::default(),
+            },
+            connection: 1,
+        };
+        let began = Instant::now();
+        let mut log = LinkLog::default();
+        let (mut told, mut withheld) = (0, Vec::new());
+        // An hour in which it is connected for half of each second.
+        for half in 0..7200 {
+            let now = began + Duration::from_millis(500 * half);
+            let state = if half % 2 == 0 {
+                connected.clone()
+            } else {
+                refused("no samples")
+            };
+            told += u32::from(log.admits(now));
+            let due = log.lines(now, &state, half / 2);
+            told += u32::try_from(due.len()).expect("few");
+            withheld.extend(due.into_iter().filter(|line| line.contains("has changed")));
+        }
+        assert!(told < 25, "{told} lines in an hour");
+        assert!(withheld.len() > 2, "{withheld:?}");
+        // Well for a while, and lost once more.
+        let later = began + Duration::from_secs(3600);
+        log.lines(later, &connected, 3600);
+        log.lines(later + QUIET, &connected, 3600);
+        assert!(log.admits(later + QUIET), "this is news");
+    }
+}
