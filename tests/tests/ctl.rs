@@ -221,6 +221,21 @@ fn a_socket_of_another_user_is_no_permission_and_the_doctor_says_whose_it_is() {
 }
 
 #[test]
+fn devices_are_listed_without_a_daemon() {
+    let nowhere = Path::new("/nonexistent/control.sock");
+    let listed = ctl(nowhere, &["devices", "--json"]);
+    assert!(listed.status.success(), "{}", text(&listed.stderr));
+    let listed: haptic_ipc::DevicesReply = serde_json::from_slice(&listed.stdout).expect("a list");
+    let people = ctl(nowhere, &["devices"]);
+    for device in &listed.devices {
+        assert!(text(&people.stdout).contains(&device.address), "{people:?}");
+    }
+    // Only a daemon opens one.
+    let probed = ctl(nowhere, &["devices", "--probe", "serial:/dev/ttyACM0"]);
+    assert_eq!(probed.status.code(), Some(3), "{probed:?}");
+}
+
+#[test]
 fn a_stop_that_nobody_confirms_is_no_success() {
     // A daemon that greets and then says nothing.
     let directory = tempfile::tempdir().expect("a directory");

@@ -10,6 +10,7 @@ use crate::link::{ConnectError, Connector, DeviceFacts, LinkCounters, LoopTiming
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 use serialport::{SerialPortInfo, SerialPortType};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -73,6 +74,17 @@ pub fn list() -> Vec<Candidate> {
         .map(|port| serial(port, &links))
         .chain(hid_node::nodes().into_iter().map(hid_device))
         .collect();
+    let users = users(Path::new("/proc"));
+    for candidate in &mut found {
+        if candidate.access_problem.is_none()
+            && let Some(user) = users.get(&candidate.node)
+        {
+            candidate.access_problem = Some(AccessProblem {
+                why: format!("{} is open in {user}", candidate.node.display()),
+                remedy: "end that program; docs/how-to/ports.md keeps it away from the rig".to_owned(),
+            });
+        }
+    }
     found.sort_by(|a, b| (a.identity.is_none(), &a.node).cmp(&(b.identity.is_none(), &b.node)));
     found
 }
@@ -98,6 +110,27 @@ fn links(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
         .collect();
     links.sort();
     links
+}
+
+/// The nodes that other programs have open, each with one of them, as far as the kernel shows them to this user.
+fn users(processes: &Path) -> HashMap<PathBuf, String> {
+    let mut users = HashMap::new();
+    let own = std::process::id().to_string();
+    for process in std::fs::read_dir(processes).into_iter().flatten().flatten() {
+        let (Some(id), folder) = (process.file_name().into_string().ok(), process.path()) else {
+            continue;
+        };
+        if id == own || !id.bytes().all(|digit| digit.is_ascii_digit()) {
+            continue;
+        }
+        let files = std::fs::read_dir(folder.join("fd")).into_iter().flatten().flatten();
+        let nodes = files.filter_map(|file| file.path().read_link().ok().filter(|node| node.starts_with("/dev")));
+        for node in nodes {
+            let name = std::fs::read_to_string(folder.join("comm")).unwrap_or_default();
+            users.insert(node, format!("{} (process {id})", name.trim_end()));
+        }
+    }
+    users
 }
 
 /// The kernel has nodes for ports that the machine does not have. It says to the superuser which
@@ -246,6 +279,26 @@ mod tests {
         assert_eq!(
             (plain.identity, plain.description),
             (None, format!("serial port {}", node.display()))
+        );
+    }
+
+    #[test]
+    fn a_node_that_another_program_has_open_names_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (id, node) in [
+            ("77", "/dev/ttyACM0"),
+            ("78", "/home/ada/notes"),
+            ("self", "/dev/ttyACM1"),
+        ] {
+            let process = folder.path().join(id);
+            std::fs::create_dir_all(process.join("fd")).expect("a folder");
+            std::fs::write(process.join("comm"), "ModemManager\n").expect("a file");
+            std::os::unix::fs::symlink(node, process.join("fd/3")).expect("a link");
+        }
+        let found = users(folder.path());
+        assert_eq!(
+            found.into_iter().collect::<Vec<_>>(),
+            [("/dev/ttyACM0".into(), "ModemManager (process 77)".to_owned())]
         );
     }
 

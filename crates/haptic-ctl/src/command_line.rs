@@ -128,7 +128,8 @@ pub(crate) enum Command {
     /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
     /// each
     Advise,
-    /// List the devices that are plugged in, their addresses, and problems that keep one from use
+    /// List the devices that are plugged in, their addresses, and problems that keep one from use;
+    /// works without a daemon
     Devices(devices::Arguments),
     /// Check everything between you and the rig, with a fix for each problem; works without a
     /// daemon

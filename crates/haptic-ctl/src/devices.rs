@@ -3,7 +3,8 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{output, progress};
-use haptic_ipc::{DevicesReply, FoundDevice, Request};
+use device_io::discovery::{self, Candidate};
+use haptic_ipc::{DevicesReply, FoundDevice, Problem, Request};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -13,6 +14,11 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
+    /// Whether a daemon must do it, with its devices and what it knows of them.
+    pub(crate) fn needs_daemon(&self) -> bool {
+        self.probe.is_some()
+    }
+
     pub(crate) fn request(&self) -> Request {
         Request::Devices {
             probe: self.probe.clone(),
@@ -29,9 +35,33 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
     }
     let reply: DevicesReply = answered?;
     let unanswered = asking.then(|| unanswered(&reply)).flatten();
+    show(&reply, json)?;
+    unanswered.map_or(Ok(()), |why| Err(Failure::NoDevice(why)))
+}
+
+/// Lists the devices as this user sees them, where no daemon is asked.
+pub(crate) fn run_here(json: bool) -> Result<(), Failure> {
+    show(&found_here(), json)
+}
+
+pub(crate) fn found_here() -> DevicesReply {
+    let listed = |found: Candidate| FoundDevice {
+        address: found.address.to_string(),
+        description: found.description,
+        problem: found.access_problem.map(|access_problem| Problem {
+            what: access_problem.why,
+            remedy: access_problem.remedy,
+        }),
+        ..FoundDevice::default()
+    };
+    DevicesReply {
+        devices: discovery::list().into_iter().map(listed).collect(),
+    }
+}
+
+fn show(reply: &DevicesReply, json: bool) -> Result<(), Failure> {
     if json {
-        output::json(&reply)?;
-        return unanswered.map_or(Ok(()), |why| Err(Failure::NoDevice(why)));
+        return output::json(reply);
     }
     if reply.devices.is_empty() {
         return output::line("no serial line and no HID device is plugged in");
@@ -41,7 +71,7 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
             output::line(&line)?;
         }
     }
-    unanswered.map_or(Ok(()), |why| Err(Failure::NoDevice(why)))
+    Ok(())
 }
 
 /// Why the probed device has not identified itself.

@@ -187,7 +187,13 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let meant = named.one_path()?;
     let socket = meant.as_deref();
-    let daemon = &mut Daemon::connect(socket).await?;
+    let connected = Daemon::connect(socket).await;
+    if let (Command::Devices(devices), Err(_)) = (command, &connected)
+        && !devices.needs_daemon()
+    {
+        return devices::run_here(json);
+    }
+    let daemon = &mut connected?;
     match command {
         Command::Status => status::run(daemon, json).await,
         Command::Top => top::run(daemon, socket).await,

@@ -10,7 +10,7 @@ mod socket;
 use crate::colour::{self, BAD, DOUBTFUL, GOOD};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::output;
+use crate::{devices, output};
 use check::{Check, Level};
 use haptic_ipc::{DevicesReply, Request, Status, socket_path};
 use std::path::Path;
@@ -28,15 +28,17 @@ pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure
             checks.push(socket::served(&path, daemon.hello().rights));
             checks.push(permission::permission(&path, None));
             checks.push(socket::version(&daemon.hello().server));
+            let found_devices = daemon.ask::<DevicesReply>(Request::Devices { probe: None }).await;
+            let timer = found_devices.as_ref().ok().and_then(rig::LatencyTimer::of_used);
             match daemon.ask::<Status>(Request::Status {}).await {
                 Ok(found) => {
-                    checks.extend(rig::rig(&found));
+                    checks.extend(rig::rig(&found, timer.as_ref()));
                     checks.extend(rig::thread(&found));
                     status = Some(found);
                 }
                 Err(failure) => checks.push(Check::fail("daemon", failure.to_string(), socket::fix(&failure))),
             }
-            match daemon.ask::<DevicesReply>(Request::Devices { probe: None }).await {
+            match found_devices {
                 Ok(found) => checks.extend(rig::devices(&found)),
                 Err(failure) => checks.push(Check::warn("devices", failure.to_string(), "see `haptic-ctl devices`")),
             }
@@ -44,6 +46,7 @@ pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure
         Err(failure) => {
             checks.push(socket::unreachable(&path, &failure));
             checks.push(permission::permission(&path, Some(&failure)));
+            checks.extend(rig::devices(&devices::found_here()));
         }
     }
     checks.extend(machine::limits(status.as_ref()));

@@ -2,8 +2,9 @@
 
 use super::check::Check;
 use haptic_ipc::{DevicesReply, LinkCounts, LossSource, Problem, RigFrictionStatus, RigState, Status};
+use std::path::{Path, PathBuf};
 
-pub(super) fn rig(status: &Status) -> Vec<Check> {
+pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
     let device = &status.device;
     let what = format!("{}, {}", status.state, device.description);
     let state = match status.state {
@@ -23,7 +24,8 @@ pub(super) fn rig(status: &Status) -> Vec<Check> {
         _ => Check::ok("rig", what),
     };
     let mut checks = vec![state];
-    checks.extend(device.link.as_ref().map(|link| self::link(&link.counts, status.state)));
+    let link = device.link.as_ref();
+    checks.extend(link.map(|link| self::link(&link.counts, status.state, timer)));
     checks.extend(device.rig_friction.as_ref().map(rig_friction));
     checks.extend(device.engage_refused.iter().map(refused));
     checks
@@ -55,8 +57,32 @@ fn rig_friction(known: &RigFrictionStatus) -> Check {
     )
 }
 
+/// How long a converter, such as FTDI's, collects bytes before it passes them on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct LatencyTimer {
+    file: PathBuf,
+    ms: u32,
+}
+
+impl LatencyTimer {
+    /// That of the port which the daemon uses, where it is a port of this machine and has one.
+    pub(super) fn of_used(found: &DevicesReply) -> Option<Self> {
+        let used = found.devices.iter().find(|device| device.in_use)?;
+        let (_, place) = used.address.split_once(':')?;
+        let (node, _) = place.split_once('?').unwrap_or((place, ""));
+        Self::of_node(Path::new("/sys/bus/usb-serial/devices"), Path::new(node))
+    }
+
+    fn of_node(ports: &Path, node: &Path) -> Option<Self> {
+        let node = node.canonicalize().ok()?;
+        let file = ports.join(node.file_name()?).join("latency_timer");
+        let ms = std::fs::read_to_string(&file).ok()?.trim().parse().ok()?;
+        Some(Self { file, ms })
+    }
+}
+
 /// The quality of the link.
-fn link(counts: &LinkCounts, state: RigState) -> Check {
+fn link(counts: &LinkCounts, state: RigState, timer: Option<&LatencyTimer>) -> Check {
     let found = format!(
         "{} samples, {} lost, {} late, {} with a bad CRC, {} malformed",
         counts.samples, counts.lost, counts.late, counts.bad_crc, counts.malformed
@@ -68,6 +94,20 @@ fn link(counts: &LinkCounts, state: RigState) -> Check {
             "link",
             found,
             "try another cable and another port; `haptic-ctl status` shows whether it helped",
+        );
+    }
+    if let Some(LatencyTimer { file, ms }) = timer
+        && many(counts.late)
+        && *ms > 1
+    {
+        let file = file.display();
+        return Check::warn(
+            "link",
+            format!("{found}; they come in bursts, as the converter collects them for {ms} ms (its latency timer)"),
+            format!(
+                "`echo 1 | sudo tee {file}`; for ever with SUBSYSTEM==\"usb-serial\", DRIVER==\"ftdi_sio\", \
+                 ATTR{{latency_timer}}=\"1\" in /etc/udev/rules.d/71-rig.rules"
+            ),
         );
     }
     if many(counts.late) {
@@ -136,9 +176,38 @@ mod tests {
             late,
             ..LinkCounts::default()
         };
-        assert_eq!(link(&counts(0, 0), RigState::Disconnected).level, Level::Skip);
-        assert_eq!(link(&counts(0, 0), RigState::Idle).level, Level::Warn);
-        assert_eq!(link(&counts(100_000, 99), RigState::Idle).level, Level::Ok);
-        assert_eq!(link(&counts(100_000, 101), RigState::Idle).level, Level::Warn);
+        let link = |counts, state| link(&counts, state, None);
+        assert_eq!(link(counts(0, 0), RigState::Disconnected).level, Level::Skip);
+        assert_eq!(link(counts(0, 0), RigState::Idle).level, Level::Warn);
+        assert_eq!(link(counts(100_000, 99), RigState::Idle).level, Level::Ok);
+        assert_eq!(link(counts(100_000, 101), RigState::Idle).level, Level::Warn);
+    }
+
+    #[test]
+    fn bursts_of_a_converter_are_not_blamed_on_a_hub() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let port = folder.path().join("ttyUSB0");
+        std::fs::create_dir(&port).expect("a folder");
+        let timer = |ms: &str| {
+            std::fs::write(port.join("latency_timer"), ms).expect("a file");
+            // The node itself has the name of its port.
+            LatencyTimer::of_node(folder.path(), &port)
+        };
+        let late = LinkCounts {
+            samples: 1600,
+            late: 1400,
+            ..LinkCounts::default()
+        };
+        let fix = |timer: Option<LatencyTimer>| link(&late, RigState::Idle, timer.as_ref()).fix.expect("a fix");
+        let said = fix(timer("16\n"));
+        assert!(
+            said.contains("ttyUSB0/latency_timer") && said.contains("ATTR{latency_timer}"),
+            "{said}"
+        );
+        assert!(!said.contains("hub"), "{said}");
+        assert!(fix(timer("1\n")).contains("hub"));
+        assert!(fix(LatencyTimer::of_node(folder.path(), folder.path())).contains("hub"));
+        let few = LinkCounts { late: 0, ..late };
+        assert_eq!(link(&few, RigState::Idle, timer("16").as_ref()).level, Level::Ok);
     }
 }
