@@ -71,6 +71,11 @@ fn one_command_installs_it_the_first_client_starts_the_rig_and_systemctl_says_wh
         Some(words.trim().to_owned())
     });
     println!("systemctl status: {words}");
+    // Its directory is closed to others now, and they learn whose it is.
+    let closed = haptic_ctl(&machine, "bob", &["status"]);
+    let said = String::from_utf8_lossy(&closed.stderr).into_owned();
+    assert_eq!(closed.status.code(), Some(4), "{said}");
+    assert!(said.contains("usermod -aG haptic $USER`, then log in again"), "{said}");
     // The socket is the manager's, and outlives the daemon.
     machine.run_ok(&["systemctl", "stop", "hapticd.service"]);
     let idle = ["wait", "--until", "state=idle", "--timeout", "30s"];
@@ -90,6 +95,11 @@ fn a_client_of_a_daemon_that_cannot_start_is_told_and_does_not_start_it_again_an
         matches!(asked.status.code(), Some(3 | 5)),
         "{asked:?} {}",
         machine.journal()
+    );
+    let said = String::from_utf8_lossy(&asked.stderr).into_owned();
+    assert!(
+        asked.status.code() == Some(5) || said.contains("`journalctl -u hapticd`"),
+        "{said}"
     );
     machine.eventually("the end of it", || {
         (state_of(&machine, "hapticd.service") == "failed").then_some(())
@@ -332,22 +342,28 @@ fn the_manual_pages_are_those_of_this_build() {
 #[test]
 fn a_rig_that_is_plugged_in_is_known_by_its_configuration() {
     let rigs = tempfile::tempdir().expect("a directory");
+    let write = |name: &str, text: &str| fs::write(rigs.path().join(name), text).expect("written");
     let put = |name: &str, device: &str| {
-        let content = format!("# device = \"serial:/dev/ttyS0\"\nrate = 2000\n device=\"{device}\" # the rig\n");
-        fs::write(rigs.path().join(name), content).expect("written");
+        let content = format!("# device = \"serial:/dev/ttyS0\"\nrate = 2000\n device={device} # the rig\n");
+        write(name, &content);
     };
     put(
         "hapticd@left.toml",
-        "serial:/dev/serial/by-id/usb-Example_Rig_0001-if00?baud=500000",
+        r#""serial:/dev/serial/by-id/usb-Example_Rig_0001-if00?baud=500000""#,
     );
-    put("hapticd@right.toml", "hid:1209:000A:AB12");
-    put("hapticd@any.toml", "hid:1209:0002");
+    put("hapticd@right.toml", "'hid:1209:000A:AB12'");
+    put("hapticd@any.toml", r#""hid:1209:0002""#);
     put(
         "hapticd@odd.toml",
-        "odrive:/dev/serial/by-id/usb-ODrive_3-if00?radius_mm=5",
+        r#""odrive:/dev/serial/by-id/usb-ODrive_3-if00?radius_mm=5&torque_limit_nm=0.1""#,
     );
-    put("hapticd@bad name.toml", "serial:/dev/serial/by-id/usb-bad");
-    put("hapticd.toml", "serial:/dev/serial/by-id/usb-single");
+    put("hapticd@bad name.toml", r#""serial:/dev/serial/by-id/usb-bad""#);
+    put("hapticd.toml", "'serial:/dev/serial/by-id/usb-single'");
+    write(
+        "hapticd@refused.toml",
+        "no-option = 1\ndevice = \"serial:/dev/serial/by-id/usb-refused\"\n",
+    );
+    write("hapticd@none.toml", "rate = 2000\n");
     let helper = Path::new(PACKAGING).join("rig-of-device");
     assert_eq!(
         fs::metadata(&helper).expect("it is there").permissions().mode() & 0o111,
@@ -357,6 +373,7 @@ fn a_rig_that_is_plugged_in_is_known_by_its_configuration() {
         let output = Command::new(&helper)
             .args(links)
             .env("HAPTICD_RIGS", rigs.path())
+            .env("HAPTICD", binary("hapticd"))
             .envs(
                 ["ID_VENDOR_ID", "ID_MODEL_ID", "ID_SERIAL_SHORT"]
                     .into_iter()
@@ -365,7 +382,10 @@ fn a_rig_that_is_plugged_in_is_known_by_its_configuration() {
             .output()
             .expect("there is a shell");
         assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
-        String::from_utf8(output.stdout).expect("text").trim_end().to_owned()
+        let said = String::from_utf8(output.stdout).expect("text");
+        let (configured, rig) = said.split_once('\n').unwrap_or_default();
+        assert!(said.is_empty() || configured == "HAPTICD_CONFIGURED=1", "{said}");
+        (!said.is_empty()).then(|| rig.trim_end().to_owned())
     };
     let no_identity = ["", "", ""];
     for (links, identity, expected) in [
@@ -373,22 +393,55 @@ fn a_rig_that_is_plugged_in_is_known_by_its_configuration() {
         (
             &["serial/by-path/p", "serial/by-id/usb-Example_Rig_0001-if00"][..],
             no_identity,
-            "HAPTICD_RIG=left",
+            Some("HAPTICD_RIG=left"),
         ),
         (
             &["/dev/serial/by-id/usb-Example_Rig_0001-if00"],
             no_identity,
-            "HAPTICD_RIG=left",
+            Some("HAPTICD_RIG=left"),
         ),
-        (&["serial/by-id/usb-ODrive_3-if00"], no_identity, "HAPTICD_RIG=odd"),
-        (&[], ["1209", "000a", "ab12"], "HAPTICD_RIG=right"),
-        (&[], ["1209", "000a", "other"], ""),
-        (&[], ["1209", "0002", "anything"], "HAPTICD_RIG=any"),
-        (&["serial/by-id/usb-Example_Rig_0001"], no_identity, ""),
-        (&["serial/by-id/usb-bad"], no_identity, ""),
-        (&["serial/by-id/usb-single"], no_identity, ""),
-        (&[], no_identity, ""),
+        // The USB device, before it has a port.
+        (
+            &["serial/by-id/usb-Example_Rig_0001-if*"],
+            no_identity,
+            Some("HAPTICD_RIG=left"),
+        ),
+        (
+            &["serial/by-id/usb-ODrive_3-if00"],
+            no_identity,
+            Some("HAPTICD_RIG=odd"),
+        ),
+        (&[], ["1209", "000a", "ab12"], Some("HAPTICD_RIG=right")),
+        (&[], ["1209", "000a", "other"], None),
+        (&[], ["1209", "0002", "anything"], Some("HAPTICD_RIG=any")),
+        // The one rig has no service of its own.
+        (&["serial/by-id/usb-single"], no_identity, Some("")),
+        (&["serial/by-id/usb-Example_Rig_0001"], no_identity, None),
+        (&["serial/by-id/usb-bad"], no_identity, None),
+        (&["serial/by-id/usb-refused"], no_identity, None),
+        (&[], no_identity, None),
     ] {
-        assert_eq!(rig_of(links, identity), expected, "{links:?} {identity:?}");
+        assert_eq!(rig_of(links, identity).as_deref(), expected, "{links:?} {identity:?}");
+    }
+}
+
+#[test]
+fn rules_and_unit_name_the_ports_and_who_is_kept_away() {
+    let read = |name: &str| fs::read_to_string(Path::new(PACKAGING).join(name)).expect("it is packaged");
+    let rules = read("70-hapticd.rules");
+    let usb = rules.find("SUBSYSTEM==\"usb\", ENV{HAPTICD_CONFIGURED}==\"1\", ENV{ID_MM_DEVICE_IGNORE}=\"1\"");
+    let ports_alone = rules.find("SUBSYSTEM!=\"tty|hidraw\"").expect("it is there");
+    assert!(usb.is_some_and(|usb| usb < ports_alone), "{rules}");
+    assert!(rules[ports_alone..].contains("ENV{ID_MM_PORT_IGNORE}=\"1\""), "{rules}");
+    let brltty = read("95-hapticd-brltty.rules");
+    for cleared in ["ENV{SYSTEMD_WANTS}=\"\"", "ENV{BRLTTY_BRAILLE_DRIVER}=\"\""] {
+        assert!(brltty.contains(cleared), "{brltty}");
+    }
+    let unit = read("hapticd.service");
+    for kind in ["ttyACM", "ttyUSB", "ttyS", "ttyAMA", "hidraw"] {
+        assert!(
+            unit.contains(&format!("\nDeviceAllow=char-{kind} rw\n")),
+            "{kind}: {unit}"
+        );
     }
 }

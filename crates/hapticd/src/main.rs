@@ -73,6 +73,15 @@ fn main() -> ExitCode {
             .render(&mut std::io::stdout())
             .map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
     }
+    if options.print_device {
+        return match options.device() {
+            Ok(device) => writeln!(std::io::stdout(), "{device}").map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS),
+            Err(error) => {
+                eprintln!("hapticd: {error}");
+                ExitCode::from(2)
+            }
+        };
+    }
     if let Err(error) = log::start() {
         eprintln!("hapticd: {error}");
         return ExitCode::FAILURE;

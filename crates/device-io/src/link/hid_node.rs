@@ -137,7 +137,7 @@ pub(super) fn what(id: &HidId) -> String {
 /// The remedy for a missing right to open a device.
 pub(crate) fn permission_remedy(id: &HidId) -> String {
     format!(
-        "put this line into /etc/udev/rules.d/70-hapticd.rules: SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"{:04x}\", \
+        "put this line into /etc/udev/rules.d/71-rig.rules: SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"{:04x}\", \
          ATTRS{{idProduct}}==\"{:04x}\", \
          GROUP=\"hapticd\", MODE=\"0660\"; then run `sudo udevadm control --reload && sudo udevadm trigger` as a user \
          of that group",

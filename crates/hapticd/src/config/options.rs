@@ -29,6 +29,11 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) manual_page: bool,
 
+    /// Print the configured device, for a rule of udev
+    #[arg(long, hide = true)]
+    #[serde(skip)]
+    pub(crate) print_device: bool,
+
     /// Run on the built-in fake rig, engage at once, and show a live status line
     #[arg(long)]
     #[serde(skip)]

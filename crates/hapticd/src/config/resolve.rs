@@ -5,6 +5,7 @@ use super::error::ConfigError;
 use super::options::Options;
 use super::source::Configuration;
 use crate::rt::privileges::available_cpus;
+use device_boards::Address;
 use haptic_core::limiter::Limits;
 
 /// The options that take effect when the configuration is read again.
@@ -30,6 +31,15 @@ impl Options {
     /// The first invalid option.
     pub(crate) fn resolve(self) -> Result<Config, ConfigError> {
         Configuration::new(self, available_cpus())?.check()
+    }
+
+    /// The device of the command line, else of the configuration file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not one of options; or none of both names a device.
+    pub(crate) fn device(self) -> Result<Address, ConfigError> {
+        let options = Configuration::new(self, Vec::new())?.begun_with;
+        options.device.map(|named| named.0).ok_or(ConfigError::NoDevice)
     }
 }
 
