@@ -295,6 +295,7 @@ mod tests {
         let _running = keeper.start().expect("a thread");
         let told = loop {
             assert_eq!(device.read(0), Err(DeviceError::Disconnected));
+            assert!(device.connection() < 100, "it connects again and again");
             match monitor.state() {
                 LinkState::Waiting(error) => break error.to_string(),
                 _ => std::thread::sleep(Duration::from_millis(1)),
