@@ -263,3 +263,22 @@ impl Client {
         (self.sender, self.receiver)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::net::UnixListener;
+
+    #[test]
+    fn a_connection_that_ends_without_a_greeting_names_its_socket() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("control.sock");
+        let listener = UnixListener::bind(&path).expect("a socket");
+        // As systemd does where the service cannot start.
+        let accepting = std::thread::spawn(move || drop(listener.accept().expect("a client")));
+        let error = Client::connect(&path).expect_err("nobody greets");
+        accepting.join().expect("it accepts");
+        assert!(matches!(&error, ClientError::NoGreeting { .. }), "{error:?}");
+        assert!(error.to_string().contains("control.sock"), "{error}");
+    }
+}
