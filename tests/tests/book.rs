@@ -66,6 +66,11 @@ fn a_rig_is_steered_from_python() {
 }
 
 #[test]
+fn ports_are_listed_without_a_daemon() {
+    follow("how-to/ports.md");
+}
+
+#[test]
 fn the_panel_is_opened() {
     follow("how-to/panel.md");
 }
