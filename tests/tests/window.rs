@@ -13,6 +13,7 @@ use haptic_ipc::{
 };
 use haptic_studies::plan::{Plan, Task};
 use haptic_studies::store::{Study, StudyDescription};
+use rustix::process::{Pid, Signal, kill_process};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -37,15 +38,37 @@ const MASS_FIELD: (usize, usize) = (262, 243);
 /// The rail of its slider, from left to right, pixels.
 const MASS_SLIDER: ([usize; 4], usize) = ([60, 90, 120, 150], 243);
 
+/// The fill of the rig's state, left of its text, pixels.
+const STATE: (usize, usize) = (16, 30);
+
+/// Within the field of a note on a moment, left of its text and below it, pixels.
+const NOTE: (usize, usize) = (640, 730);
+
 /// The red of the stop button, which is there as soon as anything is: from the right and from the top, pixels.
 const STOP_BUTTON: (usize, usize) = (160, 20);
+
+/// The green of a rig with force on the hand.
+fn is_green(picture: &Picture) -> bool {
+    let [red, green, blue] = picture.at(STATE.0, STATE.1);
+    green > 100 && red < 60 && blue < 100
+}
+
+/// The grey of what is not of now.
+fn is_grey(picture: &Picture) -> bool {
+    let [red, green, blue] = picture.at(STATE.0, STATE.1);
+    red > 50 && red.abs_diff(green) < 20 && red.abs_diff(blue) < 40
+}
+
+fn shows_note(picture: &Picture) -> bool {
+    picture.at(NOTE.0, NOTE.1).iter().all(|part| *part <= 16)
+}
 
 fn is_drawn(picture: &Picture) -> bool {
     let [red, green, blue] = picture.at(picture.size.0 - STOP_BUTTON.0, STOP_BUTTON.1);
     red > 150 && green < 80 && blue < 80
 }
 
-/// A daemon that says the same to everybody: five seconds of stick-slip, and then the same state again and again.
+/// A daemon that says the same to everybody: five seconds of stick-slip, and then that it lives.
 fn always_the_same(listener: UnixListener) {
     thread::spawn(move || {
         for stream in listener.incoming() {
@@ -74,11 +97,11 @@ fn converse(stream: UnixStream) -> std::io::Result<()> {
             for event in [Event::State(state()), Event::Samples(stick_slip())] {
                 say(serde_json::to_string(&event)?)?;
             }
-            // A daemon that falls silent is given up.
-            let (say, state) = (say.clone(), serde_json::to_string(&Event::State(state()))?);
+            // Without samples the numbers are grey.
+            let say = say.clone();
             thread::spawn(move || {
-                while say(state.clone()).is_ok() {
-                    thread::sleep(Duration::from_secs(1));
+                while say(r#"{"event":"samples","seq":1,"dropped":0,"rows":[]}"#.to_owned()).is_ok() {
+                    thread::sleep(Duration::from_millis(50));
                 }
             });
         }
@@ -421,10 +444,11 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     screen.act(&["key", "ctrl+z"]);
     mass(0.5);
 
-    // Half a number in a text field, and the key that stops.
+    // Half a number in a text field, where Space is typed, and the key that stops.
     screen.click(MASS_FIELD);
-    screen.act(&["type", "9"]);
-    screen.act(&["key", "space"]);
+    screen.act(&["type", "9 "]);
+    assert_eq!(status(&mut client).state, RigState::Engaged);
+    screen.act(&["key", "Escape"]);
     wait_for_state(&mut client, RigState::Stopped);
     mass(0.5);
 
@@ -447,4 +471,40 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
         screen.act(&["key", key]);
         wait_for_state(&mut client, RigState::Stopped);
     }
+}
+
+// hazard: H28
+#[test]
+fn a_note_is_typed_and_a_daemon_that_hangs_is_grey() {
+    let Some(screen) = Screen::open() else {
+        return;
+    };
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    bring_to(&mut client, RigState::Engaged);
+    let _panel = screen.panel(daemon.socket(), &["--theme", "dark"]);
+    wait_for(&mut client, "the panel", |status| status.clients == 3);
+    screen.wait_until("the state of the rig", is_green);
+    screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
+
+    screen.act(&["key", "n"]);
+    screen.wait_until("the note's field", shows_note);
+    screen.act(&["type", "steel on m"]);
+    screen.act(&["key", "Return"]);
+    screen.wait_until("its end", |picture| !shows_note(picture));
+    assert_eq!(status(&mut client).state, RigState::Engaged, "Space was typed");
+    screen.act(&["key", "n"]);
+    screen.wait_until("the note's field", shows_note);
+    screen.act(&["type", "steel on"]);
+    screen.act(&["key", "Escape"]);
+    wait_for_state(&mut client, RigState::Stopped);
+    assert!(shows_note(&screen.picture()), "it is kept");
+
+    bring_to(&mut client, RigState::Engaged);
+    screen.wait_until("the state of the rig", is_green);
+    let pid = Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("a process");
+    kill_process(pid, Signal::STOP).expect("it runs");
+    screen.wait_until("that it hangs", is_grey);
+    kill_process(pid, Signal::CONT).expect("it stands");
+    screen.wait_until("that it goes on", |picture| !is_grey(picture));
 }

@@ -13,8 +13,8 @@ use window::{Window, is_drawn_in_software, x11_window};
 
 /// Tune hapticd while a hand is on the rig, and plot what the hand feels.
 ///
-/// Space and Escape stop the rig at once, whatever has the focus. The panel waits for its daemon, and
-/// reconnects by itself.
+/// Escape stops the rig at once, whatever has the focus, and so does Space unless you type in a text
+/// field. The panel waits for its daemon, and reconnects by itself.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Arguments {
@@ -85,7 +85,7 @@ fn main() -> ExitCode {
             let locate = move || socket_path::for_client(socket.as_deref());
             let mut app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
             if let Some(window) = x11_window(creation)
-                && let Err(error) = x11_keys::watch(None, window, app.stopper())
+                && let Err(error) = x11_keys::watch(None, window, app.space_is_typed(), app.stopper())
             {
                 eprintln!("haptic-gui: a stop by key waits for the frame that is being drawn: {error}");
             }

@@ -12,8 +12,11 @@ use crate::settings::Settings;
 use crate::shell;
 use crate::stop_button::is_stop_key;
 use crate::study::StudyCommand;
+use crate::typing::{FRAME_PERIOD, Typing};
 use crate::update::Update;
+use egui::ViewportId;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How much longer the time between two frames is without a graphics card.
@@ -35,6 +38,7 @@ pub struct App {
     is_drawn_in_software: bool,
     /// A stop was sent by key before the frame was drawn.
     stopped_by_key: bool,
+    typing: Arc<Typing>,
     remembering: Option<Remembering>,
 }
 
@@ -50,6 +54,7 @@ impl App {
             files,
             is_drawn_in_software: false,
             stopped_by_key: false,
+            typing: Arc::new(Typing::new(Instant::now())),
             remembering: None,
         }
     }
@@ -62,6 +67,12 @@ impl App {
     /// A stop for any thread: each call sends one, and returns false once the panel is closed. Waits for nothing.
     pub fn stopper(&self) -> impl Fn() -> bool + Send + use<> {
         self.connection.stopper()
+    }
+
+    /// Whether Space is typed into a text field of the panel's own window now, and does not stop; for any thread.
+    pub fn space_is_typed(&self) -> impl Fn() -> bool + Send + use<> {
+        let typing = Arc::clone(&self.typing);
+        move || typing.takes_space(Instant::now())
     }
 
     /// Opens a study. A page of studies shows how that went, and it turns to the study's own once it is open.
@@ -117,12 +128,19 @@ impl App {
 
     /// Takes the keys of Stop of any window, before anything is laid out or drawn.
     pub fn take_keys(&mut self, input: &egui::RawInput) {
-        if input.events.iter().any(is_stop_key) {
+        let now = Instant::now();
+        if self.has_stop_key(input, now) {
             self.stopped_by_key = true;
             self.connection.stop();
             // Now: an answer may come before the panel's own window is drawn, and the key may be the subject's.
-            self.model.press_stop(Instant::now());
+            self.model.press_stop(now);
         }
+    }
+
+    fn has_stop_key(&self, input: &egui::RawInput, now: Instant) -> bool {
+        // No other window has a text field.
+        let is_typing = input.viewport_id == ViewportId::ROOT && self.typing.takes_space(now);
+        input.events.iter().any(|event| is_stop_key(event, is_typing))
     }
 
     /// Takes the updates, and carries out what is due. A hidden window calls it too: updates must
@@ -154,6 +172,11 @@ impl App {
         }
         picture_taking::count_frame(ui.ctx());
         self.stopped_by_key = false;
+        let has_field = ui.ctx().text_edit_focused();
+        self.typing.note_frame(has_field, Instant::now());
+        if has_field {
+            ui.ctx().request_repaint_after(FRAME_PERIOD);
+        }
         let mut pace = self.model.pace();
         if self.is_drawn_in_software {
             pace = (pace * SLOWER_IN_SOFTWARE).clamp(SHORTEST_IN_SOFTWARE, LONGEST_IN_SOFTWARE);
@@ -192,5 +215,67 @@ impl App {
         let writer = self.files.writer();
         let (part, scale) = (self.model.plots_area(), ctx.pixels_per_point());
         ctx.request_screenshot(move |image| writer.export_picture(image, part, scale, to));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::connection::Patience;
+    use egui::{Event, Key, Modifiers, RawInput};
+
+    fn press(key: Key, viewport_id: ViewportId) -> RawInput {
+        let event = Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        };
+        RawInput {
+            viewport_id,
+            events: vec![event],
+            ..RawInput::default()
+        }
+    }
+
+    fn app() -> App {
+        let connection = Connection::start(|| "/nowhere".into(), Patience::default(), |_| {}).expect("threads");
+        App::new(connection, Files::new(|_| {}))
+    }
+
+    /// Draws a frame.
+    fn draw(ctx: &egui::Context, input: RawInput, mut contents: impl FnMut(&mut egui::Ui)) -> egui::FullOutput {
+        let mut output = ctx.run_ui(input, |ui| contents(ui));
+        // There is no graphics card for the fonts.
+        output.textures_delta.clear();
+        output
+    }
+
+    // hazard: H28
+    #[test]
+    fn space_stops_outside_the_field_and_where_no_frame_comes() {
+        let (mut app, ctx, mut text) = (app(), egui::Context::default(), String::new());
+        let root = ViewportId::ROOT;
+        for has_field in [true, false] {
+            let before = Instant::now();
+            let output = draw(&ctx, RawInput::default(), |ui| {
+                let field = ui.text_edit_singleline(&mut text);
+                if has_field {
+                    field.request_focus();
+                } else {
+                    field.surrender_focus();
+                }
+                app.show(ui);
+            });
+            let next = output.viewport_output[&root].repaint_delay;
+            assert!(!has_field || next <= FRAME_PERIOD, "{next:?}");
+            let stops = |key, window, now| app.has_stop_key(&press(key, window), now);
+            assert_eq!(stops(Key::Space, root, before), !has_field);
+            assert!(stops(Key::Escape, root, before));
+            assert!(stops(Key::Space, crate::study::subject_window_id(), before));
+            let much_later = Instant::now() + Duration::from_millis(300);
+            assert!(stops(Key::Space, root, much_later), "no frame comes");
+        }
     }
 }

@@ -8,7 +8,8 @@ use crate::notice;
 use crate::page::Page;
 use crate::recording::amount;
 use crate::theme::Palette;
-use egui::{Key, Label, Modifiers, ProgressBar, RichText, Ui};
+use egui::{Frame, Key, Label, Modifiers, ProgressBar, RichText, Ui};
+use std::time::Duration;
 
 /// The keys of the pages, in the order of the row, each with Ctrl.
 const KEYS: [Key; 9] = [
@@ -35,9 +36,17 @@ pub(crate) fn take_keys(ui: &Ui, page: &mut Page) {
     }
 }
 
+/// What is said while no sample comes.
+fn silence_line(lasts: Duration) -> String {
+    let s = lasts.as_secs_f64();
+    format!(
+        "No sample for {s:.1} s: nobody knows what the rig does. Stop is still sent; if in doubt, cut the motor's power"
+    )
+}
+
 /// Shows the row. Its height is the same with and without a message, so that nothing below it moves.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    let Model { tapes, view, .. } = model;
+    let Model { daemon, tapes, view } = model;
     ui.horizontal(|ui| {
         for (place, page) in Page::ALL.iter().enumerate() {
             let name = RichText::new(page.name()).size(16.0);
@@ -48,6 +57,19 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         ui.add_space(8.0);
         if view.closing != Closing::No {
             closing::show_question(ui, &mut view.closing, intents);
+            return;
+        }
+        if let Some(lasts) = daemon.silence() {
+            let palette = Palette::of(ui);
+            let text = silence_line(lasts);
+            Frame::new()
+                .fill(palette.halt)
+                .inner_margin(3)
+                .corner_radius(4)
+                .show(ui, |ui| {
+                    let line = RichText::new(&text).small().strong().color(palette.on_fill);
+                    ui.add(Label::new(line).truncate()).on_hover_text(&text);
+                });
             return;
         }
         if let Some(written) = tapes.recording() {

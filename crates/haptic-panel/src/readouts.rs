@@ -3,7 +3,7 @@
 use crate::model::daemon::{Daemon, Staleness};
 use crate::model::tapes::Tapes;
 use crate::tape::signal::MM_PER_M;
-use crate::theme::Palette;
+use crate::theme::{Palette, STALE_OPACITY};
 use egui::{Color32, Label, RichText, Ui};
 use haptic_ipc::Sample;
 
@@ -13,9 +13,6 @@ const SMALLEST: f32 = 12.0;
 
 /// Width of the longest number with its unit, as a multiple of its height.
 const DIGITS: f32 = 5.0;
-
-/// Opacity of a number that is not of now.
-const STALE_OPACITY: f32 = 0.6;
 
 /// Height of a unit, as a share of the height of its number.
 const UNIT_SHARE: f32 = 0.57;

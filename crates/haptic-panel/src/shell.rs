@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::View;
 use crate::page::Page;
-use crate::{closing, note, page_row, pages, scene, stop_button, subject, timing_panel, top_bar};
+use crate::{closing, note, page_row, pages, scene, stop_button, subject, theme, timing_panel, top_bar};
 use egui::{Panel, Ui};
 use std::time::Instant;
 
@@ -21,7 +21,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         ui.ctx().request_repaint_after(wait);
     }
     let had_keyboard = ui.memory(egui::Memory::focused);
-    // Before any widget: a text field would take the space, and a focused button would be clicked by it.
+    // Before any widget: a focused button would be clicked by the space.
     let mut stop = stop_button::take_keys(ui);
     let is_at_recording = model.is_at_recording();
     Panel::top("top bar").show(ui, |ui| {
@@ -42,11 +42,16 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     if model.is_connected() {
         scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
     }
+    note::take_key(ui, model);
     pages::take_marker_key(ui, model, &mut intents);
-    note::show(ui, model, stop, &mut intents);
+    note::show(ui, model, &mut intents);
     take_dropped_file(ui, &mut model.view, &mut intents);
     closing::take_wish(ui, model);
     Panel::top("pages").show(ui, |ui| page_row::show(ui, model, &mut intents));
+    if model.daemon.silence().is_some() && !model.view.shows_recording(&model.tapes) {
+        // What follows shows the rig as it was. It can still be used.
+        ui.multiply_opacity(theme::STALE_OPACITY);
+    }
     if model.daemon.was_connected {
         let Model { daemon, tapes, view } = &mut *model;
         Panel::bottom("timing").show(ui, |ui| {

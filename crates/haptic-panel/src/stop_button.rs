@@ -1,4 +1,4 @@
-//! Stop: a button that is always visible, and two keys that work at any focus.
+//! Stop: a button that is always visible, and two keys: Escape stops always, and Space where no text is typed.
 
 use crate::model::daemon::Daemon;
 use crate::model::stop::{StopReport, is_halted};
@@ -8,27 +8,32 @@ use haptic_ipc::RigState;
 
 pub(crate) const SIZE: egui::Vec2 = vec2(168.0, 52.0);
 
-/// Whether an event is a press of Space or Escape. A key that is held down is one stop.
-#[must_use]
-pub fn is_stop_key(event: &Event) -> bool {
+/// Whether an event is a press of Escape, or of Space unless that is typed. A key that is held down is one stop.
+pub(crate) fn is_stop_key(event: &Event, is_typing: bool) -> bool {
     let Event::Key {
         key, pressed, repeat, ..
     } = event
     else {
         return false;
     };
-    matches!(key, Key::Space | Key::Escape) && *pressed && !*repeat
+    let stops = match key {
+        Key::Space => !is_typing,
+        key => *key == Key::Escape,
+    };
+    stops && *pressed && !*repeat
 }
 
-/// Removes Space and Escape from the input of every widget; returns whether one of them was pressed.
+/// Removes Space and Escape from the input of every widget; returns whether one of them stops. In a text field Space
+/// is typed.
 pub(crate) fn take_keys(ui: &Ui) -> bool {
+    let is_typing = ui.ctx().text_edit_focused();
     ui.input_mut(|input| {
         let mut stop = false;
         input.events.retain(|event| {
-            stop |= is_stop_key(event);
+            stop |= is_stop_key(event, is_typing);
             match event {
                 Event::Key { key, .. } => !matches!(key, Key::Space | Key::Escape),
-                Event::Text(text) => text != " ",
+                Event::Text(text) => is_typing || text != " ",
                 _ => true,
             }
         });
@@ -40,16 +45,16 @@ pub(crate) fn take_keys(ui: &Ui) -> bool {
 pub(crate) fn show(ui: &mut Ui, daemon: &Daemon) -> bool {
     let palette = Palette::of(ui);
     let is_reachable = daemon.is_connected();
-    let hint = if is_reachable {
-        "Space or Escape"
-    } else {
-        "cannot reach the daemon"
+    let hint = match is_reachable {
+        true if ui.ctx().text_edit_focused() => "Esc stops",
+        true => "Space or Escape",
+        false => "cannot reach the daemon",
     };
     let fill = if is_reachable { palette.halt } else { palette.rest };
     let button = ui
         .add_sized(SIZE, Button::new("").fill(fill))
         .accessible_name("Stop")
-        .on_hover_text("Zero force at once. Space and Escape do the same, whatever has the focus.");
+        .on_hover_text("Zero force at once. Escape does the same, and Space unless you type in a text field.");
     // A button has one line of text; this one needs two.
     for (text, size, y) in [("Stop", 22.0, -8.0), (hint, 12.0, 14.0)] {
         let at = button.rect.center() + vec2(0.0, y);

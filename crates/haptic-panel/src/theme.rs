@@ -103,6 +103,9 @@ impl Palette {
     }
 }
 
+/// Opacity of what is not of now.
+pub(crate) const STALE_OPACITY: f32 = 0.6;
+
 /// The colour behind everything: the window is cleared to it. Clearing is a tenth of the cost of painting the same
 /// pixels where there is no graphics card, so the panels have no fill of their own.
 #[must_use]

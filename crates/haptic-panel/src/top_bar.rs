@@ -103,15 +103,23 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon) {
 
 fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
     let palette = Palette::of(ui);
+    let is_silent = daemon.silence().is_some();
+    let last: String;
     let (badge, fill) = match (&daemon.link, daemon.rig()) {
         (Link::Connecting { .. }, _) => ("Connecting", palette.caution),
         (Link::Lost { .. }, _) if !daemon.was_connected => ("No daemon", palette.rest),
         (Link::Lost { .. }, _) => ("Not connected", palette.halt),
         (Link::Connected { .. }, None) => ("Connected", palette.rest),
+        (Link::Connected { .. }, Some(rig)) if is_silent => {
+            last = format!("{}, last", describe(rig.state));
+            (last.as_str(), palette.rest)
+        }
         (Link::Connected { .. }, Some(rig)) => (describe(rig.state), palette.state(rig.state)),
     };
     show_badge(ui, badge, fill);
-    show_commands(ui, daemon.rig().map(|rig| rig.state), intents);
+    // A command to a daemon that hangs would surprise the hand when it goes on.
+    let state = daemon.rig().map(|rig| rig.state).filter(|_| !is_silent);
+    show_commands(ui, state, intents);
     let (first, second, hint) = match &daemon.link {
         Link::Connected { path, server } => {
             let hint = path.display().to_string();

@@ -47,6 +47,8 @@ pub enum Update {
     Journal(Result<LogReply, WireError>),
     /// The state of rig and daemon; requested once a second.
     Status(Result<Box<Status>, WireError>),
+    /// The time for which the daemon has sent no sample, told again and again; zero when samples come again.
+    NoSample(Duration),
     /// An event of a subscribed topic.
     Event(Event),
     /// The daemon has carried out an intent, or refused it.

@@ -3,6 +3,7 @@
 use super::asker::Job;
 use super::follow::Follow;
 use super::shared::{Asked, Patience, Shared};
+use super::silence::Silence;
 use crate::intent::{BATCH_MS, Intent};
 use crate::recorder::Recorder;
 use crate::stop_path::{Guide, Stops};
@@ -16,6 +17,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
+use std::time::Instant;
 
 /// Entries of the journal that the panel asks for at first.
 const PAST_CHANGES: usize = 20;
@@ -122,9 +124,6 @@ impl Listener {
         };
         let hello = client.hello().clone();
         let (sender, mut receiver) = client.split();
-        if let Err(error) = receiver.set_timeout(Some(self.patience.silence)) {
-            return error.into();
-        }
         self.conversation += 1;
         self.is_connected = true;
         let lost = (|| -> Result<Infallible, End> {
@@ -140,10 +139,14 @@ impl Listener {
             self.study.hear(&connected);
             self.updates.send(connected)?;
             self.guide.lead_to(path.to_path_buf(), true);
+            let mut silence = Silence::new(Instant::now());
             loop {
-                if let Some(update) = self.next(&mut receiver)? {
+                if let Some(update) = self.next(&mut receiver, &mut silence)? {
                     self.study.hear(&update);
                     self.updates.send(update)?;
+                }
+                if let Some(lasts) = silence.news(Instant::now()) {
+                    self.updates.send(Update::NoSample(lasts))?;
                 }
             }
         })();
@@ -165,8 +168,15 @@ impl Listener {
         });
     }
 
-    fn next(&mut self, receiver: &mut Receiver) -> Result<Option<Update>, End> {
-        match receiver.receive() {
+    fn next(&mut self, receiver: &mut Receiver, silence: &mut Silence) -> Result<Option<Update>, End> {
+        let longest = self.patience.silence;
+        receiver.set_timeout(Some(silence.wait(Instant::now()).min(longest)))?;
+        let received = receiver.receive();
+        let now = Instant::now();
+        if !matches!(received, Err(ClientError::Io(_))) {
+            silence.hear(matches!(received, Ok(ServerLine::Event(Event::Samples(_)))), now);
+        }
+        match received {
             Ok(ServerLine::Event(event)) => {
                 self.recorder.keep(&event);
                 match &event {
@@ -201,8 +211,11 @@ impl Listener {
             Err(ClientError::Io(error))
                 if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) =>
             {
-                let silence = self.patience.silence.as_secs_f64();
-                Err(End::Lost(format!("the daemon said nothing for {silence} s")))
+                if silence.since_line(now) < longest {
+                    return Ok(None);
+                }
+                let longest = longest.as_secs_f64();
+                Err(End::Lost(format!("the daemon said nothing for {longest} s")))
             }
             Err(error) => Err(error.into()),
         }

@@ -12,6 +12,7 @@ mod asker;
 mod follow;
 mod listener;
 mod shared;
+mod silence;
 
 pub use shared::Patience;
 

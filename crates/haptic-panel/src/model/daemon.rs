@@ -6,6 +6,7 @@ use crate::update::{Answer, StopNews};
 use haptic_ipc::{RigState, ServoSetup, Status, Timing, WireError};
 use haptic_recording::{Metadata, recorded_by};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// What the panel knows of the daemon and its rig.
 #[derive(Debug, Default)]
@@ -25,6 +26,8 @@ pub(crate) struct Daemon {
     pub(crate) stop: StopReport,
     /// Why the daemon refused to engage, release or reset.
     refusal: Option<String>,
+    /// Time for which it has sent no sample, once that is too long; else zero.
+    pub(crate) no_sample_for: Duration,
 }
 
 /// The connection to the daemon.
@@ -53,7 +56,7 @@ pub(crate) struct Rig {
 /// Why numbers are not of now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Staleness {
-    /// There is no rig, or no daemon: they are the last that came.
+    /// There is no rig, or no daemon, or it hangs: they are the last that came.
     Gone,
     /// A fault: the rig may measure no more.
     Faulted,
@@ -79,8 +82,16 @@ impl Daemon {
         self.rig.as_ref().filter(|_| self.is_connected())
     }
 
+    /// Time for which a daemon that is connected has sent no sample, if that is too long: nobody knows what the rig does.
+    pub(crate) fn silence(&self) -> Option<Duration> {
+        Some(self.no_sample_for).filter(|lasts| !lasts.is_zero() && self.is_connected())
+    }
+
     /// Why the numbers of the rig are not of now.
     pub(crate) fn staleness(&self) -> Option<Staleness> {
+        if self.silence().is_some() {
+            return Some(Staleness::Gone);
+        }
         match self.rig().map(|rig| rig.state) {
             None | Some(RigState::Disconnected) => Some(Staleness::Gone),
             Some(RigState::Faulted) => Some(Staleness::Faulted),
@@ -115,6 +126,7 @@ impl Daemon {
     pub(crate) fn lose_connection(&mut self, link: Link) {
         self.link = link;
         self.refusal = None;
+        self.no_sample_for = Duration::ZERO;
         self.stop.lose_connection();
     }
 

@@ -68,6 +68,9 @@ impl Model {
                 daemon.connect(Link::Connected { path, server });
                 view.tuning.forget();
                 view.fitting.lose_daemon();
+                if let Some(note) = &mut view.note {
+                    note.tick = None;
+                }
                 self.tapes.end_live();
             }
             Update::Disconnected { path, reason } => {
@@ -111,6 +114,7 @@ impl Model {
                 }
             }
             Update::Stop(news) => daemon.take_stop(news),
+            Update::NoSample(lasts) => daemon.no_sample_for = lasts,
             Update::Busy(what) => view.file_notice = Some(Notice::new(Ok(what))),
             Update::Reading { path, share } => view.reading = Some(Reading { path, share }),
             Update::DialogClosed(outcome) => view.close_dialog(outcome),

@@ -133,7 +133,13 @@ impl Studying {
             }
             StudyNews::Subject(rows) => self.rows = rows,
             StudyNews::Row(row) => self.rows.push(row),
-            StudyNews::Noted(outcome) => self.report = Some(Notice::new(outcome)),
+            StudyNews::Noted { text, outcome } => {
+                if outcome.is_err() {
+                    // It goes back to its field, before what was typed since.
+                    self.note = format!("{text} {}", self.note).trim().to_owned();
+                }
+                self.report = Some(Notice::new(outcome));
+            }
             StudyNews::Failed(why) => (self.report, self.is_asked) = (Some(Notice::new(Err(why))), false),
             StudyNews::Closed => {
                 (self.state, self.is_asked) = (None, false);

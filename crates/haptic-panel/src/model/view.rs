@@ -64,11 +64,11 @@ pub(crate) struct Reading {
 /// A note on a moment of the rig.
 #[derive(Debug)]
 pub(crate) struct NoteField {
-    /// The moment.
-    pub(crate) tick: u64,
+    /// The moment; that of Enter where another daemon has come since.
+    pub(crate) tick: Option<u64>,
     pub(crate) text: String,
-    /// It was not drawn yet.
-    pub(crate) is_new: bool,
+    /// Its key was pressed since it was drawn.
+    pub(crate) wants_keyboard: bool,
 }
 
 /// Whether the window is about to close.
@@ -218,7 +218,8 @@ impl View {
         self.file_notice = Some(Notice::new(Err(why)));
     }
 
-    fn shows_recording(&self, tapes: &Tapes) -> bool {
+    /// Whether the plots on the page are those of an opened recording.
+    pub(crate) fn shows_recording(&self, tapes: &Tapes) -> bool {
         self.page == Page::Record && tapes.opened().is_some()
     }
 }

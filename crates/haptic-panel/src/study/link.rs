@@ -108,13 +108,24 @@ impl StudyLink {
             return;
         }
         let ends = command == StudyCommand::Close;
+        let note = match &command {
+            StudyCommand::Note(text) => Some(text.clone()),
+            _ => None,
+        };
         let is_queued = slot.enqueue(Job::Command(command));
         if ends {
             slot.jobs = None;
         }
         drop(slot);
         if !is_queued && !ends {
-            self.report(StudyNews::Failed("The study's disk does not keep up".to_owned()));
+            let why = "The study's disk does not keep up".to_owned();
+            self.report(match note {
+                Some(text) => StudyNews::Noted {
+                    text,
+                    outcome: Err(why),
+                },
+                None => StudyNews::Failed(why),
+            });
         }
     }
 

@@ -120,8 +120,13 @@ pub enum StudyNews {
     State(Box<StudyState>),
     /// A trial is on the disk.
     Row(StudyRow),
-    /// A note is on the disk, or why not.
-    Noted(Result<String, String>),
+    /// What became of a note.
+    Noted {
+        /// The note.
+        text: String,
+        /// Where it is on the disk, or why not.
+        outcome: Result<String, String>,
+    },
     /// A study cannot be made, opened or gone on with.
     Failed(String),
     /// It is closed.

@@ -140,7 +140,7 @@ impl SessionThread {
                     conductor.pause();
                 }
             }
-            StudyCommand::Note(text) => self.note(&text),
+            StudyCommand::Note(text) => self.note(text),
         }
         true
     }
@@ -266,13 +266,18 @@ impl SessionThread {
         }
     }
 
-    fn note(&self, text: &str) {
-        let Some(study) = &self.study else { return };
-        let subject = study.subjects.get(self.subject);
-        let code = subject.map_or("", |subject| &subject.code);
-        let noted = store::note(&study.folder, code, self.screen.newest_tick(), text);
-        let noted = noted.map(|path| format!("Noted in {}", path.display()));
-        self.report(StudyNews::Noted(noted.map_err(|error| error.to_string())));
+    fn note(&self, text: String) {
+        let outcome = match &self.study {
+            None => Err("No study is open".to_owned()),
+            Some(study) => {
+                let subject = study.subjects.get(self.subject);
+                let code = subject.map_or("", |subject| &subject.code);
+                let noted = store::note(&study.folder, code, self.screen.newest_tick(), &text);
+                let noted = noted.map(|path| format!("Noted in {}", path.display()));
+                noted.map_err(|error| error.to_string())
+            }
+        };
+        self.report(StudyNews::Noted { text, outcome });
     }
 
     /// Shows the subject and the experimenter where the study is. Most samples change nothing of it.

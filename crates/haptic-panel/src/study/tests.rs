@@ -439,11 +439,17 @@ fn a_study_that_is_closed_gives_the_rig_back_and_is_gone_on_with() {
     loop {
         match daemon.updates.recv_timeout(PATIENCE).expect("news") {
             Update::Study(StudyNews::Closed) => break,
-            Update::Study(StudyNews::Noted(outcome)) => noted = outcome.is_ok(),
+            Update::Study(StudyNews::Noted { outcome, .. }) => noted = outcome.is_ok(),
             _ => {}
         }
     }
     assert!(noted);
+    let text = "late".to_owned();
+    daemon.link.command(StudyCommand::Note(text.clone()));
+    let news = daemon.updates.recv_timeout(PATIENCE).expect("news");
+    let is_given_back =
+        matches!(&news, Update::Study(StudyNews::Noted { text: given, outcome: Err(_) }) if *given == text);
+    assert!(is_given_back, "{news:?}");
     let asked: Vec<Intent> = daemon.intents.try_iter().collect();
     assert!(
         asked.ends_with(&[Intent::Lease { timeout_ms: 0 }, Intent::Stream { batch_ms: 34 }]),

@@ -99,6 +99,29 @@ fn a_daemon_that_falls_silent_is_given_up() {
     assert!(reason.contains("said nothing"), "{reason}");
 }
 
+// hazard: H28
+#[test]
+fn a_daemon_that_sends_no_sample_is_told_of_until_it_does() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    let told = |update| match update {
+        Update::NoSample(lasts) => Some(lasts),
+        Update::Disconnected { reason, .. } if reason.contains("said nothing") => panic!("{reason}"),
+        _ => None,
+    };
+    let long = Duration::from_millis(300);
+    for _ in 0..2 {
+        // Whatever else it says.
+        daemon.report(&of_revision(1));
+        let first = bench.until(told);
+        assert!(first >= long && bench.until(told) > first);
+        daemon.say(r#"{"event":"samples","seq":0,"dropped":0,"rows":[]}"#);
+        bench.until(|update| told(update).filter(Duration::is_zero));
+    }
+}
+
 #[test]
 fn the_adviser_is_asked_about_every_new_scene_but_not_while_it_has_yet_to_answer() {
     let bench = Bench::new();

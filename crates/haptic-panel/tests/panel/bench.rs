@@ -160,6 +160,34 @@ pub(crate) fn type_into(panel: &mut Panel, field: &str, text: &str) {
     panel.run();
 }
 
+/// Types a text as a keyboard does: a key goes down, gives its letter, and goes up.
+pub(crate) fn strike(panel: &mut Panel, text: &str) {
+    for letter in text.chars() {
+        strike_in_one_frame(panel, &letter.to_string());
+    }
+}
+
+/// The same, so quickly that no frame is drawn between two keys.
+pub(crate) fn strike_in_one_frame(panel: &mut Panel, text: &str) {
+    for letter in text.chars() {
+        let name = if letter == ' ' {
+            "Space".to_owned()
+        } else {
+            letter.to_uppercase().to_string()
+        };
+        let key = |pressed| egui::Event::Key {
+            key: Key::from_name(&name).expect("a key"),
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        };
+        let events = [key(true), egui::Event::Text(letter.to_string()), key(false)];
+        panel.input_mut().events.extend(events);
+    }
+    panel.run();
+}
+
 /// Runs frames for some seconds of the interface's clock.
 pub(crate) fn wait(panel: &mut Panel, seconds: f64) {
     let begin = panel.ctx.input(|input| input.time);

@@ -137,7 +137,10 @@ fn news() -> Vec<(&'static str, Update)> {
         ("a dialog", Update::DialogClosed(Err(long("there is no portal: ")))),
         (
             "a study's note",
-            Update::Study(StudyNews::Noted(Err(long("cannot be written: ")))),
+            Update::Study(StudyNews::Noted {
+                text: "late".to_owned(),
+                outcome: Err(long("cannot be written: ")),
+            }),
         ),
         (
             "a study's failure",

@@ -1,10 +1,14 @@
 //! Any signal in any plot, and what happened meanwhile above them.
 
-use crate::bench::{Panel, asked, connected, hear, press, press_item, type_into};
+use crate::bench::{
+    Panel, asked, connected, find_another_daemon, hear, lose_the_daemon, press, press_item, strike,
+    strike_in_one_frame, value_of,
+};
+use crate::files::going;
 use crate::metadata::metadata;
 use crate::plots::{csv_times, drag, feel, rows};
 use crate::scene::active_scene;
-use egui::{Key, OutputCommand};
+use egui::{Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::Queryable;
 use haptic_core::{Directional, Scene};
 use haptic_ipc::{Difference, Event, JournalEntry, Peer, RigState, StateChange, Value};
@@ -228,33 +232,72 @@ fn an_opened_recording_shows_what_its_marks_tell() {
     panel.get_by_label("Trouble: faulted: the device fell silent");
 }
 
+const NOTE: &str = "note on this moment";
+
+// hazard: H28
 #[test]
-fn a_note_is_taken_by_key_and_set_by_enter_and_a_stop_drops_it() {
+fn a_note_is_taken_by_key_typed_with_spaces_and_set_by_enter() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..2000, |_| 1.0));
-    let begin = |panel: &mut Panel| {
-        panel.key_press(Key::N);
+    // A marker has its key, too.
+    hear(&mut panel, going("/home/ada/r.mcap"));
+    for now in [2000, 3000] {
+        if now == 2000 {
+            strike(&mut panel, "nst");
+        } else {
+            strike_in_one_frame(&mut panel, "nst");
+        }
+        strike(&mut panel, "eel on m");
+        assert_eq!(value_of(&panel, NOTE), "steel on m");
+        // The moment is that of the key, whatever comes meanwhile.
+        feel(&mut panel, &rows(now..now + 1000, |_| 1.0));
+        panel.key_press(Key::Enter);
         panel.run();
-    };
-    begin(&mut panel);
-    // The moment is that of the key, whatever comes meanwhile.
-    feel(&mut panel, &rows(2000..3000, |_| 1.0));
-    panel.get_by_label("note on this moment").type_text("nice-and-sticky");
+        let text = "steel on m".to_owned();
+        let tick = u64::from(now) - 1;
+        assert_eq!(asked(&mut panel), [Intent::Marker { tick, text }]);
+        assert!(panel.query_all_by_label("Marker: steel on m").next().is_some());
+        assert!(panel.query_by_label(NOTE).is_none());
+    }
+    panel.key_press(Key::Space);
+    panel.step();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "the field is gone");
+}
+
+// hazard: H28
+#[test]
+fn no_stop_page_click_or_other_daemon_loses_a_note() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    strike(&mut panel, "n");
+    panel.key_press(Key::Escape);
     panel.run();
+    assert!(panel.query_by_label(NOTE).is_none(), "nothing was typed");
+    strike(&mut panel, "nsteel");
+    let losses: [fn(&mut Panel); 4] = [
+        |panel| panel.key_press(Key::Escape),
+        |panel| panel.get_by_label("Stop").click(),
+        |panel| panel.key_press_modifiers(Modifiers::COMMAND, Key::Num2),
+        |panel| {
+            lose_the_daemon(panel);
+            find_another_daemon(panel);
+        },
+    ];
+    for lose in losses {
+        lose(&mut panel);
+        panel.run();
+        assert_eq!(value_of(&panel, NOTE), "steel");
+    }
+    // Its moment was that of another daemon: it waits for a sample of this one.
+    strike(&mut panel, "n on");
     panel.key_press(Key::Enter);
     panel.run();
-    assert_eq!(asked(&mut panel), [], "nothing is recorded");
-    let flag = panel.get_by_label("Marker: nice-and-sticky").rect();
-    let plot = panel.get_by_label("Force plot").rect();
-    assert!(flag.center().x < plot.right() - 0.1 * plot.width(), "a second ago");
-    assert!(panel.query_by_label("note on this moment").is_none());
-    begin(&mut panel);
-    type_into(&mut panel, "note on this moment", "half");
-    panel.key_press(Key::Space);
+    assert_eq!(value_of(&panel, NOTE), "steel on");
+    feel(&mut panel, &rows(0..500, |_| 1.0));
+    panel.key_press(Key::Enter);
     panel.run();
-    assert_eq!(asked(&mut panel), [Intent::Stop]);
-    assert!(panel.query_by_label("note on this moment").is_none());
-    assert!(!svg(&panel).contains("half"));
+    assert!(panel.query_by_label(NOTE).is_none());
+    panel.get_by_label("Marker: steel on");
 }
 
 #[test]

@@ -1,13 +1,13 @@
 //! The rig: its state, its commands, its samples and its timing.
 
 use crate::bench::{
-    Panel, SOCKET, asked, connected, hear, in_state, is_enabled, lose_the_daemon, press, sample, state_event,
+    Panel, SOCKET, asked, at_page, connected, hear, in_state, is_enabled, lose_the_daemon, press, sample, state_event,
 };
 use crate::plots::{feel, rows, timing};
 use egui::{Key, Modifiers, ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable;
 use haptic_ipc::{Bucket, Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Sample, SamplesEvent, Timing};
-use haptic_panel::{Intent, Update};
+use haptic_panel::{Intent, Page, Update};
 use std::time::Duration;
 
 #[test]
@@ -189,6 +189,65 @@ fn is_vivid(panel: &mut Panel, text: &str) -> bool {
     let color = panel.output().shapes.iter().find_map(|shape| of_text(&shape.shape));
     let [red, green, blue, _] = color.expect("it is drawn").to_array();
     red.max(green).max(blue) - red.min(green).min(blue) > 40
+}
+
+/// The green of a rig with force on the hand.
+const GREEN: egui::Color32 = egui::Color32::from_rgb(0x1c, 0x7a, 0x46);
+
+/// Whether something is filled with a colour.
+fn is_filled(panel: &Panel, color: egui::Color32) -> bool {
+    let mut shapes = panel.output().shapes.iter();
+    shapes.any(|shape| matches!(&shape.shape, egui::Shape::Rect(shape) if shape.fill == color))
+}
+
+/// The opacity of a text that has the usual colour.
+fn opacity(panel: &Panel, text: &str) -> u8 {
+    let mut shapes = panel.output().shapes.iter();
+    let of_text = shapes.find_map(|shape| match &shape.shape {
+        egui::Shape::Text(shape) if shape.galley.text() == text => Some(shape.fallback_color.a()),
+        _ => None,
+    });
+    of_text.expect("it is drawn")
+}
+
+// hazard: H28
+#[test]
+fn a_daemon_without_samples_is_grey_on_every_page() {
+    for page in Page::ALL {
+        let mut panel = at_page(connected(RigState::Engaged), *page);
+        feel(&mut panel, &rows(0..2000, |_| 1.0));
+        hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(Vec::new())))));
+        let places = |panel: &Panel| ["Stop", "Tune page", "Overruns 0"].map(|label| panel.get_by_label(label).rect());
+        let before = places(&panel);
+        let is_live = |panel: &mut Panel| {
+            let is_live = panel.query_by_label("Engaged").is_some();
+            assert_eq!(is_filled(panel, GREEN), is_live, "{page:?}");
+            assert_eq!(opacity(panel, "Overruns 0") == 255, is_live, "{page:?}");
+            assert_eq!(is_enabled(panel, "Release"), is_live);
+            assert_eq!(panel.query_by_label("Engaged, last").is_none(), is_live);
+            assert_eq!(panel.query_by_label_contains("No sample for").is_none(), is_live);
+            if *page == Page::Tune {
+                assert_eq!(is_vivid(panel, "12.34"), is_live);
+                assert_eq!(panel.query_by_label("Device position, last").is_none(), is_live);
+            }
+            is_live
+        };
+        assert!(is_live(&mut panel));
+        hear(&mut panel, Update::NoSample(Duration::from_millis(2400)));
+        assert!(!is_live(&mut panel), "{page:?}");
+        panel.get_by_label_contains("No sample for 2.4 s");
+        assert_eq!(places(&panel), before, "nothing moves");
+        asked(&mut panel);
+        panel.key_press(Key::Space);
+        panel.step();
+        assert_eq!(asked(&mut panel), [Intent::Stop], "it is still sent");
+        hear(&mut panel, Update::NoSample(Duration::ZERO));
+        assert!(is_live(&mut panel), "{page:?}: samples come again");
+        hear(&mut panel, Update::NoSample(Duration::from_millis(300)));
+        lose_the_daemon(&mut panel);
+        assert!(panel.query_by_label_contains("No sample for").is_none());
+        panel.get_by_label("Not connected");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The pages of studies: what is typed, asked and shown, and the subject's window.
 
-use crate::bench::{Panel, asked, at_page, connected, hear, is_enabled, panel, press, type_into, value_of};
+use crate::bench::{Panel, asked, at_page, connected, hear, is_enabled, panel, press, strike, type_into, value_of};
 use crate::plots::{feel, rows};
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -164,10 +164,6 @@ fn an_open_study_turns_to_its_page_and_each_of_its_controls_asks_for_what_it_say
     }
     press(&mut panel, "Pause");
     assert_eq!(commands(&mut panel), [StudyCommand::Pause]);
-    let row = |cells: &[&str], void: Option<&str>| StudyRow {
-        cells: cells.iter().map(|cell| (*cell).to_owned()).collect(),
-        void: void.map(str::to_owned),
-    };
     tell(&mut panel, StudyNews::Row(row(&["7", "0.612"], None)));
     tell(&mut panel, StudyNews::Row(row(&[], Some("the rig is stopped"))));
     panel.get_by_label("0.612");
@@ -178,6 +174,43 @@ fn an_open_study_turns_to_its_page_and_each_of_its_controls_asks_for_what_it_say
     assert_eq!(panel.state().model.page(), Page::Task);
     tell(&mut panel, StudyNews::Closed);
     assert_eq!(value_of(&panel, "folder of the study"), "/home/ada/study");
+}
+
+// hazard: H28
+#[test]
+fn a_note_during_a_trial_stops_nothing_and_is_never_lost() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    tell(&mut panel, StudyNews::State(Box::new(state(Task::Fitts, running()))));
+    asked(&mut panel);
+    let note = "note on the study";
+    panel.get_by_label(note).focus();
+    panel.run();
+    strike(&mut panel, "steel ");
+    // The next trial begins meanwhile.
+    tell(&mut panel, StudyNews::Row(row(&["7", "0.612"], None)));
+    tell(&mut panel, StudyNews::State(Box::new(state(Task::Fitts, held()))));
+    strike(&mut panel, "on");
+    assert_eq!(value_of(&panel, note), "steel on");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let text = "steel on".to_owned();
+    assert_eq!(commands(&mut panel), [StudyCommand::Note(text.clone())]);
+    strike(&mut panel, "late");
+    let outcome = Err("no space left".to_owned());
+    tell(&mut panel, StudyNews::Noted { text, outcome });
+    panel.get_by_label("no space left");
+    assert_eq!(value_of(&panel, note), "steel on late");
+    tell(&mut panel, StudyNews::Closed);
+    tell(&mut panel, StudyNews::State(Box::new(state(Task::Fitts, held()))));
+    assert_eq!(value_of(&panel, note), "steel on late");
+}
+
+fn row(cells: &[&str], void: Option<&str>) -> StudyRow {
+    StudyRow {
+        cells: cells.iter().map(|cell| (*cell).to_owned()).collect(),
+        void: void.map(str::to_owned),
+    }
 }
 
 #[test]

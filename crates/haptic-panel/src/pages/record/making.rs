@@ -47,7 +47,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     });
     ui.horizontal(|ui| show_marker(ui, tapes, view, intents));
     let field = TextEdit::multiline(&mut view.recording_notes)
-        .hint_text("Notes for the next recording (Space is Stop; pasted text may have spaces)")
+        .hint_text("Notes for the next recording")
         .desired_rows(2)
         .desired_width(f32::INFINITY);
     ui.add(field).accessible_name("notes of the recording");

@@ -34,7 +34,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     ui.separator();
     ui.horizontal(|ui| {
         let field = TextEdit::singleline(&mut studying.note)
-            .hint_text("A note (Space is Stop; pasted text may have spaces)")
+            .hint_text("A note")
             .desired_width(ui.available_width() - 64.0);
         let field = ui.add(field).accessible_name("note on the study");
         let text = studying.note.trim().to_owned();
