@@ -166,7 +166,12 @@ impl App {
 
     /// Draws the panel, and carries out the intents of the user.
     pub fn show(&mut self, ui: &mut egui::Ui) {
+        // The outcome of a stop by key may be known before its frame: the stop of this frame is the same.
+        let outcome = self.stopped_by_key.then(|| self.model.daemon.stop.clone());
         let intents = shell::ui(ui, &mut self.model, Instant::now());
+        if let Some(outcome) = outcome {
+            self.model.daemon.stop = outcome;
+        }
         for intent in intents {
             self.carry_out(ui.ctx(), intent);
         }
@@ -222,6 +227,8 @@ impl App {
 mod tests {
     use super::*;
     use crate::connection::Patience;
+    use crate::model::stop::StopReport;
+    use crate::update::StopNews;
     use egui::{Event, Key, Modifiers, RawInput};
 
     fn press(key: Key, viewport_id: ViewportId) -> RawInput {
@@ -250,6 +257,23 @@ mod tests {
         // There is no graphics card for the fonts.
         output.textures_delta.clear();
         output
+    }
+
+    // hazard: H4
+    #[test]
+    fn a_stop_that_is_confirmed_before_its_frame_stays_so() {
+        let (mut app, ctx) = (app(), egui::Context::default());
+        let input = press(Key::Escape, ViewportId::ROOT);
+        app.take_keys(&input);
+        let result = Ok(haptic_ipc::StateReply {
+            state: haptic_ipc::RigState::Stopped,
+            tick: 9,
+        });
+        let after = Duration::from_millis(3);
+        app.hear(Update::Stop(StopNews::Answered { after, result }));
+        draw(&ctx, input, |ui| app.show(ui));
+        let told = &app.model.daemon.stop;
+        assert!(matches!(told, StopReport::Confirmed { tick: 9, .. }), "{told:?}");
     }
 
     // hazard: H28
