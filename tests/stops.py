@@ -124,7 +124,7 @@ class Bench:
             wait("an idle rig", lambda: client.status()["state"] == "idle")
         return process, client
 
-    def ctl(self, *arguments):
+    def ctl(self, *arguments, **options):
         done = subprocess.run(
             [self.binaries / "haptic-ctl", *map(str, arguments)],
             env=self.environment(),
@@ -132,6 +132,7 @@ class Bench:
             capture_output=True,
             text=True,
             timeout=LATEST_S,
+            **options,
         )
         return done.returncode, (done.stdout + done.stderr).strip()
 
@@ -419,6 +420,13 @@ def first_contact(bench):
     yield f"no daemon: exit {code}", code == 3
     code, said = bench.ctl("devices")
     yield f"devices without a daemon: exit {code}", code == 0
+    if os.getuid() == 0:
+        bench.daemon("fake", service="closed")
+        try:
+            code, said = bench.ctl("status", "--socket", bench.path / "closed/control.sock", user=65534, group=65534)
+            yield f"a directory that may not be entered: exit {code}", code == 4
+        except PermissionError:
+            print("   left out: nobody may not run the programs in this folder")
     log = bench.path / "log"
     with log.open("w") as out:
         bench.daemon(f"serial:{bench.path}/nowhere", idle=False, stderr=out, stdout=out)

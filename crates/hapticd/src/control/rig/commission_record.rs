@@ -121,8 +121,13 @@ impl Records {
         device: &ConnectedDevice,
         by: &Peer,
     ) -> Result<(), WireError> {
-        let known = self.of_this_rig(state_dir, device).await;
-        let record = known.map_err(|why| WireError::new(ErrorCode::NotCommissioned, why).about("rig"))?;
+        let record = self.of_this_rig(state_dir, device).await.map_err(|why| {
+            let message = format!(
+                "cannot take {} for a commissioned rig: {why}: run `haptic-ctl commission`",
+                device.rig.key
+            );
+            WireError::new(ErrorCode::NotCommissioned, message).about("rig")
+        })?;
         let origin = Origin::now(device, by);
         if origin.is_of_the_same(&record.origin) {
             self.taken_for_the_rig(device.connection);
@@ -164,8 +169,15 @@ mod tests {
     fn an_older_record_reads() {
         let text = "rig = \"serial-/dev/ttyACM0\"\nfirmware = \"mine 1.0\"\nreversed = false\nresolution_m = 1e-5\n\
                     step_m = 1e-5\nfriction_N = 0.8\ntime_unix_s = 1.0\nby = \"ada\"\n";
+        let origin = Origin {
+            force_limit_n: None,
+            sample_rate_hz: None,
+            watchdog_ms: None,
+            buttons: None,
+            ..origin()
+        };
         let record = Record {
-            origin: origin(),
+            origin,
             step_m: Some(1e-5),
             range_m: None,
             friction_n: Some(0.8),
