@@ -297,7 +297,8 @@ impl Reader {
 
     fn run(&self, line: &Line, code: i32) -> Result<(), String> {
         let text = format!("exec 2>&1; set -o pipefail; {}", line.command);
-        let limit = PATIENCE.as_secs().to_string();
+        // A study, or a soak, takes as long as the machine needs for it.
+        let limit = (5 * PATIENCE).as_secs().to_string();
         let mut shell = self.shell(&["timeout", &limit, "bash"], &text);
         let output = shell.stdin(Stdio::null()).output().expect("bash starts");
         let printed = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -50,6 +50,12 @@ pub(crate) fn count_missed(socket: &Path) {
     MISSED.set(MISSED.get() + missed(socket).unwrap_or(0));
 }
 
+/// Counts what the log of a daemon that has ended says of periods that it missed.
+pub fn count_logged(log: &str) {
+    let told = u64::try_from(log.matches(" missed periods").count()).unwrap_or(u64::MAX);
+    MISSED.set(MISSED.get() + told);
+}
+
 fn missed(socket: &Path) -> Option<u64> {
     let mut stream = UnixStream::connect(socket).ok()?;
     stream.set_read_timeout(Some(ANSWER_TIMEOUT)).ok()?;

@@ -33,12 +33,14 @@ fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
 
 /// Has the control thread of an engaged daemon hang in some way, and sees the rig let go of.
 fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) {
-    let mut rig = FakeRig::start(&[]);
+    // A busy machine keeps the commands back for a while as well.
+    let mut rig = FakeRig::start(&["--watchdog-ms", "5000"]);
     let directory = tempfile::tempdir().expect("a directory");
     let mut command = Command::new(binary("hapticd"));
     // Its own ramp is far too long for this.
     command.args(["--device", &rig.address()]);
-    command.args(["--uncommissioned", "--ramp-ms", "1000", "--control-timeout-ms", "250"]);
+    command.args(["--uncommissioned", "--allow-no-watchdog", "--stale-ms", "1000"]);
+    command.args(["--ramp-ms", "1000", "--control-timeout-ms", "250"]);
     let stdout = stdout.map_or_else(Stdio::null, Blocked::stdio);
     let daemon = Daemon::spawn_writing_to(command, &directory.path().join("control.sock"), stdout);
     let mut client = daemon.client();

@@ -69,8 +69,10 @@ fn log(client: &mut Client) -> Vec<JournalEntry> {
     reply.entries
 }
 
-/// Ticks ahead at which a change is rendered that a test waits for: no machine is slower to ask for it.
-const AHEAD: u64 = 3000;
+/// Ticks ahead at which the changes are rendered that a test waits for: no machine is slower to ask for them.
+fn ahead() -> u64 {
+    test_run::extent(3000, 15_000)
+}
 
 /// A subscriber to every tick up to a last revision, which tells in which tick each revision was first, where it saw the
 /// tick before as well: on a busy machine some are dropped.
@@ -114,7 +116,7 @@ fn a_staircase_is_rendered_tick_by_tick_beside_subscribers() {
         .collect();
     let ticks = |first: u64| (0..steps).map(move |step| first + STEP * step);
 
-    let first = status(&mut client).tick + AHEAD;
+    let first = status(&mut client).tick + ahead();
     let changes = ticks(first).zip(0..).map(|(tick, step)| at(tick, &[("M", mass(step))]));
     let scheduled: ScheduleReply = client
         .request(schedule(changes.collect(), "staircase", false))
@@ -126,7 +128,7 @@ fn a_staircase_is_rendered_tick_by_tick_beside_subscribers() {
     while status(&mut client).revision < 1 + steps {}
 
     // And the same a step a request.
-    let first = status(&mut client).tick + AHEAD;
+    let first = status(&mut client).tick + ahead();
     let answers: Vec<ChangeReply> = ticks(first)
         .zip(0..)
         .map(|(tick, step)| {
@@ -401,7 +403,7 @@ fn a_fault_and_an_unplugged_rig_take_a_schedule_back_and_the_next_one_is_rendere
             status.state == RigState::Idle
         });
         // Nothing of the old schedule keeps the next change from its tick.
-        let tick = status(&mut client).tick + AHEAD;
+        let tick = status(&mut client).tick + ahead();
         let reply: ChangeReply = client
             .request(set_at(tick, &[("M", 1.5)]))
             .expect("it is asked in time");

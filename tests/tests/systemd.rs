@@ -216,6 +216,7 @@ fn stopped_along_its_ramp() {
         last.extend(&batch.rows[from..]);
     }
     assert!(stop.wait().expect("it ends").success());
+    system_tests::count_logged(&machine.journal());
     let (first, end) = (last.first().expect("a ramp"), last.last().expect("a ramp"));
     // In any one tick the block may just slide back.
     let largest_n = last

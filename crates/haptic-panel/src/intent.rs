@@ -50,6 +50,8 @@ pub enum Intent {
     Stop,
     /// Clear a stop or a fault.
     Reset,
+    /// Say that the device is the rig that was commissioned.
+    SameRig,
     /// Change a parameter.
     Set {
         /// The parameter.
@@ -264,6 +266,7 @@ impl Intent {
             Self::Release => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
+            Self::SameRig => Request::CommissionConfirm {},
             Self::Set { target, value, merge } => Request::Set {
                 params: [(target.to_string(), *value)].into_iter().collect(),
                 merge: *merge,
@@ -358,6 +361,7 @@ impl fmt::Display for Intent {
             Self::Release => f.write_str("release"),
             Self::Stop => f.write_str("stop"),
             Self::Reset => f.write_str("reset"),
+            Self::SameRig => f.write_str("same rig"),
             Self::Set { target, value, .. } => write!(f, "set {target} = {value}"),
             Self::Load { what, .. } => write!(f, "load {what}"),
             Self::Undo => f.write_str("undo"),

@@ -151,7 +151,7 @@ pub enum Answer {
     /// To [`Intent::Set`], [`Intent::Load`], [`Intent::Try`], [`Intent::TrialScene`], [`Intent::Foresee`],
     /// [`Intent::Undo`], [`Intent::Redo`] and [`Intent::TakeBack`].
     Changed(ChangeReply),
-    /// To [`Intent::Engage`], [`Intent::Release`] and [`Intent::Reset`].
+    /// To [`Intent::Engage`], [`Intent::Release`], [`Intent::Reset`] and [`Intent::SameRig`].
     State(StateReply),
     /// To [`Intent::Lease`].
     Leased(LeaseReply),

@@ -151,11 +151,15 @@ impl Rig {
         Some(force.now_n)
     }
 
-    /// Engages until it pulls, however often the machine is too busy for that.
+    /// Engages until it pulls.
     pub(super) fn pull(&mut self) {
         let Self {
             client, fake, force, ..
         } = self;
+        // A clock that has lied is in doubt for a second.
+        wait_for(client, "a rig that may be engaged", |status| {
+            status.device.engage_refused.is_empty()
+        });
         pull_until(client, |status| match fake {
             Some(fake) => {
                 let now = fake.force();

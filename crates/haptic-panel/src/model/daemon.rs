@@ -3,7 +3,7 @@
 use super::scene::SceneFacts;
 use super::stop::StopReport;
 use crate::update::{Answer, StopNews};
-use haptic_ipc::{RigState, ServoSetup, Status, Timing, WireError};
+use haptic_ipc::{ErrorCode, RigState, ServoSetup, Status, Timing, WireError};
 use haptic_recording::{Metadata, recorded_by};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -25,7 +25,7 @@ pub(crate) struct Daemon {
     pub(crate) losses: Losses,
     pub(crate) stop: StopReport,
     /// Why the daemon refused to engage, release or reset.
-    refusal: Option<String>,
+    refusal: Option<WireError>,
     /// Time for which it has sent no sample, once that is too long; else zero.
     pub(crate) no_sample_for: Duration,
 }
@@ -108,7 +108,13 @@ impl Daemon {
 
     /// Why the daemon refused to engage, release or reset.
     pub(crate) fn refusal(&self) -> Option<&str> {
-        self.refusal.as_deref()
+        self.refusal.as_ref().map(|error| error.message.as_str())
+    }
+
+    /// Whether it refused because the device may be another than the one that was commissioned.
+    pub(crate) fn asks_for_same_rig(&self) -> bool {
+        let code = self.refusal.as_ref().map(|error| error.code);
+        code == Some(ErrorCode::MaybeAnotherRig)
     }
 
     /// Forgets what a former daemon stated; the outcome of a stop stays.
@@ -187,9 +193,12 @@ impl Daemon {
     /// Takes the answer to a command to the rig, except a stop.
     pub(crate) fn take_answer(&mut self, result: Result<Answer, WireError>) {
         match result {
-            Ok(Answer::State(reply)) => self.take_state(reply.state, None, reply.tick),
+            Ok(Answer::State(reply)) => {
+                self.refusal = None;
+                self.take_state(reply.state, None, reply.tick);
+            }
             Ok(_) => {}
-            Err(error) => self.refusal = Some(error.message),
+            Err(error) => self.refusal = Some(error),
         }
     }
 

@@ -6,8 +6,11 @@ use crate::bench::{
 use crate::plots::{feel, rows, timing};
 use egui::{Key, Modifiers, ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable;
-use haptic_ipc::{Bucket, Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Sample, SamplesEvent, Timing};
-use haptic_panel::{Intent, Page, Update};
+use haptic_ipc::{
+    Bucket, ErrorCode, Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Sample, SamplesEvent, StateReply, Timing,
+    WireError,
+};
+use haptic_panel::{Answer, Intent, Page, Update};
 use std::time::Duration;
 
 #[test]
@@ -31,6 +34,31 @@ fn an_engaged_rig_can_be_released_and_a_stopped_one_reset() {
     panel.get_by_label("Reset").click();
     panel.run();
     assert_eq!(asked(&mut panel), [Intent::Release, Intent::Reset]);
+}
+
+// hazard: H27
+#[test]
+fn a_rig_that_may_be_another_is_confirmed_by_a_button() {
+    let mut panel = connected(RigState::Idle);
+    let refused = Update::Answered {
+        intent: Intent::Engage,
+        result: Err(WireError::new(ErrorCode::MaybeAnotherRig, "it has no serial number")),
+    };
+    hear(&mut panel, refused);
+    panel.get_by_label("Refused: it has no serial number");
+    panel.get_by_label("Same rig").click();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::SameRig]);
+    let reply = StateReply {
+        state: RigState::Idle,
+        tick: 200,
+    };
+    let confirmed = Update::Answered {
+        intent: Intent::SameRig,
+        result: Ok(Answer::State(reply)),
+    };
+    hear(&mut panel, confirmed);
+    assert!(panel.query_by_label("Same rig").is_none() && is_enabled(&panel, "Engage"));
 }
 
 #[test]

@@ -242,8 +242,8 @@ fn not_the_commissioned_rig(device: &ConnectedDevice, known: CommissionState) ->
         remedy: remedy.to_owned(),
     };
     match known {
-        CommissionState::Commissioned { .. } => None,
-        CommissionState::InDoubt(why) => Some(blocker(
+        CommissionState::Commissioned { doubt: None, .. } => None,
+        CommissionState::Commissioned { doubt: Some(why), .. } => Some(blocker(
             ErrorCode::MaybeAnotherRig,
             format!("{rig} may be another than the one that was commissioned: {why}"),
             "run `haptic-ctl commission --check`, which gives its handle one push of at most 1 N; or, if you see that it \
@@ -389,7 +389,12 @@ mod tests {
         let found = |known| not_the_commissioned_rig(&device(1.0, Some(50)), known);
         let never = found(CommissionState::Not("it was never commissioned".to_owned())).expect("in the way");
         assert_eq!(never.error.code, ErrorCode::NotCommissioned);
-        let doubt = found(CommissionState::InDoubt("it has no serial number".to_owned())).expect("in the way");
+        let doubt = found(CommissionState::Commissioned {
+            range_m: None,
+            friction_n: None,
+            doubt: Some("it has no serial number".to_owned()),
+        })
+        .expect("in the way");
         assert_eq!(doubt.error.code, ErrorCode::MaybeAnotherRig);
         for (found, parts) in [
             (never, ["haptic-ctl commission", "--uncommissioned"]),

@@ -184,7 +184,8 @@ pub(crate) struct Socket {
     path: PathBuf,
     /// The file at the path, where it is this socket's.
     file: Cell<Option<FileId>>,
-    is_passed: bool,
+    /// Whether the service manager made that file.
+    is_passed: Cell<bool>,
     lock: RefCell<Lock>,
 }
 
@@ -235,7 +236,7 @@ impl Socket {
             access,
             path: path.to_path_buf(),
             file: Cell::new(FileId::of(path)),
-            is_passed,
+            is_passed: Cell::new(is_passed),
             lock: RefCell::new(lock),
         })
     }
@@ -288,6 +289,7 @@ impl Socket {
         }
         let listener = listen(&self.path, &self.access)?;
         self.file.set(FileId::of(&self.path));
+        self.is_passed.set(false);
         self.listener.replace(Rc::new(listener));
         self.bound_again.notify_one();
         Ok(())
@@ -330,7 +332,7 @@ impl Drop for Socket {
     fn drop(&mut self) {
         // The lock is still held, and both files are this daemon's own where they are those that it made.
         let lock = self.lock.borrow();
-        if !self.is_passed && self.file.get().is_some() && self.file.get() == FileId::of(&self.path) {
+        if !self.is_passed.get() && self.file.get().is_some() && self.file.get() == FileId::of(&self.path) {
             drop(std::fs::remove_file(&self.path));
         }
         if lock.is_in_place() {
@@ -443,5 +445,28 @@ impl Lock {
     fn is_in_place(&self) -> bool {
         let locked = self.file.metadata().ok();
         locked.is_some_and(|locked| FileId::of(&self.path) == Some(FileId::of_metadata(&locked)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // hazard: H24
+    #[tokio::test]
+    async fn a_passed_socket_that_was_removed_leaves_no_file_behind() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("control.sock");
+        let bind = |listener| Socket::bind(&path, Access::Owner, &mut InheritedSockets(vec![listener]));
+        let socket = bind(StdListener::bind(&path).expect("bound")).expect("taken");
+        drop(socket);
+        assert!(path.exists(), "it is the service manager's");
+        std::fs::remove_file(&path).expect("it is there");
+        let socket = bind(StdListener::bind(&path).expect("bound")).expect("taken");
+        std::fs::remove_file(&path).expect("it is there");
+        assert_eq!(socket.stay_reachable(), Ok(true));
+        assert!(path.exists(), "bound again");
+        drop(socket);
+        assert!(!path.exists(), "its own is left behind");
     }
 }

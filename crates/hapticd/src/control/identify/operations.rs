@@ -37,8 +37,10 @@ pub(in crate::control) async fn begin(
     admission::admit(rig, Purpose::Identification).await?;
     let known = rig.records().known(&rig.facts.state_dir, &device, false).await;
     let (known_m, friction_n) = match known {
-        CommissionState::Commissioned { range_m, friction_n } => (range_m, friction_n),
-        CommissionState::InDoubt(_) | CommissionState::Not(_) => (None, None),
+        CommissionState::Commissioned {
+            range_m, friction_n, ..
+        } => (range_m, friction_n),
+        CommissionState::Not(_) => (None, None),
     };
     let Some(range_m) = range_m.or(known_m) else {
         let message = "cannot identify: the range of the handle is not known: give `range_m`, or have `haptic-ctl \

@@ -34,9 +34,9 @@ pub(in crate::control) enum CommissionState {
         range_m: Option<f64>,
         /// Its friction, N.
         friction_n: Option<f64>,
+        /// Why it may yet be another rig, which nobody has denied of this connection.
+        doubt: Option<String>,
     },
-    /// Why it may be another rig, which nobody has denied of this connection.
-    InDoubt(String),
     /// Why it does not count as commissioned.
     Not(String),
 }
@@ -86,12 +86,10 @@ impl Records {
         };
         let known = match self.of_this_rig(state_dir, device).await {
             Err(why) => CommissionState::Not(why),
-            Ok(record) => match doubt(&record) {
-                Some(why) => CommissionState::InDoubt(why),
-                None => CommissionState::Commissioned {
-                    range_m: record.range_m,
-                    friction_n: record.friction_n,
-                },
+            Ok(record) => CommissionState::Commissioned {
+                range_m: record.range_m,
+                friction_n: record.friction_n,
+                doubt: doubt(&record),
             },
         };
         *self.cached.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
