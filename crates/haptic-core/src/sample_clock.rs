@@ -142,6 +142,17 @@ impl SampleClock {
         })
     }
 
+    /// Whether the sampling period bears a sample's stamps out: it may have come late, and its clock is right.
+    #[must_use]
+    pub fn is_borne_out(&self, stamp: Stamp) -> bool {
+        self.running.as_ref().is_some_and(|last| {
+            let device_ns = stamp.device_ns.saturating_sub(last.last_device_ns);
+            let steps = stamp.sequence.wrapping_sub(last.last_sequence);
+            let foretold_s = f64::from(steps) * self.period_s;
+            foretold_s > 0.0 && steps <= LONGEST_STEP && agree(seconds(device_ns), foretold_s)
+        })
+    }
+
     /// The time since the sample before, s; zero at the first.
     ///
     /// # Errors
@@ -492,6 +503,27 @@ mod tests {
             let elapsed = clock.elapsed_s(stamp(k, MS, late_ms * MS));
             assert!(elapsed.is_ok(), "{k}: {elapsed:?}");
         }
+    }
+
+    // hazard: H3
+    #[test]
+    fn a_sample_that_came_late_is_borne_out_by_its_sequence() {
+        let mut clock = SampleClock::new(20 * MS);
+        for k in 0..300 {
+            assert!(clock.elapsed_s(stamp(k, MS, 0)).is_ok(), "{k}");
+        }
+        let late = stamp(300, MS, 50 * MS);
+        assert!(clock.is_borne_out(late));
+        let wrong = Stamp {
+            device_ns: late.device_ns + 65 * MS,
+            ..late
+        };
+        assert!(!clock.is_borne_out(wrong));
+        assert_eq!(
+            clock.elapsed_s(late),
+            Err(ClockError::Jumped),
+            "for a hand it is wrong all the same"
+        );
     }
 
     #[test]

@@ -173,15 +173,23 @@ impl Sensing {
             sequence: sample.sequence,
             read_ns: now_ns,
         });
-        let elapsed = self.clock.elapsed_s(Stamp {
+        let stamp = Stamp {
             sequence: sample.sequence,
             device_ns: sample.time_ns,
             host_ns: now_ns,
-        });
+        };
+        // A sample that only came late says nothing of the device's clock.
+        let is_in_doubt = !live && !self.clock.is_borne_out(stamp);
+        let elapsed = self.clock.elapsed_s(stamp);
         let elapsed_s = match elapsed {
             Ok(elapsed_s) => elapsed_s,
             Err(error) if live => return Sensed::Faulty(Fault::DeviceClock(error)),
-            Err(error) => self.disregard_time(error, now_ns),
+            Err(error) => {
+                if is_in_doubt || error != ClockError::Jumped {
+                    self.clock_doubt.add(error, now_ns);
+                }
+                self.disregard_time()
+            }
         };
         let elapsed_s = if live && !first {
             let before = Motion {
@@ -224,8 +232,7 @@ impl Sensing {
 
     /// Without force nothing is made of a wrong time, s; with the next sample it begins again.
     #[cold]
-    fn disregard_time(&mut self, error: ClockError, now_ns: u64) -> f64 {
-        self.clock_doubt.add(error, now_ns);
+    fn disregard_time(&mut self) -> f64 {
         self.estimator.reset();
         0.0
     }
