@@ -232,9 +232,13 @@ def confirmed_is_what_the_device_said(bench):
             told = answer.get("error", {}).get("code", "ok")
             time.sleep(0.5)
             fault_told = (client.status().get("fault") or "none").split(":")[0]
-            yield f"{fault}: stop {told}, then fault {fault_told}", (told, fault_told) == (
-                "not_confirmed",
-                "still_enabled",
+            yield (
+                f"{fault}: stop {told}, then fault {fault_told}",
+                (told, fault_told)
+                == (
+                    "not_confirmed",
+                    "still_enabled",
+                ),
             )
 
 
@@ -314,14 +318,16 @@ def a_way_in(bench):
             finally:
                 over.set()
                 others.join()
-            what = f"{descriptors} descriptors, {idle} idle clients" if descriptors else f"{idle} clients that come again"
+            what = (
+                f"{descriptors} descriptors, {idle} idle clients" if descriptors else f"{idle} clients that come again"
+            )
             yield f"{what}: {heard} of 6 stops, the longest {longest_ms} ms with the start of haptic-ctl", heard == 6
     rig = bench.rig()
     _, client = bench.daemon(rig.address, "--uncommissioned")
     pulling(rig, client)
     (bench.path / "hapticd/control.sock").unlink()
     time.sleep(0.5)
-    code, said = bench.ctl("stop")
+    code, _ = bench.ctl("stop")
     reached = code == 0 or client.status()["state"] != "engaged"
     yield f"the socket was removed: stop exits {code}", reached
 
@@ -416,14 +422,14 @@ def panel(_bench):
 
 def first_contact(bench):
     """No daemon, a directory that may not be entered, a port that cannot be opened."""
-    code, said = bench.ctl("status")
+    code, _ = bench.ctl("status")
     yield f"no daemon: exit {code}", code == 3
-    code, said = bench.ctl("devices")
+    code, _ = bench.ctl("devices")
     yield f"devices without a daemon: exit {code}", code == 0
     if os.getuid() == 0:
         bench.daemon("fake", service="closed")
         try:
-            code, said = bench.ctl("status", "--socket", bench.path / "closed/control.sock", user=65534, group=65534)
+            code, _ = bench.ctl("status", "--socket", bench.path / "closed/control.sock", user=65534, group=65534)
             yield f"a directory that may not be entered: exit {code}", code == 4
         except PermissionError:
             print("   left out: nobody may not run the programs in this folder")
@@ -490,7 +496,9 @@ def times(binaries, stops):
     ]:
         with Bench(binaries) as bench:
             rig = bench.rig("--buttons", "1", *arguments)
-            _, client = bench.daemon(rig.address, "--uncommissioned", "--stop-button", "1", "--stale-ms", "100", *options)
+            _, client = bench.daemon(
+                rig.address, "--uncommissioned", "--stop-button", "1", "--stale-ms", "100", *options
+            )
             path = bench.path / "hapticd/control.sock"
             time.sleep(1.0)
             key = TopKey(bench)
