@@ -121,7 +121,7 @@ impl Sensing {
         self.step_s.max(self.clock.period_s())
     }
 
-    /// What is wrong with the device's clock, found while no force flowed.
+    /// What is wrong with the device's clock: it drifts or stands still, or jumps while no force flows.
     pub(super) fn clock_error(&self, now_ns: u64) -> Option<ClockError> {
         self.clock_doubt.error(now_ns)
     }
@@ -183,10 +183,12 @@ impl Sensing {
         let elapsed = self.clock.elapsed_s(stamp);
         let elapsed_s = match elapsed {
             Ok(elapsed_s) => elapsed_s,
-            Err(error) if live => return Sensed::Faulty(Fault::DeviceClock(error)),
             Err(error) => {
                 if is_in_doubt || error != ClockError::Jumped {
                     self.clock_doubt.add(error, now_ns);
+                }
+                if live {
+                    return Sensed::Faulty(Fault::DeviceClock(error));
                 }
                 self.disregard_time()
             }
