@@ -127,7 +127,7 @@ impl Servo {
         self.rig.fault()
     }
 
-    /// What is wrong with the device's clock, found while no force flowed.
+    /// What is wrong with the device's clock, for who wants to engage.
     #[must_use]
     pub fn clock_error(&self) -> Option<ClockError> {
         self.sensing.clock_error(self.now_ns)

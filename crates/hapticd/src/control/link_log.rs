@@ -128,7 +128,7 @@ impl LinkLog {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use device_io::link::{DeviceFacts, RigIdentity};
+    use crate::control::presence::tests::connected;
 
     fn refused(why: &str) -> LinkState {
         LinkState::Waiting(ConnectError::Refused {
@@ -182,18 +182,7 @@ mod tests {
 
     #[test]
     fn a_device_that_only_greets_does_not_fill_the_log() {
-        let connected = LinkState::Connected {
-            device: DeviceFacts {
-                firmware: "f".to_owned(),
-                force_limit_n: 1.0,
-                sample_rate_hz: 1000.0,
-                resolution_m: 1e-5,
-                watchdog_ms: Some(50),
-                buttons: 0,
-                rig: RigIdentity::default(),
-            },
-            connection: 1,
-        };
+        let connected = connected();
         let began = Instant::now();
         let mut log = LinkLog::default();
         let (mut told, mut withheld) = (0, Vec::new());

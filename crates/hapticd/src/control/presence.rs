@@ -71,12 +71,12 @@ impl Presence {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    #[test]
-    fn each_loss_and_each_return_is_told_once() {
-        let there = LinkState::Connected {
+    /// A link with a device.
+    pub(in crate::control) fn connected() -> LinkState {
+        LinkState::Connected {
             device: device_io::link::DeviceFacts {
                 firmware: "f".to_owned(),
                 force_limit_n: 1.0,
@@ -87,7 +87,12 @@ mod tests {
                 rig: device_io::link::RigIdentity::default(),
             },
             connection: 1,
-        };
+        }
+    }
+
+    #[test]
+    fn each_loss_and_each_return_is_told_once() {
+        let there = connected();
         let found = || Change::Found {
             firmware: "f".to_owned(),
         };

@@ -158,7 +158,8 @@ impl Server {
         }
     }
 
-    /// Sees to it that clients find the sockets. Where nobody can ask for a stop any more, no force may flow.
+    /// Sees to it that clients find the sockets, and that the log tells of the link. Where nobody can ask for a stop any
+    /// more, no force may flow.
     async fn stay_reachable(&self, rig: &RigHandle) {
         loop {
             rig.set_reachable(
@@ -168,6 +169,7 @@ impl Server {
             if let Some(watch) = &self.watch {
                 watch.stays_reachable("watchers stay away");
             }
+            rig.log_link();
             tokio::time::sleep(LOOK).await;
         }
     }

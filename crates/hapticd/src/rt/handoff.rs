@@ -412,7 +412,7 @@ impl Answers {
         self.clock_error.store(number, Ordering::Relaxed);
     }
 
-    /// What is wrong with the device's clock, found while no force flowed.
+    /// What is wrong with the device's clock, for who wants to engage.
     pub(crate) fn clock_error(&self) -> Option<ClockError> {
         let number = self.clock_error.load(Ordering::Relaxed);
         let errors = [ClockError::Jumped, ClockError::StoodStill, ClockError::Drifts];

@@ -30,10 +30,17 @@ impl RigHandle {
             }
             feed.send_entry(entry);
         }
-        if let Some(link) = &self.facts.link {
-            for line in link_log.lines(now, &link.state(), link.failed_attempts()) {
-                crate::log::say_at(Level::Warning, &line);
-            }
+    }
+
+    /// Writes to the log what is due about the link. It is looked at for that now and then, not with every request.
+    pub(crate) fn log_link(&self) {
+        let Some(link) = &self.facts.link else { return };
+        let lines = self
+            .link_log
+            .borrow_mut()
+            .lines(Instant::now(), &link.state(), link.failed_attempts());
+        for line in lines {
+            crate::log::say_at(Level::Warning, &line);
         }
     }
 

@@ -245,7 +245,7 @@ impl RigHandle {
         }
     }
 
-    /// What is wrong with the device's clock, found while no force flowed.
+    /// What is wrong with the device's clock, for who wants to engage.
     pub(crate) fn clock_error(&self) -> Option<ClockError> {
         self.shared.answers.clock_error()
     }
