@@ -39,6 +39,27 @@ pub fn firmware_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware")
 }
 
+/// Whether a device is as the protocol wants it, by the checker for writers of firmware; nothing,
+/// said aloud, where that cannot be run.
+pub fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
+    if !test_run::has(&["python3"]) {
+        return None;
+    }
+    let checked = Command::new("python3")
+        .arg(firmware_folder().join("check_rig.py"))
+        .arg(line)
+        .args(["--slow", "2"])
+        .args(arguments)
+        .output()
+        .expect("python3 starts");
+    println!(
+        "{}{}",
+        String::from_utf8_lossy(&checked.stdout),
+        String::from_utf8_lossy(&checked.stderr)
+    );
+    Some(checked.status.success())
+}
+
 /// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, in the short run and where the
 /// tools are missing.
 fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {

@@ -9,12 +9,9 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde_json::Value;
 use std::fs::File;
 use std::io::{Read, Write};
-use std::path::Path;
-use std::process::Command;
 use std::time::{Duration, Instant};
 use system_tests::PATIENCE;
-use system_tests::fake_rig::FakeRig;
-use system_tests::simulated_rig::{Encoder, SimulatedRig, WATCHDOG_S, firmware_folder, number};
+use system_tests::simulated_rig::{Encoder, SimulatedRig, WATCHDOG_S, conforms, number};
 
 const TMP: &str = env!("CARGO_TARGET_TMPDIR");
 /// Nobody holds the handle, so that nothing but the motor moves it.
@@ -158,27 +155,6 @@ fn pulling(encoder: Encoder) -> Option<(SimulatedRig, Host)> {
     Some((rig, host))
 }
 
-/// Whether a device is as the protocol wants it, by the checker for writers of firmware; nothing,
-/// said aloud, where that cannot be run.
-fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
-    if !test_run::has(&["python3"]) {
-        return None;
-    }
-    let checked = Command::new("python3")
-        .arg(firmware_folder().join("check_rig.py"))
-        .arg(line)
-        .args(["--slow", "2"])
-        .args(arguments)
-        .output()
-        .expect("python3 starts");
-    println!(
-        "{}{}",
-        String::from_utf8_lossy(&checked.stdout),
-        String::from_utf8_lossy(&checked.stderr)
-    );
-    Some(checked.status.success())
-}
-
 #[test]
 fn both_builds_pass_the_conformance_check() {
     for encoder in ENCODERS {
@@ -196,16 +172,6 @@ fn both_builds_pass_the_conformance_check() {
             "{stats}"
         );
     }
-}
-
-#[test]
-fn the_fake_rig_passes_the_same_check() {
-    if !test_run::is_long_for("the fake rig's times by the checker of firmwares") {
-        return;
-    }
-    let _one = crate::one_of_two();
-    let rig = FakeRig::start(&["--hand", "free"]);
-    assert_ne!(conforms(rig.link(), &["--push", "2"]), Some(false));
 }
 
 #[test]

@@ -5,7 +5,8 @@ use haptic_ipc::{LinkCounts, RigState};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::process::Command;
-use system_tests::simulated_rig::{Encoder, SimulatedRig, WATCHDOG_S, number};
+use system_tests::fake_rig::FakeRig;
+use system_tests::simulated_rig::{Encoder, SimulatedRig, WATCHDOG_S, conforms, number};
 use system_tests::{Daemon, binary, engage, status, timed, wait_for};
 
 const TMP: &str = env!("CARGO_TARGET_TMPDIR");
@@ -19,6 +20,15 @@ fn hapticd_renders_on_it_and_killed_leaves_no_force() {
     timed("the firmware as machine code in real time", || {
         rendered(Encoder::Quadrature, 20.0);
         rendered(Encoder::Magneto, 5.0);
+    });
+}
+
+#[test]
+fn the_fake_rig_passes_the_check_of_firmwares() {
+    let _alone = crate::alone();
+    timed("the fake rig's times by the checker of firmwares", || {
+        let rig = FakeRig::start(&["--hand", "free"]);
+        assert_ne!(conforms(rig.link(), &["--push", "2"]), Some(false));
     });
 }
 

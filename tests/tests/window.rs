@@ -444,9 +444,10 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     screen.act(&["key", "ctrl+z"]);
     mass(0.5);
 
-    // Half a number in a text field, where Space is typed, and the key that stops.
+    // Half a number in a text field, and the key that stops. (Space stops too where no frame is drawn for 300 ms, as on a
+    // busy machine: that it is typed otherwise is for the panel's own tests, which hand in a clock.)
     screen.click(MASS_FIELD);
-    screen.act(&["type", "9 "]);
+    screen.act(&["type", "9"]);
     assert_eq!(status(&mut client).state, RigState::Engaged);
     screen.act(&["key", "Escape"]);
     wait_for_state(&mut client, RigState::Stopped);
@@ -489,13 +490,13 @@ fn a_note_is_typed_and_a_daemon_that_hangs_is_grey() {
 
     screen.act(&["key", "n"]);
     screen.wait_until("the note's field", shows_note);
-    screen.act(&["type", "steel on m"]);
+    screen.act(&["type", "steel-on-m"]);
     screen.act(&["key", "Return"]);
     screen.wait_until("its end", |picture| !shows_note(picture));
-    assert_eq!(status(&mut client).state, RigState::Engaged, "Space was typed");
+    assert_eq!(status(&mut client).state, RigState::Engaged, "letters are typed");
     screen.act(&["key", "n"]);
     screen.wait_until("the note's field", shows_note);
-    screen.act(&["type", "steel on"]);
+    screen.act(&["type", "steel-on"]);
     screen.act(&["key", "Escape"]);
     wait_for_state(&mut client, RigState::Stopped);
     assert!(shows_note(&screen.picture()), "it is kept");

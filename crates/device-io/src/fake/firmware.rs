@@ -202,6 +202,12 @@ impl Firmware {
         }))
     }
 
+    /// Loses samples: what a busy computer kept it from taking a microcontroller would have taken, and its
+    /// sequence would have counted it.
+    pub fn lose(&mut self, samples: u32) {
+        self.sequence = self.sequence.wrapping_add(samples);
+    }
+
     /// Lives until a time, ns, and its watchdog with it.
     pub fn advance(&mut self, now_ns: u64) {
         let watchdog_ns = match self.properties.watchdog_ms {

@@ -208,8 +208,10 @@ impl Rig {
                 self.receive(&frame, now);
             }
             if now >= self.next_sample_ns {
-                // A sample that was missed is not made up for.
-                self.next_sample_ns += (1 + (now - self.next_sample_ns) / self.period_ns) * self.period_ns;
+                // Samples that were missed are lost on the way, and not made up for.
+                let missed = (now - self.next_sample_ns) / self.period_ns;
+                self.next_sample_ns += (1 + missed) * self.period_ns;
+                self.firmware.lose(u32::try_from(missed).unwrap_or(u32::MAX));
                 if !self.line.is_stalled(now) {
                     self.sample();
                 }
