@@ -178,10 +178,6 @@ impl Moving for Pulse {
     fn coupling_force(&self) -> f64 {
         0.0
     }
-
-    fn friction(&self) -> f64 {
-        0.0
-    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use crate::block::{BlockState, Coupling, EventSink, Rendered};
 use crate::bound_error::BoundError;
-use crate::contact::Contact;
+use crate::contact::{Contact, ContactMemory};
 use crate::directional::Directional;
 use crate::excitation::{Excitation, Follower};
 use crate::math::sqrt;
@@ -13,8 +13,8 @@ use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
 
-/// Greatest distance from the hand at which a block is re-seated when its coupling changes, m:
-/// farther, a soft coupling would pull steadily wherever the hand went.
+/// Greatest distance from the hand at which a block is re-seated when its coupling changes, m, unless it was
+/// farther away already: a soft coupling would pull steadily wherever the hand went.
 pub const FARTHEST_RESEAT_M: f64 = 0.02;
 
 /// A scene, ready to be rendered.
@@ -137,6 +137,10 @@ impl Renderer {
         if velocity == 0.0 {
             state.contact = self.surface.at_rest();
         }
+        if self.held.is_none() {
+            // What the hand itself slides on begins without force, too.
+            state.memory = ContactMemory::RESTED;
+        }
         self.set_state(state);
     }
 
@@ -172,79 +176,54 @@ impl Renderer {
     /// Takes over the motion of the renderer that this one replaces, so that the hand feels no
     /// jerk.
     ///
-    /// The block keeps its position, velocity and contact, but for what a stiffer grip would make a
-    /// kick of. Where the coupling itself changed, the block is re-seated so that the force in the
-    /// coupling, which is what the hand feels, stays as it was. A contact that gives way is
-    /// deflected so that its friction stays as it was. What the new scene cannot hold, as a
-    /// coupling too soft for the force within [`FARTHEST_RESEAT_M`], is a step of force, whose
-    /// value is returned, N (the old force less the new).
+    /// The block keeps its position and velocity, but for what a stiffer grip would make a kick of,
+    /// and its contact goes on with what it [remembers](crate::block::ContactMemory): its deflection, its slide, its rest.
+    /// Where the coupling itself changed, the block is re-seated so that the force in the coupling,
+    /// which is what the hand feels, stays as it was. What the new scene cannot hold, as a coupling
+    /// too soft for the force within [`FARTHEST_RESEAT_M`] or a friction that is another, is a step
+    /// of force, whose value is returned, N (the old force less the new).
     pub fn take_over(&mut self, old: &Self) -> f64 {
-        let state = old.state();
+        let (mut state, force) = (old.state(), old.surface.coupling_force());
         match (self.held, old.held) {
-            (Some(now), Some(was)) => self.take_over_block(state, old.surface.friction(), now, was),
-            (Some(now), None) => self.introduce_block(state, old.surface.coupling_force(), now),
-            (None, _) => {
-                self.set_state(state);
-                self.surface.seat(old.surface.coupling_force());
-                old.surface.coupling_force() - self.surface.coupling_force()
+            (Some((mass, now)), Some((old_mass, was))) => {
+                let before = state;
+                // In a stiffer grip, or with more mass, the same motion against the hand would make a
+                // larger force, |v - w| sqrt(B^2 + K M): it is slowed to what it would have come to. A
+                // stuck block does not move, and is pulled as the new grip pulls.
+                let impedance = |held: Coupling, mass: f64| sqrt(held.damping * held.damping + held.stiffness * mass);
+                let share = impedance(was, old_mass) / impedance(now, mass);
+                if matches!(state.contact, Contact::Sliding(_)) && share < 1.0 {
+                    state.velocity = state.device_velocity + (state.velocity - state.device_velocity) * share;
+                }
+                if now != was || state.velocity != before.velocity {
+                    let farthest = FARTHEST_RESEAT_M.max((state.device_position - state.position).abs());
+                    state.position = seat(&state, now, force, farthest);
+                }
             }
-        }
-    }
-
-    /// One block takes over from another.
-    fn take_over_block(&mut self, old: BlockState, friction: f64, now: (f64, Coupling), was: (f64, Coupling)) -> f64 {
-        let mut state = old;
-        let ((mass, now), (old_mass, was)) = (now, was);
-        let mut step = 0.0;
-        // In a stiffer grip, or with more mass, the same motion against the hand would swing to a
-        // larger force, |v - w| sqrt(K M): it is slowed to what it would have come to. A stuck
-        // block does not move, and is pulled as the new grip pulls.
-        let swing = (was.stiffness * old_mass) / (now.stiffness * mass);
-        if matches!(state.contact, Contact::Sliding(_)) && swing < 1.0 {
-            state.velocity = state.device_velocity + (state.velocity - state.device_velocity) * sqrt(swing);
-        }
-        if now != was || state.velocity != old.velocity {
-            let force = was.force(&old);
-            let damped = now.damping * (state.device_velocity - state.velocity);
-            (state.position, step) = seat_block(&state, now, force, damped);
+            (Some((_, now)), None) => {
+                // At rest on a surface that stuck, and moving with the hand on one that slid.
+                state.velocity = match state.contact {
+                    Contact::Stuck => 0.0,
+                    Contact::Sliding(_) => state.device_velocity,
+                };
+                state.position = seat(&state, now, force, FARTHEST_RESEAT_M);
+            }
+            // What holds, holds what the hand felt.
+            (None, Some(_)) if state.memory.slide.is_none() => state.memory.force = force,
+            (None, _) => {}
         }
         self.set_state(state);
-        self.surface.seat(friction);
-        step
-    }
-
-    /// A block comes in where there was none: at rest on a surface that stuck, and moving with the
-    /// hand on one that slid.
-    fn introduce_block(&mut self, old: BlockState, force: f64, (_, now): (f64, Coupling)) -> f64 {
-        let mut state = BlockState {
-            velocity: match old.contact {
-                Contact::Stuck => 0.0,
-                Contact::Sliding(_) => old.device_velocity,
-            },
-            ..old
-        };
-        let damped = now.damping * (state.device_velocity - state.velocity);
-        let step;
-        (state.position, step) = seat_block(&state, now, force, damped);
-        self.set_state(state);
-        self.surface.seat(force);
-        step
+        force - self.surface.coupling_force()
     }
 }
 
-/// Where a block is put so that its coupling gives `force`, of which `damped` comes from the
-/// damper, and the force that is missing then.
-fn seat_block(state: &BlockState, now: Coupling, force: f64, damped: f64) -> (f64, f64) {
-    let deflection = if now.stiffness > 0.0 {
-        ((force - damped) / now.stiffness).clamp(-FARTHEST_RESEAT_M, FARTHEST_RESEAT_M)
-    } else {
-        state.device_position - state.position
-    };
-    let stays = deflection.abs() < FARTHEST_RESEAT_M && now.stiffness > 0.0;
-    let step = if stays {
-        0.0
-    } else {
-        force - damped - now.stiffness * deflection
-    };
-    (state.device_position - deflection, step)
+/// Where a block is put so that its coupling gives `force`, N, or as near to it as it comes within a distance of the
+/// hand, m.
+fn seat(state: &BlockState, now: Coupling, force: f64, farthest: f64) -> f64 {
+    if now.stiffness == 0.0 {
+        return state.position;
+    }
+    let damped = now.damping * (state.device_velocity - state.velocity);
+    let deflection = (force - damped) / now.stiffness;
+    state.device_position - deflection.clamp(-farthest, farthest)
 }

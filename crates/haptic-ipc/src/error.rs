@@ -39,7 +39,7 @@ pub enum ErrorCode {
     LawForbids,
     /// A block without a coupling, or the other way round.
     BlockAndCoupling,
-    /// The block would oscillate too fast for the loop's rate.
+    /// The block would oscillate or settle too fast for the loop's rate.
     TooFastForRate,
     /// The rig is stopped, by a person: reset it first.
     Stopped,
@@ -212,6 +212,9 @@ impl From<SceneError> for WireError {
             SceneError::TooFast { radians, limit, .. } => Self::new(ErrorCode::TooFastForRate, message)
                 .about("mass")
                 .within(radians, 0.0, limit, "rad"),
+            SceneError::TooDamped { decays, limit, .. } => Self::new(ErrorCode::TooFastForRate, message)
+                .about("mass")
+                .within(decays, 0.0, limit, "1"),
             SceneError::NotApplicable { param, .. } => {
                 Self::new(ErrorCode::NotApplicable, message).about(param.to_string())
             }

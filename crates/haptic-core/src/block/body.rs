@@ -31,7 +31,6 @@ impl Coupling {
     /// The force on a block, N: `K (p - x) + B (v - w)`.
     #[must_use]
     pub fn force(&self, state: &BlockState) -> f64 {
-        self.stiffness * (state.device_position - state.position)
-            + self.damping * (state.device_velocity - state.velocity)
+        self.stiffness * state.deflection() + self.damping * (state.device_velocity - state.velocity)
     }
 }

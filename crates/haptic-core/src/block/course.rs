@@ -158,7 +158,6 @@ fn in_pieces<B: PiecewiseBlock>(
     sink: &mut (impl EventSink + ?Sized),
 ) -> Rendered {
     let mut course = Course::new(block.coupled(), elapsed_s, load, block.budget(elapsed_s));
-    let start = block.coupled().state.position;
     while course.time < elapsed_s {
         let then = if course.is_exhausted() {
             Outcome::Exhausted
@@ -178,7 +177,7 @@ fn in_pieces<B: PiecewiseBlock>(
             }
         }
     }
-    block.coupled_mut().state.position = start + course.moved;
+    block.coupled_mut().state.advance(course.moved);
     course.rendered
 }
 
@@ -194,7 +193,7 @@ pub(super) fn advance_implicitly<B: PiecewiseBlock>(
         let from = block.coupled().state.contact;
         block.implicit_step(&mut course, elapsed_s, sink);
         let state = &mut block.coupled_mut().state;
-        state.position += course.moved;
+        state.advance(course.moved);
         Rendered {
             events: u32::from(from != state.contact),
             ..Rendered::default()

@@ -33,7 +33,7 @@ use super::moving::{EventSink, Moving, Rendered};
 use super::oscillator::Motion;
 use super::slide::{PieceEnd, Sides, Slide, SlideBounds};
 use super::state::BlockState;
-use crate::contact::{Contact, StaticLimit};
+use crate::contact::{Contact, ContactMemory, StaticLimit};
 use crate::direction::Direction;
 
 /// The exact scheme for one scene: `S` is how its slides differ by direction, `R` how its static
@@ -255,7 +255,7 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
     fn budget(&self, elapsed_s: f64) -> u32 {
         let half_turns = |direction| self.slides.get(direction).half_turns(elapsed_s);
         let half_turns = half_turns(Direction::Positive).max(half_turns(Direction::Negative));
-        work_budget(half_turns, S::Slide::EXTRA_WORK)
+        work_budget(half_turns, 2.0, S::Slide::EXTRA_WORK)
     }
 
     /// Stuck to its end, or sliding to its end.
@@ -284,7 +284,7 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
                     return false;
                 };
                 sink.dissipated(slide.dynamic_force() * y);
-                self.coupled.state.position += sign * y;
+                self.coupled.state.advance(sign * y);
                 self.coupled.state.velocity = sign * w;
                 self.coupled.state.armed = level.armed || w > level.threshold;
                 true
@@ -359,18 +359,37 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
     }
 
     fn state(&self) -> BlockState {
-        BlockState {
+        self.coupled.state
+    }
+
+    fn memory(&self) -> ContactMemory {
+        let state = &self.coupled.state;
+        let mut memory = ContactMemory {
             dwell_s: self.static_limit.dwell_s(),
-            ..self.coupled.state
+            ..ContactMemory::RESTED
+        };
+        match state.contact {
+            Contact::Stuck => memory.force = self.coupled.coupling_force(),
+            Contact::Sliding(direction) => {
+                let slide = self.slides.get(direction);
+                memory.force = direction.sign() * slide.friction_at(state.velocity.abs());
+                memory.slide = Some(direction);
+                memory.set_off = ContactMemory::share_of(slide.peak(), slide.static_force(), slide.dynamic_force());
+            }
         }
+        memory
     }
 
     fn set_state(&mut self, state: BlockState) {
         for direction in [Direction::Positive, Direction::Negative] {
             self.slides.get_mut(direction).rest();
         }
-        self.static_limit.begin(state.dwell_s);
+        self.static_limit.begin(state.memory.dwell_s);
         self.coupled.state = state.consistent();
+        if let Contact::Sliding(direction) = self.coupled.state.contact {
+            let slide = self.slides.get_mut(direction);
+            slide.set_off(state.memory.set_off_limit(slide.static_force(), slide.dynamic_force()));
+        }
         // The threshold may not be the one under which the slide was armed, or was not.
         self.coupled.state.armed = self.is_fast();
     }
@@ -385,17 +404,5 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
 
     fn coupling_force(&self) -> f64 {
         self.coupled.coupling_force()
-    }
-
-    fn friction(&self) -> f64 {
-        match self.coupled.state.contact {
-            Contact::Stuck => self.coupled.coupling_force(),
-            Contact::Sliding(direction) => {
-                let slide = self.slides.get(direction);
-                let viscous = slide.damping() - self.coupled.coupling.damping;
-                direction.sign() * slide.friction_at(self.coupled.state.velocity.abs())
-                    + viscous * self.coupled.state.velocity
-            }
-        }
     }
 }

@@ -112,6 +112,14 @@ impl Start {
         }
     }
 
+    /// About the time that a way takes, s, m, against a friction as it is at the start, N.
+    pub(crate) fn time_for(&self, way: f64, friction: f64) -> f64 {
+        let drag = self.held.coupling.damping * self.speed;
+        let push = self.net.unwrap_or(self.at_rest - friction - drag);
+        let gains = 2.0 * (push.max(0.0) * self.held.inverse_mass) * way;
+        2.0 * way / (self.speed + sqrt(self.speed * self.speed + gains))
+    }
+
     /// The motion under a law in one of its regimes; `viscous` is `b`, N s/m.
     #[inline(always)]
     pub(crate) fn expand<R: Recurrence>(&self, viscous: f64, law: &mut R) -> Expansion {

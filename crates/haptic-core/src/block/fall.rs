@@ -40,6 +40,10 @@ pub(super) fn passes(
     level: FallLevel,
 ) -> Option<(f64, f64)> {
     let FallLevel { armed, threshold } = level;
+    if r.h == 0.0 {
+        // The free motion has died out, and its signs with it: what it did before is to be searched for.
+        return None;
+    }
     let (y, w) = oscillator.advance(motion, r);
     let (a0, beta) = oscillator.acceleration(motion);
     let a = a0 * r.dh + beta * r.h;

@@ -201,6 +201,10 @@ impl Slide for FallingSlide {
         self.fall.fallen_from = fallen_from(self.fall.excess, self.fall.velocity);
     }
 
+    fn peak(&self) -> f64 {
+        self.peak
+    }
+
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
         let FallLevel { armed, threshold } = level;
         let sure = self.is_fallen(motion.w0) && (armed || threshold == 0.0);

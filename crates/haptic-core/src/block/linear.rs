@@ -102,7 +102,7 @@ impl Moving for LinearBlock {
         };
         let r = self.propagator.at(&self.oscillator, elapsed_s);
         let (y, w) = self.oscillator.advance(&motion, &r);
-        self.state.position += y;
+        self.state.advance(y);
         self.state.velocity = w;
         self.arrive(elapsed_s, (position, velocity), Some(&motion), sink)
     }
@@ -120,7 +120,7 @@ impl Moving for LinearBlock {
             let resistance =
                 self.mass / elapsed_s + self.coupling.damping + self.viscous + self.coupling.stiffness * elapsed_s;
             self.state.velocity = impulse / resistance;
-            self.state.position += elapsed_s * self.state.velocity;
+            self.state.advance(elapsed_s * self.state.velocity);
         }
         self.arrive(elapsed_s, (position, velocity), None, sink)
     }
@@ -139,9 +139,5 @@ impl Moving for LinearBlock {
 
     fn coupling_force(&self) -> f64 {
         self.coupling.force(&self.state)
-    }
-
-    fn friction(&self) -> f64 {
-        self.viscous * self.state.velocity
     }
 }

@@ -14,7 +14,7 @@
 use super::body::Coupling;
 use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;
-use crate::contact::{Contact, Level, StaticLimit, Stroke, YieldingContact};
+use crate::contact::{Contact, ContactMemory, Level, StaticLimit, Stroke, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use core::fmt::Debug;
@@ -45,10 +45,10 @@ pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
     fn at_rest(&self) -> Contact;
     /// Energy that the deflection holds, J.
     fn stored_energy(&self) -> f64;
-    /// Has the contact hold a force, N.
-    fn seat(&mut self, force: f64, dwell_s: f64);
-    /// For how long it has rested, s.
-    fn dwell_s(&self) -> f64;
+    /// Goes on from what a contact remembers, at a speed, m/s.
+    fn recall(&mut self, memory: &ContactMemory, speed: f64);
+    /// What it remembers, at a velocity, m/s, under the coupling force `pull`, N.
+    fn memory(&self, velocity: f64, pull: f64) -> ContactMemory;
 }
 
 /// Karnopp's law, rigid when stuck.
@@ -139,12 +139,35 @@ impl<L: Level, R: StaticLimit> SteppedLaw for RigidLaw<L, R> {
         0.0
     }
 
-    fn seat(&mut self, _force: f64, dwell_s: f64) {
-        self.static_limit.begin(dwell_s);
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        self.static_limit.begin(memory.dwell_s);
+        self.stuck = memory.slide.is_none();
+        if let Some(direction) = memory.slide {
+            let (rested, fresh) = (self.static_force.get(direction), self.level.kinetic(direction));
+            self.level.set_off(direction, memory.set_off_limit(rested, fresh));
+        }
     }
 
-    fn dwell_s(&self) -> f64 {
-        self.static_limit.dwell_s()
+    fn memory(&self, velocity: f64, pull: f64) -> ContactMemory {
+        let mut memory = ContactMemory {
+            force: pull,
+            dwell_s: self.static_limit.dwell_s(),
+            ..ContactMemory::RESTED
+        };
+        // What nothing can hold has no slide to go on with.
+        if !self.stuck && self.at_rest() == Contact::Stuck {
+            let direction = Direction::of(if velocity == 0.0 { pull } else { velocity });
+            let (rested, fresh) = (self.static_force.get(direction), self.level.kinetic(direction));
+            let began = if L::VARIES {
+                self.level.at(direction, 0.0)
+            } else {
+                rested
+            };
+            memory.force = direction.sign() * self.level.at(direction, velocity.abs());
+            memory.slide = Some(direction);
+            memory.set_off = ContactMemory::share_of(began, rested, fresh);
+        }
+        memory
     }
 }
 
@@ -182,23 +205,23 @@ impl<C: YieldingContact> SteppedLaw for Yielding<C> {
     }
 
     fn contact(&self, velocity: f64) -> Contact {
-        self.0.contact(velocity)
+        self.0.contact_at(velocity)
     }
 
     fn at_rest(&self) -> Contact {
-        self.0.contact(0.0)
+        self.0.contact_at(0.0)
     }
 
     fn stored_energy(&self) -> f64 {
         self.0.stored_energy()
     }
 
-    fn seat(&mut self, force: f64, _dwell_s: f64) {
-        self.0.seat(force);
+    fn recall(&mut self, memory: &ContactMemory, speed: f64) {
+        self.0.recall(memory, speed);
     }
 
-    fn dwell_s(&self) -> f64 {
-        f64::INFINITY
+    fn memory(&self, _velocity: f64, _pull: f64) -> ContactMemory {
+        self.0.memory()
     }
 }
 
@@ -285,14 +308,15 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
     }
 
     fn state(&self) -> BlockState {
-        BlockState {
-            dwell_s: self.law.dwell_s(),
-            ..self.state
-        }
+        self.state
+    }
+
+    fn memory(&self) -> ContactMemory {
+        self.law.memory(self.state.velocity, self.coupling_force())
     }
 
     fn set_state(&mut self, state: BlockState) {
-        self.law.seat(0.0, state.dwell_s);
+        self.law.recall(&state.memory, state.velocity.abs());
         self.state = state.consistent();
     }
 
@@ -302,16 +326,5 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
 
     fn coupling_force(&self) -> f64 {
         self.coupling.force(&self.state)
-    }
-
-    fn friction(&self) -> f64 {
-        match self.state.contact {
-            Contact::Stuck if self.law.stored_energy() == 0.0 => self.coupling_force(),
-            _ => self.law.friction(self.state.velocity, self.coupling_force()),
-        }
-    }
-
-    fn seat(&mut self, force: f64) {
-        self.law.seat(force, f64::INFINITY);
     }
 }

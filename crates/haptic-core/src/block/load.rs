@@ -20,7 +20,7 @@ impl Load {
         let Coupling { stiffness, damping } = *coupling;
         // Differences, not K p: at a large offset the products would drown the deflection.
         Self {
-            at_start: stiffness * (state.device_position - state.position) + damping * state.device_velocity,
+            at_start: stiffness * state.deflection() + damping * state.device_velocity,
             slope: (stiffness * (position - state.device_position) + damping * (velocity - state.device_velocity))
                 / elapsed_s,
         }
@@ -34,6 +34,6 @@ impl Load {
 /// Within this, N, a force on the block equals another: the rounding of `K p + B v` at the start of
 /// a tick.
 pub(super) fn rounding(coupling: &Coupling, state: &BlockState) -> f64 {
-    4.0 * f64::EPSILON
-        * (2.0 * coupling.stiffness * state.position.abs() + (coupling.damping * state.device_velocity).abs())
+    f64::EPSILON
+        * (2.0 * coupling.stiffness * state.position.abs() + 4.0 * (coupling.damping * state.device_velocity).abs())
 }

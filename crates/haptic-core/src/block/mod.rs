@@ -28,7 +28,7 @@ mod state;
 mod straight;
 pub mod yielding;
 
-pub use crate::contact::Contact;
+pub use crate::contact::{Contact, ContactMemory};
 pub use body::{Block, Coupling};
 pub use budget::MAX_PHASE_PER_TICK_RAD;
 pub use moving::{EventSink, Rendered};

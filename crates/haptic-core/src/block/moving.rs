@@ -1,7 +1,7 @@
 //! The interface of everything that moves from one device sample to the next, and of its listeners.
 
 use super::state::BlockState;
-use crate::contact::Contact;
+use crate::contact::{Contact, ContactMemory};
 use crate::direction::Direction;
 use core::fmt::Debug;
 
@@ -70,8 +70,14 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
         self.advance(elapsed_s, position, velocity, sink)
     }
 
-    /// The block and the last sample. On the device itself the block is where the device is.
+    /// The block and the last sample; what its contact remembers is for [`memory`](Self::memory) to
+    /// say. On the device itself the block is where the device is.
     fn state(&self) -> BlockState;
+
+    /// What the contact remembers: nothing, here.
+    fn memory(&self) -> ContactMemory {
+        ContactMemory::RESTED
+    }
 
     /// Puts it somewhere, without a tick.
     fn set_state(&mut self, state: BlockState);
@@ -83,10 +89,4 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
 
     /// The force of the last sample, N, as [`Rendered::coupling_force`] had it.
     fn coupling_force(&self) -> f64;
-
-    /// Friction at the last sample, N, signed.
-    fn friction(&self) -> f64;
-
-    /// Has the contact hold a friction (N, signed), or as much of it as it can: nothing, here.
-    fn seat(&mut self, _force: f64) {}
 }

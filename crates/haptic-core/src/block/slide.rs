@@ -57,6 +57,10 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     fn rest(&mut self);
     /// The contact lets go at a limit, N.
     fn set_off(&mut self, limit: f64);
+    /// The limit at which it did, N, where that matters to the slide.
+    fn peak(&self) -> f64 {
+        self.static_force()
+    }
 
     /// A whole tick of sliding, where it is sure that nothing happens in it: displacement and speed
     /// at its end.

@@ -1,6 +1,6 @@
 //! The block's state between two ticks.
 
-use crate::contact::Contact;
+use crate::contact::{Contact, ContactMemory};
 use crate::direction::Direction;
 use crate::flush::flush;
 
@@ -19,9 +19,11 @@ pub struct BlockState {
     pub device_position: f64,
     /// Device velocity at the last tick, m/s.
     pub device_velocity: f64,
-    /// For how long the contact has rested, s, where the static limit depends on it; infinite where
-    /// it does not.
-    pub dwell_s: f64,
+    /// What the contact goes by from here.
+    pub memory: ContactMemory,
+    /// What the position leaves out of the place, below its last digit, m: it would add up over the ticks far
+    /// from the origin.
+    pub(crate) residue: f64,
 }
 
 impl BlockState {
@@ -42,8 +44,28 @@ impl BlockState {
             armed: false,
             device_position,
             device_velocity,
-            dwell_s: 0.0,
+            memory: ContactMemory {
+                slide: (velocity != 0.0).then(|| Direction::of(velocity)),
+                dwell_s: 0.0,
+                ..ContactMemory::RESTED
+            },
+            residue: 0.0,
         }
+    }
+
+    /// Moves on by a distance, m.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, by: f64) {
+        let by = by + self.residue;
+        let position = self.position + by;
+        self.residue = (self.position - position) + by;
+        self.position = position;
+    }
+
+    /// The device's position less the block's, m.
+    #[inline(always)]
+    pub(super) fn deflection(&self) -> f64 {
+        (self.device_position - self.position) - self.residue
     }
 
     /// The same state without motion that is next to nothing.

@@ -13,13 +13,15 @@ use super::expansion::{Held, Piece, Start};
 use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;
 use super::straight::straight_piece;
-use crate::contact::{Contact, SpringContact, StaticLimit, Stroke, YieldingContact};
+use crate::contact::{Contact, ContactMemory, SpringContact, StaticLimit, Stroke, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::sqrt;
 
 /// Pieces that every tick may be cut into, beside those of its half-turns.
 const PIECES: u32 = 128;
+/// And that each of these may take.
+const PIECES_OF_HALF_TURN: f64 = 8.0;
 /// Within this share of the forces at rest, their difference is none.
 const BALANCE: f64 = 1e-13;
 /// Within this share of its length the end of an implicit step is found: far less than the step is
@@ -86,7 +88,7 @@ impl<C: PiecewiseContact> YieldingBlock<C> {
 
     fn change_contact(&mut self, at_s: f64, sink: &mut (impl EventSink + ?Sized), rendered: &mut Rendered) {
         let from = self.coupled.state.contact;
-        let to = self.contact.contact(self.coupled.state.velocity);
+        let to = self.contact.contact_at(self.coupled.state.velocity);
         if from != to {
             self.coupled.state.contact = to;
             rendered.events += 1;
@@ -103,7 +105,7 @@ impl<C: PiecewiseContact> YieldingBlock<C> {
         let inertia = mass / (step_s * step_s);
         let push = mass * self.coupled.state.velocity / step_s + at_rest;
         let turned_to = Direction::of(push - self.contact.force_at_rest());
-        if matches!(self.contact.contact(turned_to.sign()), Contact::Sliding(direction) if direction != turned_to) {
+        if matches!(self.contact.contact(turned_to, 1.0), Contact::Sliding(direction) if direction != turned_to) {
             // The slide ends in this step, and its friction may not push the block back.
             self.contact.fall(turned_to, 0.0);
         }
@@ -178,7 +180,11 @@ impl<C: PiecewiseContact> PiecewiseBlock for YieldingBlock<C> {
     }
 
     fn budget(&self, elapsed_s: f64) -> u32 {
-        work_budget(self.fastest * elapsed_s / core::f64::consts::PI, PIECES)
+        work_budget(
+            self.fastest * elapsed_s / core::f64::consts::PI,
+            PIECES_OF_HALF_TURN,
+            PIECES,
+        )
     }
 
     fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
@@ -223,7 +229,7 @@ impl<C: PiecewiseContact> PiecewiseBlock for YieldingBlock<C> {
     }
 
     fn restarted(&mut self) {
-        self.contact.seat(0.0);
+        self.contact.recall(&ContactMemory::RESTED, 0.0);
     }
 }
 
@@ -252,29 +258,21 @@ impl<C: PiecewiseContact> Moving for YieldingBlock<C> {
         self.coupled.state
     }
 
+    fn memory(&self) -> ContactMemory {
+        self.contact.memory()
+    }
+
     fn set_state(&mut self, state: BlockState) {
-        self.contact.seat(0.0);
-        if state.velocity != 0.0 {
-            self.contact.slide(Direction::of(state.velocity), state.velocity.abs());
-        }
+        self.contact.recall(&state.memory, state.velocity.abs());
         self.coupled.state = state;
-        self.coupled.state.contact = self.contact.contact(state.velocity);
+        self.coupled.state.contact = self.contact.contact_at(state.velocity);
     }
 
     fn at_rest(&self) -> Contact {
-        self.contact.contact(0.0)
+        self.contact.contact_at(0.0)
     }
 
     fn coupling_force(&self) -> f64 {
         self.coupled.coupling_force()
-    }
-
-    fn friction(&self) -> f64 {
-        self.contact.friction(self.coupled.state.velocity)
-    }
-
-    fn seat(&mut self, force: f64) {
-        self.contact.seat(force);
-        self.coupled.state.contact = self.contact.contact(self.coupled.state.velocity);
     }
 }

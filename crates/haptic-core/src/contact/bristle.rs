@@ -3,7 +3,7 @@
 //! comes from.
 
 use super::level::Level;
-use super::state::Contact;
+use super::state::{Contact, ContactMemory};
 use super::yielding::{Stroke, YieldingContact, by_elastic_share};
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -162,8 +162,8 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         held + (self.damping * self.share(direction, steady) + self.viscous.get(direction)) * velocity
     }
 
-    fn seat(&mut self, force: f64) {
-        let force = if force.is_finite() { force } else { 0.0 };
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
         let limit = |direction| self.level.at(direction, 0.0);
         let held = force.clamp(-limit(Direction::Negative), limit(Direction::Positive));
         self.deflection = flush(held / self.stiffness);
@@ -173,8 +173,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         0.5 * self.stiffness * self.deflection * self.deflection
     }
 
-    fn contact(&self, velocity: f64) -> Contact {
-        let direction = Direction::of(velocity);
-        by_elastic_share(self.share(direction, self.steady(direction, velocity.abs())), direction)
+    fn contact(&self, direction: Direction, speed: f64) -> Contact {
+        by_elastic_share(self.share(direction, self.steady(direction, speed)), direction)
     }
 }

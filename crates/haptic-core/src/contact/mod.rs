@@ -12,7 +12,7 @@ mod yielding;
 
 pub use level::SUDDEN_FALL_MPS;
 pub use spring::Reseat;
-pub use state::Contact;
+pub use state::{Contact, ContactMemory};
 
 pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
 pub(crate) use bristle_series::{

@@ -1,8 +1,9 @@
-//! Dahl's law with an exponent `i` that is neither 0 nor 1: `Y = r^(1-i)` is a straight line of the
-//! way, and `r = Y^m` with `m = 1/(1-i)`, whose series is that of a power:
+//! Dahl's law with an exponent `i` that is neither 0 nor 1. With `e = 1 - i` and `X = sigma x/Fc`, `Y =
+//! r^e = Y[0] - e X` is a straight line of the way, and the series of `r = Y^(1/e)` is that of a power,
+//! which the exponential of `e = 0` has no less:
 //!
 //! ```text
-//! n Y[0] r[n] = sum of ((m + 1) k - n) Y[k] r[n-k], k from 1 to n
+//! n Y[0] r[n] = sum of (e n - (1 + e) k) X[k] r[n-k], k from 1 to n
 //! ```
 
 use crate::math::{exp, ln_1p, powf, sqrt};
@@ -11,38 +12,34 @@ use crate::series::{Newest, Path, Products, RECIPROCAL, Recurrence, Series};
 /// The friction of one direction in one piece.
 pub(crate) struct PowerSeries {
     limit: f64,
-    exponent: f64,
-    /// `m + 1`.
-    power_and_one: f64,
+    /// `e`.
+    root: f64,
     /// `1/Y[0]`.
     inverse_first: f64,
-    /// `dY/dx`, 1/m.
+    /// `X/x`, 1/m.
     slope: f64,
+    /// `Y[0]`.
     at_start: f64,
     rest_at_start: f64,
-    /// `Y` and `n Y[n]`, both by `r`, or by `Y` itself where `r` is its square.
+    /// `X` and `n X[n]`, both by `r`, or by `Y` where `r` is its square.
     products: Products,
     friction: Series,
     next_size: f64,
 }
 
-/// The exponent under which `r` is the square of `Y`.
+/// The `e` under which `r` is the square of `Y`.
 const SQUARE: f64 = 0.5;
 
 impl PowerSeries {
     /// `exponent` is `i`, `stiffness` `sigma`, N/m, `limit` `Fc`, N, and `rest` `r` at the start.
     pub(crate) fn new(exponent: f64, stiffness: f64, limit: f64, rest: f64) -> Self {
-        let at_start = if exponent == SQUARE {
-            sqrt(rest)
-        } else {
-            powf(rest, 1.0 - exponent)
-        };
+        let root = 1.0 - exponent;
+        let at_start = if root == SQUARE { sqrt(rest) } else { powf(rest, root) };
         Self {
             limit,
-            exponent,
-            power_and_one: 1.0 / (1.0 - exponent) + 1.0,
+            root,
             inverse_first: 1.0 / at_start,
-            slope: (exponent - 1.0) * stiffness / limit,
+            slope: stiffness / limit,
             at_start,
             rest_at_start: rest,
             products: Products::ZERO,
@@ -51,9 +48,18 @@ impl PowerSeries {
         }
     }
 
+    /// The way on which it converges, m; endless for an exponent of 1.
+    pub(crate) fn radius(&self) -> f64 {
+        self.at_start / (self.root * self.slope).abs()
+    }
+
     /// The coefficient of order `n` of `Y`.
     pub(crate) fn line(&self, n: usize) -> f64 {
-        self.products.left(n)[0]
+        if n == 0 {
+            self.at_start
+        } else {
+            -self.root * self.products.left(n)[0]
+        }
     }
 
     /// The coefficient of order `n` of the friction, N.
@@ -63,35 +69,34 @@ impl PowerSeries {
 
     /// The way to the limit, m, which an exponent below 1 has.
     pub(crate) fn way_to_limit(&self) -> f64 {
-        -self.at_start / self.slope
+        self.at_start / (self.root * self.slope)
     }
 
     /// `r` after a way, m.
     pub(crate) fn rest_at(&self, distance: f64) -> f64 {
-        let line = self.at_start + self.slope * distance;
-        if line <= 0.0 {
+        let fallen = -self.root * self.slope * distance * self.inverse_first;
+        if fallen <= -1.0 {
             0.0
-        } else if self.exponent == SQUARE {
-            line * line
         } else {
             // The logarithm keeps its digits where i is near 1.
-            exp(ln_1p(line - 1.0) / (1.0 - self.exponent))
+            self.rest_at_start * exp(ln_1p(fallen) / self.root)
         }
     }
 
-    /// The coefficient of order `N` of `r`, for one of the line.
+    /// The coefficient of order `N` of `r`, for one of `X`.
     #[inline(always)]
-    fn rest<const N: usize>(&mut self, line: f64) -> f64 {
+    fn rest<const N: usize>(&mut self, way: f64) -> f64 {
         let [known, weighted] = self.products.inner::<N>();
-        let weight = N as f64;
-        if self.exponent == SQUARE {
-            self.products.set(N, [line, 0.0], [line; 2]);
-            return known + 2.0 * self.at_start * line;
+        if self.root == SQUARE {
+            let line = -SQUARE * way;
+            self.products.set(N, [way, 0.0], [line; 2]);
+            return -SQUARE * known + 2.0 * self.at_start * line;
         }
-        let first = self.rest_at_start;
-        let weighted = weighted + weight * line * first;
-        let rest = (self.power_and_one * weighted * RECIPROCAL[N] - (known + line * first)) * self.inverse_first;
-        self.products.set(N, [line, weight * line], [rest; 2]);
+        let weight = N as f64;
+        let first = way * self.rest_at_start;
+        let (known, weighted) = (known + first, weighted * RECIPROCAL[N] + first);
+        let rest = (self.root * known - (1.0 + self.root) * weighted) * self.inverse_first;
+        self.products.set(N, [way, weight * way], [rest; 2]);
         rest
     }
 }
@@ -103,12 +108,12 @@ impl Recurrence for PowerSeries {
     #[inline(always)]
     fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
         let friction = if N == 0 {
-            let factor = if self.exponent == SQUARE {
+            let factor = if self.root == SQUARE {
                 self.at_start
             } else {
                 self.rest_at_start
             };
-            self.products.set(0, [self.at_start, 0.0], [factor; 2]);
+            self.products.set(0, [0.0; 2], [factor; 2]);
             self.limit * (1.0 - self.rest_at_start)
         } else {
             -self.limit * self.rest::<N>(self.slope * newest.distance)

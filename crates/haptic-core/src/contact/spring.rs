@@ -2,7 +2,7 @@
 //! come to rest.
 
 use super::level::Level;
-use super::state::Contact;
+use super::state::{Contact, ContactMemory};
 use super::static_limit::StaticLimit;
 use super::yielding::{Line, StraightContact, Stroke, YieldingContact};
 use crate::direction::Direction;
@@ -179,12 +179,42 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         }
     }
 
-    fn seat(&mut self, force: f64) {
-        let force = if force.is_finite() { force } else { 0.0 };
-        self.static_limit.begin(f64::INFINITY);
-        self.state = SpringState::Stuck {
-            force: flush(force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive))),
+    fn recall(&mut self, memory: &ContactMemory, speed: f64) {
+        self.static_limit.begin(memory.dwell_s);
+        self.state = if let Some(direction) = memory.slide {
+            let (rested, fresh) = (self.static_force.get(direction), self.level.kinetic(direction));
+            self.level.set_off(direction, memory.set_off_limit(rested, fresh));
+            SpringState::Sliding {
+                direction,
+                armed: speed > self.velocity_threshold,
+            }
+        } else {
+            let force = if memory.force.is_finite() { memory.force } else { 0.0 };
+            SpringState::Stuck {
+                force: flush(force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive))),
+            }
         };
+    }
+
+    fn memory(&self) -> ContactMemory {
+        let (slide, set_off) = match self.state {
+            SpringState::Stuck { .. } => (None, 1.0),
+            SpringState::Sliding { direction, .. } => {
+                let (rested, fresh) = (self.static_force.get(direction), self.level.kinetic(direction));
+                let began = if L::VARIES {
+                    self.level.at(direction, 0.0)
+                } else {
+                    rested
+                };
+                (Some(direction), ContactMemory::share_of(began, rested, fresh))
+            }
+        };
+        ContactMemory {
+            force: YieldingContact::force_at_rest(self),
+            slide,
+            set_off,
+            dwell_s: self.static_limit.dwell_s(),
+        }
     }
 
     fn stored_energy(&self) -> f64 {
@@ -194,10 +224,17 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         0.5 * force * force / self.stiffness.get(Direction::of(force))
     }
 
-    fn contact(&self, _velocity: f64) -> Contact {
+    fn contact(&self, _direction: Direction, _speed: f64) -> Contact {
         match self.state {
             SpringState::Stuck { .. } => Contact::Stuck,
             SpringState::Sliding { direction, .. } => Contact::Sliding(direction),
+        }
+    }
+
+    fn facing(&self) -> Direction {
+        match self.state {
+            SpringState::Stuck { force } => Direction::of(force),
+            SpringState::Sliding { direction, .. } => direction,
         }
     }
 
@@ -212,14 +249,6 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         if let SpringState::Sliding { direction, .. } = self.state {
             self.stick(self.friction(direction.sign() * speed));
         }
-    }
-
-    fn slide(&mut self, direction: Direction, speed: f64) {
-        self.level.set_off(direction, self.static_force.get(direction));
-        self.state = SpringState::Sliding {
-            direction,
-            armed: speed > self.velocity_threshold,
-        };
     }
 
     fn sampled(&mut self, velocity: f64) {

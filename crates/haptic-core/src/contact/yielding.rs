@@ -4,7 +4,7 @@
 //! made of straight lines also says how that will change: with that a block is solved in closed
 //! form from one kink to the next, see [`block::yielding`](crate::block).
 
-use super::state::Contact;
+use super::state::{Contact, ContactMemory};
 use crate::direction::Direction;
 use core::fmt::Debug;
 
@@ -48,15 +48,38 @@ pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
     /// Friction in motion with a velocity, N, signed: positive against positive motion.
     fn friction(&self, velocity: f64) -> f64;
 
-    /// Deflects the contact until it holds `force`, N, or as much of it as it can.
-    fn seat(&mut self, force: f64);
+    /// Goes on from what a contact remembers, at a speed, m/s; of a force it takes as much as it can
+    /// hold.
+    fn recall(&mut self, memory: &ContactMemory, speed: f64);
+
+    /// What it remembers.
+    fn memory(&self) -> ContactMemory {
+        ContactMemory {
+            force: self.force_at_rest(),
+            ..ContactMemory::RESTED
+        }
+    }
 
     /// Energy that the deflection holds, J.
     fn stored_energy(&self) -> f64;
 
-    /// How it counts at a velocity: stuck where more than half of the motion is taken up by
-    /// deflection.
-    fn contact(&self, velocity: f64) -> Contact;
+    /// How it counts in a motion: stuck where more than half of it is taken up by deflection.
+    fn contact(&self, direction: Direction, speed: f64) -> Contact;
+
+    /// The same at a velocity, m/s; at rest, for the direction in which it is loaded.
+    fn contact_at(&self, velocity: f64) -> Contact {
+        let direction = if velocity == 0.0 {
+            self.facing()
+        } else {
+            Direction::of(velocity)
+        };
+        self.contact(direction, velocity.abs())
+    }
+
+    /// The direction in which it is loaded, or of its slide.
+    fn facing(&self) -> Direction {
+        Direction::of(self.force_at_rest())
+    }
 
     /// The speed to which a slide must fall to end, and whether it has been faster. Laws without a
     /// stuck state end at zero.
@@ -66,9 +89,6 @@ pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
 
     /// The slide has fallen to that speed.
     fn fall(&mut self, _direction: Direction, _speed: f64) {}
-
-    /// Begins with a slide, where the law has a sliding state.
-    fn slide(&mut self, _direction: Direction, _speed: f64) {}
 
     /// A sample of a device that the contact is on, with its velocity.
     fn sampled(&mut self, _velocity: f64) {}

@@ -277,10 +277,6 @@ impl Moving for Follower {
     fn coupling_force(&self) -> f64 {
         0.0
     }
-
-    fn friction(&self) -> f64 {
-        0.0
-    }
 }
 
 #[cfg(test)]

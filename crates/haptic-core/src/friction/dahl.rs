@@ -17,8 +17,8 @@ use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start, straight_piece};
 use crate::contact::{
-    BristleForce, Contact, DeviceContact, EnergyMeter, Leg, Line, PowerSeries, SETTLED_N, StraightContact, Stroke,
-    TowardsLimit, YieldingContact, by_elastic_share,
+    BristleForce, Contact, ContactMemory, DeviceContact, EnergyMeter, Leg, Line, PowerSeries, SETTLED_N,
+    StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -31,6 +31,9 @@ use alloc::boxed::Box;
 
 /// What a series may leave out, N: under a slow hand the pieces of a light block add up.
 const TOLERANCE_N: f64 = 6e-11;
+/// So many times the way on which its series converges takes a piece at most: the coefficients of a longer
+/// one may be beyond all numbers, where a deflection of the other direction is a hundred times the limit.
+const FEW_RADII: f64 = 16.0;
 
 /// Dahl friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,6 +101,10 @@ impl Law for Dahl {
 
     fn contact_stiffness(&self, _on_device: bool) -> f64 {
         self.contact_stiffness
+    }
+
+    fn damping_of_curve(&self) -> Option<f64> {
+        (self.exponent > 0.0).then(|| self.viscous.greatest())
     }
 
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
@@ -196,8 +203,8 @@ impl YieldingContact for DahlContact {
         held + self.law.viscous.get(direction) * velocity
     }
 
-    fn seat(&mut self, force: f64) {
-        let force = if force.is_finite() { force } else { 0.0 };
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
         self.force = flush(force.clamp(-self.law.dynamic_force.negative, self.law.dynamic_force.positive));
     }
 
@@ -205,8 +212,7 @@ impl YieldingContact for DahlContact {
         0.5 * self.force * self.force / self.law.contact_stiffness
     }
 
-    fn contact(&self, velocity: f64) -> Contact {
-        let direction = Direction::of(velocity);
+    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
         let holds = self.law.dynamic_force.get(direction) > direction.sign() * self.force;
         let share = if self.law.exponent == 0.0 {
             f64::from(u8::from(holds))
@@ -274,6 +280,12 @@ impl DahlContact {
     fn yield_by_power(&mut self, start: &Start, rest: f64) -> Piece {
         let (limit, sign) = (self.law.dynamic_force.get(start.direction), start.direction.sign());
         let mut series = PowerSeries::new(self.law.exponent, self.law.contact_stiffness, limit, rest);
+        let start = &Start {
+            remaining_s: start
+                .remaining_s
+                .min(FEW_RADII * start.time_for(series.radius(), limit * (1.0 - rest))),
+            ..*start
+        };
         let mut expansion = start.expand(self.law.viscous.get(start.direction), &mut series);
         let mut speed = expansion.falls_to(0.0).then_some(0.0);
         // Below an exponent of 1 the limit is reached in a finite displacement.
@@ -396,12 +408,12 @@ impl DeviceContact for DahlContact {
         held + self.law.viscous.get(direction) * velocity
     }
 
-    fn seat(&mut self, force: f64) {
-        YieldingContact::seat(self, force);
+    fn recall(&mut self, memory: &ContactMemory, speed: f64) {
+        YieldingContact::recall(self, memory, speed);
     }
 
-    fn contact(&self, velocity: f64) -> Contact {
-        YieldingContact::contact(self, velocity)
+    fn contact(&self, direction: Direction, speed: f64) -> Contact {
+        YieldingContact::contact(self, direction, speed)
     }
 }
 

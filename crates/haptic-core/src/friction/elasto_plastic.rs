@@ -137,6 +137,10 @@ impl Law for ElastoPlastic {
         self.contact_stiffness
     }
 
+    fn damping_of_curve(&self) -> Option<f64> {
+        Some(self.viscous.greatest() + self.contact_damping)
+    }
+
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
         match self.forces().curve() {
@@ -170,6 +174,18 @@ pub(crate) struct DelayedPlasticity {
     fraction: f64,
 }
 
+impl DelayedPlasticity {
+    /// The share of the steady deflection at which a piece of its own begins.
+    fn onset(self) -> f64 {
+        self.fraction.max(CENTRE)
+    }
+
+    /// The width of the borders, as a share of the steady deflection.
+    fn band(self) -> f64 {
+        BAND * (1.0 - self.fraction)
+    }
+}
+
 impl Plasticity for DelayedPlasticity {
     const EXACT: bool = false;
     const UNLOADS_ELASTICALLY: bool = true;
@@ -197,10 +213,13 @@ impl Plasticity for DelayedPlasticity {
     }
 }
 
-/// A bristle enters a regime at its border, and leaves it so much below, as a share of its steady
-/// deflection: on the border itself the speed may sway it to and fro. What `alpha` is off in between
-/// goes with the square.
+/// A bristle enters a regime at its border, and leaves it so much below, as a share of the way from
+/// one border to the next: on the border itself the speed may sway it to and fro. What `alpha` is off
+/// in between goes with the square.
 const BAND: f64 = 3e-7;
+/// Up to this share of the steady deflection next to nothing flows even where all of it may, less than
+/// 1e-12 of the force: a series begun at rest there has its first term of the flow beyond its orders.
+const CENTRE: f64 = 1e-3;
 /// A force this near the end of the elastic part, as a share of it, is there.
 const AT_THE_END: f64 = 1e-12;
 
@@ -210,7 +229,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
         let along = direction.sign() * self.force();
         let kinetic = self.level.kinetic(direction);
         let fraction = self.plasticity.fraction;
-        let elastic = fraction * kinetic;
+        let elastic = self.plasticity.onset() * kinetic;
         if along < elastic * (1.0 - AT_THE_END) {
             return self.stretch(start, elastic, 0.0);
         }
@@ -227,7 +246,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
         }
         let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
         let viscous = self.viscous.get(direction);
-        if along >= kinetic * (1.0 - 0.5 * BAND) {
+        if along >= kinetic * (1.0 - 0.5 * self.plasticity.band()) {
             let mut series = TowardsLimit::new(bristle, kinetic, FINE_TOLERANCE_N);
             let mut expansion = start.expand(viscous, &mut series);
             let speed = expansion.falls_to(falls_to).then_some(falls_to);
@@ -244,27 +263,31 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
     /// A piece at a speed at which Stribeck's curve is felt.
     fn flow_on_curve(&mut self, start: &Start, fall: &Fall, kinetic: f64) -> Piece {
         let along = start.direction.sign() * self.force();
-        let fraction = self.plasticity.fraction;
+        let (fraction, onset, band) = (
+            self.plasticity.fraction,
+            self.plasticity.onset(),
+            self.plasticity.band(),
+        );
         let fall = FallSeries::new(fall, start.speed);
         let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
         let viscous = self.viscous.get(start.direction);
         let ratio = along / (kinetic + fall.at_start);
-        let (expansion, stops, leaves, bristle) = if ratio < fraction - 0.5 * BAND {
+        let (expansion, stops, leaves, bristle) = if ratio < onset - 0.5 * band {
             let mut series = StretchSeries { bristle, fall };
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
             let yields = piece.until(|_, n| {
                 let level = series.fall.get(n) + if n == 0 { kinetic } else { 0.0 };
-                fraction * level - series.bristle.get(n)
+                onset * level - series.bristle.get(n)
             });
             (piece, stops, yields, series.bristle)
-        } else if ratio < 1.0 - 0.5 * BAND {
+        } else if ratio < 1.0 - 0.5 * band {
             let ratio = RatioSeries::new(along, kinetic, Some(fall));
             let mut series = DelayedSeries::new(bristle, ratio, fraction);
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
             let ratios = &series.ratio;
-            let sticks = piece.until(|_, n| ratios.get(n) - if n == 0 { fraction - BAND } else { 0.0 });
+            let sticks = piece.until(|_, n| ratios.get(n) - if n == 0 { onset - band } else { 0.0 });
             let slides = piece.until(|_, n| if n == 0 { 1.0 - ratios.get(n) } else { -ratios.get(n) });
             (piece, stops, sticks || slides, series.bristle)
         } else {
@@ -277,7 +300,7 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
             let ratios = &series.ratio;
-            let sticks = piece.until(|_, n| ratios.get(n) - if n == 0 { 1.0 - BAND } else { 0.0 });
+            let sticks = piece.until(|_, n| ratios.get(n) - if n == 0 { 1.0 - band } else { 0.0 });
             (piece, stops, sticks, series.bristle)
         };
         let speed = (stops && !leaves).then_some(0.0);

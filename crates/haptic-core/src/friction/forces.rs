@@ -39,6 +39,41 @@ pub(super) fn raise(static_force: &mut Directional, dynamic_force: Directional) 
     }
 }
 
+/// Largest `Fs/Fd` of a bristle: its stiffness against its slide grows with it, and with it the work of
+/// a tick.
+pub const MOST_STICTION: f64 = 100.0;
+
+/// Refuses a static force more than [`MOST_STICTION`] times the dynamic one.
+pub(super) fn check_stiction(
+    law: &'static str,
+    static_force: Directional,
+    dynamic_force: Directional,
+) -> Result<(), SceneError> {
+    for direction in Direction::BOTH {
+        let (held, sliding) = (static_force.get(direction), dynamic_force.get(direction));
+        let max = MOST_STICTION * sliding;
+        if held > max {
+            return Err(SceneError::TooMuchStiction {
+                law,
+                param: Parameter::StaticForce.in_direction(direction),
+                static_force: held,
+                dynamic_force: sliding,
+                max,
+                most_ratio: MOST_STICTION,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Lowers a static force to the greatest that is accepted.
+pub(super) fn limit_stiction(static_force: &mut Directional, dynamic_force: Directional) {
+    for direction in Direction::BOTH {
+        let held = static_force.get_mut(direction);
+        *held = held.min(MOST_STICTION * dynamic_force.get(direction));
+    }
+}
+
 /// The forces of a bristle that falls from its static to its dynamic force over a velocity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StribeckForces {
@@ -64,9 +99,11 @@ impl StribeckForces {
             .map_or(self.dynamic_force.get(direction), |curve| curve.at(direction, speed))
     }
 
-    /// Refuses a static force below the dynamic one, and a fall without a velocity to fall over.
+    /// Refuses a static force below the dynamic one or far above it, and a fall without a velocity to
+    /// fall over.
     pub(super) fn check(&self, law: &'static str) -> Result<(), SceneError> {
         check_static_not_below(law, self.static_force, self.dynamic_force)?;
+        check_stiction(law, self.static_force, self.dynamic_force)?;
         if self.static_force != self.dynamic_force && self.velocity < SUDDEN_FALL_MPS {
             return Err(SceneError::NoStribeckVelocity {
                 law,
@@ -80,6 +117,7 @@ impl StribeckForces {
     /// The nearest forces that [`check`](Self::check) accepts.
     pub(super) fn complied(mut self) -> Self {
         raise(&mut self.static_force, self.dynamic_force);
+        limit_stiction(&mut self.static_force, self.dynamic_force);
         if self.velocity < SUDDEN_FALL_MPS {
             self.velocity = usual::STRIBECK_VELOCITY_MPS;
         }

@@ -17,6 +17,7 @@
 //! `Fs` to `Fd` as the slide picks up speed, and with a [`rising_rate`](Karnopp::rising_rate) the
 //! static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
 
+use super::forces::{check_static_not_below, raise};
 use super::law::{Law, LawKind};
 use super::usual::{self, DEFAULT_CONTACT_STIFFNESS};
 use crate::block::{
@@ -110,10 +111,6 @@ impl Karnopp {
     /// The force, N, at which a block that has rested starts to slide, by direction.
     #[must_use]
     pub fn breakaway_force(&self) -> Directional {
-        if self.curve().is_some() {
-            // Sliding begins with the static force, whichever is larger.
-            return self.static_force;
-        }
         self.static_force.zip(self.dynamic_force, f64::max)
     }
 
@@ -235,7 +232,18 @@ impl Law for Karnopp {
         if !on_device && self.reseat.is_some() {
             return Err(SceneError::ReseatBehindBlock);
         }
+        if self.stribeck_velocity >= SUDDEN_FALL_MPS {
+            // What rises with speed is no Stribeck curve, and over a velocity as small as one may be it
+            // would be stiffer than a tick can follow.
+            check_static_not_below(Self::NAME, self.static_force, self.dynamic_force)?;
+        }
         Ok(())
+    }
+
+    fn comply(&mut self) {
+        if self.stribeck_velocity >= SUDDEN_FALL_MPS {
+            raise(&mut self.static_force, self.dynamic_force);
+        }
     }
 
     fn notes(&self) -> Vec<Note> {
@@ -276,6 +284,10 @@ impl Law for Karnopp {
 
     fn rigid_friction(&self) -> Option<Directional> {
         Some(self.dynamic_force)
+    }
+
+    fn damping_of_curve(&self) -> Option<f64> {
+        self.curve().map(|_| self.viscous.greatest())
     }
 
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {

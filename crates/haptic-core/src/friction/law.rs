@@ -69,6 +69,12 @@ pub(crate) trait Law: Debug {
         None
     }
 
+    /// Under a block, the most damping (N s/m) that the law adds to the coupling's, where it is curved and
+    /// so followed by series; `None` where it is made of straight lines.
+    fn damping_of_curve(&self) -> Option<f64> {
+        None
+    }
+
     /// Compiles the law under a block.
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface>;
 

@@ -141,6 +141,10 @@ impl Law for Lugre {
         Some(self.contact_damping * (held / sliding - 1.0))
     }
 
+    fn damping_of_curve(&self) -> Option<f64> {
+        Some(self.viscous.greatest() + self.contact_damping)
+    }
+
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
         match self.forces().curve() {

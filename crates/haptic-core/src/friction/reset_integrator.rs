@@ -11,7 +11,7 @@
 //! `reseat = "continuous"`, the default, keeps the force instead, and `reseat = "slides"` (or
 //! `"published"`) is the model as it was printed.
 
-use super::forces::{check_static_not_below, raise};
+use super::forces::{check_static_not_below, check_stiction, limit_stiction, raise};
 use super::law::{Law, LawKind};
 use super::usual;
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
@@ -27,7 +27,7 @@ use alloc::boxed::Box;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ResetIntegrator {
-    /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MOST_STICTION`]
+    /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MOST_STICTION`](super::MOST_STICTION)
     /// times it.
     #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
     pub static_force: Directional,
@@ -47,9 +47,6 @@ pub struct ResetIntegrator {
     #[cfg_attr(feature = "serde", serde(default))]
     pub reseat: Reseat,
 }
-
-/// Largest `Fs/Fd = 1 + a`: the bristle's stiffness grows with it.
-pub const MOST_STICTION: f64 = 100.0;
 
 impl ResetIntegrator {
     /// `(1 + a) sigma`, N/m, by the direction that the bristle is loaded in.
@@ -106,29 +103,12 @@ impl Law for ResetIntegrator {
 
     fn validate(&self, _on_device: bool) -> Result<(), SceneError> {
         check_static_not_below(Self::NAME, self.static_force, self.dynamic_force)?;
-        for direction in Direction::BOTH {
-            let (held, sliding) = (self.static_force.get(direction), self.dynamic_force.get(direction));
-            let max = MOST_STICTION * sliding;
-            if held > max {
-                return Err(SceneError::TooMuchStiction {
-                    param: Parameter::StaticForce.in_direction(direction),
-                    static_force: held,
-                    dynamic_force: sliding,
-                    max,
-                    most_ratio: MOST_STICTION,
-                });
-            }
-        }
-        Ok(())
+        check_stiction(Self::NAME, self.static_force, self.dynamic_force)
     }
 
     fn comply(&mut self) {
         raise(&mut self.static_force, self.dynamic_force);
-        for direction in Direction::BOTH {
-            let most = MOST_STICTION * self.dynamic_force.get(direction);
-            let held = self.static_force.get_mut(direction);
-            *held = held.min(most);
-        }
+        limit_stiction(&mut self.static_force, self.dynamic_force);
     }
 
     fn holding_force(&self) -> Directional {

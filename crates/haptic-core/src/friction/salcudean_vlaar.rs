@@ -6,15 +6,18 @@
 //! stuck:    F = Kp (x - xs),  until |F| > Fs
 //! sliding:  F = b v,          until |v| < DV; the spring is then anchored where the force stays as it was
 //! ```
+//!
+//! With `DV` a stop creates energy of `(b DV)^2/2 Kp`, as the spring did not store the force that it then holds.
 
 use super::law::{Law, LawKind};
 use super::usual;
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::direction::Direction;
 use crate::directional::Directional;
-use crate::parameters::{Parameter, Slot};
+use crate::parameters::{Note, NoteKind, Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;
+use alloc::vec::Vec;
 
 /// Salcudean-Vlaar friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,6 +79,24 @@ impl Law for SalcudeanVlaar {
             Parameter::VelocityThreshold => Some(Slot::One(&mut self.velocity_threshold)),
             _ => None,
         }
+    }
+
+    fn notes(&self) -> Vec<Note> {
+        let held = self
+            .viscous
+            .zip(self.static_force, |viscous, most| {
+                (viscous * self.velocity_threshold).min(most)
+            })
+            .greatest();
+        let kind = NoteKind::StopCreatesEnergy {
+            velocity_threshold: self.velocity_threshold,
+            energy: 0.5 * held * held / self.contact_stiffness,
+        };
+        let note = Note {
+            param: Parameter::VelocityThreshold.into(),
+            kind,
+        };
+        (held > 0.0).then_some(note).into_iter().collect()
     }
 
     fn holding_force(&self) -> Directional {

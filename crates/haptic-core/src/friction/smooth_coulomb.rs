@@ -3,7 +3,7 @@
 
 use super::law::{Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
-use crate::contact::{Contact, DeviceContact, EnergyMeter, Leg, Stroke, YieldingContact};
+use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter, Leg, Stroke, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::exp_m1;
@@ -92,14 +92,14 @@ impl YieldingContact for SmoothCoulomb {
         0.0
     }
 
-    fn seat(&mut self, _force: f64) {}
+    fn recall(&mut self, _memory: &ContactMemory, _speed: f64) {}
 
     fn stored_energy(&self) -> f64 {
         0.0
     }
 
-    fn contact(&self, velocity: f64) -> Contact {
-        Contact::Sliding(Direction::of(velocity))
+    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
+        Contact::Sliding(direction)
     }
 }
 
@@ -167,10 +167,10 @@ impl DeviceContact for SmoothCoulomb {
         direction.sign() * self.at(direction, velocity.abs())
     }
 
-    fn seat(&mut self, _force: f64) {}
+    fn recall(&mut self, _memory: &ContactMemory, _speed: f64) {}
 
-    fn contact(&self, velocity: f64) -> Contact {
-        Contact::Sliding(Direction::of(velocity))
+    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
+        Contact::Sliding(direction)
     }
 }
 

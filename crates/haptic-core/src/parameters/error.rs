@@ -113,13 +113,14 @@ pub enum SceneError {
         /// The smallest velocity accepted, m/s.
         least: f64,
     },
-    /// The reset integrator's stiction is out of proportion.
+    /// A bristle's stiction is out of proportion.
     #[error(
         "{param} = {static_force} N is more than {most_ratio} times the dynamic force of {dynamic_force} N: the law \
-         `reset-integrator` holds the one with a bristle of the length that \
-         the other gives; lower it to {max} N"
+         `{law}` holds the one with a bristle of the length that the other gives; lower it to {max} N"
     )]
     TooMuchStiction {
+        /// The law.
+        law: &'static str,
         /// The static limit, with its direction.
         param: ParameterKey,
         /// N.
@@ -156,6 +157,30 @@ pub enum SceneError {
         mass_needed: f64,
         /// A stiffness that is within it, N/m.
         stiffness_allowed: f64,
+    },
+    /// A block on a curved law would settle too fast for the rate at which it is rendered.
+    #[error(
+        "a block of {mass} kg under {damping} N s/m settles {decays:.0} times in one tick of {period_us:.1} us; the \
+         limit of the law `{law}` is {limit}: raise mass to {mass_needed:.3e} kg, or lower the damping (of coupling, \
+         contact and drag together) to {damping_allowed:.3e} N s/m"
+    )]
+    TooDamped {
+        /// The law.
+        law: &'static str,
+        /// Mass, kg.
+        mass: f64,
+        /// All damping together, N s/m.
+        damping: f64,
+        /// The tick, microseconds.
+        period_us: f64,
+        /// Time constants in a tick.
+        decays: f64,
+        /// The limit.
+        limit: f64,
+        /// A mass that is within it, kg.
+        mass_needed: f64,
+        /// A damping that is within it, N s/m.
+        damping_allowed: f64,
     },
 }
 

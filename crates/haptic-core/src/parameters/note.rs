@@ -21,6 +21,13 @@ pub enum NoteKind {
         /// The dynamic limit, N: the force at which the block really lets go.
         dynamic_force: f64,
     },
+    /// A stop creates energy, because the contact begins to hold with the drag of the moment.
+    StopCreatesEnergy {
+        /// The velocity at which a slide ends, m/s.
+        velocity_threshold: f64,
+        /// J, at most.
+        energy: f64,
+    },
 }
 
 impl core::fmt::Display for Note {
@@ -33,6 +40,15 @@ impl core::fmt::Display for Note {
                 f,
                 "{} = {static_force} N is below the dynamic force of {dynamic_force} N: the block lets go at \
                  {dynamic_force} N",
+                self.param
+            ),
+            NoteKind::StopCreatesEnergy {
+                velocity_threshold,
+                energy,
+            } => write!(
+                f,
+                "{} = {velocity_threshold} m/s ends a slide whose drag the spring then holds: each stop creates up to \
+                 {energy:.2e} J",
                 self.param
             ),
         }

@@ -3,7 +3,7 @@
 use super::surface::Surface;
 use crate::block::{BlockState, Coupling, EventSink, Moving, PiecewiseContact, Rendered};
 use crate::block::{literal, yielding};
-use crate::contact::Contact;
+use crate::contact::{Contact, ContactMemory};
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
 
@@ -62,6 +62,10 @@ impl<M: Moving> Moving for ImplicitScheme<M> {
         self.0.state()
     }
 
+    fn memory(&self) -> ContactMemory {
+        self.0.memory()
+    }
+
     fn set_state(&mut self, state: BlockState) {
         self.0.set_state(state);
     }
@@ -72,13 +76,5 @@ impl<M: Moving> Moving for ImplicitScheme<M> {
 
     fn coupling_force(&self) -> f64 {
         self.0.coupling_force()
-    }
-
-    fn friction(&self) -> f64 {
-        self.0.friction()
-    }
-
-    fn seat(&mut self, force: f64) {
-        self.0.seat(force);
     }
 }

@@ -3,7 +3,7 @@
 
 use super::legs::Motion;
 use crate::block::{BlockState, EventSink, Moving, Rendered};
-use crate::contact::{Contact, DeviceContact, EnergyMeter};
+use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter};
 use crate::direction::Direction;
 use crate::directional::Directional;
 
@@ -47,16 +47,20 @@ impl Moving for ViscousSurface {
         state
     }
 
+    /// What follows begins with this force, and not with a slide.
+    fn memory(&self) -> ContactMemory {
+        ContactMemory {
+            force: self.coupling_force(),
+            ..ContactMemory::RESTED
+        }
+    }
+
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
     }
 
     fn coupling_force(&self) -> f64 {
         self.viscous.get(Direction::of(self.velocity)) * self.velocity
-    }
-
-    fn friction(&self) -> f64 {
-        self.coupling_force()
     }
 }
 
@@ -71,7 +75,7 @@ pub(crate) struct DeviceSurface<C> {
 
 impl<C: DeviceContact> DeviceSurface<C> {
     pub(crate) fn new(law: C) -> Self {
-        let contact = law.contact(0.0);
+        let contact = law.contact(law.facing(), 0.0);
         Self {
             law,
             position: 0.0,
@@ -83,7 +87,7 @@ impl<C: DeviceContact> DeviceSurface<C> {
     /// Moves the contact on by a tick; returns whether the bounded work ran out.
     #[inline]
     fn follow(&mut self, motion: &Motion, meter: &mut impl EnergyMeter) -> bool {
-        if let Some(leg) = motion.leg() {
+        if let Some(leg) = motion.leg(|| self.law.facing()) {
             return self.law.advance(&leg, meter);
         }
         self.follow_turn(motion, meter)
@@ -98,7 +102,7 @@ impl<C: DeviceContact> DeviceSurface<C> {
 
     #[cold]
     fn follow_turn(&mut self, motion: &Motion, meter: &mut impl EnergyMeter) -> bool {
-        let (to_turn, last) = motion.turn();
+        let (to_turn, last) = motion.turn(|| self.law.facing());
         let ran_out = to_turn.is_some_and(|leg| self.law.advance(&leg, meter));
         self.law.advance(&last, meter) || ran_out
     }
@@ -127,8 +131,7 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
             } else {
                 work_exhausted = self.follow(&motion, &mut ());
             }
-            let direction = Direction::of(if motion.by == 0.0 { velocity } else { motion.by });
-            let contact = self.law.contact(direction.sign() * velocity.abs());
+            let contact = self.law.contact(motion.direction(|| self.law.facing()), velocity.abs());
             if contact != self.contact {
                 events = 1;
                 sink.contact_changed(elapsed_s, self.contact, contact);
@@ -149,14 +152,23 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
         state
     }
 
+    fn memory(&self) -> ContactMemory {
+        self.law.memory()
+    }
+
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
-        self.law.seat(0.0);
-        self.contact = self.law.contact(self.velocity);
+        self.law.recall(&state.memory, self.velocity.abs());
+        let direction = if self.velocity == 0.0 {
+            self.law.facing()
+        } else {
+            Direction::of(self.velocity)
+        };
+        self.contact = self.law.contact(direction, self.velocity.abs());
     }
 
     fn at_rest(&self) -> Contact {
-        self.law.contact(0.0)
+        self.law.contact(self.law.facing(), 0.0)
     }
 
     fn coupling_force(&self) -> f64 {
@@ -165,14 +177,5 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
         } else {
             self.law.friction(self.velocity)
         }
-    }
-
-    fn friction(&self) -> f64 {
-        self.coupling_force()
-    }
-
-    fn seat(&mut self, force: f64) {
-        self.law.seat(force);
-        self.contact = self.law.contact(self.velocity);
     }
 }

@@ -24,15 +24,25 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// The motion in one direction, where the velocities have one sign.
+    /// Where it went. A hand that stays where it is goes on facing the way that its contact does.
     #[inline]
-    pub(crate) fn leg(&self) -> Option<Leg> {
-        (self.from_velocity * self.to_velocity >= 0.0).then(|| self.whole())
+    pub(crate) fn direction(&self, facing: impl FnOnce() -> Direction) -> Direction {
+        if self.by == 0.0 {
+            facing()
+        } else {
+            Direction::of(self.by)
+        }
     }
 
-    fn whole(&self) -> Leg {
+    /// The motion in one direction, where the velocities have one sign.
+    #[inline]
+    pub(crate) fn leg(&self, facing: impl FnOnce() -> Direction) -> Option<Leg> {
+        (self.from_velocity * self.to_velocity >= 0.0).then(|| self.whole(facing))
+    }
+
+    fn whole(&self, facing: impl FnOnce() -> Direction) -> Leg {
         Leg {
-            direction: Direction::of(if self.by == 0.0 { self.to_velocity } else { self.by }),
+            direction: self.direction(facing),
             distance: self.by.abs(),
             from_speed: self.from_velocity.abs(),
             to_speed: self.to_velocity.abs(),
@@ -43,8 +53,8 @@ impl Motion {
     /// The leg up to a turn, where there is one, and the last leg, where the velocities differ in
     /// sign.
     #[cold]
-    pub(crate) fn turn(&self) -> (Option<Leg>, Leg) {
-        let whole = self.whole();
+    pub(crate) fn turn(&self, facing: impl FnOnce() -> Direction) -> (Option<Leg>, Leg) {
+        let whole = self.whole(facing);
         let first = Leg {
             direction: Direction::of(self.from_velocity),
             to_speed: 0.0,
@@ -58,6 +68,15 @@ impl Motion {
         let along = first.direction.sign() * self.by;
         let beyond = self.beyond();
         let (there, back) = (beyond + along.max(0.0), beyond + (-along).max(0.0));
+        if there == 0.0 && back == 0.0 {
+            return (
+                None,
+                Leg {
+                    from_speed: 0.0,
+                    ..whole
+                },
+            );
+        }
         if there == 0.0 {
             return (None, Leg { distance: back, ..last });
         }

@@ -22,7 +22,8 @@ pub(crate) trait Surface: Debug + Send + Sync {
     fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered;
     /// Moves on and reports each change of contact to `sink`.
     fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered;
-    /// See [`Moving::state`].
+    /// [`Moving::state`] with its [`memory`](Moving::memory): [`set_state`](Self::set_state) goes on
+    /// from there.
     fn state(&self) -> BlockState;
     /// The part of the state that every tick shows.
     fn shown(&self) -> Shown;
@@ -32,10 +33,6 @@ pub(crate) trait Surface: Debug + Send + Sync {
     fn at_rest(&self) -> Contact;
     /// See [`Moving::coupling_force`].
     fn coupling_force(&self) -> f64;
-    /// See [`Moving::friction`].
-    fn friction(&self) -> f64;
-    /// See [`Moving::seat`].
-    fn seat(&mut self, force: f64);
     /// A copy.
     fn boxed(&self) -> Box<dyn Surface>;
 }
@@ -50,7 +47,10 @@ impl<M: Moving> Surface for M {
     }
 
     fn state(&self) -> BlockState {
-        Moving::state(self)
+        BlockState {
+            memory: self.memory(),
+            ..Moving::state(self)
+        }
     }
 
     fn shown(&self) -> Shown {
@@ -77,14 +77,6 @@ impl<M: Moving> Surface for M {
 
     fn coupling_force(&self) -> f64 {
         Moving::coupling_force(self)
-    }
-
-    fn friction(&self) -> f64 {
-        Moving::friction(self)
-    }
-
-    fn seat(&mut self, force: f64) {
-        Moving::seat(self, force);
     }
 
     fn boxed(&self) -> Box<dyn Surface> {

@@ -44,11 +44,29 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::TooFast`] where the block oscillates more than [`MAX_PHASE_PER_TICK_RAD`] in a
-    /// tick.
+    /// tick, and [`SceneError::TooDamped`] where under a curved law, which is followed by series, as
+    /// many of its time constants `M/(B + b + sigma1)` lie in one.
     pub fn validate_rate(&self, period_s: f64) -> Result<(), SceneError> {
         let (Some(block), Some(held)) = (&self.block, &self.coupling) else {
             return Ok(());
         };
+        let law = self.friction.as_law();
+        if let Some(of_law) = law.damping_of_curve() {
+            let (mass, damping) = (block.mass, held.damping + of_law);
+            let decays = damping / mass * period_s;
+            if decays > MAX_PHASE_PER_TICK_RAD {
+                return Err(SceneError::TooDamped {
+                    law: self.friction.law(),
+                    mass,
+                    damping,
+                    period_us: period_s * 1e6,
+                    decays,
+                    limit: MAX_PHASE_PER_TICK_RAD,
+                    mass_needed: damping * period_s / MAX_PHASE_PER_TICK_RAD,
+                    damping_allowed: MAX_PHASE_PER_TICK_RAD * mass / period_s,
+                });
+            }
+        }
         let contact_stiffness = self.friction.contact_stiffness(false);
         let (mass, stiffness) = (block.mass, held.stiffness + contact_stiffness);
         // A contact that gives way is damped by its own law at times only.

@@ -4,8 +4,10 @@
 mod explore;
 mod invariants;
 mod laws;
+mod metamorphic;
 mod no_subnormals;
 mod on_device;
+mod properties;
 mod random;
 mod random_laws;
 mod reference;

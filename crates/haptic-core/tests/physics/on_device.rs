@@ -64,18 +64,6 @@ fn hand(random: &mut Random) -> Vec<Tick> {
         .collect()
 }
 
-/// A hand that turns at a sample.
-fn to_and_fro(random: &mut Random) -> Vec<Tick> {
-    let mut ticks = hand(random);
-    let half = ticks.len() / 2;
-    for (k, tick) in ticks.iter_mut().enumerate() {
-        let sign = if k < half { 1.0 } else { -1.0 };
-        (tick.from, tick.to) = (sign * tick.from.abs(), sign * tick.to.abs());
-    }
-    (ticks[half - 1].to, ticks[half].from) = (0.0, 0.0);
-    ticks
-}
-
 /// A surface that begins with some force in its contact.
 fn begun(scene: &Scene, random: &mut Random) -> Renderer {
     let mut held = renderer(&on_device(Friction::SalcudeanVlaar(SalcudeanVlaar {
@@ -137,44 +125,6 @@ fn a_tick_cut_into_ten_gives_the_same_force() {
     assert!(failed.is_empty(), "{failed:#?}");
 }
 
-/// A change of scene takes over the force of the contact, and not where it is on its path: that
-/// must be found again.
-#[test]
-fn a_scene_that_replaces_itself_in_every_tick_gives_the_same_force() {
-    let mut random = Random(521_288_629_362_436_069);
-    for law in LAWS {
-        let mut worst: f64 = 0.0;
-        for _ in 0..test_run::extent(20, 200) {
-            let friction = friction(law, &mut random);
-            // A change of scene forgets that a spring slides.
-            if matches!(
-                friction,
-                Friction::Karnopp(_) | Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_)
-            ) {
-                continue;
-            }
-            let scene = on_device(friction)
-                .with(&[("b".parse().expect("b"), 0.0)])
-                .and_then(|scene| scene.with(&[("sigma1".parse().expect("sigma1"), 0.0)]).or(Ok(scene)))
-                .expect("a scene");
-            let mut once = begun(&scene, &mut random);
-            let mut anew = once.clone();
-            let mut at = once.state().device_position;
-            for tick in to_and_fro(&mut random) {
-                at += tick.at(1.0).1;
-                let mut next = renderer(&scene);
-                let step = next.take_over(&anew);
-                assert!(step.abs() <= 1e-12, "{law}: a step of {step:e} N");
-                anew = next;
-                let force = once.tick(tick.elapsed_s, at, tick.to).coupling_force;
-                worst = worst.max((force - anew.tick(tick.elapsed_s, at, tick.to).coupling_force).abs());
-            }
-        }
-        println!("{law:26} {worst:8.1e} N");
-        assert!(worst <= TOLERANCE, "{law}: {worst:e} N");
-    }
-}
-
 /// A velocity that does not agree with the positions says nothing of where the hand turned.
 #[test]
 fn an_estimated_velocity_takes_no_turn() {
@@ -201,7 +151,7 @@ fn an_estimated_velocity_takes_no_turn() {
     }
 }
 
-/// Where nothing is left of the limit at speed, the force is a number all the same.
+/// Where little is left of the limit at speed, the force is a number all the same.
 #[test]
 fn a_limit_that_falls_to_nothing_gives_numbers() {
     let mut random = Random(271_828_182_845_904_523);
@@ -210,12 +160,9 @@ fn a_limit_that_falls_to_nothing_gives_numbers() {
             let scene = on_device(friction(law, &mut random));
             let falls = |name: &str, value: f64| (name.parse().expect("a parameter"), value);
             let ws = random.decades(1e-3, 0.1);
+            let held = random.decades(1e-3, 10.0);
             let scene = scene
-                .with(&[
-                    falls("Fs", random.decades(1e-3, 10.0)),
-                    falls("Fd", 0.0),
-                    falls("ws", ws),
-                ])
+                .with(&[falls("Fs", held), falls("Fd", held / 99.0), falls("ws", ws)])
                 .expect("a scene");
             let mut surface = renderer(&scene);
             for tick in hand(&mut random) {

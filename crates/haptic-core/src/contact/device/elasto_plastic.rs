@@ -13,7 +13,7 @@ use super::root;
 use super::stribeck_flow::{Curve, Part, follow, follow_constant};
 use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::{Level, Stribeck};
-use crate::contact::state::Contact;
+use crate::contact::state::{Contact, ContactMemory};
 use crate::contact::yielding::by_elastic_share;
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -150,9 +150,11 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
     }
 
     fn follow_curve(&self, mut force: f64, curve: &Curve, mut part: Part) -> (f64, bool) {
-        // Far ahead of its end the part only leads to the curve, which any force comes to.
-        let exponent = self.stiffness * part.distance / (curve.dynamic + curve.fall);
-        if exponent > FORGOTTEN {
+        // Far ahead of its end the part only leads to the curve, which any force comes to once it has
+        // been unloaded.
+        let per_level = 1.0 / (curve.dynamic + curve.fall);
+        let exponent = self.stiffness * part.distance * per_level;
+        if exponent + force.min(0.0) * per_level > FORGOTTEN {
             part = part.split(1.0 - FORGOTTEN / exponent).1;
             force = force.clamp(0.0, curve.at(part.from));
         }
@@ -361,14 +363,13 @@ impl<M: MasterLaw> DeviceContact for DeviceElastoPlastic<M> {
         self.force + (self.damping * share + self.viscous.get(direction)) * velocity
     }
 
-    fn seat(&mut self, force: f64) {
-        let force = if force.is_finite() { force } else { 0.0 };
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
         let limit = |direction| self.level.at(direction, 0.0);
         self.force = flush(force.clamp(-limit(Direction::Negative), limit(Direction::Positive)));
     }
 
-    fn contact(&self, velocity: f64) -> Contact {
-        let direction = Direction::of(velocity);
-        by_elastic_share(self.share(direction, velocity.abs()), direction)
+    fn contact(&self, direction: Direction, speed: f64) -> Contact {
+        by_elastic_share(self.share(direction, speed), direction)
     }
 }

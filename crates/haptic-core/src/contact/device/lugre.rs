@@ -5,7 +5,7 @@ use super::leg::Leg;
 use super::stribeck_flow::{Curve, follow, follow_constant};
 use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::{Level, Stribeck};
-use crate::contact::state::Contact;
+use crate::contact::state::{Contact, ContactMemory};
 use crate::contact::yielding::by_elastic_share;
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -126,15 +126,14 @@ impl<L: FlowLevel> DeviceContact for DeviceLugre<L> {
         }
     }
 
-    fn seat(&mut self, force: f64) {
-        let force = if force.is_finite() { force } else { 0.0 };
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
         let limit = |direction| self.level.at(direction, 0.0);
         self.force = flush(force.clamp(-limit(Direction::Negative), limit(Direction::Positive)));
     }
 
-    fn contact(&self, velocity: f64) -> Contact {
-        let direction = Direction::of(velocity);
-        by_elastic_share(self.share(direction, velocity.abs()), direction)
+    fn contact(&self, direction: Direction, speed: f64) -> Contact {
+        by_elastic_share(self.share(direction, speed), direction)
     }
 }
 

@@ -4,7 +4,7 @@
 use super::leg::Leg;
 use super::master_path::{FARTHEST, MasterLaw, MasterPath};
 use super::{DeviceContact, EnergyMeter};
-use crate::contact::state::Contact;
+use crate::contact::state::{Contact, ContactMemory};
 use crate::contact::yielding::by_elastic_share;
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -175,14 +175,13 @@ impl<M: MasterLaw> DeviceContact for PathBristle<M> {
         force + (damping + self.viscous.get(direction)) * velocity
     }
 
-    fn seat(&mut self, force: f64) {
-        let force = if force.is_finite() { force } else { 0.0 };
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
         self.force = flush(force.clamp(-self.limit.negative, self.limit.positive));
         self.place = None;
     }
 
-    fn contact(&self, velocity: f64) -> Contact {
-        let direction = Direction::of(velocity);
+    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
         by_elastic_share(f64::from(u8::from(self.is_elastic(direction))), direction)
     }
 }

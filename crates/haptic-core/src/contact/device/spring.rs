@@ -7,7 +7,7 @@ use super::root;
 use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::Level;
 use crate::contact::spring::{SpringContact, SpringState};
-use crate::contact::state::Contact;
+use crate::contact::state::{Contact, ContactMemory};
 use crate::contact::static_limit::StaticLimit;
 use crate::contact::yielding::YieldingContact;
 use crate::direction::Direction;
@@ -15,7 +15,7 @@ use crate::flush::flush;
 
 /// Most slides that begin and end on a leg one by one. Where there are more, the spring is found
 /// somewhere between the friction of a slide and its limit.
-const MOST_SLIDES: u32 = 64;
+const MOST_SLIDES: u32 = 512;
 /// A rising limit is met to this, N.
 const CLOSE: f64 = 1e-13;
 /// Halvings that find an extreme of the load over its limit.
@@ -242,11 +242,19 @@ impl<L: Level, R: StaticLimit> DeviceContact for SpringContact<L, R> {
         YieldingContact::friction(self, velocity)
     }
 
-    fn seat(&mut self, force: f64) {
-        YieldingContact::seat(self, force);
+    fn recall(&mut self, memory: &ContactMemory, speed: f64) {
+        YieldingContact::recall(self, memory, speed);
     }
 
-    fn contact(&self, velocity: f64) -> Contact {
-        YieldingContact::contact(self, velocity)
+    fn memory(&self) -> ContactMemory {
+        YieldingContact::memory(self)
+    }
+
+    fn contact(&self, direction: Direction, speed: f64) -> Contact {
+        YieldingContact::contact(self, direction, speed)
+    }
+
+    fn facing(&self) -> Direction {
+        YieldingContact::facing(self)
     }
 }
