@@ -91,6 +91,26 @@ pub fn be_patient(hapticd: &mut Command) {
     }
 }
 
+/// The scene of Richard and Cutkosky's block.
+pub const PAPER_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/simulated-friction.toml");
+
+/// Lets a daemon on a rig in its own process begin with the paper's scene, unless its arguments name another: whatever
+/// hapticd begins with, the figures of the tests are those of the paper.
+fn begin_with_the_papers_scene(hapticd: &mut Command) {
+    let given: Vec<_> = hapticd.get_args().map(std::ffi::OsStr::to_os_string).collect();
+    let is_fake = given.windows(2).any(|pair| pair[0] == "--device" && pair[1] == "fake");
+    let names_one = given.iter().any(|argument| {
+        let argument = argument.to_string_lossy();
+        ["--scene=", "--config"]
+            .iter()
+            .any(|option| argument.starts_with(option))
+            || argument == "--scene"
+    });
+    if is_fake && !names_one {
+        hapticd.args(["--scene", PAPER_SCENE]);
+    }
+}
+
 /// Copies one of the workspace's binaries to where it can be run by others. A child writes it: were
 /// this process to do it, a program that another thread starts meanwhile would hold it open for
 /// writing for a moment, and it could not be run.
@@ -179,6 +199,7 @@ impl Daemon {
     #[must_use]
     pub fn spawn_writing_to(mut command: Command, socket: &Path, stdout: Stdio) -> Self {
         be_patient(&mut command);
+        begin_with_the_papers_scene(&mut command);
         let mut child = command
             .arg("--socket")
             .arg(socket)
@@ -478,7 +499,7 @@ pub fn bring_to(client: &mut Client, state: RigState) {
     loop {
         let next = match status(client).state {
             now if now == state => return,
-            RigState::Idle => Request::Engage {},
+            RigState::Idle => Request::engage(),
             RigState::Stopped => Request::Reset {},
             _ => Request::Status {},
         };
@@ -500,7 +521,7 @@ pub fn engage(client: &mut Client) {
         let _: StateReply = client.request(Request::Reset {}).expect("its fault is over");
     }
     if before.state != RigState::Engaged {
-        let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+        let _: StateReply = client.request(Request::engage()).expect("it is idle");
     }
     let engaged = wait_for(client, "the end of its ramp", |status| {
         !matches!(status.state, RigState::Idle | RigState::Engaging)

@@ -63,7 +63,7 @@ impl Reloaded {
 
 /// Engages and waits until the block slides.
 fn pull(client: &mut Client) {
-    let _: serde_json::Value = client.request(Request::Engage {}).expect("it is idle");
+    let _: serde_json::Value = client.request(Request::engage()).expect("it is idle");
     wait_for(client, "a sliding block", |status| {
         status.state == RigState::Engaged && (status.command_force_n.abs() - 3.5).abs() < 0.01
     });
@@ -312,7 +312,7 @@ fn the_active_scene_stays_when_its_file_changes_and_files_without_a_scene_are_na
 
     let scenes = rig.directory.path().join("scenes");
     let text = fs::read_to_string(scenes.join("mine.toml")).expect("it is saved");
-    fs::write(scenes.join("mine.toml"), text.replace("0.5", "0.75")).expect("written");
+    fs::write(scenes.join("mine.toml"), text.replace("0.1", "0.15")).expect("written");
     fs::write(scenes.join("broken.toml"), "law = 7\n").expect("written");
     let before = status(&mut client).revision;
     let reply = rig.ctl_reload();
@@ -355,7 +355,7 @@ fn a_daemon_whose_terminal_is_gone_lets_the_force_down_and_ends() {
     let mut terminal = Terminal::start(command);
     terminal.wait_for("the daemon", |shown| shown.contains(" Hz, "));
     let mut client = Client::connect(&socket).expect("the daemon serves");
-    let _: serde_json::Value = client.request(Request::Engage {}).expect("it is idle");
+    let _: serde_json::Value = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     kill_process(terminal.pid(), Signal::HUP).expect("it runs");
     assert!(terminal.end().success(), "{}", terminal.written());

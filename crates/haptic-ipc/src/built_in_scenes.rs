@@ -22,4 +22,5 @@ pub const BUILT_IN_SCENES: &[(&str, &str)] = &[
         include_str!("../../../scenes/asymmetric-with-memory.toml"),
     ),
     ("lugre", include_str!("../../../scenes/lugre.toml")),
+    ("light-block", include_str!("../../../scenes/light-block.toml")),
 ];

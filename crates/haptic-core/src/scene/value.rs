@@ -32,6 +32,20 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// A light block on the paper's surface, with a grip that light rigs and those behind a USB link can bear.
+    #[must_use]
+    pub fn light_block() -> Self {
+        Self {
+            name: String::from("light block"),
+            block: Some(Block { mass: 0.1 }),
+            coupling: Some(Coupling {
+                stiffness: 1000.0,
+                damping: 10.0,
+            }),
+            friction: Friction::Karnopp(Karnopp::new(4.0, 3.5)),
+        }
+    }
+
     /// The paper's block: 0.5 kg on a surface with 4 N of stiction and 3.5 N of kinetic friction.
     #[must_use]
     pub fn paper() -> Self {

@@ -321,7 +321,7 @@ impl Options {
 
     fn starting_scene(&self) -> Result<Scene, ConfigError> {
         let Some(path) = &self.scene else {
-            return Ok(Scene::paper());
+            return Ok(Scene::light_block());
         };
         let mut scene: Scene = read_toml(path)?;
         if scene.name.is_empty() {

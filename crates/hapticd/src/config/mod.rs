@@ -14,5 +14,7 @@ pub(crate) use engage_rules::EngageRules;
 pub(crate) use error::ConfigError;
 pub(crate) use options::Options;
 pub(crate) use resolve::ReloadedLimits;
+#[cfg(test)]
+pub(crate) use rig::SLIDE_DAMPING_NS_PER_M;
 pub(crate) use rig::{FrictionOptions, RigChoice};
 pub(crate) use source::Configuration;

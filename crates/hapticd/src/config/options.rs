@@ -208,7 +208,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub(super) rig_friction_n: Option<f64>,
 
-    /// Viscous damping of the rig itself, N s/m [default: what was identified, else 0]
+    /// Viscous damping of the rig itself, N s/m [default: what was identified; else 12 on the fake
+    /// rig, and 0 on others]
     #[arg(long, value_name = "NS/M", allow_hyphen_values = true)]
     pub(super) rig_damping_ns_per_m: Option<f64>,
 

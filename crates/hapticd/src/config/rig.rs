@@ -28,6 +28,10 @@ pub(crate) struct FrictionOptions {
     pub(crate) compensate: Option<f64>,
 }
 
+/// Viscous damping of the rig in this process, N s/m, unless an option names another: that of a slide with a damper, as
+/// an eddy-current brake is. It takes up what sampling makes with the grip of the first scene, `K T/2 + B` = 10.5.
+pub(crate) const SLIDE_DAMPING_NS_PER_M: f64 = 12.0;
+
 impl Options {
     pub(super) fn friction(&self) -> Result<FrictionOptions, ConfigError> {
         let checked = |name, given: Option<f64>, max, unit| match given {
@@ -48,7 +52,7 @@ impl Options {
         let properties = RigProperties {
             mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
             friction_n: friction.friction_n.unwrap_or(usual.friction_n),
-            damping_ns_per_m: friction.damping_ns_per_m.unwrap_or(usual.damping_ns_per_m),
+            damping_ns_per_m: friction.damping_ns_per_m.unwrap_or(SLIDE_DAMPING_NS_PER_M),
             resolution_m: within(
                 "encoder-resolution-m",
                 self.encoder_resolution_m,
