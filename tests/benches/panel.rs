@@ -63,7 +63,7 @@ fn click(screen: &Screen, place: (usize, usize)) {
 fn main() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
-    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    client.request::<StateReply>(Request::engage()).expect("it engages");
     drop(client);
     println!("| | window | share of a core |");
     println!("|---|---|---|");

@@ -250,7 +250,7 @@ fn subscription() -> Request {
 
 fn engage(daemon: &Daemon) {
     let mut client = daemon.client();
-    let _: haptic_ipc::StateReply = client.request(Request::Engage {}).expect("an idle rig");
+    let _: haptic_ipc::StateReply = client.request(Request::engage()).expect("an idle rig");
     wait_for(&mut client, "force", |status| {
         status.state == haptic_ipc::RigState::Engaged
     });

@@ -218,7 +218,7 @@ fn a_watcher_may_look_and_stop_and_takes_nobodys_place() {
         let _: SceneReply = watcher.request(Request::get()).expect("the scene");
         for request in [
             heavier(),
-            Request::Engage {},
+            Request::engage(),
             Request::Release {},
             Request::Reset {},
             Request::undo(),
@@ -285,7 +285,7 @@ fn survives(daemon: &Daemon, attack: Attack, time: Duration) {
         let attacking = scope.spawn(|| attack.run(daemon.socket(), &over));
         let began = Instant::now();
         while began.elapsed() < time || stops.is_empty() {
-            let _: StateReply = user.request(Request::Engage {}).expect("it is idle");
+            let _: StateReply = user.request(Request::engage()).expect("it is idle");
             for change in [of_mass(1.0), heavier()] {
                 let _: ChangeReply = user.request(change).expect("a valid change");
             }
@@ -378,7 +378,7 @@ fn a_stop_is_heard_though_its_sender_hangs_up_at_once() {
         .flat_map(|before| [(before, true), (before, false)])
     {
         for _ in 0..5 {
-            let _: StateReply = user.request(Request::Engage {}).expect("it is idle");
+            let _: StateReply = user.request(Request::engage()).expect("it is idle");
             let mut sender = UnixStream::connect(daemon.socket()).expect("there is a place");
             if greeted {
                 let greeting = sender.read(&mut [0; 1024]).expect("a greeting");
@@ -460,7 +460,7 @@ fn a_newcomers_stop_finds_its_way_through_every_crowd() {
         let socket = directory.path().join("run/control.sock");
         let daemon = with_descriptors(descriptors, &socket);
         let mut user = daemon.client();
-        let _: StateReply = user.request(Request::Engage {}).expect("it is idle");
+        let _: StateReply = user.request(Request::engage()).expect("it is idle");
         let over = AtomicBool::new(false);
         let mut stops = Vec::new();
         std::thread::scope(|scope| {

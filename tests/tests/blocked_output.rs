@@ -92,13 +92,13 @@ fn holds(what: &str, arguments: &[&str], blocked: impl Fn() -> Blocked) {
     for signal in [Signal::TERM, Signal::INT] {
         let output = blocked();
         let daemon = Mute::start(arguments, output.stdio(), output.stdio());
-        let (state, _) = asked(&daemon.socket, Request::Engage {});
+        let (state, _) = asked(&daemon.socket, Request::engage());
         assert!(state.is_live(), "{state}");
         let mut client = daemon.client();
         // More lines than the queue takes: each of these is one.
         for _ in 0..300 {
             // Refused where a busy machine has faulted the rig; that is a line as well.
-            drop(client.request::<StateReply>(Request::Engage {}));
+            drop(client.request::<StateReply>(Request::engage()));
         }
         engage(&mut client);
         // And more status lines of the demo than the output would take.
@@ -150,7 +150,7 @@ fn a_stop_and_a_signal_work_in_a_demo_with_both_outputs_a_terminal_that_is_held(
 fn a_signal_ends_a_daemon_whose_control_thread_hangs() {
     let daemon = Daemon::start(&["--ramp-ms", "50"]);
     let mut client = daemon.client();
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     let held = HeldThread::control(daemon.pid());
     let began = Instant::now();
@@ -172,7 +172,7 @@ fn what_was_lost_is_told_once_somebody_reads() {
     let mut client = daemon.client();
     // Each is a line, and more than pipe and queue hold.
     for _ in 0..3000 {
-        let _: StateReply = client.request(Request::Engage {}).expect("it is answered");
+        let _: StateReply = client.request(Request::engage()).expect("it is answered");
     }
     let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
     let told = lines.find(|line| line.contains("lost")).expect("it is told");

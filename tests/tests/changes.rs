@@ -230,7 +230,7 @@ fn a_ramp_moves_the_force_evenly_and_the_next_change_goes_on_from_where_it_is() 
     };
     // Drag in proportion to speed: the force tells the parameter of the moment.
     change(&mut client, Request::load(SceneRef::Name("viscous-drag".to_owned())));
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, haptic_ipc::RigState::Engaged);
     // Its velocity is what the force is divided by.
     wait_for(&mut client, "a hand that moves", |status| status.tick >= 1000);
@@ -302,7 +302,7 @@ fn whoever_listens_to_the_log_hears_every_change_and_the_stops() {
     };
     let _: SubscribeReply = listener.request(subscribe).expect("a subscription");
     change(&mut client, Request::set(params(&[("M", 1.0)])));
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     let stopped: StateReply = client.request(Request::Stop {}).expect("always");
     let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
     let mut heard = Vec::new();

@@ -31,10 +31,7 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
     ] {
         assert!(said.contains(part), "{said} lacks {part}");
     }
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::NotCommissioned
-    );
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
     let problems = status(&mut client).device.engage_refused;
     assert!(
         problems
@@ -79,10 +76,7 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
     assert_eq!(status(&mut client).device.engage_refused, []);
     drop((daemon, client));
     let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::MaybeAnotherRig
-    );
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
     let _: StateReply = client
         .request(Request::CommissionConfirm {})
         .expect("it was commissioned");
@@ -102,7 +96,7 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
         ),
     ] {
         rig = plugged_in(rig, &link, &other, &mut client);
-        let error = refused(&mut client, Request::Engage {});
+        let error = refused(&mut client, Request::engage());
         assert_eq!(error.code, code, "{error}");
         assert!(error.message.contains(why), "{error} lacks {why}");
     }
@@ -134,7 +128,7 @@ fn a_board_without_a_serial_number_is_asked_for_at_each_connection() {
 
     // Another board, which pulls the other way.
     let rig = plugged_in(rig, &link, &[&OWN[..], &["--reversed"]].concat(), &mut client);
-    let error = refused(&mut client, Request::Engage {});
+    let error = refused(&mut client, Request::engage());
     assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
     for part in ["no serial number", "commission --check", "engage --same-rig"] {
         assert!(error.message.contains(part), "{error} lacks {part}");
@@ -146,10 +140,7 @@ fn a_board_without_a_serial_number_is_asked_for_at_each_connection() {
     let forces_n = ticks.come_so_far().into_iter().map(|row| row.command_force_n.abs());
     let largest_n = forces_n.fold(0.0, f64::max);
     assert!((0.5..=1.0).contains(&largest_n), "{largest_n} N");
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::MaybeAnotherRig
-    );
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
 
     // The first again: a push shows it, or a person says so; each time that it is plugged in.
     let rig = plugged_in(rig, &link, &OWN, &mut client);
@@ -157,10 +148,7 @@ fn a_board_without_a_serial_number_is_asked_for_at_each_connection() {
     assert!(told.contains("moves as it was commissioned"), "{told}");
     renders_the_scene(&daemon, &mut client);
     let rig = plugged_in(rig, &link, &OWN, &mut client);
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::MaybeAnotherRig
-    );
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
     daemon.ctl_ok(&["engage", "--same-rig", "--wait"]);
     let _: StateReply = client.request(Request::Release {}).expect("it is engaged");
     wait_for_state(&mut client, RigState::Idle);
@@ -185,7 +173,7 @@ fn a_chip_in_the_name_is_a_serial_number_and_a_change_is_asked_once() {
     // Its hello says something else of its watchdog: once confirmed, this stays known.
     let changed = [&CHIP[..], &["--watchdog-ms", "150"]].concat();
     let rig = plugged_in(rig, &link, &changed, &mut client);
-    let error = refused(&mut client, Request::Engage {});
+    let error = refused(&mut client, Request::engage());
     assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
     assert!(error.message.contains("150 ms, and was 200 ms then"), "{error}");
     daemon.ctl_ok(&["commission", "--check", "--yes"]);
@@ -194,10 +182,7 @@ fn a_chip_in_the_name_is_a_serial_number_and_a_change_is_asked_once() {
     // Another chip was never commissioned.
     let other = ["--firmware-name", "mine 1.0#C3"];
     let _rig = plugged_in(rig, &link, &other, &mut client);
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::NotCommissioned
-    );
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
 }
 
 // hazard: H27
@@ -205,10 +190,7 @@ fn a_chip_in_the_name_is_a_serial_number_and_a_change_is_asked_once() {
 fn a_device_that_calls_itself_fake_rig_needs_a_commissioning() {
     let rig = FakeRig::start(&[]);
     let (_daemon, mut client) = daemon(&rig, &[]);
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::NotCommissioned
-    );
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
 }
 
 // hazard: H13
@@ -243,6 +225,7 @@ fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
         Request::CommissionStore {
             range_m: None,
             friction_n: None,
+            mass_kg: None,
         },
     );
     assert_eq!(error.code, ErrorCode::StateFile, "{error}");
@@ -257,7 +240,7 @@ fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
 fn a_device_that_gives_no_force_is_not_engaged_whatever_is_allowed() {
     let rig = FakeRig::start(&["--force-limit-n", "0"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned", "--allow-no-watchdog"]);
-    let error = refused(&mut client, Request::Engage {});
+    let error = refused(&mut client, Request::engage());
     assert_eq!((error.code, error.value), (ErrorCode::NoForce, Some(0.0)), "{error}");
     for part in ["force_limit = 0 N", "force_limit_mn"] {
         assert!(error.message.contains(part), "{error} lacks {part}");
@@ -273,7 +256,7 @@ fn a_device_without_a_watchdog_or_with_a_long_one_engages_only_where_that_is_all
     for (watchdog_ms, told) in [("0", "watchdog_ms = 0 ms"), ("1000", "watchdog_ms = 1000 ms")] {
         let rig = FakeRig::start(&["--watchdog-ms", watchdog_ms]);
         let (_strict, mut client) = daemon(&rig, &[]);
-        let error = refused(&mut client, Request::Engage {});
+        let error = refused(&mut client, Request::engage());
         assert_eq!((error.code, error.max), (ErrorCode::NoWatchdog, Some(200.0)), "{error}");
         for part in [told, "from 1 to 200 ms", "--allow-no-watchdog"] {
             assert!(error.message.contains(part), "{error} lacks {part}");

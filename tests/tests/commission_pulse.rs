@@ -44,10 +44,7 @@ fn a_motor_that_is_wired_the_other_way_ends_in_zero_force_and_is_not_kept() {
     let farthest = rows.iter().map(|row| row.device_position_m.abs()).fold(0.0, f64::max);
     assert!(farthest < 5e-3, "{farthest} m");
     wait_for_state(&mut client, RigState::Idle);
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::NotCommissioned
-    );
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
     let kept = daemon.scene_dir().with_file_name("state").join("commissioned");
     assert!(!kept.exists(), "nothing is kept");
 }
@@ -71,6 +68,7 @@ fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes
         Request::CommissionStore {
             range_m: None,
             friction_n: None,
+            mass_kg: None,
         },
     );
     assert_eq!(error.code, ErrorCode::Stopped, "{error}");
@@ -136,10 +134,7 @@ fn haptic_ctl_killed_in_a_pulse_leaves_no_force_and_nothing_kept() {
     });
     wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
     let_go(&mut client);
-    assert_eq!(
-        refused(&mut client, Request::Engage {}).code,
-        ErrorCode::NotCommissioned
-    );
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
 }
 
 // hazard: H13
@@ -163,7 +158,7 @@ fn nobody_else_moves_the_rig_or_its_scene_meanwhile_and_is_told_by_whom() {
     let by = status(&mut other).commissioning.expect("somebody").to_string();
     let set = Request::set([("mass".to_owned(), 1.5)].into_iter().collect());
     for request in [
-        Request::Engage {},
+        Request::engage(),
         set.clone(),
         Request::load(SceneRef::Name("viscous-drag".to_owned())),
         Request::CommissionBegin {},
@@ -173,7 +168,7 @@ fn nobody_else_moves_the_rig_or_its_scene_meanwhile_and_is_told_by_whom() {
         assert!(error.message.contains(&by), "{error} lacks {by}");
     }
     assert_eq!(
-        refused(&mut commissioner, Request::Engage {}).code,
+        refused(&mut commissioner, Request::engage()).code,
         ErrorCode::Commissioning
     );
     for request in [
@@ -205,6 +200,7 @@ fn nobody_else_moves_the_rig_or_its_scene_meanwhile_and_is_told_by_whom() {
         Request::CommissionStore {
             range_m: None,
             friction_n: None,
+            mass_kg: None,
         },
     );
     assert!(error.message.contains("no positive pulse"), "{error}");

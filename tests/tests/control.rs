@@ -61,7 +61,7 @@ fn engage_stop_and_reset_go_through_their_states() {
     let daemon = Daemon::start(&["--ramp-ms", "50"]);
     let mut client = daemon.client();
     assert_eq!(status(&mut client).state, RigState::Idle);
-    let reply: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let reply: StateReply = client.request(Request::engage()).expect("it is idle");
     assert_eq!(reply.state, RigState::Engaging);
     wait_for_state(&mut client, RigState::Engaged);
     wait_for(&mut client, "a force", |status| status.command_force_n.abs() > 1.0);
@@ -71,14 +71,14 @@ fn engage_stop_and_reset_go_through_their_states() {
     assert_eq!(stopped.state, RigState::Stopped);
     assert_eq!(status(&mut client).command_force_n, 0.0);
     let refused = client
-        .request::<StateReply>(Request::Engage {})
+        .request::<StateReply>(Request::engage())
         .expect_err("it is stopped");
     assert!(refused.to_string().contains("reset"), "{refused}");
     let idle: StateReply = client.request(Request::Reset {}).expect("it can be reset");
     assert_eq!(idle.state, RigState::Idle);
     assert_eq!(status(&mut client).command_force_n, 0.0, "a reset does not engage");
 
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     let reply: StateReply = client.request(Request::Release {}).expect("it is engaged");
     assert_eq!(reply.state, RigState::Releasing);
@@ -270,7 +270,7 @@ fn a_subscriber_gets_the_state_then_every_tick_in_order() {
             }
         }
         if !engaged && ticks.len() > 200 {
-            let _: StateReply = other.request(Request::Engage {}).expect("it is idle");
+            let _: StateReply = other.request(Request::engage()).expect("it is idle");
             engaged = true;
         }
     }

@@ -260,7 +260,7 @@ fn nobody_else_moves_the_rig_meanwhile_and_bounds_are_refused_by_name() {
     let mut identifier = begun(&daemon);
     let by = status(&mut other).commissioning.expect("somebody").to_string();
     for request in [
-        Request::Engage {},
+        Request::engage(),
         Request::load(SceneRef::Name("viscous-drag".to_owned())),
         Request::CommissionBegin {},
         Request::IdentifyBegin { range_m: Some(0.1) },

@@ -13,7 +13,7 @@ fn lease(client: &mut Client, timeout_ms: u32) -> LeaseReply {
 fn engaged() -> (Daemon, Client, Client) {
     let daemon = Daemon::start(&[]);
     let (mut watcher, mut holder) = (daemon.client(), daemon.client());
-    let _: StateReply = holder.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = holder.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut watcher, RigState::Engaged);
     (daemon, watcher, holder)
 }
@@ -88,7 +88,7 @@ fn a_release_is_journalled_as_that_of_the_lease_or_of_the_client_and_not_of_a_bu
     let daemon = Daemon::start(&["--rate=100", "--ramp-ms=1"]);
     let mut watcher = daemon.client();
     let engage = |watcher: &mut Client| {
-        let _: StateReply = watcher.request(Request::Engage {}).expect("it is idle");
+        let _: StateReply = watcher.request(Request::engage()).expect("it is idle");
         wait_for_state(watcher, RigState::Engaged);
     };
     let (mut dies, mut falls_silent) = (daemon.client(), daemon.client());
@@ -122,7 +122,7 @@ fn a_client_that_dies_while_it_is_sent_samples_lets_the_force_out_at_once_and_an
         holder.send("{\"id\":1,\"op\":\"lease\",\"timeout_ms\":60000}\n");
         holder.send("{\"id\":2,\"op\":\"subscribe\",\"topics\":[\"samples\"],\"batch_ms\":1}\n");
         wait_for(&mut watcher, "its lease", |status| status.leases == 1);
-        let _: StateReply = watcher.request(Request::Engage {}).expect("it is idle");
+        let _: StateReply = watcher.request(Request::engage()).expect("it is idle");
         wait_for_state(&mut watcher, RigState::Engaged);
         drop(holder);
         wait_for_state(&mut watcher, RigState::Idle);
@@ -209,7 +209,7 @@ fn the_first_of_two_leases_to_lapse_lets_the_force_out() {
     wait_for_state(&mut watcher, RigState::Idle);
     assert_eq!(status(&mut watcher).leases, 1);
     // The one that is left does not keep anybody from engaging again.
-    let _: StateReply = watcher.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = watcher.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut watcher, RigState::Engaged);
 }
 

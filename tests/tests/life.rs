@@ -218,7 +218,7 @@ fn scheduled_by_deadline_the_loop_renders_or_says_why_it_is_not() {
         assert!(refused.remedy.contains("cap_sys_nice"), "{refused:?}");
         test_run::skip("SCHED_DEADLINE", &refused.what);
     }
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     let engaged = wait_for_state(&mut client, RigState::Engaged);
     let later = wait_for(&mut client, "a second of it", |status| {
         status.tick > engaged.tick + 1000
@@ -233,13 +233,13 @@ fn a_daemon_that_ends_lets_force_out_and_not_in() {
     // Long enough for all that is tried while it lets the force out.
     let daemon = Daemon::start(&["--ramp-ms", "10000"]);
     let mut client = daemon.client();
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     let pid = rustix::process::Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("not zero");
     rustix::process::kill_process(pid, Signal::TERM).expect("it runs");
     wait_for_state(&mut client, RigState::Releasing);
     let refused = client
-        .request::<StateReply>(Request::Engage {})
+        .request::<StateReply>(Request::engage())
         .expect_err("it is ending");
     assert!(refused.to_string().contains("ending"), "{refused}");
     // Whoever comes now can still stop it.

@@ -224,7 +224,7 @@ fn engage_until(client: &mut Client, what: &str, wanted: impl Fn(Option<ErrorCod
         match status(client).state {
             RigState::Faulted => drop(client.request::<StateReply>(Request::Reset {})),
             RigState::Idle => {
-                let refused = match client.request::<StateReply>(Request::Engage {}) {
+                let refused = match client.request::<StateReply>(Request::engage()) {
                     Ok(_) => None,
                     Err(ClientError::Refused(error)) => Some(error.code),
                     Err(error) => panic!("{error}"),
@@ -352,7 +352,7 @@ fn another_version_is_named() {
     });
     assert_eq!(told.state, RigState::Disconnected);
     let refused = client
-        .request::<StateReply>(Request::Engage {})
+        .request::<StateReply>(Request::engage())
         .expect_err("nothing is there");
     println!("{refused}");
 }
@@ -421,7 +421,7 @@ fn unplugged_a_thousand_times_it_leaks_nothing_and_never_pulls_by_itself() {
         match random >> 30 {
             0 => {}
             1 => {
-                drop(client.request::<StateReply>(Request::Engage {}));
+                drop(client.request::<StateReply>(Request::engage()));
             }
             2 => engage(&mut client),
             _ => {

@@ -148,7 +148,7 @@ fn a_clock_that_lies_is_told_while_idle_and_refused() {
                 .any(|problem| problem.what.contains("time cannot be right"))
         });
         assert_eq!(told.state, RigState::Idle, "{lie}");
-        let error = refused(&mut client, Request::Engage {});
+        let error = refused(&mut client, Request::engage());
         assert_eq!(error.code, ErrorCode::DeviceClock, "{lie}: {error}");
     }
 }

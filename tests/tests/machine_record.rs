@@ -20,7 +20,7 @@ fn every_tick_of_a_real_motion_reaches_a_subscriber_while_the_scene_changes() {
     };
     let _: SubscribeReply = subscriber.request(subscribe).expect("a subscription");
     let mut tuner = daemon.client();
-    let _: StateReply = tuner.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = tuner.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut tuner, RigState::Engaged);
 
     let scenes = [

@@ -104,7 +104,7 @@ fn a_fault_is_counted_by_its_code() {
     for fault in Fault::KINDS {
         assert_eq!(value(&before, &counted(fault.code())), 0.0);
     }
-    drop(client.request::<StateReply>(Request::Engage {}));
+    drop(client.request::<StateReply>(Request::engage()));
     wait_for_state(&mut client, RigState::Faulted);
     assert_eq!(value(&scrape(address), &counted("too_fast")), 1.0);
 }
@@ -384,7 +384,7 @@ fn a_real_prometheus_sees_both_rigs_by_their_names_and_that_one_faults() {
     for fault in Fault::KINDS {
         assert_eq!(value(&before, &counted(fault.code())), 0.0);
     }
-    drop(client.request::<StateReply>(Request::Engage {}));
+    drop(client.request::<StateReply>(Request::engage()));
     wait_for_state(&mut client, RigState::Faulted);
     seen("hapticd_faults_total{code=\"too_fast\",instance=\"left\"} == 1");
     seen("hapticd_state{state=\"idle\",instance=\"right\"} == 1");

@@ -44,7 +44,7 @@ fn what_is_no_scene_in_the_library_is_refused_at_once_and_the_daemon_ends() {
     let daemon = Daemon::start(&["--ramp-ms", "20"]);
     let _socket = lay_traps(&daemon.scene_dir());
     let mut client = daemon.client();
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     let resident_kib = || size_kib(daemon.pid(), "VmRSS").expect("it runs");
     let before = resident_kib();
@@ -140,7 +140,7 @@ fn a_disk_that_does_not_answer_holds_up_neither_a_stop_nor_the_end() {
         return;
     };
     let mut client = daemon.client();
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     // More of them than it has threads for.
     let mut waiting: Vec<_> = (0..6).map(|_| daemon.raw()).collect();
@@ -167,7 +167,7 @@ fn a_disk_that_does_not_answer_holds_up_neither_a_stop_nor_the_end() {
         );
     }
     let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     let asked = Instant::now();
     let (ended, said) = daemon.end(Signal::TERM);

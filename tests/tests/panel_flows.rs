@@ -65,7 +65,7 @@ fn a_person_records_marks_notes_exports_and_closes() {
     }
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
-    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    client.request::<StateReply>(Request::engage()).expect("it engages");
     let mut panel = screen.panel(daemon.socket(), &["--theme", "dark", "--page", "record"]);
     wait_for(&mut client, "the panel", |status| status.clients == 3);
     let is_amber = |picture: &Picture| {
@@ -132,7 +132,7 @@ fn a_person_identifies_what_is_seen_of_the_rig() {
     let Some(screen) = Screen::open() else { return };
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
-    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    client.request::<StateReply>(Request::engage()).expect("it engages");
     let _panel = screen.panel(daemon.socket(), &["--theme", "dark", "--page", "identify"]);
     // Two turns of the hand and more.
     let begun = wait_for(&mut client, "the panel", |status| status.clients == 3);

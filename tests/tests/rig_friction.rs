@@ -128,7 +128,7 @@ fn a_share_beyond_the_largest_or_of_nothing_identified_is_refused() {
     }
     let directory = tempfile::tempdir().expect("a directory");
     let (daemon, mut client) = daemon(directory.path(), &["--compensate", "0.5"]);
-    let error: WireError = refused(&mut client, Request::Engage {});
+    let error: WireError = refused(&mut client, Request::engage());
     assert_eq!(
         (error.code, error.param.as_deref()),
         (ErrorCode::NotIdentified, Some("compensate"))
@@ -146,7 +146,7 @@ fn a_share_beyond_the_largest_or_of_nothing_identified_is_refused() {
     drop(daemon);
     let (_daemon, mut client) = self::daemon(directory.path(), &["--compensate", "0.5"]);
     refused_for(&mut client, "dynamic_force_N.positive = -1 N");
-    assert_eq!(refused(&mut client, Request::Engage {}).code, ErrorCode::NotIdentified);
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotIdentified);
 }
 
 #[test]

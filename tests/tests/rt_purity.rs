@@ -267,9 +267,9 @@ impl Load {
         while self.goes_on() {
             for request in [
                 Request::Reset {},
-                Request::Engage {},
+                Request::engage(),
                 Request::Release {},
-                Request::Engage {},
+                Request::engage(),
                 Request::Stop {},
             ] {
                 let resets = request == Request::Reset {};

@@ -68,7 +68,7 @@ fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) {
     assert_eq!(after.state, RigState::Faulted, "{what}");
     let fault = after.fault.unwrap_or_default();
     assert!(fault.starts_with("control_lost"), "{what}: {fault}");
-    assert_eq!(refused(&mut client, Request::Engage {}).code, ErrorCode::Faulted);
+    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::Faulted);
     let reset: StateReply = client.request(Request::Reset {}).expect("a reset");
     assert_eq!(reset.state, RigState::Idle);
 }
@@ -164,7 +164,7 @@ fn a_stop_is_confirmed_by_the_device_and_timed() {
 fn the_rigs_own_buttons_stop_it() {
     let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&["--buttons", "2"], &["--stop-button", "1", "--enable-button", "2"]);
-    let error = refused(&mut client, Request::Engage {});
+    let error = refused(&mut client, Request::engage());
     assert_eq!(error.code, ErrorCode::WrongState, "nobody holds the switch");
     assert!(error.message.contains("enable button is not held down"), "{error}");
     rig.fail("button 2 on");
@@ -197,7 +197,7 @@ fn the_rigs_own_buttons_stop_it() {
 fn a_rig_without_the_button_that_is_to_stop_it_is_not_engaged() {
     let _one = crate::one_of_two();
     let (_rig, _daemon, mut client) = connected(&["--buttons", "1"], &["--stop-button", "5"]);
-    let error = refused(&mut client, Request::Engage {});
+    let error = refused(&mut client, Request::engage());
     assert_eq!((error.code, error.value), (ErrorCode::NoButton, Some(5.0)), "{error}");
 }
 

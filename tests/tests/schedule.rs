@@ -35,6 +35,7 @@ fn schedule(changes: Vec<ScheduledChange>, name: &str, keep: bool) -> Request {
         keep,
         if_revision: None,
         dry_run: false,
+        anyway: false,
     }
 }
 

@@ -74,7 +74,7 @@ fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
         assert!(gaps[10] <= watchdog / 2, "{gaps:?}");
     }
 
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let _: StateReply = client.request(Request::engage()).expect("it is idle");
     manager.hear_until("STATUS=engaged");
     let Manager { socket, daemon, .. } = manager;
     let (ended, said) = daemon.end(Signal::TERM);

@@ -7,6 +7,7 @@ mod book;
 mod book_figures;
 mod book_reference;
 mod changes;
+mod chatter;
 mod check_rig;
 mod commission;
 mod commission_pulse;

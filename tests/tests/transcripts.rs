@@ -35,7 +35,7 @@ fn every_conversation_of_version_1_can_still_be_held() {
 }
 
 /// Codes that no conversation alone can bring about, and the tests that do.
-const ELSEWHERE: [(&str, &str); 15] = [
+const ELSEWHERE: [(&str, &str); 16] = [
     ("config_file", "reload.rs, with a wrong file"),
     ("not_permitted", "attacks.rs, as another user"),
     (
@@ -54,6 +54,7 @@ const ELSEWHERE: [(&str, &str); 15] = [
     ),
     ("device_clock", "link_health.rs, with a clock that lies"),
     ("not_identified", "rig_friction.rs, with --compensate"),
+    ("would_chatter", "chatter.rs, with a light rig"),
     (
         "state_file",
         "commission.rs, where a file stands in the directory's place",

@@ -274,7 +274,7 @@ fn every_page_has_stop_in_both_themes_at_three_sizes() {
     let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recording-of-0.1.0.mcap");
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
-    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    client.request::<StateReply>(Request::engage()).expect("it engages");
     let studies = studies();
     for size in [(1024, 640), (1280, 800), (1920, 1080)] {
         let Some(screen) = Screen::of_size(size) else {
@@ -416,7 +416,7 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     let mut client = daemon.client();
     let _panel = screen.panel(&socket, &["--theme", "dark"]);
     wait_for(&mut client, "the panel", |status| status.clients == 3);
-    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    client.request::<StateReply>(Request::engage()).expect("it engages");
     wait_for_state(&mut client, RigState::Engaged);
     wait_until_drawn(&screen);
     // There is no window manager that would do it.

@@ -29,6 +29,10 @@ pub(crate) struct ChangeArguments {
     /// Change in this very tick, which must lie ahead, and wait for it; an interrupt takes it back
     #[arg(long, value_name = "N")]
     at_tick: Option<u64>,
+
+    /// Change once, though the rig would chatter
+    #[arg(long)]
+    anyway: bool,
 }
 
 impl ChangeArguments {
@@ -39,6 +43,7 @@ impl ChangeArguments {
             ramp_ms: self.ramp.map(milliseconds),
             dry_run: self.dry_run,
             at_tick: self.at_tick,
+            anyway: self.anyway,
         }
     }
 }

@@ -175,7 +175,7 @@ impl Command {
             Self::Scene(scene) => scene.request()?,
             Self::Schedule(schedule) => schedule.request()?,
             Self::Log(log) => log.request(),
-            Self::Engage(_) => Request::Engage {},
+            Self::Engage(engage) => engage.request(),
             Self::Release(_) => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},

@@ -26,8 +26,18 @@ pub(crate) struct EngageArguments {
     #[arg(long)]
     same_rig: bool,
 
+    /// Engage once, though the rig would chatter
+    #[arg(long)]
+    anyway: bool,
+
     #[command(flatten)]
     waiting: WaitArguments,
+}
+
+impl EngageArguments {
+    pub(crate) fn request(&self) -> Request {
+        Request::Engage { anyway: self.anyway }
+    }
 }
 
 /// Time in which the daemon has faulted a rig whose motor is on after a release: 100 ms, and its way here.
@@ -70,7 +80,7 @@ pub(crate) async fn engage(daemon: &mut Daemon, arguments: &EngageArguments, jso
     if arguments.same_rig {
         let _: StateReply = daemon.ask(Request::CommissionConfirm {}).await?;
     }
-    run_to(daemon, Request::Engage {}, RigState::Engaged, &arguments.waiting, json).await
+    run_to(daemon, arguments.request(), RigState::Engaged, &arguments.waiting, json).await
 }
 
 /// Waits for as long as a device has to say that its motor is off.

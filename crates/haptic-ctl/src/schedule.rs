@@ -18,8 +18,8 @@ pub(crate) const HELP: &str = r#"The file is JSON: a list of changes in the orde
   [{"at_tick":5000,"params":{"Fs":5}},
    {"at_tick":5500,"params":{"Fs":{"plus":0.5}},"ramp_ms":50},
    {"at_tick":6000,"scene":"viscous-drag"}]
-or an object with that list as `changes`, and `name`, `keep`, `if_revision` and `dry_run` as the control protocol has
-them (docs/control.md). All of the changes are accepted or none. haptic-ctl waits until the last is rendered; an
+or an object with that list as `changes`, and `name`, `keep`, `if_revision`, `dry_run` and `anyway` as the control
+protocol has them (docs/control.md). All of the changes are accepted or none. haptic-ctl waits until the last is rendered; an
 interrupt takes back those that wait."#;
 
 #[derive(Debug, clap::Args)]
@@ -36,6 +36,10 @@ pub(crate) struct Arguments {
     /// Return at once; the schedule stays when haptic-ctl has ended
     #[arg(long)]
     keep: bool,
+
+    /// Change once, though the rig would chatter
+    #[arg(long)]
+    anyway: bool,
 
     #[command(subcommand)]
     command: Option<Command>,
@@ -66,6 +70,9 @@ impl Arguments {
         line.extend(self.name.clone().map(|name| ("name".to_owned(), json!(name))));
         if self.keep {
             line.insert("keep".to_owned(), json!(true));
+        }
+        if self.anyway {
+            line.insert("anyway".to_owned(), json!(true));
         }
         let line = Value::Object(line).to_string();
         Envelope::parse(&line)
@@ -178,6 +185,7 @@ mod tests {
             file: Some(path),
             name: name.map(str::to_owned),
             keep: true,
+            anyway: false,
             command: None,
         };
         arguments.request().map_err(|failure| failure.to_string())

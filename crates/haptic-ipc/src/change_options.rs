@@ -18,5 +18,7 @@ fields! {
         dry_run: bool,
         /// The tick that is to render it first; the next one when absent.
         at_tick: Option<u64>,
+        /// Change to a scene that would chatter on this rig, too: for this request alone.
+        anyway: bool,
     }
 }

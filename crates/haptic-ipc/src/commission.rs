@@ -52,6 +52,10 @@ pub struct CommissionReply {
     /// File of the findings, after `commission.store`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
+    /// The stiffest grip of a light block that this rig bears with a factor of two, after `commission.store`: what
+    /// `coupling = "rig"` of a scene stands for. Absent where none was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coupling: Option<haptic_core::scene::Coupling>,
 }
 
 /// The report of a pulse.
@@ -80,6 +84,10 @@ pub struct PulseReport {
     /// again. Absent if the handle hardly moved.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
+    /// Mass of what the pulse moved, kg: the motor's work less that of the friction, by the speed that came of it. Absent
+    /// where encoder or friction say more than the mass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
 }
 
 /// How a pulse ended.

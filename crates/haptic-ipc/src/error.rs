@@ -97,6 +97,8 @@ pub enum ErrorCode {
     MaybeAnotherRig,
     /// The device's clock does not run as ours does.
     DeviceClock,
+    /// On this rig the scene would chatter: the loop would oscillate by itself. `anyway` in the request goes on.
+    WouldChatter,
     /// `--compensate` needs the rig's own friction, which was never identified or has changed since.
     NotIdentified,
     /// A client is commissioning or identifying the rig; the message says who.

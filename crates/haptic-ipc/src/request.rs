@@ -24,7 +24,7 @@ const PULSE: Limits = Limits::new(20, 300);
 /// Time between sample events, ms.
 const BATCH: Limits = Limits::new(1, 1000);
 
-/// What can be found of a rig for a hand: m, N.
+/// What can be found of a rig for a hand: m, N, kg.
 const FOUND: Limits = Limits::new(0, 1000);
 
 /// Writes the grammar down once: each operation with the fields that it needs, those that may be
@@ -188,6 +188,8 @@ operations! {
         if_revision: Option<u64>,
         /// Answer with what would happen, and schedule nothing.
         dry_run: bool,
+        /// Change to scenes that would chatter on this rig, too: for this request alone.
+        anyway: bool,
     } -> crate::ScheduleReply;
     /// Take scheduled changes back before their tick, of any client.
     ScheduleCancel "schedule.cancel" {} optional {
@@ -195,7 +197,10 @@ operations! {
         name: Option<String>,
     } -> crate::ScheduleCancelReply;
     /// Ramp the force up.
-    Engage "engage" {} -> crate::StateReply;
+    Engage "engage" {} optional {
+        /// Engage a scene that would chatter on this rig, too: for this request alone.
+        anyway: bool,
+    } -> crate::StateReply;
     /// Ramp the force down.
     Release "release" {} -> crate::StateReply;
     /// Zero force at once.
@@ -256,6 +261,8 @@ operations! {
         range_m: Option<f64> where FOUND,
         /// Friction of the rig itself, N.
         friction_n as "friction_N": Option<f64> where FOUND,
+        /// Mass of the rig's moving part, kg.
+        mass_kg: Option<f64> where FOUND,
     } -> crate::CommissionReply;
     /// Give the rig back, as it was before.
     CommissionEnd "commission.end" {} -> crate::CommissionReply;
@@ -299,6 +306,12 @@ impl Request {
         }
     }
 
+    /// Force, of a scene that is calm on the rig.
+    #[must_use]
+    pub const fn engage() -> Self {
+        Self::Engage { anyway: false }
+    }
+
     /// A whole scene, at once and whatever the revision.
     #[must_use]
     pub fn load(scene: SceneRef) -> Self {
@@ -322,6 +335,20 @@ impl Request {
         Self::Redo {
             options: ChangeOptions::default(),
         }
+    }
+
+    /// The same request, for a scene that would chatter on the rig, too.
+    #[must_use]
+    pub fn anyway(mut self) -> Self {
+        match &mut self {
+            Self::Engage { anyway } | Self::Schedule { anyway, .. } => *anyway = true,
+            Self::Set { options, .. }
+            | Self::SceneLoad { options, .. }
+            | Self::Undo { options }
+            | Self::Redo { options } => options.anyway = true,
+            _ => {}
+        }
+        self
     }
 
     /// Whether a watcher may ask it: it changes nothing, or makes the rig safer.

@@ -39,6 +39,8 @@ pub enum LossSource {
     Option,
     /// What was identified of the rig.
     Identified,
+    /// What the commissioning of the rig found.
+    Commissioned,
     /// Nothing is known: the default.
     #[default]
     Default,
@@ -53,6 +55,7 @@ impl fmt::Display for LossSource {
         f.pad(match self {
             Self::Option => "by option",
             Self::Identified => "identified",
+            Self::Commissioned => "commissioned",
             Self::Default => "by default",
             Self::Unknown => "from elsewhere",
         })

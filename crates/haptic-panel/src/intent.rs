@@ -52,6 +52,8 @@ pub enum Intent {
     Reset,
     /// Say that the device is the rig that was commissioned.
     SameRig,
+    /// What was refused because the rig would chatter, all the same.
+    Anyway(Box<Self>),
     /// Change a parameter.
     Set {
         /// The parameter.
@@ -262,11 +264,12 @@ impl Intent {
     #[must_use]
     pub fn request(&self) -> Option<Request> {
         Some(match self {
-            Self::Engage => Request::Engage {},
+            Self::Engage => Request::engage(),
             Self::Release => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
             Self::SameRig => Request::CommissionConfirm {},
+            Self::Anyway(intent) => intent.request()?.anyway(),
             Self::Set { target, value, merge } => Request::Set {
                 params: [(target.to_string(), *value)].into_iter().collect(),
                 merge: *merge,
@@ -349,8 +352,17 @@ impl Intent {
 
     /// Whether it switches the force: a later stop makes it void, so that it cannot bring the force back.
     #[must_use]
-    pub const fn is_void_after_stop(&self) -> bool {
-        matches!(self, Self::Engage | Self::Release | Self::Reset | Self::Stop)
+    pub fn is_void_after_stop(&self) -> bool {
+        matches!(self.itself(), Self::Engage | Self::Release | Self::Reset | Self::Stop)
+    }
+
+    /// The intent, whether or not it is to be carried out anyway.
+    #[must_use]
+    pub fn itself(&self) -> &Self {
+        match self {
+            Self::Anyway(intent) => intent,
+            intent => intent,
+        }
     }
 }
 
@@ -362,6 +374,7 @@ impl fmt::Display for Intent {
             Self::Stop => f.write_str("stop"),
             Self::Reset => f.write_str("reset"),
             Self::SameRig => f.write_str("same rig"),
+            Self::Anyway(intent) => write!(f, "{intent}, anyway"),
             Self::Set { target, value, .. } => write!(f, "set {target} = {value}"),
             Self::Load { what, .. } => write!(f, "load {what}"),
             Self::Undo => f.write_str("undo"),

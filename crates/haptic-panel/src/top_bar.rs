@@ -119,7 +119,7 @@ fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
     show_badge(ui, badge, fill);
     // A command to a daemon that hangs would surprise the hand when it goes on.
     let state = daemon.rig().map(|rig| rig.state).filter(|_| !is_silent);
-    show_commands(ui, state, daemon.asks_for_same_rig(), intents);
+    show_commands(ui, state, daemon.asks_before_engaging(), intents);
     let (first, second, hint) = match &daemon.link {
         Link::Connected { path, server } => {
             let hint = path.display().to_string();
@@ -173,24 +173,31 @@ fn show_badge(ui: &mut Ui, text: &str, fill: Color32) {
 
 /// The commands in a state, except Stop; without a daemon none can be given. No other button ever stands in the place
 /// of Engage: a second click on Reset must not engage the rig.
-fn show_commands(ui: &mut Ui, state: Option<RigState>, asks_for_same_rig: bool, intents: &mut Vec<Intent>) {
+fn show_commands(ui: &mut Ui, state: Option<RigState>, asked: Option<Intent>, intents: &mut Vec<Intent>) {
     let engages = matches!(state, Some(RigState::Idle | RigState::Releasing));
     show_command(ui, "Engage", "Ramp the force up", engages, Intent::Engage, intents);
-    let (label, hint, intent) = match state {
-        Some(RigState::Stopped | RigState::Faulted) => (
+    let asked = asked.filter(|_| state == Some(RigState::Idle));
+    let is_asked = asked.is_some();
+    let (label, hint, intent) = match (state, asked) {
+        (Some(RigState::Stopped | RigState::Faulted), _) => (
             "Reset",
             "Clear the stop or the fault; the force stays off until you engage",
             Intent::Reset,
         ),
-        Some(RigState::Idle) if asks_for_same_rig => (
+        (_, Some(Intent::SameRig)) => (
             "Same rig",
             "Say that this is the rig that was commissioned; then engage it",
             Intent::SameRig,
         ),
+        (_, Some(intent)) => (
+            "Anyway",
+            "Engage with this scene once, although the rig would chatter; keep a finger on Stop",
+            intent,
+        ),
         _ => ("Release", "Ramp the force down", Intent::Release),
     };
     let has_none = |state| matches!(state, RigState::Disconnected | RigState::Idle | RigState::Releasing);
-    let is_of_use = intent == Intent::SameRig || state.is_some_and(|state| !has_none(state));
+    let is_of_use = is_asked || state.is_some_and(|state| !has_none(state));
     show_command(ui, label, hint, is_of_use, intent, intents);
 }
 

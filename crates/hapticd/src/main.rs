@@ -132,8 +132,10 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         }
         introduce(&rig, &server);
         if demo {
-            // At the first tick nothing forbids engaging; the status line shows any failure.
-            drop(rig.engage_because("the demo begins").await);
+            // The status line shows no reason.
+            if let Err(error) = rig.engage_because("the demo begins").await {
+                say(&error.message);
+            }
         }
         tokio::select! {
             () = server.serve(Rc::clone(&rig)) => {}

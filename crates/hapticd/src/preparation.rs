@@ -54,6 +54,10 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
     let losses = usual_losses(&config.rig);
+    let mass_kg = match &config.rig {
+        RigChoice::Fake(rig) => Some(rig.properties().mass_kg),
+        RigChoice::Linked(_) => None,
+    };
     let servo = prepare_servo(&config, period_s, losses)?;
     let servo_settings = *servo.settings();
     let (device, link) = prepare_device(
@@ -104,6 +108,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             friction: losses.friction,
             resolution,
         },
+        mass_kg,
         friction: config.friction,
         link: monitor,
         period_ns: config.period_ns,

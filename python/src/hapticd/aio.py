@@ -105,9 +105,9 @@ class Rig:
         """See `hapticd.Rig.request`."""
         return await self._run(self._requests, partial(self.blocking.request, op, **fields))
 
-    async def engage(self, same_rig: bool = False) -> StateReply:
+    async def engage(self, same_rig: bool = False, *, anyway: bool = False) -> StateReply:
         """See `hapticd.Rig.engage`."""
-        return await self._run(self._requests, partial(self.blocking.engage, same_rig))
+        return await self._run(self._requests, partial(self.blocking.engage, same_rig, anyway=anyway))
 
     async def release(self) -> StateReply:
         """See `hapticd.Rig.release`."""
@@ -138,11 +138,19 @@ class Rig:
         at_tick: int | None = None,
         if_revision: int | None = None,
         dry_run: bool = False,
+        anyway: bool = False,
         **more: Change,
     ) -> ChangeReply:
         """See `hapticd.Rig.set`."""
         change = partial(
-            self.blocking.set, params, ramp=ramp, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run, **more
+            self.blocking.set,
+            params,
+            ramp=ramp,
+            at_tick=at_tick,
+            if_revision=if_revision,
+            dry_run=dry_run,
+            anyway=anyway,
+            **more,
         )
         return await self._run(self._requests, change)
 
@@ -153,10 +161,12 @@ class Rig:
         /,
         *,
         ramp: Duration | None = None,
+        anyway: bool = False,
         **more: Change,
     ) -> ChangeReply:
         """See `hapticd.Rig.at`."""
-        return await self._run(self._requests, partial(self.blocking.at, tick, params, ramp=ramp, **more))
+        change = partial(self.blocking.at, tick, params, ramp=ramp, anyway=anyway, **more)
+        return await self._run(self._requests, change)
 
     async def schedule(
         self,
@@ -166,10 +176,17 @@ class Rig:
         keep: bool = False,
         if_revision: int | None = None,
         dry_run: bool = False,
+        anyway: bool = False,
     ) -> ScheduleReply:
         """See `hapticd.Rig.schedule`."""
         schedule = partial(
-            self.blocking.schedule, changes, name=name, keep=keep, if_revision=if_revision, dry_run=dry_run
+            self.blocking.schedule,
+            changes,
+            name=name,
+            keep=keep,
+            if_revision=if_revision,
+            dry_run=dry_run,
+            anyway=anyway,
         )
         return await self._run(self._requests, schedule)
 
@@ -185,20 +202,27 @@ class Rig:
         at_tick: int | None = None,
         if_revision: int | None = None,
         dry_run: bool = False,
+        anyway: bool = False,
     ) -> ChangeReply:
         """See `hapticd.Rig.load`."""
         change = partial(
-            self.blocking.load, scene, ramp=ramp, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run
+            self.blocking.load,
+            scene,
+            ramp=ramp,
+            at_tick=at_tick,
+            if_revision=if_revision,
+            dry_run=dry_run,
+            anyway=anyway,
         )
         return await self._run(self._requests, change)
 
-    async def undo(self) -> ChangeReply:
+    async def undo(self, *, anyway: bool = False) -> ChangeReply:
         """See `hapticd.Rig.undo`."""
-        return await self._run(self._requests, self.blocking.undo)
+        return await self._run(self._requests, partial(self.blocking.undo, anyway=anyway))
 
-    async def redo(self) -> ChangeReply:
+    async def redo(self, *, anyway: bool = False) -> ChangeReply:
         """See `hapticd.Rig.redo`."""
-        return await self._run(self._requests, self.blocking.redo)
+        return await self._run(self._requests, partial(self.blocking.redo, anyway=anyway))
 
     async def record(self, length: Duration, *, rate_hz: float | None = None) -> pandas.DataFrame:
         """See `hapticd.Rig.record`."""

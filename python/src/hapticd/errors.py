@@ -139,6 +139,7 @@ _BY_CODE: dict[str, type[Refused]] = {
             "maybe_another_rig",
             "device_clock",
             "not_identified",
+            "would_chatter",
             "commissioning",
         ),
     }.items()

@@ -58,20 +58,22 @@ class Rig:
             self._lease.check()
         return self._control.request(op, fields)
 
-    def engage(self, same_rig: bool = False) -> StateReply:
+    def engage(self, same_rig: bool = False, *, anyway: bool = False) -> StateReply:
         """Ramps the force up.
 
         Args:
             same_rig: Says that the device is the rig that was commissioned, where it cannot tell: it has no serial
                 number, or its firmware has changed.
+            anyway: Engages once though the rig would chatter.
 
         Raises:
             Stopped: A person has stopped the rig.
-            NotReady: The rig was never commissioned, may be another than the one that was, or lacks something.
+            NotReady: The rig was never commissioned, may be another than the one that was, or lacks something; or the
+                scene would chatter on it.
         """
         if same_rig:
             self.request("commission.confirm")
-        return decoded(StateReply, self.request("engage"))
+        return decoded(StateReply, self.request("engage", **_given(anyway=anyway or None)))
 
     def release(self) -> StateReply:
         """Ramps the force down."""
@@ -108,6 +110,7 @@ class Rig:
         at_tick: int | None = None,
         if_revision: int | None = None,
         dry_run: bool = False,
+        anyway: bool = False,
         **more: Change,
     ) -> ChangeReply:
         """Changes parameters, by name or symbol, all in one tick or none: `rig.set(mass=1.5, Fs=5)`, kg and N.
@@ -118,14 +121,16 @@ class Rig:
             at_tick: The tick that is to render it first; as soon as can be without it. See `at`.
             if_revision: Refuse unless this is the newest revision.
             dry_run: Answer with what would happen, and change nothing.
+            anyway: Change once though the rig would chatter.
             more: Parameters by name or symbol, in SI units.
 
         Raises:
             InvalidValue: A value lies outside its limits, which the error has.
             UnknownName: No parameter has this name.
             Conflict: Another client has changed the scene since `if_revision`.
+            NotReady: The scene would chatter on this rig, under whose force it is.
         """
-        options = _options(ramp, at_tick, if_revision, dry_run)
+        options = _options(ramp, at_tick, if_revision, dry_run, anyway)
         return self._change("set", params={**(params or {}), **more}, **options)
 
     def at(
@@ -135,6 +140,7 @@ class Rig:
         /,
         *,
         ramp: Duration | None = None,
+        anyway: bool = False,
         **more: Change,
     ) -> ChangeReply:
         """Changes parameters in the tick `tick`, and no other: `rig.at(5000, Fs=6)`.
@@ -145,7 +151,7 @@ class Rig:
         Raises:
             InvalidValue: The tick is past, or too far ahead.
         """
-        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=int(tick))
+        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=int(tick), anyway=anyway)
 
     def schedule(
         self,
@@ -155,6 +161,7 @@ class Rig:
         keep: bool = False,
         if_revision: int | None = None,
         dry_run: bool = False,
+        anyway: bool = False,
     ) -> ScheduleReply:
         """Changes the scene in ticks to come: all of these changes, or none.
 
@@ -166,11 +173,14 @@ class Rig:
             keep: Keep it when this connection ends.
             if_revision: Refuse unless this is the newest revision.
             dry_run: Answer with what would happen, and schedule nothing.
+            anyway: Schedule once though the rig would chatter.
 
         Raises:
             InvalidValue: A tick is past, a value lies outside its limits, or there are too many changes.
         """
-        options = _given(name=name, keep=keep or None, if_revision=if_revision, dry_run=dry_run or None)
+        options = _given(
+            name=name, keep=keep or None, if_revision=if_revision, dry_run=dry_run or None, anyway=anyway or None
+        )
         wire = [_scheduled(change) for change in changes]
         return decoded(ScheduleReply, self.request("schedule", changes=wire, **options))
 
@@ -187,18 +197,19 @@ class Rig:
         at_tick: int | None = None,
         if_revision: int | None = None,
         dry_run: bool = False,
+        anyway: bool = False,
     ) -> ChangeReply:
         """Loads a whole scene: a name in the library, an earlier revision, or the scene itself. See `set`."""
-        options = _options(ramp, at_tick, if_revision, dry_run)
+        options = _options(ramp, at_tick, if_revision, dry_run, anyway)
         return self._change("scene.load", scene=scene, **options)
 
-    def undo(self) -> ChangeReply:
-        """Undoes the newest change, of any client."""
-        return self._change("undo")
+    def undo(self, *, anyway: bool = False) -> ChangeReply:
+        """Undoes the newest change, of any client; `anyway` though the rig would chatter."""
+        return self._change("undo", **_given(anyway=anyway or None))
 
-    def redo(self) -> ChangeReply:
-        """Redoes the change that was undone last."""
-        return self._change("redo")
+    def redo(self, *, anyway: bool = False) -> ChangeReply:
+        """Redoes the change that was undone last; `anyway` though the rig would chatter."""
+        return self._change("redo", **_given(anyway=anyway or None))
 
     def _change(self, op: str, **fields: Any) -> ChangeReply:
         return decoded(ChangeReply, self.request(op, **fields))
@@ -311,10 +322,14 @@ def _lease_ms(lease: Duration) -> int:
     return timeout_ms
 
 
-def _options(ramp: Duration | None, at_tick: int | None, if_revision: int | None, dry_run: bool) -> dict[str, Any]:
+def _options(
+    ramp: Duration | None, at_tick: int | None, if_revision: int | None, dry_run: bool, anyway: bool
+) -> dict[str, Any]:
     """The fields that say how a scene changes."""
     ramp_ms = None if ramp is None else milliseconds("ramp", ramp)
-    return _given(ramp_ms=ramp_ms, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run or None)
+    return _given(
+        ramp_ms=ramp_ms, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run or None, anyway=anyway or None
+    )
 
 
 def _scheduled(change: Mapping[str, Any]) -> dict[str, Any]:

@@ -42,7 +42,7 @@ fn ns(time: Duration) -> u64 {
 fn engaged(arguments: &[&str]) -> Daemon {
     let daemon = Daemon::start(arguments);
     let mut client = daemon.client();
-    let _: StateReply = client.request(Request::Engage {}).expect("an idle rig");
+    let _: StateReply = client.request(Request::engage()).expect("an idle rig");
     wait_for_state(&mut client, haptic_ipc::RigState::Engaged);
     daemon
 }

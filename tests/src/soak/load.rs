@@ -235,7 +235,8 @@ fn next_change(random: &mut fastrand::Rng, client: &mut Client) -> Request {
         14 | 15 => Request::undo(),
         16 => Request::redo(),
         _ => {
-            let first = crate::status(client).tick + 100;
+            // Each of them is tried on the rig first.
+            let first = crate::status(client).tick + 1000;
             let changes = (0..10).map(|step| ScheduledChange {
                 at_tick: first + 15 * step,
                 change: SceneChange::Params(mass(random)),
@@ -247,6 +248,7 @@ fn next_change(random: &mut fastrand::Rng, client: &mut Client) -> Request {
                 keep: false,
                 if_revision: None,
                 dry_run: false,
+                anyway: false,
             }
         }
     }

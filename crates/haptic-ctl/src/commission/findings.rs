@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output;
+use haptic_core::scene::Coupling;
 use haptic_ipc::CommissionReply;
 use serde::Serialize;
 
@@ -48,6 +49,8 @@ pub(super) struct Findings {
     pub(super) breakaway_n: Pair,
     #[serde(rename = "friction_N")]
     pub(super) friction_n: Pair,
+    #[serde(flatten)]
+    pub(super) mass: Option<Mass>,
     pub(super) range_m: Option<f64>,
     /// Between two counts, as the device says, m.
     resolution_m: f64,
@@ -56,6 +59,35 @@ pub(super) struct Findings {
     pub(super) pulses: u64,
     /// Where the daemon keeps it.
     pub(super) path: Option<String>,
+    /// The stiffest grip that the rig bears with a factor of two.
+    pub(super) coupling: Option<Coupling>,
+}
+
+/// Mass of the moving part, as the pulses agree on it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Mass {
+    #[serde(rename = "mass_kg")]
+    pub(super) kg: f64,
+    /// Half of the range of what the pulses say, kg.
+    #[serde(rename = "mass_spread_kg")]
+    spread_kg: f64,
+}
+
+impl Mass {
+    /// Fewest pulses that tell it.
+    const FEWEST: usize = 3;
+
+    /// Largest spread with which it is told, as a share of the mass.
+    const LARGEST_SPREAD: f64 = 0.2;
+
+    /// What some pulses say, if they agree.
+    pub(super) fn of(masses_kg: &[f64]) -> Option<Self> {
+        let kg = mean(masses_kg)?;
+        let least_kg = masses_kg.iter().copied().fold(f64::INFINITY, f64::min);
+        let most_kg = masses_kg.iter().copied().fold(0.0, f64::max);
+        let spread_kg = 0.5 * (most_kg - least_kg);
+        (masses_kg.len() >= Self::FEWEST && spread_kg <= Self::LARGEST_SPREAD * kg).then_some(Self { kg, spread_kg })
+    }
 }
 
 impl Findings {
@@ -66,11 +98,13 @@ impl Findings {
             sign: 1,
             breakaway_n: Pair::default(),
             friction_n: Pair::default(),
+            mass: None,
             range_m: None,
             resolution_m: begun.resolution_m,
             step_m: None,
             pulses: 0,
             path: None,
+            coupling: None,
         }
     }
 
@@ -98,6 +132,10 @@ impl Findings {
                 step_m * 1e6
             ),
         };
+        let mass = match self.mass {
+            Some(Mass { kg, spread_kg }) => format!("{kg:.3} kg, within {spread_kg:.3} kg"),
+            None => "not known: the pulses do not tell it (`haptic-ctl identify --rig` does)".to_owned(),
+        };
         let rows = [
             (
                 "direction",
@@ -105,6 +143,7 @@ impl Findings {
             ),
             ("first moved at", self.breakaway_n.shown()),
             ("friction", self.friction_n.shown()),
+            ("mass", mass),
             ("range", range),
             ("encoder step", step),
         ];
@@ -123,9 +162,9 @@ impl Findings {
         if let Some(path) = &self.path {
             text.push_str(&format!("\nkept in {path}"));
         }
-        if let Some(friction_n) = self.mean_friction_n() {
+        if let Some(Coupling { stiffness, damping }) = self.coupling {
             text.push_str(&format!(
-                "\nTo have the daemon allow for its friction: `rig-friction-n = {friction_n:.2}` in its configuration"
+                "\nThe stiffest grip that it bears with a factor of two: K = {stiffness} N/m with B = {damping} N s/m"
             ));
         }
         output::line(&text)

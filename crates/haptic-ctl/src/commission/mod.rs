@@ -7,7 +7,7 @@ use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
-use findings::{Findings, mm};
+use findings::{Findings, Mass, mm};
 use haptic_ipc::{
     CommissionReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, PulseEnd, PulseReport, Request, StateReply,
 };
@@ -175,6 +175,7 @@ struct Work<'a> {
 struct Slide {
     sign: f64,
     friction_n: f64,
+    mass_kg: Option<f64>,
     /// Where the handle came to rest, m.
     to_m: f64,
 }
@@ -220,9 +221,11 @@ impl Work<'_> {
             .ask(Request::CommissionStore {
                 range_m: self.findings.range_m,
                 friction_n: self.findings.mean_friction_n(),
+                mass_kg: self.findings.mass.map(|mass| mass.kg),
             })
             .await?;
         self.findings.path = stored.path;
+        self.findings.coupling = stored.coupling;
         Ok(())
     }
 
@@ -373,7 +376,12 @@ impl Work<'_> {
         let report = self.pulse(sign * self.sure_force_n(sign)).await?;
         if let Some(friction_n) = report.friction_n {
             let to_m = self.status().await?.position_m;
-            self.slides.push(Slide { sign, friction_n, to_m });
+            self.slides.push(Slide {
+                sign,
+                friction_n,
+                mass_kg: report.mass_kg,
+                to_m,
+            });
         }
         Ok(report)
     }
@@ -400,6 +408,8 @@ impl Work<'_> {
             let friction_n: Vec<f64> = slides.map(|slide| slide.friction_n).collect();
             *self.findings.friction_n.of_mut(sign) = findings::mean(&friction_n);
         }
+        let masses: Vec<f64> = self.slides.iter().filter_map(|slide| slide.mass_kg).collect();
+        self.findings.mass = Mass::of(&masses);
     }
 
     async fn range_by_pulses(&mut self) -> Result<(), Failure> {

@@ -48,7 +48,7 @@ impl Intent {
         match self {
             Self::Quit => None,
             Self::Stop => Some(Request::Stop {}),
-            Self::Engage => Some(Request::Engage {}),
+            Self::Engage => Some(Request::engage()),
             Self::Release => Some(Request::Release {}),
             Self::Reset => Some(Request::Reset {}),
             Self::Look => Some(Request::Status {}),

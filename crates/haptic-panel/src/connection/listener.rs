@@ -247,7 +247,7 @@ impl Listener {
             ))),
             Asked::Stop(number) => Ok(self.stopped(number, result)),
             Asked::Intent(intent) => {
-                let answer = match intent {
+                let answer = match intent.itself() {
                     Intent::Set { .. }
                     | Intent::Load { .. }
                     | Intent::Try { .. }

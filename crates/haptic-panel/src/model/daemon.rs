@@ -2,6 +2,7 @@
 
 use super::scene::SceneFacts;
 use super::stop::StopReport;
+use crate::intent::Intent;
 use crate::update::{Answer, StopNews};
 use haptic_ipc::{ErrorCode, RigState, ServoSetup, Status, Timing, WireError};
 use haptic_recording::{Metadata, recorded_by};
@@ -111,10 +112,14 @@ impl Daemon {
         self.refusal.as_ref().map(|error| error.message.as_str())
     }
 
-    /// Whether it refused because the device may be another than the one that was commissioned.
-    pub(crate) fn asks_for_same_rig(&self) -> bool {
-        let code = self.refusal.as_ref().map(|error| error.code);
-        code == Some(ErrorCode::MaybeAnotherRig)
+    /// What is asked of the user before it would engage: whether the device is the rig that was commissioned, or
+    /// whether the rig may chatter.
+    pub(crate) fn asks_before_engaging(&self) -> Option<Intent> {
+        match self.refusal.as_ref()?.code {
+            ErrorCode::MaybeAnotherRig => Some(Intent::SameRig),
+            ErrorCode::WouldChatter => Some(Intent::Anyway(Box::new(Intent::Engage))),
+            _ => None,
+        }
     }
 
     /// Forgets what a former daemon stated; the outcome of a stop stays.

@@ -280,6 +280,13 @@ impl Model {
             _ => SceneChange::default(),
         };
         self.view.tuning.take_scene_change(&change);
+        let intent = intent.itself();
+        if matches!(
+            intent,
+            Intent::Set { .. } | Intent::Load { .. } | Intent::Try { .. } | Intent::Undo | Intent::Redo
+        ) {
+            self.daemon.scene.take_outcome(intent, &result);
+        }
         if matches!(intent, Intent::TrialScene { .. }) {
             // The study says why it was refused.
             return;

@@ -1,10 +1,12 @@
 //! The active scene, as the daemon last stated it.
 
 use super::advice::Advised;
+use crate::intent::Intent;
+use crate::update::Answer;
 use haptic_core::{Directional, Scene};
 use haptic_ipc::{
-    ChangeReply, Description, JournalEntry, ListedScene, LogReply, ParameterDescription, SceneListReply, SceneReply,
-    StateEvent, WireError,
+    ChangeReply, Description, ErrorCode, JournalEntry, ListedScene, LogReply, ParameterDescription, SceneListReply,
+    SceneReply, StateEvent, WireError,
 };
 use std::collections::VecDeque;
 
@@ -30,6 +32,8 @@ pub(crate) struct SceneFacts {
     /// The changes and who made them, newest last.
     pub(crate) journal: VecDeque<JournalEntry>,
     pub(crate) library: Vec<ListedScene>,
+    /// The change that was refused last, if that was because the rig would chatter.
+    pub(crate) would_chatter: Option<Intent>,
 }
 
 /// What a piece of news changes of the scene. Remarks on older values are void.
@@ -94,6 +98,14 @@ impl SceneFacts {
             self.take_value(name, changed, &mut change);
         }
         change
+    }
+
+    /// Notes what became of a change.
+    pub(crate) fn take_outcome(&mut self, change: &Intent, result: &Result<Answer, WireError>) {
+        self.would_chatter = match result {
+            Err(error) if error.code == ErrorCode::WouldChatter => Some(change.clone()),
+            _ => None,
+        };
     }
 
     pub(crate) fn take_scene(&mut self, reply: SceneReply) {

@@ -7,7 +7,7 @@ use crate::model::tuning::Tuning;
 use crate::theme::Palette;
 use crate::wording::sentence_case;
 use egui::style::{ScrollAnimation, ScrollStyle};
-use egui::{Align, Id, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
+use egui::{Align, Button, Id, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
 
 /// Width of the panel, points.
 pub(crate) const WIDTH: f32 = 372.0;
@@ -20,7 +20,7 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents
     ui.separator();
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(4.0);
-        show_reports(ui, scene, tuning);
+        show_reports(ui, scene, tuning, intents);
         ui.separator();
         ui.with_layout(Layout::top_down(Align::Min), |ui| show_list(ui, scene, tuning, intents));
     });
@@ -123,7 +123,7 @@ fn show_parameters(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, rows: &
 }
 
 /// The revision, and the outcome of the last action on the whole scene. The lowest line comes first.
-fn show_reports(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning) {
+fn show_reports(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<Intent>) {
     let palette = Palette::of(ui);
     let text = match (scene.revision, scene.tick) {
         // No tick has applied the scene that the daemon began with.
@@ -131,7 +131,16 @@ fn show_reports(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning) {
         (Some(revision), Some(tick)) => format!("Revision {revision}, applied at tick {tick}"),
         (None, _) => "No scene heard of yet".to_owned(),
     };
-    ui.label(RichText::new(text).small().weak());
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(text).small().weak());
+        if let Some(change) = &scene.would_chatter {
+            let button = Button::new(RichText::new("Change anyway").small()).small();
+            let hint = format!("Once, although the rig would chatter: {change}; keep a finger on Stop");
+            if ui.add(button).on_hover_text(hint).clicked() {
+                intents.push(Intent::Anyway(Box::new(change.clone())));
+            }
+        }
+    });
     let report = tuning.report.as_ref().map(|report| match &report.outcome {
         Ok(done) => (done.as_str(), ui.visuals().text_color()),
         Err(why) => (why.as_str(), palette.error_text),

@@ -57,7 +57,7 @@ fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
     let release = daemon.hear();
     assert_eq!(
         (&engage.request, &release.request),
-        (&Request::Engage {}, &Request::Release {})
+        (&Request::engage(), &Request::Release {})
     );
     daemon.answer(engage.id, r#"{"state":"engaging","tick":7}"#);
     let refusal = r#""error":{"code":"wrong_state","message":"not now"}"#;
@@ -83,7 +83,7 @@ fn a_line_that_cannot_be_read_is_counted_and_the_conversation_goes_on() {
     daemon.say(r#"{"event":"samples","seq":"first"}"#);
     bench.until(|update| matches!(update, Update::Unreadable { .. }).then_some(()));
     bench.connection.send(Intent::Engage);
-    assert_eq!(daemon.hear().request, Request::Engage {});
+    assert_eq!(daemon.hear().request, Request::engage());
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn the_adviser_is_asked_about_every_new_scene_but_not_while_it_has_yet_to_answer
     // The scene is the same, so what is heard next is the user.
     daemon.report(&of_revision(3));
     bench.connection.send(Intent::Engage);
-    assert_eq!(daemon.hear().request, Request::Engage {});
+    assert_eq!(daemon.hear().request, Request::engage());
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn a_daemon_without_an_adviser_is_asked_once() {
     daemon.report(&of_revision(2));
     bench.until(|update| matches!(update, Update::Event(Event::State(state)) if state.revision == 2).then_some(()));
     bench.connection.send(Intent::Engage);
-    assert_eq!(daemon.hear().request, Request::Engage {});
+    assert_eq!(daemon.hear().request, Request::engage());
 }
 
 #[test]

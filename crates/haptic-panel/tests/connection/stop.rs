@@ -147,7 +147,7 @@ fn what_was_asked_before_a_stop_does_not_bring_the_force_back_after_it() {
     loop {
         match daemon.hear().request {
             Request::Stop {} => was_stopped = true,
-            Request::Reset {} | Request::Engage {} => panic!("after a stop"),
+            Request::Reset {} | Request::Engage { .. } => panic!("after a stop"),
             Request::Undo { .. } => break,
             _ => {}
         }

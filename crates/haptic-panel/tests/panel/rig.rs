@@ -7,8 +7,8 @@ use crate::plots::{feel, rows, timing};
 use egui::{Key, Modifiers, ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable;
 use haptic_ipc::{
-    Bucket, ErrorCode, Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Sample, SamplesEvent, StateReply, Timing,
-    WireError,
+    Bucket, ChangeReply, ErrorCode, Event, LinkCounts, LinkStatus, LinkedDevice, Request, RigState, Sample,
+    SamplesEvent, StateReply, Timing, WireError,
 };
 use haptic_panel::{Answer, Intent, Page, Update};
 use std::time::Duration;
@@ -59,6 +59,49 @@ fn a_rig_that_may_be_another_is_confirmed_by_a_button() {
     };
     hear(&mut panel, confirmed);
     assert!(panel.query_by_label("Same rig").is_none() && is_enabled(&panel, "Engage"));
+}
+
+// hazard: H30
+#[test]
+fn a_rig_that_would_chatter_is_engaged_anyway_by_a_button() {
+    let mut panel = connected(RigState::Idle);
+    let refused = |intent| Update::Answered {
+        intent,
+        result: Err(WireError::new(ErrorCode::WouldChatter, "125 times a second")),
+    };
+    hear(&mut panel, refused(Intent::Engage));
+    panel.get_by_label("Refused: 125 times a second");
+    panel.get_by_label("Anyway").click();
+    panel.run();
+    let anyway = Intent::Anyway(Box::new(Intent::Engage));
+    assert_eq!(anyway.request(), Some(Request::Engage { anyway: true }));
+    assert!(anyway.is_void_after_stop());
+    assert_eq!(asked(&mut panel), [anyway.clone()]);
+    let reply = StateReply {
+        state: RigState::Engaging,
+        tick: 200,
+    };
+    let engaged = Update::Answered {
+        intent: anyway,
+        result: Ok(Answer::State(reply)),
+    };
+    hear(&mut panel, engaged);
+    assert!(panel.query_by_label("Anyway").is_none());
+
+    // A change of the scene under force: beside the revision, where Release stays where it is.
+    hear(&mut panel, refused(Intent::Undo));
+    assert!(is_enabled(&panel, "Release"));
+    panel.get_by_label("Change anyway").click();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Anyway(Box::new(Intent::Undo))]);
+    hear(&mut panel, refused(Intent::Engage));
+    panel.get_by_label("Change anyway");
+    let undone = Update::Answered {
+        intent: Intent::Anyway(Box::new(Intent::Undo)),
+        result: Ok(Answer::Changed(ChangeReply::default())),
+    };
+    hear(&mut panel, undone);
+    assert!(panel.query_by_label("Change anyway").is_none());
 }
 
 #[test]

@@ -161,7 +161,7 @@ impl Desk {
             assert!(began.elapsed() < LIMIT, "it does not engage");
             // Refused if another stop comes in between.
             drop(self.control.request::<StateReply>(Request::Reset {}));
-            drop(self.control.request::<StateReply>(Request::Engage {}));
+            drop(self.control.request::<StateReply>(Request::engage()));
             // The panel receives the state as well.
             self.draw(Vec::new());
         }

@@ -281,6 +281,7 @@ fn not_identified(device: &ConnectedDevice, friction: &KnownFriction) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::rig::commission_record::Findings;
     use device_io::link::RigIdentity;
 
     fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> ConnectedDevice {
@@ -390,8 +391,8 @@ mod tests {
         let never = found(CommissionState::Not("it was never commissioned".to_owned())).expect("in the way");
         assert_eq!(never.error.code, ErrorCode::NotCommissioned);
         let doubt = found(CommissionState::Commissioned {
-            range_m: None,
-            friction_n: None,
+            findings: Findings::default(),
+            coupling: None,
             doubt: Some("it has no serial number".to_owned()),
         })
         .expect("in the way");

@@ -5,7 +5,7 @@ use crate::control::history::{Drag, Move};
 use crate::control::journal::bytes_of_changes;
 use crate::control::requester::Requester;
 use crate::control::rig::schedule::NewChange;
-use crate::control::{RigHandle, advise, library, sole_use};
+use crate::control::{RigHandle, advise, judge, library, sole_use};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
@@ -60,24 +60,28 @@ impl PendingChange {
 ///
 /// # Errors
 /// The change is refused, and nothing has changed.
-pub(super) fn set(
+pub(super) async fn set(
     rig: &RigHandle,
     by: Requester<'_>,
     params: &Changes,
     merge: bool,
     options: ChangeOptions,
 ) -> Result<PendingChange, WireError> {
-    let base = rig.base(options.at_tick.is_some());
-    let changes = params.resolve(&base.1)?;
-    let scene = base.1.with_unvalidated(&changes)?;
-    let dragged = Drag {
-        session: by.session,
-        parameters: changes.iter().map(|(key, _)| *key).collect(),
-        goes_on: merge,
+    let prepare = |before: &Scene| {
+        let changes = params.resolve(before)?;
+        let scene = before.with_unvalidated(&changes)?;
+        let dragged = Drag {
+            session: by.session,
+            parameters: changes.iter().map(|(key, _)| *key).collect(),
+            goes_on: merge,
+        };
+        Ok(Step {
+            scene: scene.into(),
+            step: Move::Merge(dragged),
+            applied: Some(changes),
+        })
     };
-    let mut begun = begin(rig, by, "set", base, scene.into(), options, Move::Merge(dragged))?;
-    begun.reply.applied = changes.iter().map(|(key, value)| (key.to_string(), *value)).collect();
-    Ok(begun)
+    begin(rig, by, "set", options, prepare).await
 }
 
 /// Begins to load another scene.
@@ -91,51 +95,101 @@ pub(super) async fn load(
     options: ChangeOptions,
 ) -> Result<PendingChange, WireError> {
     let (scene, origin) = library::find_with_origin(rig, scene).await?;
-    let base = rig.base(options.at_tick.is_some());
-    begin(rig, by, "scene.load", base, scene.into(), options, Move::Load(origin))
+    let scene = Rc::new(scene);
+    let prepare = |_: &Scene| Ok(Step::to(Rc::clone(&scene), Move::Load(origin.clone())));
+    begin(rig, by, "scene.load", options, prepare).await
 }
 
 /// Begins to undo the newest change.
 ///
 /// # Errors
 /// There is nothing to undo, or the scene cannot be rendered; nothing has changed.
-pub(super) fn undo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -> Result<PendingChange, WireError> {
+pub(super) async fn undo(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    options: ChangeOptions,
+) -> Result<PendingChange, WireError> {
     no_tick("undo", options)?;
-    let base = rig.base(false);
-    let before = rig.history().undo_scene().cloned().ok_or_else(|| {
-        WireError::new(
-            ErrorCode::NothingToUndo,
-            "nothing to undo: no change is left in the history",
-        )
-    })?;
-    begin(rig, by, "undo", base, before, options, Move::Undo)
+    let prepare = |_: &Scene| {
+        let before = rig.history().undo_scene().cloned().ok_or_else(|| {
+            let message = "nothing to undo: no change is left in the history";
+            WireError::new(ErrorCode::NothingToUndo, message)
+        })?;
+        Ok(Step::to(before, Move::Undo))
+    };
+    begin(rig, by, "undo", options, prepare).await
 }
 
 /// Begins to redo the change that was undone last.
 ///
 /// # Errors
 /// There is nothing to redo, or the scene cannot be rendered; nothing has changed.
-pub(super) fn redo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -> Result<PendingChange, WireError> {
+pub(super) async fn redo(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    options: ChangeOptions,
+) -> Result<PendingChange, WireError> {
     no_tick("redo", options)?;
-    let base = rig.base(false);
-    let after = rig.history().redo_scene().cloned().ok_or_else(|| {
-        let message = "nothing to redo: no change was undone, or the scene was changed since";
-        WireError::new(ErrorCode::NothingToRedo, message)
-    })?;
-    begin(rig, by, "redo", base, after, options, Move::Redo)
+    let prepare = |_: &Scene| {
+        let after = rig.history().redo_scene().cloned().ok_or_else(|| {
+            let message = "nothing to redo: no change was undone, or the scene was changed since";
+            WireError::new(ErrorCode::NothingToRedo, message)
+        })?;
+        Ok(Step::to(after, Move::Redo))
+    };
+    begin(rig, by, "redo", options, prepare).await
+}
+
+/// Where a change leads from a scene.
+struct Step {
+    scene: Rc<Scene>,
+    step: Move,
+    /// The values that were asked for, where values were.
+    applied: Option<Vec<(ParameterKey, f64)>>,
+}
+
+impl Step {
+    fn to(scene: Rc<Scene>, step: Move) -> Self {
+        Self {
+            scene,
+            step,
+            applied: None,
+        }
+    }
+}
+
+/// Begins a change that leads from the scene before it to what `prepare` says. While force may flow a scene that would
+/// chatter is refused. Its trial gives others time to change the scene: then the change begins again from there.
+async fn begin(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    op: &str,
+    options: ChangeOptions,
+    prepare: impl Fn(&Scene) -> Result<Step, WireError>,
+) -> Result<PendingChange, WireError> {
+    let mut judged: Option<Rc<Scene>> = None;
+    loop {
+        let (newest, before) = rig.base(options.at_tick.is_some());
+        let step = prepare(&before)?;
+        check_revision(options.if_revision, newest)?;
+        let is_new = before != step.scene && judged.as_ref() != Some(&step.scene);
+        if options.anyway || !is_new || !rig.may_have_force() {
+            return begin_from(rig, by, op, (newest, before), options, step);
+        }
+        judge::refuse_chatter(rig, &step.scene, "change the scene").await?;
+        judged = Some(step.scene);
+    }
 }
 
 /// Compiles a scene, which validates it, and hands it over.
-fn begin(
+fn begin_from(
     rig: &RigHandle,
     by: Requester<'_>,
     op: &str,
     (newest, before): (u64, Rc<Scene>),
-    scene: Rc<Scene>,
     options: ChangeOptions,
-    step: Move,
+    Step { scene, step, applied }: Step,
 ) -> Result<PendingChange, WireError> {
-    check_revision(options.if_revision, newest)?;
     let ramp_ms = options.ramp_ms.unwrap_or(0.0);
     let compiled = match options.at_tick {
         Some(_) => rig.compile_from(&before, &scene, ramp_ms * 1e-3),
@@ -146,7 +200,10 @@ fn begin(
     let reply = ChangeReply {
         revision: newest,
         dry_run: options.dry_run,
-        applied: values_set(&changes),
+        applied: applied.map_or_else(
+            || values_set(&changes),
+            |asked| asked.iter().map(|(key, value)| (key.to_string(), *value)).collect(),
+        ),
         advice: advise::warnings(rig, &scene),
         changes,
         ..ChangeReply::default()

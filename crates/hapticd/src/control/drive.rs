@@ -2,8 +2,18 @@
 
 use crate::control::RigHandle;
 use crate::control::requester::Requester;
+use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
 use haptic_ipc::{StateReply, WireError};
+
+pub(super) async fn engage(
+    rig: &RigHandle,
+    anyway: bool,
+    stops_known: u64,
+    by: Requester<'_>,
+) -> Result<StateReply, WireError> {
+    rig.engage(anyway, stops_known, by).await.map(reply)
+}
 
 pub(super) async fn command(
     rig: &RigHandle,
@@ -11,11 +21,14 @@ pub(super) async fn command(
     stops_known: u64,
     by: Requester<'_>,
 ) -> Result<StateReply, WireError> {
-    let outcome = rig.command(command, stops_known, by).await?;
-    Ok(StateReply {
+    rig.command(command, stops_known, by).await.map(reply)
+}
+
+fn reply(outcome: Outcome) -> StateReply {
+    StateReply {
         state: outcome.state,
         tick: outcome.tick,
-    })
+    }
 }
 
 /// Answers a stop, which was raised when its line was read.

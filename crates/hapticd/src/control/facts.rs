@@ -13,6 +13,7 @@ use haptic_core::servo::Settings;
 use haptic_ipc::{ForceLimitBy, RealTimeStatus, ServoSetup};
 use std::cell::Cell;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
 
 /// Constants of a run.
@@ -30,6 +31,8 @@ pub(crate) struct Facts {
     /// The loop's share of its processor, if it is pinned to one.
     pub(crate) share: Option<ProcessorShare>,
     pub(crate) rig: RigFacts,
+    /// Mass of the moving part of a rig that is simulated in this process, kg.
+    pub(crate) mass_kg: Option<f64>,
     /// What the options say of the rig's own friction.
     pub(crate) friction: FrictionOptions,
     /// The link to the rig, unless the rig is simulated in this process.
@@ -64,6 +67,17 @@ impl Facts {
         rig.sample_period_s = times.sample_period_s;
         rig.delay_s = times.delay_s(rig.period_s);
         rig
+    }
+
+    /// From a sample to the motor that gives the force for it, s, without what is late now and then; a period of the
+    /// slower side until it is measured.
+    pub(crate) fn steady_delay_s(&self) -> f64 {
+        let Some(link) = &self.link else { return 0.0 };
+        match link.counters().steady_round_trip_ns.load(Relaxed) {
+            0 => self.linked_facts().effective_period_s(),
+            #[expect(clippy::cast_precision_loss, reason = "a duration far below 2^53 ns")]
+            steady_ns => steady_ns as f64 * 1e-9,
+        }
     }
 
     /// Whether the delay of the link was measured, or there is none.

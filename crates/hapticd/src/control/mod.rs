@@ -16,6 +16,7 @@ mod get;
 pub(crate) mod history;
 mod identify;
 mod journal;
+mod judge;
 pub(crate) mod lease;
 mod leases;
 mod library;
@@ -35,6 +36,7 @@ pub(crate) mod socket;
 mod status;
 mod subscribe;
 mod timing;
+mod trial;
 pub(crate) mod whole_file;
 pub(crate) mod worker_pool;
 

@@ -4,7 +4,7 @@ use crate::control::change::{check_revision, values_set};
 use crate::control::history::Move;
 use crate::control::requester::Requester;
 use crate::control::rig::schedule::NewChange;
-use crate::control::{RigHandle, advise, library, sole_use};
+use crate::control::{RigHandle, advise, judge, library, sole_use};
 use haptic_core::Scene;
 use haptic_ipc::{
     AcceptedChange, Advice, ErrorCode, JournalEntry, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduledChange,
@@ -22,6 +22,7 @@ pub(super) struct ScheduleOptions {
     pub(super) keep: bool,
     pub(super) if_revision: Option<u64>,
     pub(super) dry_run: bool,
+    pub(super) anyway: bool,
 }
 
 /// Schedules changes: all of them, or none.
@@ -59,6 +60,13 @@ pub(super) async fn schedule(
         new.push(change);
         // To compile a long ramp takes a while, in which other clients have their turn.
         tokio::task::yield_now().await;
+    }
+    // As long as no force flows they are judged when it is to.
+    let mut judged = 0;
+    while judged < new.len() && !options.anyway && rig.may_have_force() {
+        let calm = judge::refuse_chatter(rig, &new[judged].scene, "schedule the change").await;
+        calm.map_err(|error| at_index(error, judged))?;
+        judged += 1;
     }
     if options.dry_run {
         rig.check_schedule(by.session, &new)?;

@@ -3,6 +3,7 @@
 use crate::rt::outbox::TickRecord;
 use haptic_core::PulseShape;
 use haptic_ipc::{PulseEnd, PulseReport};
+use std::collections::VecDeque;
 
 /// Time without a change of position after which the handle is at rest, ns.
 const REST_NS: u64 = 30_000_000;
@@ -19,6 +20,13 @@ const LEAST_WAY: (f64, f64) = (20.0, 5e-4);
 
 /// Least travel that shows the direction of a force, in counts and m.
 const LEAST_SIGN: (f64, f64) = (4.0, 2e-4);
+
+/// Window over which the speed is taken from which the mass is estimated, ns.
+const SPEED_WINDOW_NS: u64 = 10_000_000;
+
+/// Least way within that window, in counts, and least share of the motor's work that is in the motion then: below, the
+/// encoder or the friction says more than the mass.
+const LEAST_OF_A_MASS: (f64, f64) = (20.0, 0.3);
 
 /// Largest ratio of the path to the travel: a handle with a longer path has turned round, because
 /// it has bounced or something else moves it.
@@ -55,6 +63,19 @@ struct ObservedPulse {
     work_j: f64,
     path_m: f64,
     has_gaps: bool,
+    /// Times, ns, and paths, m, of the newest window of time.
+    window: VecDeque<(u64, f64)>,
+    fastest: Fastest,
+}
+
+/// The window in which the handle was fastest so far, all of it under the pulse's full force.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fastest {
+    way_m: f64,
+    time_ns: u64,
+    /// The motor's work and the path up to its middle, J and m.
+    work_j: f64,
+    path_m: f64,
 }
 
 impl Motion {
@@ -128,6 +149,8 @@ impl Motion {
             work_j: 0.0,
             path_m: 0.0,
             has_gaps: false,
+            window: VecDeque::new(),
+            fastest: Fastest::default(),
         });
     }
 
@@ -174,6 +197,7 @@ impl ObservedPulse {
         let force_n = last.map_or(0.0, |last| last.command_force);
         self.work_j += force_n * moved_m;
         self.path_m += moved_m.abs();
+        self.look_for_the_fastest(force_n);
         if record.command_force != 0.0 {
             self.first_force_ns.get_or_insert(now_ns);
             self.last_force_ns = now_ns;
@@ -187,6 +211,48 @@ impl ObservedPulse {
             self.backward_m = self.backward_m.max(-forward_m);
             self.largest_speed_mps = self.largest_speed_mps.max(record.device_velocity.abs());
         }
+    }
+
+    /// Takes in how fast the handle is now.
+    fn look_for_the_fastest(&mut self, force_n: f64) {
+        // Near its end a pulse falls, and a delay of the motor would count for more.
+        if force_n.abs() < self.largest_force_n.abs() {
+            self.window.clear();
+            return;
+        }
+        self.window.push_back((self.now_ns, self.path_m));
+        while let Some(&(from_ns, from_m)) = self.window.front() {
+            let time_ns = self.now_ns - from_ns;
+            if time_ns < SPEED_WINDOW_NS {
+                return;
+            }
+            let way_m = self.path_m - from_m;
+            if way_m > self.fastest.way_m {
+                self.fastest = Fastest {
+                    way_m,
+                    time_ns,
+                    work_j: self.work_j - 0.5 * force_n.abs() * way_m,
+                    path_m: self.path_m - 0.5 * way_m,
+                };
+            }
+            self.window.pop_front();
+        }
+    }
+
+    /// The mass that had the speed of the fastest window, kg, where the motor's work less that of a friction, N, tells.
+    fn mass_kg(&self, friction_n: f64, resolution_m: f64) -> Option<f64> {
+        let Fastest {
+            way_m,
+            time_ns,
+            work_j,
+            path_m,
+        } = self.fastest;
+        let (counts, share) = LEAST_OF_A_MASS;
+        let motion_j = work_j - friction_n * path_m;
+        #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a window")]
+        let speed_mps = way_m / (time_ns as f64 * 1e-9);
+        (way_m >= counts * resolution_m && way_m > 0.0 && motion_j >= share * work_j)
+            .then(|| 2.0 * motion_j / (speed_mps * speed_mps))
     }
 
     fn is_over(&self) -> bool {
@@ -224,6 +290,7 @@ impl ObservedPulse {
             && self.rests()
             && moved_m.abs() >= at_least(LEAST_WAY, resolution_m)
             && self.path_m <= STRAIGHT * moved_m.abs();
+        let friction_n = is_sound.then(|| self.work_j / self.path_m);
         let force_ns = self.first_force_ns.map_or(0, |first_ns| self.last_force_ns - first_ns);
         PulseReport {
             force_n: shape.force_n,
@@ -234,7 +301,8 @@ impl ObservedPulse {
             forward_m: self.forward_m,
             backward_m: self.backward_m,
             largest_speed_mps: self.largest_speed_mps,
-            friction_n: is_sound.then(|| self.work_j / self.path_m),
+            friction_n,
+            mass_kg: friction_n.and_then(|friction_n| self.mass_kg(friction_n, resolution_m)),
         }
     }
 }
@@ -293,6 +361,8 @@ mod tests {
         let (motion, report) = pushed(1.0, false);
         let friction_n = report.friction_n.expect("it moved");
         assert!((friction_n - 0.5).abs() < 0.01, "{report:?}");
+        let mass_kg = report.mass_kg.expect("it was fast");
+        assert!((mass_kg - 1.0).abs() < 0.03, "{report:?}");
         assert!(motion.is_confirmed_by(&report));
         assert_eq!(motion.step_m(), Some(1e-5));
         assert!((motion.range_m().1 - report.moved_m).abs() < 1e-12);

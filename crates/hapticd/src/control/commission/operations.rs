@@ -6,8 +6,9 @@ use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
+use crate::control::judge;
 use crate::control::requester::Requester;
-use crate::control::rig::commission_record::Record;
+use crate::control::rig::commission_record::{Findings, Record};
 use crate::control::rig::sole_use::state::{Commissioning, Work};
 use crate::control::rig::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
 use crate::control::rig_files::Origin;
@@ -74,6 +75,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
         greatest_m,
         step_m: motion.and_then(Motion::step_m),
         path: found.path.clone(),
+        coupling: found.coupling,
     })
 }
 
@@ -118,8 +120,7 @@ pub(in crate::control) async fn pulse(
 pub(in crate::control) async fn store(
     rig: &RigHandle,
     by: Requester<'_>,
-    range_m: Option<f64>,
-    friction_n: Option<f64>,
+    findings: Findings,
 ) -> Result<CommissionReply, WireError> {
     let found = status(rig, by)?;
     let device = resting_device(rig)?;
@@ -135,16 +136,19 @@ pub(in crate::control) async fn store(
             return Err(WireError::new(ErrorCode::WrongState, message).about("force_N"));
         }
     }
+    let coupling = judge::stiffest_coupling(rig, findings).await;
     let record = Record {
         origin: Origin::now(&device, by.peer),
         step_m: found.step_m,
-        range_m,
-        friction_n,
+        findings,
+        coupling,
     };
     let path = rig
         .records()
         .store(&rig.facts.state_dir, record, device.connection)
         .await?;
+    // It holds from now on.
+    drop(rig.records().known(&rig.facts.state_dir, &device, false).await);
     let path = path.display().to_string();
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
@@ -155,7 +159,7 @@ pub(in crate::control) async fn store(
     if let Some(current) = rig.sole_use().borrow_mut().as_mut()
         && let Work::Commissioning(found) = &mut current.work
     {
-        found.path = Some(path);
+        (found.path, found.coupling) = (Some(path), coupling);
     }
     status(rig, by)
 }

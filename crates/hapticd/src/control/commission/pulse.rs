@@ -19,6 +19,9 @@ const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
 /// Time that a pulse may take, until the handle rests again.
 const LONGEST: Duration = Duration::from_secs(4);
 
+/// Longest delay with which the mass is told, s: within it the force of a pulse hardly changes.
+const LONGEST_DELAY_S: f64 = 5e-3;
+
 /// A pulse of a force (N) and duration (ms), on an encoder of this resolution (m).
 pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseShape {
     let duration_s = duration_ms * 1e-3;
@@ -61,11 +64,16 @@ pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission
         }
     };
     let was_interrupted = given.is_err();
-    let report = rig
+    let mut report = rig
         .feed()
         .motion
         .as_mut()
         .and_then(|motion| motion.end_pulse(was_interrupted));
+    if let Some(report) = &mut report
+        && rig.facts.steady_delay_s() > LONGEST_DELAY_S
+    {
+        report.mass_kg = None;
+    }
     ended(rig, report, given.err());
 }
 

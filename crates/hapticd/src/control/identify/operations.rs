@@ -37,9 +37,7 @@ pub(in crate::control) async fn begin(
     admission::admit(rig, Purpose::Identification).await?;
     let known = rig.records().known(&rig.facts.state_dir, &device, false).await;
     let (known_m, friction_n) = match known {
-        CommissionState::Commissioned {
-            range_m, friction_n, ..
-        } => (range_m, friction_n),
+        CommissionState::Commissioned { findings, .. } => (findings.range_m, findings.friction_n),
         CommissionState::Not(_) => (None, None),
     };
     let Some(range_m) = range_m.or(known_m) else {

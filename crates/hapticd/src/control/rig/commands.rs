@@ -5,6 +5,7 @@ use super::{RigHandle, rig_friction, sole_use};
 use crate::control::admission::{self, Admission, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
+use crate::control::judge;
 use crate::control::requester::Requester;
 use crate::rt::handoff::Outcome;
 use crate::rt::rig_setup::Setup;
@@ -38,6 +39,9 @@ impl Drop for WithdrawOnDrop<'_> {
         let Some(outcome) = shared.answers.command(self.serial).filter(|outcome| !outcome.refused) else {
             return;
         };
+        if self.command == Command::Engage {
+            self.rig.engaged_at.set(outcome.tick);
+        }
         let (by, message) = match self.asked {
             Asked::By(peer) => (Some(peer.clone()), None),
             Asked::Because(why) => (None, Some(why.to_owned())),
@@ -56,43 +60,100 @@ impl Drop for WithdrawOnDrop<'_> {
     }
 }
 
+/// As long as it lives a client engages: until the answer every change of the scene is judged as one under force.
+struct Engaging<'a>(&'a RigHandle);
+
+impl<'a> Engaging<'a> {
+    fn begin(rig: &'a RigHandle) -> Self {
+        rig.engaging.set(rig.engaging.get() + 1);
+        Self(rig)
+    }
+}
+
+impl Drop for Engaging<'_> {
+    fn drop(&mut self) {
+        self.0.engaging.set(self.0.engaging.get() - 1);
+    }
+}
+
 impl RigHandle {
-    /// Carries out a command of a client. `stops_known` is the count of
+    /// Carries out a command of a client that brings no force. `stops_known` is the count of
     /// stops when it was asked for: a command that a later stop has overtaken is refused.
     ///
     /// # Errors
-    /// The rig's state does not allow it, the lease of the client has expired meanwhile, or the
-    /// real-time thread does not answer.
+    /// The rig's state does not allow it, or the real-time thread does not answer.
     pub(crate) async fn command(
         &self,
         command: Command,
         stops_known: u64,
         by: Requester<'_>,
     ) -> Result<Outcome, WireError> {
-        let admission = match command {
-            Command::Engage => {
-                let admission = admission::admit(self, Purpose::Scene).await?;
-                if self.leases().is_absent(by.session) {
-                    let message = "cannot engage: the lease of this client has expired since it asked";
-                    return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-                }
-                admission
-            }
-            // A command that cannot bring force needs no admission.
-            Command::Release | Command::Reset => Admission::NONE,
-        };
-        self.carry_out(command, admission, stops_known, Asked::By(by.peer))
+        self.carry_out(command, Admission::NONE, stops_known, Asked::By(by.peer))
             .await
+    }
+
+    /// Engages the rig for a client: with a scene that would chatter only if it is to be `anyway`. `stops_known` is as
+    /// for [`Self::command`].
+    ///
+    /// # Errors
+    /// The rig's state does not allow it, its scene would chatter, the lease of the client has expired meanwhile, or
+    /// the real-time thread does not answer.
+    pub(crate) async fn engage(&self, anyway: bool, stops_known: u64, by: Requester<'_>) -> Result<Outcome, WireError> {
+        let admission = admission::admit(self, Purpose::Scene).await?;
+        let engaging = Engaging::begin(self);
+        if !anyway {
+            self.refuse_chatter().await?;
+        }
+        if self.leases().is_absent(by.session) {
+            let message = "cannot engage: the lease of this client has expired since it asked";
+            return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+        }
+        let outcome = self
+            .carry_out(Command::Engage, admission, stops_known, Asked::By(by.peer))
+            .await;
+        drop(engaging);
+        outcome
     }
 
     /// Engages the rig by the daemon itself.
     ///
     /// # Errors
-    /// As [`Self::command`].
+    /// As [`Self::engage`].
     pub(crate) async fn engage_because(&self, why: &str) -> Result<Outcome, WireError> {
+        let stops_known = self.stops();
         let admission = admission::admit(self, Purpose::Scene).await?;
-        self.carry_out(Command::Engage, admission, self.stops(), Asked::Because(why))
-            .await
+        let engaging = Engaging::begin(self);
+        self.refuse_chatter().await?;
+        let outcome = self
+            .carry_out(Command::Engage, admission, stops_known, Asked::Because(why))
+            .await;
+        drop(engaging);
+        outcome
+    }
+
+    /// Judges the newest scene and those that are scheduled, until they are still the same after that.
+    async fn refuse_chatter(&self) -> Result<(), WireError> {
+        let mut judged = Vec::new();
+        loop {
+            let to_come = self.scenes_to_come();
+            if judged == to_come {
+                return Ok(());
+            }
+            for scene in &to_come {
+                judge::refuse_chatter(self, scene, "engage").await?;
+            }
+            judged = to_come;
+        }
+    }
+
+    /// Whether force flows, or may in the next ticks.
+    pub(in crate::control) fn may_have_force(&self) -> bool {
+        let (state, tick) = {
+            let feed = self.feed();
+            (feed.state(), feed.newest().map_or(0, |record| record.tick))
+        };
+        // The answer to a command may come before the record of its tick.
+        state.is_live() || self.engaging.get() > 0 || tick < self.engaged_at.get()
     }
 
     /// Releases the rig by the daemon itself.

@@ -2,6 +2,7 @@
 
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig_files::{Origin, RigFolder};
+use haptic_core::scene::Coupling;
 use haptic_ipc::{ErrorCode, Peer, WireError};
 use serde::{Deserialize, Serialize};
 use std::cell::{Cell, RefCell};
@@ -19,10 +20,25 @@ pub(in crate::control) struct Record {
     /// The smallest step of its position that was observed, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(in crate::control) step_m: Option<f64>,
+    #[serde(flatten)]
+    pub(in crate::control) findings: Findings,
+    /// The stiffest grip that the rig bears with a factor of two, where one was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(in crate::control) coupling: Option<Coupling>,
+}
+
+/// What was found of a rig, as far as it was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(in crate::control) struct Findings {
+    /// Travel of its handle between its ends, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(in crate::control) range_m: Option<f64>,
+    /// Its friction, N.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub(in crate::control) friction_n: Option<f64>,
+    /// Mass of its moving part, kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(in crate::control) mass_kg: Option<f64>,
 }
 
 /// Whether a rig is commissioned.
@@ -30,10 +46,9 @@ pub(in crate::control) struct Record {
 pub(in crate::control) enum CommissionState {
     /// It was commissioned, and has not changed since.
     Commissioned {
-        /// Travel of its handle between its ends, m.
-        range_m: Option<f64>,
-        /// Its friction, N.
-        friction_n: Option<f64>,
+        findings: Findings,
+        /// The stiffest grip that it bears with a factor of two, where one was found.
+        coupling: Option<Coupling>,
         /// Why it may yet be another rig, which nobody has denied of this connection.
         doubt: Option<String>,
     },
@@ -69,6 +84,18 @@ impl Records {
         (*of == connection && at.elapsed() < LONGEST_CACHED).then(|| known.clone())
     }
 
+    /// What the newest answer has of the rig at a connection.
+    pub(in crate::control) fn newest(&self, connection: u64) -> Option<(Findings, Option<Coupling>)> {
+        let cached = self.cached.borrow();
+        let (of, _, known) = cached.as_ref()?;
+        match known {
+            CommissionState::Commissioned { findings, coupling, .. } if *of == connection => {
+                Some((*findings, *coupling))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether a rig was commissioned and has not changed since. A cached answer may be a moment
     /// old.
     pub(in crate::control) async fn known(
@@ -87,8 +114,8 @@ impl Records {
         let known = match self.of_this_rig(state_dir, device).await {
             Err(why) => CommissionState::Not(why),
             Ok(record) => CommissionState::Commissioned {
-                range_m: record.range_m,
-                friction_n: record.friction_n,
+                findings: record.findings,
+                coupling: record.coupling,
                 doubt: doubt(&record),
             },
         };
@@ -177,8 +204,11 @@ mod tests {
         let record = Record {
             origin,
             step_m: Some(1e-5),
-            range_m: None,
-            friction_n: Some(0.8),
+            findings: Findings {
+                friction_n: Some(0.8),
+                ..Findings::default()
+            },
+            coupling: None,
         };
         assert_eq!(toml::from_str(text).as_ref(), Ok(&record));
         assert_eq!(

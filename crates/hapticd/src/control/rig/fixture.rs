@@ -59,6 +59,7 @@ fn facts() -> Facts {
             friction: 0.0,
             resolution: 0.0,
         },
+        mass_kg: None,
         friction: FrictionOptions::default(),
         link: None,
         keeper: None,

@@ -24,6 +24,7 @@ use crate::control::compile::RampPath;
 use crate::control::facts::Facts;
 use crate::control::history::History;
 use crate::control::journal::Journal;
+use crate::control::judge::Verdicts;
 use crate::control::leases::Leases;
 use crate::control::link_log::LinkLog;
 use crate::control::presence::Presence;
@@ -86,6 +87,11 @@ pub(crate) struct RigHandle {
     sole_use: RefCell<Option<SoleUse>>,
     records: Records,
     frictions: RigFrictions,
+    verdicts: Verdicts,
+    /// Clients that engage at this moment.
+    engaging: Cell<usize>,
+    /// The newest tick in which a command to engage was carried out.
+    engaged_at: Cell<u64>,
     /// The newest record that the journal has seen.
     observed: Cell<ObservedState>,
     presence: RefCell<Presence>,
@@ -129,6 +135,9 @@ impl RigHandle {
             sole_use: RefCell::new(None),
             records: Records::default(),
             frictions: RigFrictions::default(),
+            verdicts: Verdicts::default(),
+            engaging: Cell::new(0),
+            engaged_at: Cell::new(0),
             observed: Cell::new(ObservedState::default()),
             presence: RefCell::default(),
             link_log: RefCell::default(),
@@ -207,6 +216,11 @@ impl RigHandle {
     /// What was identified of rigs.
     pub(super) fn frictions(&self) -> &RigFrictions {
         &self.frictions
+    }
+
+    /// Whether scenes chatter on the rig, as far as they were tried.
+    pub(super) fn verdicts(&self) -> &Verdicts {
+        &self.verdicts
     }
 
     /// Sets the time at which the real-time thread releases the rig, unless it is postponed.

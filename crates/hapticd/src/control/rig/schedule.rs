@@ -64,6 +64,15 @@ impl RigHandle {
         last.unwrap_or_else(|| self.revision())
     }
 
+    /// The newest scene, and those that wait for their tick.
+    pub(super) fn scenes_to_come(&self) -> Vec<Rc<Scene>> {
+        self.pump();
+        let newest = Rc::clone(&self.scene());
+        let schedule = self.schedule.borrow();
+        let waiting = schedule.waiting.iter().map(|waiting| Rc::clone(&waiting.scene));
+        std::iter::once(newest).chain(waiting).collect()
+    }
+
     /// The changes that wait for their tick.
     pub(in crate::control) fn schedule_status(&self) -> Option<ScheduleStatus> {
         self.pump();

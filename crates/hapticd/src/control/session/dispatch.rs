@@ -3,6 +3,7 @@
 use super::client::{Answer, Client, MOST_CLIENTS, PendingAnswer};
 use crate::control::change::{self, PendingChange};
 use crate::control::requester::Requester;
+use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::session::reply::answer;
 use crate::control::{
@@ -30,10 +31,12 @@ impl Client {
             Err(error) => Answer::Now(answer::<()>(id, Err(error))),
         };
         Answer::Now(match envelope.request {
-            Request::Set { params, merge, options } => return begun(change::set(rig, by, &params, merge, options)),
+            Request::Set { params, merge, options } => {
+                return begun(change::set(rig, by, &params, merge, options).await);
+            }
             Request::SceneLoad { scene, options } => return begun(change::load(rig, by, scene, options).await),
-            Request::Undo { options } => return begun(change::undo(rig, by, options)),
-            Request::Redo { options } => return begun(change::redo(rig, by, options)),
+            Request::Undo { options } => return begun(change::undo(rig, by, options).await),
+            Request::Redo { options } => return begun(change::redo(rig, by, options).await),
             Request::Describe {} => answer(id, Ok(describe::describe(rig))),
             Request::Get { scene } => answer(id, get::get(rig, scene).await),
             Request::SceneSave { name, scene, replace } => {
@@ -51,17 +54,19 @@ impl Client {
                 keep,
                 if_revision,
                 dry_run,
+                anyway,
             } => {
                 let options = ScheduleOptions {
                     name,
                     keep,
                     if_revision,
                     dry_run,
+                    anyway,
                 };
                 answer(id, schedule::schedule(rig, by, changes, options).await)
             }
             Request::ScheduleCancel { name } => answer(id, schedule::cancel(rig, by, name.as_deref())),
-            Request::Engage {} => answer(id, command(Command::Engage).await),
+            Request::Engage { anyway } => answer(id, drive::engage(rig, anyway, stops, by).await),
             Request::Release {} => answer(id, command(Command::Release).await),
             Request::Reset {} => answer(id, command(Command::Reset).await),
             Request::Stop {} => answer(id, drive::stopped(rig, stops).await),
@@ -88,8 +93,17 @@ impl Client {
                 answer(id, commission::pulse(&self.rig, by, force_n, duration_ms).await)
             }
             Request::CommissionStatus {} => answer(id, commission::status(rig, by)),
-            Request::CommissionStore { range_m, friction_n } => {
-                answer(id, commission::store(rig, by, range_m, friction_n).await)
+            Request::CommissionStore {
+                range_m,
+                friction_n,
+                mass_kg,
+            } => {
+                let findings = Findings {
+                    range_m,
+                    friction_n,
+                    mass_kg,
+                };
+                answer(id, commission::store(rig, by, findings).await)
             }
             Request::CommissionEnd {} => answer(id, commission::end(rig, by)),
             Request::CommissionConfirm {} => answer(id, commission::confirm(rig, by).await),

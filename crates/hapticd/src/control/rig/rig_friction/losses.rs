@@ -3,10 +3,14 @@
 use super::record::KnownFriction;
 use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
+use crate::control::rig::commission_record::Findings;
+use crate::control::trial::{LIGHT_RIG_KG, TrialRig};
 use crate::rt::rig_setup::RigSetup;
+use haptic_core::Directional;
 use haptic_core::adviser::RigFacts;
 use haptic_core::compensation::Compensation;
 use haptic_core::passivity::RigLosses;
+use haptic_core::servo::Settings;
 use haptic_ipc::{AdviceBasis, LossSource, RigFrictionStatus};
 use std::time::Duration;
 
@@ -16,6 +20,9 @@ const WATCH_PERIOD: Duration = Duration::from_millis(50);
 /// Time after which a file that could not be read is tried again.
 const RETRY_PERIOD: Duration = Duration::from_millis(500);
 
+/// In parts of a period a delay counts as the next longer one.
+const DELAY_GRAIN: f64 = 0.25;
+
 /// What is known of the connected rig's friction, as far as its file was read.
 fn known(rig: &RigHandle) -> KnownFriction {
     ConnectedDevice::find(&rig.facts)
@@ -23,25 +30,37 @@ fn known(rig: &RigHandle) -> KnownFriction {
         .unwrap_or_default()
 }
 
+/// What the commissioning of the connected rig found, as far as its record was read.
+fn findings(rig: &RigHandle) -> Findings {
+    let found = ConnectedDevice::find(&rig.facts).and_then(|device| rig.records().newest(device.connection));
+    found.map_or_else(Findings::default, |(findings, _)| findings)
+}
+
 /// What the rig takes up, and the sources of damping and friction: an option, else what was
-/// identified, else the default.
-fn losses(rig: &RigHandle, known: &KnownFriction) -> (RigLosses, LossSource, LossSource) {
+/// identified, else what its commissioning found, else the default.
+fn losses(rig: &RigHandle, known: &KnownFriction, found: Findings) -> (RigLosses, LossSource, LossSource) {
     let options = rig.facts.friction;
     let identified = known.identified().map(|friction| friction.losses());
-    let choose = |option: Option<f64>, identified: Option<f64>, usual| match (option, identified) {
-        (Some(value), _) => (value, LossSource::Option),
-        (None, Some(value)) => (value, LossSource::Identified),
-        (None, None) => (usual, LossSource::Default),
+    let choose = |option: Option<f64>, identified: Option<f64>, found: Option<f64>, usual| {
+        let sources = [
+            (option, LossSource::Option),
+            (identified, LossSource::Identified),
+            (found, LossSource::Commissioned),
+        ];
+        let known = sources.into_iter().find_map(|(value, source)| Some((value?, source)));
+        known.unwrap_or((usual, LossSource::Default))
     };
     let usual = rig.facts.servo.get().losses;
     let (damping, damping_from) = choose(
         options.damping_ns_per_m,
         identified.map(|losses| losses.damping),
+        None,
         usual.damping,
     );
     let (friction, friction_from) = choose(
         options.friction_n,
         identified.map(|losses| losses.friction),
+        found.friction_n,
         usual.friction,
     );
     (RigLosses { damping, friction }, damping_from, friction_from)
@@ -56,7 +75,7 @@ fn compensation(rig: &RigHandle, known: &KnownFriction) -> Option<Compensation> 
 pub(in crate::control) fn setup(rig: &RigHandle) -> RigSetup {
     let known = known(rig);
     RigSetup {
-        losses: losses(rig, &known).0,
+        losses: losses(rig, &known, findings(rig)).0,
         compensation: compensation(rig, &known),
     }
 }
@@ -64,7 +83,7 @@ pub(in crate::control) fn setup(rig: &RigHandle) -> RigSetup {
 /// The adviser's facts of the rig: what is compensated is not taken up.
 pub(in crate::control) fn rig_facts(rig: &RigHandle) -> RigFacts {
     let known = known(rig);
-    let losses = losses(rig, &known).0;
+    let losses = losses(rig, &known, findings(rig)).0;
     let left = compensation(rig, &known).map_or(losses, |compensation| compensation.left_of(losses));
     RigFacts {
         damping: left.damping,
@@ -73,10 +92,57 @@ pub(in crate::control) fn rig_facts(rig: &RigHandle) -> RigFacts {
     }
 }
 
+/// A rig as a trial takes it.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::control) struct TrialBasis {
+    pub(in crate::control) rig: TrialRig,
+    /// The mass that it has for want of a known one, kg.
+    pub(in crate::control) assumed_mass_kg: Option<f64>,
+}
+
+/// The connected rig for a trial of a scene: its own friction stays, and what is compensated of it is given back.
+/// `found` is what its commissioning has just found, where it has.
+pub(in crate::control) fn trial_basis(rig: &RigHandle, found: Option<Findings>) -> TrialBasis {
+    let known = known(rig);
+    let found = found.unwrap_or_else(|| findings(rig));
+    let (losses, _, friction_from) = losses(rig, &known, found);
+    let identified = known.identified();
+    let friction_n = match identified {
+        Some(friction) if friction_from == LossSource::Identified => friction.dynamic_force,
+        _ => Directional::both(losses.friction),
+    };
+    let mass_kg = rig
+        .facts
+        .mass_kg
+        .or(identified.map(|friction| friction.mass))
+        .or(found.mass_kg);
+    let link = rig.facts.linked_facts();
+    // A round trip that is measured anew each time is no other rig.
+    let grain_s = DELAY_GRAIN * link.effective_period_s();
+    TrialBasis {
+        rig: TrialRig {
+            settings: Settings {
+                losses,
+                compensation: compensation(rig, &known),
+                ..rig.facts.servo.get()
+            },
+            scheme: rig.facts.scheme,
+            force_limit_n: rig.facts.force_limit().0,
+            sample_period_s: link.sample_period_s,
+            delay_s: (rig.facts.steady_delay_s() / grain_s).ceil() * grain_s,
+            resolution_m: link.resolution,
+            mass_kg: mass_kg.unwrap_or(LIGHT_RIG_KG),
+            friction_n,
+            damping_ns_per_m: losses.damping,
+        },
+        assumed_mass_kg: mass_kg.is_none().then_some(LIGHT_RIG_KG),
+    }
+}
+
 /// The same facts, for people: the link's are measured, and change from one look to the next.
 pub(in crate::control) fn advice_basis(rig: &RigHandle, facts: &RigFacts) -> AdviceBasis {
     let known = known(rig);
-    let (_, damping_from, friction_from) = losses(rig, &known);
+    let (_, damping_from, friction_from) = losses(rig, &known, findings(rig));
     AdviceBasis {
         period_us: facts.period_s * 1e6,
         sample_period_us: (facts.sample_period_s > 0.0).then_some(facts.sample_period_s * 1e6),
@@ -94,7 +160,7 @@ pub(in crate::control) fn advice_basis(rig: &RigHandle, facts: &RigFacts) -> Adv
 /// What is known of the rig's friction, and what is done with it.
 pub(in crate::control) fn status(rig: &RigHandle) -> RigFrictionStatus {
     let known = known(rig);
-    let (losses, damping_from, friction_from) = losses(rig, &known);
+    let (losses, damping_from, friction_from) = losses(rig, &known, findings(rig));
     RigFrictionStatus {
         friction_n: losses.friction,
         friction_from,
@@ -120,6 +186,8 @@ pub(crate) async fn watch(rig: &RigHandle) {
             Some(KnownFriction::Unread(_)) => tokio::time::sleep(RETRY_PERIOD).await,
             Some(_) => continue,
         }
+        // What its commissioning found is used as well.
+        drop(rig.records().known(&rig.facts.state_dir, &device, true).await);
         let known = rig.frictions().of(&rig.facts.state_dir, &device).await;
         if let Some(why) = known.problem()
             && before.as_ref() != Some(&known)

@@ -1,6 +1,7 @@
 //! The state of a sole use.
 
 use crate::control::connected_device::ConnectedDevice;
+use haptic_core::scene::Coupling;
 use haptic_ipc::{ExcitationReport, Peer, PulseReport};
 
 /// Largest share of the rig's force limit that a motion may have.
@@ -34,6 +35,7 @@ pub(in crate::control) struct Commissioning {
     pub(in crate::control) positive_confirmed: bool,
     pub(in crate::control) negative_confirmed: bool,
     pub(in crate::control) path: Option<String>,
+    pub(in crate::control) coupling: Option<Coupling>,
 }
 
 /// What an identification may do, and what it has done.

@@ -1,0 +1,120 @@
+//! What would pass: the stiffest grip of a scene that is calm, with a factor to spare.
+
+use super::{TrialRig, is_calm};
+use haptic_core::friction::{Friction, Karnopp};
+use haptic_core::scene::Coupling;
+use haptic_core::{Direction, Parameter, ParameterKey, Scene};
+
+/// How much softer than the stiffest calm grip is what is proposed.
+pub(in crate::control) const FACTOR: f64 = 2.0;
+
+/// Softest grip that is tried, as a share of the scene's.
+const SOFTEST_SHARE: f64 = 1.0 / 1024.0;
+
+/// Ratio of the softest grip that is known to chatter to the stiffest that is known to be calm, at the end of a search.
+const FINENESS: f64 = 1.2;
+
+/// Steps down from there, and the ratio of each, until all of a factor passes.
+const MOST_STEPS_DOWN: i32 = 10;
+const STEP_DOWN: f64 = 0.8;
+
+/// A change of a scene.
+pub(in crate::control) type Gentler = Vec<(ParameterKey, f64)>;
+
+/// A gentler grip with which a scene that is not calm would be, with a factor of two to spare: of its stiffness alone,
+/// or else of its damping too. `None` where none is found.
+pub(in crate::control) fn gentler(scene: &Scene, rig: &TrialRig) -> Option<Gentler> {
+    use Parameter::{ContactDamping, ContactStiffness, Damping, Stiffness, Viscous};
+    let attempts: [&[Parameter]; 2] = if scene.is_on_device() {
+        [&[ContactStiffness], &[ContactStiffness, ContactDamping, Viscous]]
+    } else {
+        [&[Stiffness], &[Stiffness, Damping]]
+    };
+    attempts.into_iter().find_map(|of| {
+        let at = |share: f64| scaled(scene, of, share);
+        let passes = |changes: &Gentler, factor: f64| {
+            let changes: Gentler = changes.iter().map(|(key, value)| (*key, factor * value)).collect();
+            scene.with(&changes).is_ok_and(|scene| is_calm(&scene, rig))
+        };
+        let most = stiffest((SOFTEST_SHARE, 1.0), |share| passes(&at(share), 1.0))?;
+        with_room(most, at, passes)
+    })
+}
+
+/// Damping of the grips that are tried for a rig, N s/m.
+const DAMPINGS_NS_PER_M: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
+
+/// Softest and stiffest grip that is tried for a rig, N/m.
+const STIFFNESSES_N_PER_M: (f64, f64) = (20.0, 1e5);
+
+/// The stiffest grip that is calm on a rig, with a factor of two to spare, of the paper's block and of one that does not
+/// give way. `None` where none is found.
+pub(in crate::control) fn stiffest_coupling(rig: &TrialRig) -> Option<Coupling> {
+    let grips = DAMPINGS_NS_PER_M.into_iter().filter_map(|damping| {
+        let passes = |stiffness: &f64, factor: f64| {
+            let stiffness = factor * stiffness;
+            let slides = Scene {
+                coupling: Some(Coupling { stiffness, damping }),
+                ..Scene::paper()
+            };
+            let holds = Scene {
+                friction: Friction::Karnopp(Karnopp::new(rig.force_limit_n, rig.force_limit_n)),
+                ..slides.clone()
+            };
+            is_calm(&holds, rig) && is_calm(&slides, rig)
+        };
+        let most = stiffest(STIFFNESSES_N_PER_M, |stiffness| passes(&stiffness, 1.0))?;
+        let stiffness = with_room(most, rounded_down, passes)?;
+        Some(Coupling { stiffness, damping })
+    });
+    grips.max_by(|one, other| one.stiffness.total_cmp(&other.stiffness))
+}
+
+/// The greatest value of a range that passes, to 20 %; `None` where the smallest does not.
+fn stiffest((least, most): (f64, f64), passes: impl Fn(f64) -> bool) -> Option<f64> {
+    if !passes(least) {
+        return None;
+    }
+    let (mut calm, mut restless) = (least, most);
+    while restless > FINENESS * calm {
+        let middle = (calm * restless).sqrt();
+        *(if passes(middle) { &mut calm } else { &mut restless }) = middle;
+    }
+    Some(calm)
+}
+
+/// What is a factor below the stiffest grip, or a little more, and passes up to that factor: close to its edge a scene may
+/// be calm by chance.
+fn with_room<T>(most: f64, at: impl Fn(f64) -> T, passes: impl Fn(&T, f64) -> bool) -> Option<T> {
+    let mut fewer = (0..MOST_STEPS_DOWN).map(|step| at(most / FACTOR * STEP_DOWN.powi(step)));
+    let up_to_the_factor = [1.0, FACTOR.sqrt(), FACTOR];
+    fewer.find(|found| up_to_the_factor.iter().all(|factor| passes(found, *factor)))
+}
+
+/// The values of some parameters that a scene has, times a share, rounded down to two digits.
+fn scaled(scene: &Scene, parameters: &[Parameter], share: f64) -> Gentler {
+    let mut scaled = Vec::with_capacity(2 * parameters.len());
+    for &parameter in parameters {
+        let Some(value) = scene.value(parameter) else { continue };
+        if value.is_symmetric() {
+            scaled.push((parameter.into(), rounded_down(value.positive * share)));
+            continue;
+        }
+        for direction in Direction::BOTH {
+            scaled.push((
+                parameter.in_direction(direction),
+                rounded_down(value.get(direction) * share),
+            ));
+        }
+    }
+    scaled
+}
+
+/// The greatest number of two significant digits that is no greater.
+pub(super) fn rounded_down(value: f64) -> f64 {
+    if value <= 0.0 {
+        return value;
+    }
+    let digit = 10_f64.powf(value.log10().floor() - 1.0);
+    (value / digit).floor() * digit
+}

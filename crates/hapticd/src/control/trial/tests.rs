@@ -1,0 +1,293 @@
+//! Rigs that chatter and rigs that do not.
+
+use super::course::TrialRig;
+use super::gentler::{FACTOR, gentler, rounded_down, stiffest_coupling};
+use super::{LIGHT_RIG_KG, MOST_SIGN_CHANGES_PER_S, Trial, TrialHand, worst_trial};
+use crate::config::SLIDE_DAMPING_NS_PER_M;
+use device_io::fake::RigProperties;
+use haptic_core::friction::{Friction, Karnopp};
+use haptic_core::limiter::Limits;
+use haptic_core::passivity::RigLosses;
+use haptic_core::scene::Coupling;
+use haptic_core::servo::Settings;
+use haptic_core::{Directional, Scene, Scheme, velocity};
+use std::time::Instant;
+
+/// A rig that is read and written in the same tick, at 1 kHz.
+fn rig(mass_kg: f64, friction_n: f64, force_limit_n: f64) -> TrialRig {
+    TrialRig {
+        settings: Settings {
+            period_s: 1e-3,
+            ramp_s: 0.2,
+            limits: Limits {
+                force_n: force_limit_n,
+                ..Limits::default()
+            },
+            losses: RigLosses {
+                damping: 0.0,
+                friction: friction_n,
+            },
+            passivity_control_n: 0.0,
+            velocity: velocity::Method::default(),
+            stale_ns: 20_000_000,
+            stop_button: Some(0),
+            enable_button: Some(1),
+            compensation: None,
+        },
+        scheme: Scheme::Exact,
+        force_limit_n,
+        sample_period_s: 0.0,
+        delay_s: 0.0,
+        resolution_m: 1e-5,
+        mass_kg,
+        friction_n: Directional::both(friction_n),
+        damping_ns_per_m: 0.0,
+    }
+}
+
+/// Light, with a weak motor and next to no friction.
+fn hapkit() -> TrialRig {
+    rig(0.1, 0.15, 5.0)
+}
+
+fn coupled(stiffness: f64, damping: f64) -> Scene {
+    let key = |name: &str| name.parse().expect("a parameter");
+    Scene::paper()
+        .with(&[(key("K"), stiffness), (key("B"), damping)])
+        .expect("a valid scene")
+}
+
+fn worst(scene: &Scene, rig: &TrialRig) -> Trial {
+    worst_trial(scene, rig).expect("a valid scene").expect("three hands")
+}
+
+// hazard: H30
+#[test]
+fn what_oscillates_by_itself_would_chatter() {
+    let slow = TrialRig {
+        delay_s: 0.082,
+        ..rig(1.4, 0.8, 20.0)
+    };
+    let coarse = TrialRig {
+        resolution_m: 1e-4,
+        ..rig(0.1, 0.1, 20.0)
+    };
+    let late = TrialRig {
+        delay_s: 2e-3,
+        sample_period_s: 1e-3,
+        ..rig(0.3, 0.2, 20.0)
+    };
+    let at_60_hz = TrialRig {
+        sample_period_s: 1.0 / 60.0,
+        delay_s: 1.0 / 60.0,
+        ..rig(1.4, 0.8, 20.0)
+    };
+    for (what, rig) in [
+        ("a light rig", hapkit()),
+        ("82 ms there and back", slow),
+        ("an encoder of 100 um", coarse),
+        ("a USB link", late),
+        ("60 samples a second", at_60_hz),
+    ] {
+        let trial = worst(&Scene::paper(), &rig);
+        println!("{what}: {trial}");
+        assert!(!trial.is_calm(), "{what}: {trial}");
+    }
+}
+
+#[test]
+fn what_damps_itself_is_calm() {
+    let damped = TrialRig {
+        damping_ns_per_m: 12.0,
+        ..rig(1.4, 0.8, 20.0)
+    };
+    let late = TrialRig {
+        delay_s: 2e-3,
+        sample_period_s: 1e-3,
+        ..rig(LIGHT_RIG_KG, 0.0, 20.0)
+    };
+    for (what, scene, rig) in [
+        ("a soft grip of a light rig", coupled(2000.0, 1.0), hapkit()),
+        ("the paper's on the fake rig", Scene::paper(), rig(1.4, 0.8, 20.0)),
+        ("a damped rig", coupled(1000.0, 10.0), damped),
+        ("a light rig behind a link", coupled(1000.0, 10.0), late),
+    ] {
+        let trial = worst(&scene, &rig);
+        println!("{what}: {trial}");
+        assert!(trial.is_calm(), "{what}: {trial}");
+    }
+}
+
+#[test]
+fn a_mirrored_scene_on_a_mirrored_rig_has_the_same_verdict() {
+    let mirrored = |value: Directional| Directional {
+        positive: value.negative,
+        negative: value.positive,
+    };
+    let lopsided = Directional {
+        positive: 0.1,
+        negative: 0.6,
+    };
+    for (stiffness, damping) in [(2000.0, 1.0), (8000.0, 4.0), (25_000.0, 10.0)] {
+        let forces = Directional {
+            positive: 4.0,
+            negative: 1.5,
+        };
+        let with = |forces| Scene {
+            friction: Friction::Karnopp(Karnopp::new(forces, forces)),
+            ..coupled(stiffness, damping)
+        };
+        let one = TrialRig {
+            friction_n: lopsided,
+            ..hapkit()
+        };
+        let other = TrialRig {
+            friction_n: mirrored(lopsided),
+            ..one
+        };
+        let (one, other) = (worst(&with(forces), &one), worst(&with(mirrored(forces)), &other));
+        assert_eq!(one.is_calm(), other.is_calm(), "{one}; mirrored, {other}");
+    }
+}
+
+#[test]
+fn a_gentler_grip_is_calm_and_twice_as_stiff_a_one_too() {
+    for rig in [
+        hapkit(),
+        TrialRig {
+            delay_s: 0.082,
+            ..rig(1.4, 0.8, 20.0)
+        },
+    ] {
+        let changes = gentler(&Scene::paper(), &rig).expect("there is one");
+        for factor in [0.5, 1.0, FACTOR] {
+            let changes: Vec<_> = changes.iter().map(|(key, value)| (*key, factor * value)).collect();
+            let scene = Scene::paper().with(&changes).expect("a valid scene");
+            let trial = worst(&scene, &rig);
+            assert!(trial.is_calm(), "{changes:?}: {trial}");
+        }
+    }
+    assert_eq!(
+        [0.0, 1234.0, 0.0999, 50.0].map(rounded_down),
+        [0.0, 1200.0, 0.099, 50.0]
+    );
+}
+
+#[test]
+fn a_rig_that_would_fault_is_not_calm() {
+    let late = TrialRig {
+        delay_s: 0.01,
+        sample_period_s: 1e-3,
+        ..rig(LIGHT_RIG_KG, 0.0, 20.0)
+    };
+    let trial = worst(&coupled(5000.0, 10.0), &late);
+    assert!(trial.fault.is_some() && !trial.is_calm(), "{trial}");
+    assert!(trial.to_string().contains("ends in a fault"), "{trial}");
+    // That a hand goes faster than a rig allows says nothing of the scene.
+    let mut slow = rig(1.4, 0.8, 20.0);
+    slow.settings.limits.speed_mps = 0.02;
+    let trial = worst(&Scene::paper(), &slow);
+    assert!(trial.is_calm(), "{trial}");
+}
+
+#[test]
+fn a_rig_without_force_is_calm() {
+    let without = TrialRig {
+        force_limit_n: 0.0,
+        ..hapkit()
+    };
+    let trial = worst(&Scene::paper(), &without);
+    assert_eq!(
+        (trial.sign_changes_per_s, trial.greatest_force_n),
+        (0.0, 0.0),
+        "{trial}"
+    );
+    assert!(trial.is_calm());
+}
+
+#[test]
+fn figures_are_told_with_their_hand() {
+    let trial = Trial {
+        hand: TrialHand::Absent,
+        sign_changes_per_s: MOST_SIGN_CHANGES_PER_S + 105.0,
+        share_at_limit: 0.78,
+        greatest_force_n: 5.0,
+        rests: false,
+        fault: None,
+    };
+    assert_eq!(
+        trial.to_string(),
+        "left alone it changes sign 125 times a second, up to 5.00 N and 78 % of the time at the rig's limit, and \
+         does not come to rest"
+    );
+}
+
+#[test]
+fn the_stiffest_grip_of_a_rig_is_calm_with_a_factor_to_spare() {
+    let late = TrialRig {
+        delay_s: 2e-3,
+        sample_period_s: 1e-3,
+        ..rig(LIGHT_RIG_KG, 0.0, 20.0)
+    };
+    let mut stiffest = f64::INFINITY;
+    for rig in [rig(1.4, 0.8, 20.0), hapkit(), late] {
+        let Coupling { stiffness, damping } = stiffest_coupling(&rig).expect("there is one");
+        let trial = worst(&coupled(FACTOR * stiffness, damping), &rig);
+        assert!(trial.is_calm(), "{stiffness} N/m, {damping} N s/m: {trial}");
+        assert!(
+            stiffness < stiffest && stiffness > 500.0,
+            "{stiffness} N/m, {damping} N s/m"
+        );
+        stiffest = stiffness;
+    }
+}
+
+/// Prints the tables of docs/measured.md: changes of sign by rig and stiffness, and how long a trial takes.
+#[test]
+#[ignore = "a measurement: cargo test --release -p hapticd trial::tests::table -- --ignored --nocapture"]
+fn table() {
+    let built_in = RigProperties::default();
+    let damped = TrialRig {
+        damping_ns_per_m: SLIDE_DAMPING_NS_PER_M,
+        ..rig(built_in.mass_kg, built_in.friction_n, 20.0)
+    };
+    let of = |delay_s: f64, sample_period_s: f64, rig: TrialRig| TrialRig {
+        delay_s,
+        sample_period_s,
+        ..rig
+    };
+    println!("| rig | K, B | verdict | changes of sign a second | at the limit | greatest force | took |");
+    let coarse = TrialRig {
+        resolution_m: 1e-4,
+        ..rig(0.1, 0.1, 20.0)
+    };
+    for (what, rig) in [
+        ("0.1 kg, 0.15 N, limit 5 N", hapkit()),
+        ("demo: 1.4 kg, 0.8 N, 12 N s/m", damped),
+        ("demo behind 82 ms", of(0.082, 1e-3, damped)),
+        ("1.4 kg, 0.8 N, 82 ms", of(0.082, 1e-3, rig(1.4, 0.8, 20.0))),
+        ("1.4 kg, 0.8 N, 60 Hz", of(1.0 / 60.0, 1.0 / 60.0, rig(1.4, 0.8, 20.0))),
+        ("0.1 kg, 0.1 N, encoder 100 um", coarse),
+        ("unknown, 2 ms", of(2e-3, 1e-3, rig(LIGHT_RIG_KG, 0.0, 20.0))),
+        ("unknown, 5 ms", of(5e-3, 1e-3, rig(LIGHT_RIG_KG, 0.0, 20.0))),
+    ] {
+        for (stiffness, damping) in [(25_000.0, 10.0), (2000.0, 1.0), (1000.0, 10.0)] {
+            let scene = coupled(stiffness, damping);
+            let begun = Instant::now();
+            let trial = worst(&scene, &rig);
+            let took_ms = begun.elapsed().as_secs_f64() * 1e3;
+            let verdict = if trial.is_calm() { "calm" } else { "refused" };
+            println!(
+                "| {what} | {stiffness}, {damping} | {verdict} | {:.0} ({}) | {:.0} % | {:.2} N | {took_ms:.1} ms |",
+                trial.sign_changes_per_s,
+                trial.hand,
+                100.0 * trial.share_at_limit,
+                trial.greatest_force_n,
+            );
+        }
+        let begun = Instant::now();
+        let (gentler, stiffest) = (gentler(&Scene::paper(), &rig), stiffest_coupling(&rig));
+        let took_ms = begun.elapsed().as_secs_f64() * 1e3;
+        println!("  would pass: {gentler:?}; stiffest grip: {stiffest:?}; both took {took_ms:.0} ms");
+    }
+}
