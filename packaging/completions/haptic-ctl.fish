@@ -1,2 +1,1 @@
-# haptic-ctl completes itself, with the parameters and scenes of the running daemon.
-haptic-ctl completions fish | source
+complete --keep-order --exclusive --command haptic-ctl --arguments "(COMPLETE=fish haptic-ctl -- (commandline --current-process --tokenize --cut-at-cursor) (commandline --current-token))"

@@ -322,12 +322,12 @@ fn the_active_scene_stays_when_its_file_changes_and_files_without_a_scene_are_na
     assert_eq!((status(&mut client).revision, named(&mut client)), (before, None));
     assert_eq!(
         rig.daemon.ctl_ok(&["get", "mass"]).split_whitespace().next(),
-        Some("0.5")
+        Some("0.1")
     );
     rig.daemon.ctl_ok(&["scene", "load", "mine"]);
     assert_eq!(
         rig.daemon.ctl_ok(&["get", "mass"]).split_whitespace().next(),
-        Some("0.75")
+        Some("0.15")
     );
 }
 

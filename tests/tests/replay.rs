@@ -69,12 +69,12 @@ fn schedule(daemon: &Daemon, file: &Path) -> [u64; 4] {
         {"at_tick": ticks[3], "scene": "simulated-friction"},
     ]);
     std::fs::write(&file, changes.to_string()).expect("written");
-    daemon.ctl_ok(&["schedule", file.to_str().expect("a plain path")]);
+    daemon.ctl_ok(&["schedule", file.to_str().expect("a plain path"), "--anyway"]);
     ticks
 }
 
 /// Some thousand ticks with force, of which nothing has its usual value: two ramps, of which the second
-/// interrupts the first, another law, a schedule, a stop, and force again.
+/// interrupts the first, another law, a schedule, a stop, and force again. Such a rig chatters.
 fn session(file: &Path) -> Recording {
     let daemon = Daemon::start(&[
         "--ramp-ms=70",
@@ -90,21 +90,21 @@ fn session(file: &Path) -> Recording {
     ]);
     let recorder = daemon.recorder(file, &[]);
     wait_for_more_rows(file, 300);
-    daemon.ctl_ok(&["engage", "--wait"]);
+    daemon.ctl_ok(&["engage", "--wait", "--anyway"]);
     wait_for_more_rows(file, 200);
-    daemon.ctl_ok(&["set", "Fs=8", "Fd=5", "K=9000", "--ramp=400ms"]);
-    daemon.ctl_ok(&["set", "M=1.5", "Fs+=6", "--ramp=300ms"]);
+    daemon.ctl_ok(&["set", "Fs=8", "Fd=5", "K=9000", "--ramp=400ms", "--anyway"]);
+    daemon.ctl_ok(&["set", "M=1.5", "Fs+=6", "--ramp=300ms", "--anyway"]);
     wait_for_more_rows(file, 600);
-    daemon.ctl_ok(&["scene", "load", "viscous-drag", "--ramp=200ms"]);
+    daemon.ctl_ok(&["scene", "load", "viscous-drag", "--ramp=200ms", "--anyway"]);
     wait_for_more_rows(file, 400);
-    daemon.ctl_ok(&["undo"]);
+    daemon.ctl_ok(&["undo", "--anyway"]);
     wait_for_more_rows(file, 200);
     let scheduled = schedule(&daemon, file);
     wait_for_more_rows(file, 100);
     daemon.ctl_ok(&["stop"]);
     wait_for_more_rows(file, 100);
     daemon.ctl_ok(&["reset"]);
-    daemon.ctl_ok(&["engage", "--wait"]);
+    daemon.ctl_ok(&["engage", "--wait", "--anyway"]);
     wait_for_more_rows(file, 300);
     daemon.ctl_ok(&["release", "--wait"]);
     wait_for_more_rows(file, 100);
