@@ -1,7 +1,7 @@
 //! A rig is commissioned by small pulses before it is engaged: the real programs, a fake rig with a
 //! firmware of somebody's own behind a pseudo-terminal.
 
-use haptic_ipc::{Client, CommissionReply, ErrorCode, LeaseReply, Request, RigState, StateReply};
+use haptic_ipc::{Client, CommissionReply, ErrorCode, LeaseReply, LossSource, Request, RigState, StateReply};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
@@ -65,6 +65,16 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
     }
     assert!((number("/range_m") - 0.03).abs() <= 0.05 * 0.03, "{found}");
     assert!((number("/step_m") - 1e-5).abs() < 1e-9, "{found}");
+    // A machine that is held up may keep the pulses from agreeing on the mass, and the search from ending.
+    if let Some(mass_kg) = found["mass_kg"].as_f64() {
+        assert!((mass_kg - 1.4).abs() <= 0.15 * 1.4, "{mass_kg} kg");
+    }
+    if let Some(stiffness) = found["coupling"]["stiffness"].as_f64() {
+        assert!(stiffness > 100.0 && stiffness < 30_000.0, "{found}");
+    }
+    let friction = status(&mut client).device.rig_friction.expect("it is told");
+    assert_eq!(friction.friction_from, LossSource::Commissioned);
+    assert!((friction.friction_n - 0.8).abs() <= 0.1 * 0.8, "{friction:?}");
     let path = found["path"].as_str().expect("a path");
     let kept = std::fs::read_to_string(path).expect("it is kept");
     for part in ["mine 1.0", "resolution_m", "friction_N"] {

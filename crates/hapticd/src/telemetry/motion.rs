@@ -63,7 +63,7 @@ struct ObservedPulse {
     work_j: f64,
     path_m: f64,
     has_gaps: bool,
-    /// Times, ns, and paths, m, of the newest window of time.
+    /// Times of the device, ns, and paths, m, of the newest window of time.
     window: VecDeque<(u64, f64)>,
     fastest: Fastest,
 }
@@ -197,7 +197,7 @@ impl ObservedPulse {
         let force_n = last.map_or(0.0, |last| last.command_force);
         self.work_j += force_n * moved_m;
         self.path_m += moved_m.abs();
-        self.look_for_the_fastest(force_n);
+        self.look_for_the_fastest(record.device_time_ns, force_n);
         if record.command_force != 0.0 {
             self.first_force_ns.get_or_insert(now_ns);
             self.last_force_ns = now_ns;
@@ -213,16 +213,16 @@ impl ObservedPulse {
         }
     }
 
-    /// Takes in how fast the handle is now.
-    fn look_for_the_fastest(&mut self, force_n: f64) {
+    /// Takes in how fast the handle is now, by the device's own time, ns.
+    fn look_for_the_fastest(&mut self, at_ns: u64, force_n: f64) {
         // Near its end a pulse falls, and a delay of the motor would count for more.
         if force_n.abs() < self.largest_force_n.abs() {
             self.window.clear();
             return;
         }
-        self.window.push_back((self.now_ns, self.path_m));
+        self.window.push_back((at_ns, self.path_m));
         while let Some(&(from_ns, from_m)) = self.window.front() {
-            let time_ns = self.now_ns - from_ns;
+            let time_ns = at_ns.saturating_sub(from_ns);
             if time_ns < SPEED_WINDOW_NS {
                 return;
             }
