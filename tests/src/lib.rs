@@ -94,6 +94,9 @@ pub fn be_patient(hapticd: &mut Command) {
 /// The scene of Richard and Cutkosky's block.
 pub const PAPER_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/simulated-friction.toml");
 
+/// The scene with which hapticd begins where none is named.
+pub const LIGHT_BLOCK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/light-block.toml");
+
 /// Lets a daemon on a rig in its own process begin with the paper's scene, unless its arguments name another: whatever
 /// hapticd begins with, the figures of the tests are those of the paper.
 fn begin_with_the_papers_scene(hapticd: &mut Command) {

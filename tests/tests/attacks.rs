@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::attack::{self, Attack};
 use system_tests::process::{descriptors, size_kib};
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, status, wait_for, wait_for_state};
+use system_tests::{Daemon, HeldThread, LIGHT_BLOCK, PATIENCE, binary, status, wait_for, wait_for_state};
 
 const NOBODY: u32 = 65_534;
 /// A group that every Debian has, and of which nobody is a member by himself.
@@ -417,7 +417,7 @@ fn a_last_line_needs_no_end() {
 fn a_stop_does_not_wait_behind_what_its_client_asked_before() {
     let _alone = crate::alone();
     // Each of these takes a tick of 10 ms.
-    let daemon = Daemon::start(&["--rate", "100"]);
+    let daemon = Daemon::start(&["--rate", "100", "--scene", LIGHT_BLOCK]);
     let mut raw = daemon.raw();
     let engage = |id: u32| format!("{{\"id\":{id},\"op\":\"engage\"}}\n");
     let asked: String = (1..=1000).map(engage).collect();

@@ -5,7 +5,7 @@ use haptic_ipc::{
 };
 use system_tests::commissioning::refused;
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, PAPER_SCENE, status, wait_for_state};
+use system_tests::{Daemon, LIGHT_BLOCK, PAPER_SCENE, status, wait_for_state};
 
 /// As light and as weak as a rig of a kit, with next to no friction.
 const LIGHT: [&str; 8] = [
@@ -18,8 +18,6 @@ const LIGHT: [&str; 8] = [
     "--scene",
     LIGHT_BLOCK,
 ];
-
-const LIGHT_BLOCK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/light-block.toml");
 
 fn stiff() -> Request {
     Request::set([("stiffness".to_owned(), 25_000.0)].into_iter().collect())

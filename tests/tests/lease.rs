@@ -3,7 +3,7 @@
 use haptic_ipc::{Client, ErrorCode, JournalEntry, LeaseReply, LogReply, Request, RigState, StateReply};
 use serde_json::json;
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, PATIENCE, pause, stalled, status, wait_for, wait_for_state};
+use system_tests::{Daemon, LIGHT_BLOCK, PATIENCE, pause, stalled, status, wait_for, wait_for_state};
 
 fn lease(client: &mut Client, timeout_ms: u32) -> LeaseReply {
     client.request(Request::Lease { timeout_ms }).expect("a lease")
@@ -85,7 +85,7 @@ fn releases(client: &mut Client, count: usize) -> Vec<(Option<String>, bool)> {
 #[test]
 fn a_release_is_journalled_as_that_of_the_lease_or_of_the_client_and_not_of_a_button() {
     // A ramp that is shorter than a tick: force is gone from one tick to the next, as by an enable button.
-    let daemon = Daemon::start(&["--rate=100", "--ramp-ms=1"]);
+    let daemon = Daemon::start(&["--rate=100", "--ramp-ms=1", "--scene", LIGHT_BLOCK]);
     let mut watcher = daemon.client();
     let engage = |watcher: &mut Client| {
         let _: StateReply = watcher.request(Request::engage()).expect("it is idle");
