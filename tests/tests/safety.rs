@@ -1,7 +1,7 @@
 //! What must hold with a hand on the handle, whatever lies, hangs or is cut: the real daemon on a
 //! real pseudo-terminal, and a rig that misbehaves on demand.
 
-use haptic_ipc::{Client, ClientError, ErrorCode, Request, RigState, StateReply, Timing};
+use haptic_ipc::{Client, ClientError, ErrorCode, LinkStatus, Request, RigState, StateReply, Timing};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::blocked::Blocked;
@@ -167,12 +167,20 @@ fn the_rigs_own_buttons_stop_it() {
     let error = refused(&mut client, Request::engage());
     assert_eq!(error.code, ErrorCode::WrongState, "nobody holds the switch");
     assert!(error.message.contains("enable button is not held down"), "{error}");
+    let held = |client: &mut Client| {
+        let is_held = |link: &LinkStatus| link.buttons & 0b10 != 0;
+        wait_for(client, "the switch", |status| {
+            status.device.link.as_ref().is_some_and(is_held)
+        });
+    };
     rig.fail("button 2 on");
+    held(&mut client);
     pull(&mut rig, &mut client);
     rig.fail("button 2 off");
     wait_for_state(&mut client, RigState::Idle);
     wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
     rig.fail("button 2 on");
+    held(&mut client);
     pull(&mut rig, &mut client);
     rig.fail("button 1 on");
     let stopped = wait_for_state(&mut client, RigState::Stopped);
