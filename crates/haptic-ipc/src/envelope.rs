@@ -108,7 +108,10 @@ mod tests {
             let more = match *op {
                 "set" => r#","params":{}"#,
                 "subscribe" => r#","topics":["samples"],"rate_hz":100"#,
-                "scene.load" => r#","scene":"viscous-drag","ramp_ms":50,"if_revision":3,"dry_run":true,"at_tick":99"#,
+                "scene.load" => concat!(
+                    r#","scene":"viscous-drag","ramp_ms":50,"if_revision":3,"dry_run":true,"at_tick":99,"#,
+                    r#""anyway":true"#
+                ),
                 "scene.save" => r#","name":"mine","scene":7"#,
                 "scene.delete" => r#","name":"mine""#,
                 "scene.rename" => r#","name":"mine","to":"yours""#,
