@@ -76,7 +76,7 @@ fn a_rig_that_would_chatter_is_engaged_anyway_by_a_button() {
     let anyway = Intent::Anyway(Box::new(Intent::Engage));
     assert_eq!(anyway.request(), Some(Request::Engage { anyway: true }));
     assert!(anyway.is_void_after_stop());
-    assert_eq!(asked(&mut panel), [anyway.clone()]);
+    assert_eq!(asked(&mut panel), std::slice::from_ref(&anyway));
     let reply = StateReply {
         state: RigState::Engaging,
         tick: 200,

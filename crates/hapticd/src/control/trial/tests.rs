@@ -242,7 +242,7 @@ fn the_stiffest_grip_of_a_rig_is_calm_with_a_factor_to_spare() {
     }
 }
 
-/// Prints the tables of docs/measured.md: changes of sign by rig and stiffness, and how long a trial takes.
+/// Prints changes of sign by rig and grip, and how long a trial takes.
 #[test]
 #[ignore = "a measurement: cargo test --release -p hapticd trial::tests::table -- --ignored --nocapture"]
 fn table() {
