@@ -62,6 +62,12 @@ impl Directional {
         self.positive.min(self.negative)
     }
 
+    /// The mean of the two.
+    #[must_use]
+    pub(crate) fn mean(self) -> f64 {
+        0.5 * (self.positive + self.negative)
+    }
+
     /// A value for each direction from the values of both.
     #[must_use]
     pub(crate) fn zip(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {

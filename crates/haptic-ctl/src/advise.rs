@@ -57,11 +57,15 @@ fn reckoned_with(basis: &AdviceBasis) -> String {
     } else {
         ", assumed until it is measured"
     };
+    let mass = basis.mass_kg.map_or_else(
+        || "an unknown mass, taken as heavy".to_owned(),
+        |mass| format!("{} kg", output::figure(mass)),
+    );
     let compensated = basis.compensated_share.map_or_else(String::new, |share| {
         format!(", less {} of it that is compensated", output::figure(share))
     });
     format!(
-        "assumed: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {} N s/m \
+        "assumed: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {mass}, {} N s/m \
          ({}) and {} N ({}){compensated}, {} um a count",
         1e6 / basis.period_us,
         basis.delay_us * 1e-3,

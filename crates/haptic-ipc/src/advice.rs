@@ -96,6 +96,10 @@ pub struct AdviceBasis {
     pub delay_us: f64,
     /// Whether that delay was measured on the link; otherwise it is assumed.
     pub delay_measured: bool,
+    /// Mass of the rig's moving part, kg; absent where it was not identified. Linear stability is then that of a heavy
+    /// rig.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
     /// Viscous damping of the rig itself, without what is compensated, N s/m.
     #[serde(rename = "damping_Ns_per_m")]
     pub damping_ns_per_m: f64,

@@ -5,9 +5,13 @@ pub(crate) fn spoken(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// What the value of a check is of; empty for a check that this program does not know.
-pub(crate) fn subject(check: &str) -> &'static str {
+/// What the value of a check is of, by its unit where that says it; empty for a check that this program
+/// does not know.
+pub(crate) fn subject(check: &str, unit: &str) -> &'static str {
     use haptic_core::adviser::Check;
+    if check == Check::LinearStability.name() && unit == "N s/m" {
+        return "damping";
+    }
     let subjects = [
         (Check::LimitCycle, "speed of the block"),
         (Check::LeastMass, "mass"),

@@ -54,7 +54,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
     let losses = usual_losses(&config.rig);
-    let mass_kg = match &config.rig {
+    let mass = match &config.rig {
         RigChoice::Fake(rig) => Some(rig.properties().mass_kg),
         RigChoice::Linked(_) => None,
     };
@@ -104,11 +104,11 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             // measured.
             sample_period_s: 0.0,
             delay_s: 0.0,
+            mass,
             damping: losses.damping,
             friction: losses.friction,
             resolution,
         },
-        mass_kg,
         friction: config.friction,
         link: monitor,
         period_ns: config.period_ns,

@@ -55,7 +55,7 @@ fn title(warnings: &[Warning<'_>]) -> String {
             |finding| {
                 let Finding { check, unit, .. } = finding;
                 let [value, bound] = [finding.value, finding.bound].map(|value| limited(value, ""));
-                let value = format!("{} {value}", subject(check));
+                let value = format!("{} {value}", subject(check, unit));
                 format!("{}: {}, bound {bound} {unit}", sentence_case(check), value.trim_start())
             },
         );
@@ -170,7 +170,7 @@ fn show_table(ui: &mut Ui, advised: &Advised) {
             for (finding, message) in advised.checks() {
                 let check = ui.label(RichText::new(sentence_case(&finding.check)).small());
                 let margin = finding.margin.map(|margin| format!("{margin:.2}"));
-                let value = format!("{} {}", subject(&finding.check), limited(finding.value, ""));
+                let value = format!("{} {}", subject(&finding.check, &finding.unit), limited(finding.value, ""));
                 for text in [
                     value.trim_start().to_owned(),
                     limited(finding.bound, &finding.unit),

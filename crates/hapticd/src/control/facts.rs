@@ -31,8 +31,6 @@ pub(crate) struct Facts {
     /// The loop's share of its processor, if it is pinned to one.
     pub(crate) share: Option<ProcessorShare>,
     pub(crate) rig: RigFacts,
-    /// Mass of the moving part of a rig that is simulated in this process, kg.
-    pub(crate) mass_kg: Option<f64>,
     /// What the options say of the rig's own friction.
     pub(crate) friction: FrictionOptions,
     /// The link to the rig, unless the rig is simulated in this process.

@@ -80,15 +80,24 @@ pub(in crate::control) fn setup(rig: &RigHandle) -> RigSetup {
     }
 }
 
+/// Mass of the moving part, kg, where it is known: of the rig in this process, else as it was identified, else as its
+/// commissioning found it.
+fn mass(rig: &RigHandle, known: &KnownFriction, found: Findings) -> Option<f64> {
+    let identified = known.identified().map(|friction| friction.mass);
+    rig.facts.rig.mass.or(identified).or(found.mass_kg)
+}
+
 /// The adviser's facts of the rig: what is compensated is not taken up.
 pub(in crate::control) fn rig_facts(rig: &RigHandle) -> RigFacts {
-    let known = known(rig);
-    let losses = losses(rig, &known, findings(rig)).0;
+    let (known, found) = (known(rig), findings(rig));
+    let losses = losses(rig, &known, found).0;
     let left = compensation(rig, &known).map_or(losses, |compensation| compensation.left_of(losses));
+    let linked = rig.facts.linked_facts();
     RigFacts {
+        mass: mass(rig, &known, found),
         damping: left.damping,
         friction: left.friction,
-        ..rig.facts.linked_facts()
+        ..linked
     }
 }
 
@@ -106,16 +115,11 @@ pub(in crate::control) fn trial_basis(rig: &RigHandle, found: Option<Findings>) 
     let known = known(rig);
     let found = found.unwrap_or_else(|| findings(rig));
     let (losses, _, friction_from) = losses(rig, &known, found);
-    let identified = known.identified();
-    let friction_n = match identified {
+    let friction_n = match known.identified() {
         Some(friction) if friction_from == LossSource::Identified => friction.dynamic_force,
         _ => Directional::both(losses.friction),
     };
-    let mass_kg = rig
-        .facts
-        .mass_kg
-        .or(identified.map(|friction| friction.mass))
-        .or(found.mass_kg);
+    let mass_kg = mass(rig, &known, found);
     let link = rig.facts.linked_facts();
     // A round trip that is measured anew each time is no other rig.
     let grain_s = DELAY_GRAIN * link.effective_period_s();
@@ -148,6 +152,7 @@ pub(in crate::control) fn advice_basis(rig: &RigHandle, facts: &RigFacts) -> Adv
         sample_period_us: (facts.sample_period_s > 0.0).then_some(facts.sample_period_s * 1e6),
         delay_us: facts.delay_s * 1e6,
         delay_measured: rig.facts.is_delay_measured(),
+        mass_kg: facts.mass,
         damping_ns_per_m: facts.damping,
         friction_n: facts.friction,
         damping_from,

@@ -1,0 +1,144 @@
+//! The bounds come out as published, and what they say is so.
+
+mod literal_scheme;
+mod rig_loop;
+mod wall;
+
+use super::*;
+use crate::parameters::ParameterKey;
+use alloc::string::ToString;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const RIG: RigFacts = RigFacts {
+    period_s: 1e-3,
+    sample_period_s: 0.0,
+    delay_s: 0.0,
+    mass: None,
+    damping: 0.0,
+    friction: 0.8,
+    resolution: 1e-5,
+};
+
+fn find(findings: &[Finding], check: Check) -> Finding {
+    *findings
+        .iter()
+        .find(|finding| finding.check == check)
+        .expect("it is checked")
+}
+
+/// The paper's scene with changes.
+fn scene(changes: &[(&str, f64)]) -> Scene {
+    let changes: Vec<(ParameterKey, f64)> = changes
+        .iter()
+        .map(|&(name, value)| (name.parse().expect("a parameter"), value))
+        .collect();
+    Scene::paper().with(&changes).expect("a valid scene")
+}
+
+/// Numbers from -1 to 1 (xorshift, Marsaglia 2003).
+fn random(seed: u64) -> impl Iterator<Item = f64> {
+    core::iter::successors(Some(seed | 1), |state| {
+        let mut next = *state;
+        next ^= next << 13;
+        next ^= next >> 7;
+        next ^= next << 17;
+        Some(next)
+    })
+    .map(|state| (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+}
+
+#[test]
+fn the_papers_numbers_come_out() {
+    let scene = scene(&[("Fd", 4.0)]);
+    let findings = advise(&scene, Scheme::LITERAL, &RIG);
+    assert!((find(&findings, Check::LimitCycle).value - 4.0921e-3).abs() < 5e-8);
+    assert!((find(&findings, Check::LeastMass).bound - 11.25e-3).abs() < 1e-15);
+    assert!(find(&findings, Check::LeastMass).passes);
+    // V (K T/2 + B) = 4.0921 mm/s x 22.5 N s/m.
+    assert!((find(&findings, Check::Ripple).value - 0.092_07).abs() < 1e-5);
+    // 2 (0 + 10) / 1 ms: the paper's stiffness is beyond it on a rig without damping, and
+    // further with a tick of delay.
+    let linear = find(&findings, Check::LinearStability);
+    assert_eq!((linear.passes, linear.bound), (false, 20_000.0));
+    let late = RigFacts { delay_s: 1e-3, ..RIG };
+    let linear = find(&advise(&scene, Scheme::Exact, &late), Check::LinearStability);
+    assert!((linear.bound - 20_000.0 / 3.0).abs() < 1e-9);
+    // 0.8 N at 0.1 m/s take up 8 N s/m, and B = 10 N s/m alone can give out more.
+    assert_eq!(find(&findings, Check::Friction).bound, 0.0);
+    let undamped = advise(&super::tests::scene(&[("B", 0.0)]), Scheme::Exact, &RIG);
+    assert!((find(&undamped, Check::Friction).bound - 16_000.0).abs() < 1e-9);
+    // 2 (0.8 N / 10 um - 10 N s/m / 1 ms).
+    assert!((find(&findings, Check::Encoder).bound - 140_000.0).abs() < 1e-9);
+}
+
+// hazard: H10
+#[test]
+fn a_slow_rig_and_a_late_link_take_stiffness_away() {
+    let bound = |times: LinkTimes| {
+        let rig = RigFacts {
+            sample_period_s: times.sample_period_s,
+            delay_s: times.delay_s(RIG.period_s),
+            ..RIG
+        };
+        find(&advise(&Scene::paper(), Scheme::Exact, &rig), Check::LinearStability).bound
+    };
+    let times = |rate_hz: f64, round_trip_s, age_s| LinkTimes {
+        sample_period_s: 1.0 / rate_hz,
+        round_trip_s,
+        age_s,
+    };
+    // Nothing measured yet: a period of the slower side.
+    assert!((bound(times(1000.0, 0.0, 0.0)) - 20.0 / 3e-3).abs() < 1e-6);
+    assert!((bound(times(60.0, 0.0, 0.0)) - 20.0 * 60.0 / 3.0).abs() < 1e-6);
+    // 2 B / (T + 2 tau) of what was measured.
+    assert!((bound(times(1000.0, 2e-3, 0.5e-3)) - 20.0 / 5e-3).abs() < 1e-6);
+    assert!((bound(times(60.0, 1e-3, 17e-3)) - 20.0 / (1.0 / 60.0 + 2e-3)).abs() < 1e-6);
+    assert!((bound(times(60.0, 9e-3, 0.0)) - 20.0 / (1.0 / 60.0 + 18e-3)).abs() < 1e-6);
+    // Samples that come 5 ms too late are a delay like any other.
+    assert!((bound(times(1000.0, 1e-3, 7e-3)) - 20.0 / 13e-3).abs() < 1e-6);
+    // A rig that is faster than the loop is read once a tick all the same.
+    assert!((bound(times(4000.0, 1e-3, 0.0)) - 20.0 / 3e-3).abs() < 1e-6);
+}
+
+#[test]
+fn the_exact_scheme_has_no_bounds_of_its_own() {
+    let findings = advise(&Scene::paper(), Scheme::Exact, &RIG);
+    assert!(
+        findings
+            .iter()
+            .all(|finding| !matches!(finding.check, Check::LimitCycle | Check::LeastMass | Check::Ripple))
+    );
+}
+
+#[test]
+fn advice_names_the_values_and_the_fix() {
+    let message = find(&advise(&Scene::paper(), Scheme::Exact, &RIG), Check::LinearStability).to_string();
+    for part in ["25000 N/m", "20000 N/m", "stiffness = 20000 N/m would fix it"] {
+        assert!(message.contains(part), "{message} lacks {part}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_fix_of_a_bound_fixes_it(
+        mass in 1e-3..10.0f64, stiffness in 10.0..1e5f64, damping in 0.0..50.0f64, dynamic_force in 0.0..20.0f64,
+        substeps in prop_oneof![Just(1), Just(10)], rig_damping in 0.0..50.0f64, delay_s in 0.0..3e-3f64, sample_period_s in 0.0..0.1f64,
+    ) {
+        let changes = [("M", mass), ("K", stiffness), ("B", damping), ("Fs", 20.0), ("Fd", dynamic_force)]
+            .map(|(name, value)| (name.parse().expect("a parameter"), value));
+        let scene = Scene::paper().with(&changes).expect("a valid scene");
+        let rig = RigFacts { damping: rig_damping, delay_s, sample_period_s, ..RIG };
+        let scheme = Scheme::Literal { substeps: core::num::NonZeroU32::new(substeps).expect("not zero") };
+        for finding in advise(&scene, scheme, &rig) {
+            prop_assert_eq!(finding.passes, finding.margin >= 1.0, "{:?}", finding);
+            if let Some(Fix { parameter, value }) = finding.fix {
+                // A hair beyond, for rounding.
+                let value = if parameter == Parameter::Mass { value * (1.0 + 1e-9) } else { value * (1.0 - 1e-9) };
+                if let Ok(fixed) = scene.with(&[(parameter.into(), value)]) {
+                    prop_assert!(find(&advise(&fixed, scheme, &rig), finding.check).passes, "{:?}", finding);
+                }
+            }
+        }
+    }
+}
