@@ -20,7 +20,7 @@ pub enum Check {
     Friction,
     /// Energy of counting against the rig's own friction.
     Encoder,
-    /// Energy that LuGre's law itself can give out.
+    /// Energy that a law of bristles itself can give out.
     FrictionPassivity,
 }
 

@@ -10,7 +10,7 @@
 //! | linear stability | the characteristic polynomial of the sampled loop, block stuck; for a rig of unknown mass that of a heavy one, `K <= 2 (b_rig + B) / (T + 2 tau)` | linear analysis; with delay Gil, Sanchez, Hulin, Preusche and Hirzinger 2009 |
 //! | friction | `b_rig + f/v >= K (T/2 + tau) + B`: the rig's own Coulomb friction takes up what sampling creates up to the speed v | energy per period |
 //! | encoder | `f >= (K/2 + B/T) Delta`: the same for what counting creates | Abbott and Okamura 2005, with damping |
-//! | friction passivity | `b >= sigma1 (Fs/Fd - 1)`, LuGre only: else the law itself can give out energy | Barabanov and Ortega 2000 |
+//! | friction passivity | `b >= sigma1 (Fs/Fd - 1)`, LuGre and elasto-plastic: else the law itself can give out energy | Barabanov and Ortega 2000 |
 //!
 //! `T` is the time between two forces that differ: the longer of the loop's period and of the
 //! device's, since a force from an old sample is the old force again. `tau` is the time from a

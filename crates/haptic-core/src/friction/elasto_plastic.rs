@@ -141,6 +141,10 @@ impl Law for ElastoPlastic {
         Some(self.viscous.greatest() + self.contact_damping)
     }
 
+    fn passive_from(&self, direction: Direction) -> Option<f64> {
+        Some(self.forces().passive_from(direction, self.contact_damping))
+    }
+
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
         match self.forces().curve() {

@@ -99,6 +99,13 @@ impl StribeckForces {
             .map_or(self.dynamic_force.get(direction), |curve| curve.at(direction, speed))
     }
 
+    /// Drag, N s/m, below which a bristle with such a damping (N s/m) can give out energy: one that
+    /// was loaded at rest gives way at a speed, and its damping pushes by as much as it gives way
+    /// (Barabanov and Ortega 2000). A bristle that flows later flows no less there.
+    pub(super) fn passive_from(&self, direction: Direction, damping: f64) -> f64 {
+        damping * (self.static_force.get(direction) / self.dynamic_force.get(direction) - 1.0)
+    }
+
     /// Refuses a static force below the dynamic one or far above it, and a fall without a velocity to
     /// fall over.
     pub(super) fn check(&self, law: &'static str) -> Result<(), SceneError> {

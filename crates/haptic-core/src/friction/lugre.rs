@@ -135,10 +135,8 @@ impl Law for Lugre {
         self.contact_stiffness
     }
 
-    /// Barabanov and Ortega 2000.
     fn passive_from(&self, direction: Direction) -> Option<f64> {
-        let (held, sliding) = (self.static_force.get(direction), self.dynamic_force.get(direction));
-        Some(self.contact_damping * (held / sliding - 1.0))
+        Some(self.forces().passive_from(direction, self.contact_damping))
     }
 
     fn damping_of_curve(&self) -> Option<f64> {

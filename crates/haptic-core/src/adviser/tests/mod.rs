@@ -1,5 +1,6 @@
 //! The bounds come out as published, and what they say is so.
 
+mod bristles;
 mod literal_scheme;
 mod rig_loop;
 mod wall;
