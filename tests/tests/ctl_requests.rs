@@ -83,6 +83,7 @@ fn every_subcommand_shows_what_it_would_send() {
         ),
         ("timing", json!([{"id":1,"op":"timing"}])),
         ("advise", json!([{"id":1,"op":"advise"}])),
+        ("advise --at-speed 5mm/s", json!([{"id":1,"op":"get"}])),
         (
             "devices --probe serial:x",
             json!([{"id":1,"op":"devices","probe":"serial:x"}]),

@@ -1,9 +1,38 @@
-//! `advise`: checks the active scene against the rig.
+//! `advise`: checks the active scene against the rig, or reckons a scene's stick-slip.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::output;
+use crate::scene::offline;
+use crate::{complete, output, units};
+use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{AdviceBasis, AdviceReply, Request};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Scene, instead of the active one: a name, a revision as @42, or a FILE.toml
+    #[arg(requires = "at_speed", add = ArgValueCompleter::new(complete::scenes))]
+    pub(crate) scene: Option<String>,
+
+    /// Reckon the stick-slip of a hand that keeps this speed, as in 5mm/s
+    #[arg(long, value_name = "SPEED", value_parser = |text: &str| units::value_in("speed", text, "m/s"), allow_hyphen_values = true)]
+    pub(crate) at_speed: Option<f64>,
+
+    /// Which stiffness, or which static force, gives this frequency, as in 30Hz
+    #[arg(long, value_name = "FREQUENCY", value_parser = |text: &str| units::value_in("frequency", text, "1/s"), requires = "at_speed", allow_hyphen_values = true)]
+    pub(crate) for_frequency: Option<f64>,
+}
+
+impl Arguments {
+    /// What the daemon is asked for: nothing, where the scene is known without it.
+    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
+        match (&self.scene, self.at_speed) {
+            (_, None) => Ok(vec![Request::Advise {}]),
+            (None, Some(_)) => Ok(vec![Request::get()]),
+            (Some(scene), Some(_)) => offline::requests(scene),
+        }
+    }
+}
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let reply: AdviceReply = daemon.ask(Request::Advise {}).await?;

@@ -5,8 +5,9 @@ use crate::failure::Failure;
 use crate::fields::{Fields, Schema};
 use crate::rig_name::rig_name;
 use crate::{
-    accuracy, commission, compare, completions, cost, devices, doctor, drive, events, examples, get, identify, lease,
-    log, man, raw, record, recording, reload, replay, scene, schedule, set, simulate, study, surface, top, undo, wait,
+    accuracy, advise, commission, compare, completions, cost, devices, doctor, drive, events, examples, get, identify,
+    lease, log, man, raw, record, recording, reload, replay, scene, schedule, set, simulate, study, surface, top, undo,
+    wait,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;
@@ -126,8 +127,8 @@ pub(crate) enum Command {
     /// Show how well the loop keeps time
     Timing,
     /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
-    /// each
-    Advise,
+    /// each; or reckon the stick-slip of a scene at a speed
+    Advise(advise::Arguments),
     /// List the devices that are plugged in, their addresses, and problems that keep one from use;
     /// works without a daemon
     Devices(devices::Arguments),
@@ -190,7 +191,7 @@ impl Command {
             Self::Simulate(simulate) => return simulate.requests(),
             Self::Surface(surface) => return surface.requests(),
             Self::Timing => Request::Timing {},
-            Self::Advise => Request::Advise {},
+            Self::Advise(advise) => return advise.requests(),
             Self::Devices(devices) => devices.request(),
             Self::Doctor => return Ok(doctor::requests()),
             Self::Raw(_)
@@ -211,6 +212,7 @@ impl Command {
             Self::Events(_) => events::Arguments::schema(),
             Self::Log(_) => Schema::of_types(&["JournalEntry"], &[]),
             Self::Get(get) if get.is_one_value() => return None,
+            Self::Advise(advise) if advise.at_speed.is_some() => return None,
             Self::Scene(scene::Command::Show(_)) => Schema::of_types(&["Scene"], &[]),
             Self::Status
             | Self::Describe
@@ -225,7 +227,7 @@ impl Command {
             | Self::Reset
             | Self::Reload
             | Self::Timing
-            | Self::Advise
+            | Self::Advise(_)
             | Self::Devices(_) => Schema::of_answer_to(self.requests().ok()?.first()?),
             Self::Schedule(_) => Schema::of_types(&["ScheduleReply", "ScheduleCancelReply", "JournalEntry"], &[]),
             _ => return None,

@@ -93,7 +93,13 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         "timing",
         &["haptic-ctl timing", "haptic-ctl timing --json=last_10_s.overruns"],
     ),
-    ("advise", &["haptic-ctl advise"]),
+    (
+        "advise",
+        &[
+            "haptic-ctl advise",
+            "haptic-ctl advise high-stiction --at-speed 5mm/s --for-frequency 30Hz",
+        ],
+    ),
     (
         "devices",
         &["haptic-ctl devices", "haptic-ctl devices --probe serial:/dev/ttyACM0"],

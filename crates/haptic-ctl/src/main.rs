@@ -44,6 +44,7 @@ mod schedule;
 mod set;
 mod simulate;
 mod status;
+mod stick_slip;
 mod stop;
 mod study;
 mod surface;
@@ -167,6 +168,11 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Simulate(simulate) => return simulate::run(socket, simulate, json).await,
         Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
         Command::Identify(arguments) if arguments.is_offline() => return identify::run_offline(arguments, json),
+        Command::Advise(arguments) => {
+            if let Some(speed) = arguments.at_speed {
+                return stick_slip::run(socket, arguments, speed, json).await;
+            }
+        }
         Command::Cost => return cost::run(json),
         Command::Compare(compare) => return compare::run(compare, json),
         Command::Surface(surface) => return surface::run(socket, surface, json).await,
@@ -214,7 +220,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Events(events) => events::run(daemon, events, json).await,
         Command::Record(record) => record::run(daemon, record, json).await,
         Command::Timing => timing::run(daemon, json).await,
-        Command::Advise => advise::run(daemon, json).await,
+        Command::Advise(_) => advise::run(daemon, json).await,
         Command::Devices(_) => devices::run(daemon, request, json).await,
         _ => drive::run(daemon, request, json).await,
     }

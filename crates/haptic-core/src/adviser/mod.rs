@@ -28,6 +28,8 @@
 //! velocity is that of two samples there. Linear stability has the true velocity: an estimator
 //! that lags takes stability away, as a delay does.
 //!
+//! [`stick_slip()`] says how often a block lets go of a hand that keeps its speed.
+//!
 //! On the device itself, without a block, `K` is the stiffness of the contact and `B` its damping
 //! and drag. The first three are about the scheme, the others about the hand in the loop. Those are
 //! sufficient or necessary for worst cases: a rig whose hand damps well may do fine beyond them,
@@ -38,9 +40,11 @@ mod hand_in_the_loop;
 mod literal_scheme;
 mod rig_facts;
 mod sampled;
+mod stick_slip;
 
 pub use finding::{Check, Finding, Fix};
 pub use rig_facts::{LinkTimes, RigFacts};
+pub use stick_slip::{StickSlip, StickSlipError, static_force_for, stick_slip, stiffness_for};
 
 use crate::direction::Direction;
 use crate::directional::Directional;

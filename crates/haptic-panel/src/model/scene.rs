@@ -3,7 +3,8 @@
 use super::advice::Advised;
 use crate::intent::Intent;
 use crate::update::Answer;
-use haptic_core::{Directional, Scene};
+use crate::wording::significant;
+use haptic_core::{Directional, Scene, adviser};
 use haptic_ipc::{
     ChangeReply, Description, ErrorCode, JournalEntry, ListedScene, LogReply, ParameterDescription, SceneListReply,
     SceneReply, StateEvent, WireError,
@@ -27,6 +28,8 @@ pub(crate) struct SceneFacts {
     /// The whole scene, once the daemon has stated it.
     pub(crate) active: Option<Scene>,
     pub(crate) advised: Advised,
+    /// How often its block lets go of hands of some speeds, in words; `None` where that is not reckoned.
+    pub(crate) stick_slip: Option<String>,
     pub(crate) undo_depth: usize,
     pub(crate) redo_depth: usize,
     /// The changes and who made them, newest last.
@@ -43,6 +46,22 @@ pub(crate) struct SceneChange {
     pub(crate) is_new_revision: bool,
     /// Names of the parameters that have other values.
     pub(crate) parameters: Vec<String>,
+}
+
+/// Speeds of a hand for which stick-slip is reckoned, mm/s: from a ramp to a fast stroke.
+const SPEEDS_MMPS: [f64; 4] = [1.0, 5.0, 20.0, 100.0];
+
+fn stick_slip_in_words(scene: &Scene) -> Option<String> {
+    let at = |speed: f64| {
+        let found = adviser::stick_slip(scene, speed * 1e-3).ok()?;
+        let frequency = found.map_or_else(
+            || "none".to_owned(),
+            |found| format!("{} Hz", significant(found.frequency_hz, 3)),
+        );
+        Some(format!("{frequency} at {speed} mm/s"))
+    };
+    let known: Option<Vec<String>> = SPEEDS_MMPS.into_iter().map(at).collect();
+    Some(known?.join(", "))
 }
 
 impl SceneFacts {
@@ -110,6 +129,7 @@ impl SceneFacts {
 
     pub(crate) fn take_scene(&mut self, reply: SceneReply) {
         if !self.is_older(reply.revision) {
+            self.stick_slip = stick_slip_in_words(&reply.scene);
             self.active = Some(reply.scene);
         }
     }

@@ -1,6 +1,7 @@
 //! The advice: a line below the parameter of each finding, and a table of all findings.
 
 use crate::model::advice::{Advised, Fix, Warning, four_digits};
+use crate::model::scene::SceneFacts;
 use crate::model::tuning::{Hand, ParameterEdits};
 use crate::theme::Palette;
 use crate::wording::{sentence_case, spoken, subject};
@@ -128,7 +129,8 @@ fn fixes(warnings: &[Warning<'_>], fix: &Fix) -> String {
 }
 
 /// Shows how many bounds are broken, in a line that is always there, and opens to every check.
-pub(crate) fn show_all(ui: &mut Ui, advised: &Advised, is_open: &mut bool) {
+pub(crate) fn show_all(ui: &mut Ui, scene: &SceneFacts, is_open: &mut bool) {
+    let advised = &scene.advised;
     let caution = Palette::of(ui).caution_text;
     let count = advised.checks().count();
     if count == 0 || advised.failure().is_some() {
@@ -153,6 +155,12 @@ pub(crate) fn show_all(ui: &mut Ui, advised: &Advised, is_open: &mut bool) {
     ui.scope(|ui| show_title(ui, &title, color, is_open));
     if *is_open {
         show_table(ui, advised);
+        if let Some(frequencies) = &scene.stick_slip {
+            let hint = "How often the block lets go of a hand that keeps its speed";
+            let text = format!("Stick-slip: {frequencies}");
+            ui.add(Label::new(RichText::new(text).small()).wrap())
+                .on_hover_text(hint);
+        }
     }
 }
 
@@ -170,7 +178,11 @@ fn show_table(ui: &mut Ui, advised: &Advised) {
             for (finding, message) in advised.checks() {
                 let check = ui.label(RichText::new(sentence_case(&finding.check)).small());
                 let margin = finding.margin.map(|margin| format!("{margin:.2}"));
-                let value = format!("{} {}", subject(&finding.check, &finding.unit), limited(finding.value, ""));
+                let value = format!(
+                    "{} {}",
+                    subject(&finding.check, &finding.unit),
+                    limited(finding.value, "")
+                );
                 for text in [
                     value.trim_start().to_owned(),
                     limited(finding.bound, &finding.unit),

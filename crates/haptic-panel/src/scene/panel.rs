@@ -16,7 +16,7 @@ pub(crate) const WIDTH: f32 = 372.0;
 pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.add_space(4.0);
     tools::show(ui, scene, tuning, intents);
-    advice_lines::show_all(ui, &scene.advised, &mut tuning.checks_are_open);
+    advice_lines::show_all(ui, scene, &mut tuning.checks_are_open);
     ui.separator();
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(4.0);

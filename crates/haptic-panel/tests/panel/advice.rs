@@ -1,7 +1,10 @@
 //! The advice: warnings beside the parameters, their fixes, and the table of all checks.
 
 use crate::bench::{asked, connected, hear, press, set, state_event, value_of};
+use crate::scene::informed;
 use egui_kittest::kittest::Queryable;
+use haptic_core::Scene;
+use haptic_core::adviser::stick_slip;
 use haptic_ipc::{Advice, AdviceReply, ChangeReply, ErrorCode, Event, Finding, RigState, WireError};
 use haptic_panel::{Answer, Intent, Update};
 
@@ -194,6 +197,18 @@ fn every_check_is_in_a_table_at_the_end_of_the_scene() {
     hear(&mut panel, advised(1, vec![without_limit]));
     assert_eq!(panel.query_all_by_label("∞").count(), 2);
     panel.get_by_label("Stability: the bound is kept");
+}
+
+#[test]
+fn stick_slip_at_some_speeds_stands_below_the_checks() {
+    let mut panel = informed();
+    hear(&mut panel, advised(1, vec![check("encoder", 160_000.0, None)]));
+    press(&mut panel, "Stability: the bound is kept");
+    let found = stick_slip(&Scene::paper(), 1e-3)
+        .expect("reckoned")
+        .expect("stick-slip");
+    panel.get_by_label_contains(&format!("Stick-slip: {:.1} Hz at 1 mm/s, ", found.frequency_hz));
+    panel.get_by_label_contains("none at 100 mm/s");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod bristles;
 mod literal_scheme;
 mod rig_loop;
+mod stick_slip;
 mod wall;
 
 use super::*;
