@@ -202,10 +202,9 @@ impl Firmware {
         }))
     }
 
-    /// Loses samples: what a busy computer kept it from taking a microcontroller would have taken, and its
-    /// sequence would have counted it.
-    pub fn lose(&mut self, samples: u32) {
-        self.sequence = self.sequence.wrapping_add(samples);
+    /// The newest sample was never taken.
+    pub fn take_back(&mut self) {
+        self.sequence = self.sequence.wrapping_sub(1);
     }
 
     /// Lives until a time, ns, and its watchdog with it.

@@ -141,9 +141,9 @@ fn as_told(message: FromHost, now_ns: u64) -> Option<String> {
 /// Time between two looks for the place, ns.
 const LOOK_NS: u64 = 20_000_000;
 
-/// Time after which a sample that is not on its way was held up, ns: half of the time by which hapticd lets a stamp be
-/// off.
-const HELD_UP_NS: u64 = 10_000_000;
+/// Time after which a sample that is not on its way was held up, ns: less than a period, so that the next one does not
+/// seem to come too early by its stamp.
+const HELD_UP_NS: u64 = 300_000;
 
 struct Rig {
     place: Place,
@@ -208,10 +208,8 @@ impl Rig {
                 self.receive(&frame, now);
             }
             if now >= self.next_sample_ns {
-                // Samples that were missed are lost on the way, and not made up for.
-                let missed = (now - self.next_sample_ns) / self.period_ns;
-                self.next_sample_ns += (1 + missed) * self.period_ns;
-                self.firmware.lose(u32::try_from(missed).unwrap_or(u32::MAX));
+                // A sample that was missed is not made up for.
+                self.next_sample_ns += (1 + (now - self.next_sample_ns) / self.period_ns) * self.period_ns;
                 if !self.line.is_stalled(now) {
                     self.sample();
                 }
@@ -226,10 +224,11 @@ impl Rig {
         let taken_ns = now_ns();
         let sample = self.firmware.sample(taken_ns);
         // A microcontroller is not held up between its stamp and its line, as this process is on a busy machine: what
-        // would come late would belie its clock, and is left out.
-        let is_late = now_ns() > taken_ns + HELD_UP_NS;
-        if let Some(sample) = sample.filter(|_| !is_late) {
-            self.send(&sample, taken_ns);
+        // would come late would belie its clock, and was never taken.
+        match sample {
+            Some(_) if now_ns() > taken_ns + HELD_UP_NS => self.firmware.take_back(),
+            Some(sample) => self.send(&sample, taken_ns),
+            None => {}
         }
     }
 

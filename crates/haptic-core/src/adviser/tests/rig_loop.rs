@@ -119,7 +119,7 @@ fn a_heavy_rig_has_the_bound_of_the_formula() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: test_run::extent(40, 300), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: test_run::extent(40, 300), rng_seed: proptest::test_runner::RngSeed::Fixed(36), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn just_inside_it_decays_and_just_outside_it_grows(

@@ -90,7 +90,7 @@ fn without_delay_the_bound_is_that_of_colgate() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: test_run::extent(12, 60), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: test_run::extent(12, 60), rng_seed: proptest::test_runner::RngSeed::Fixed(36), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_rig_that_damps_more_gives_no_hand_energy(
