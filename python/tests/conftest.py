@@ -17,9 +17,13 @@ os.environ["LSLAPICFG"] = f"{_LSL.name}/lsl_api.cfg"
 Path(os.environ["LSLAPICFG"]).write_text("[multicast]\nResolveScope = machine\n")
 
 
+# The paper's scene, whose values the tests name; hapticd itself begins with a light block.
+PAPER_SCENE = Path(__file__).parents[2] / "scenes" / "simulated-friction.toml"
+
+
 @pytest.fixture
 def daemon() -> Iterator[hapticd.Fake]:
-    with hapticd.fake() as daemon:
+    with hapticd.fake(scene=PAPER_SCENE) as daemon:
         yield daemon
 
 

@@ -65,7 +65,7 @@ def test_a_recording_is_read_with_its_marks_and_metadata(recordings: dict[str, P
     metadata = rows.attrs["metadata"]
     assert metadata["notes"] == "a test, of µ"
     assert metadata["rate_hz"] == 1000.0
-    assert metadata["scene"]["block"] == {"mass": 0.5}
+    assert metadata["scene"]["block"] == {"mass": 0.1}
     assert rows.attrs["is_complete"]
     scene = next(mark for mark in rows.attrs["marks"] if mark.get("revision") == metadata["revision"] + 1)
     assert scene["params"]["static_force"] == {"positive": 5.5, "negative": 4.0}
