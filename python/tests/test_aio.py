@@ -32,11 +32,11 @@ def test_a_rig_is_scripted_with_asyncio(daemon: hapticd.Fake) -> None:
 
 def test_samples_and_events_come_while_the_loop_does_other_things(daemon: hapticd.Fake) -> None:
     async def script() -> None:
-        async with hapticd.aio.connect(daemon.path, lease="500ms") as rig, rig.samples() as samples:
+        async with hapticd.aio.connect(daemon.path, lease="2s") as rig, rig.samples() as samples:
             ticks = [(await anext(samples)).tick]
             await rig.engage()
             # A program that blocks its loop keeps its lease and its samples.
-            time.sleep(0.8)
+            time.sleep(2.5)
             async for sample in samples:
                 ticks.append(sample.tick)
                 if len(ticks) == 1000:
