@@ -39,25 +39,26 @@ pub fn firmware_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware")
 }
 
-/// Whether a device is as the protocol wants it, by the checker for writers of firmware; nothing,
-/// said aloud, where that cannot be run.
-pub fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
+/// Whether a device is as the protocol wants it, by the checker for writers of firmware, and what that says; nothing,
+/// said aloud, where it cannot be run.
+pub fn checked(line: &Path, arguments: &[&str]) -> Option<(bool, String)> {
     if !test_run::has(&["python3"]) {
         return None;
     }
-    let checked = Command::new("python3")
+    let output = Command::new("python3")
         .arg(firmware_folder().join("check_rig.py"))
         .arg(line)
-        .args(["--slow", "2"])
         .args(arguments)
         .output()
         .expect("python3 starts");
-    println!(
-        "{}{}",
-        String::from_utf8_lossy(&checked.stdout),
-        String::from_utf8_lossy(&checked.stderr)
-    );
-    Some(checked.status.success())
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    println!("{said}{}", String::from_utf8_lossy(&output.stderr));
+    Some((output.status.success(), said))
+}
+
+/// Whether a device passes all checks, pushed by so many newtons; its times are those of a busy machine.
+pub fn conforms(line: &Path, push_n: &str) -> Option<bool> {
+    Some(checked(line, &["--slow", "2", "--push", push_n])?.0)
 }
 
 /// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, in the short run and where the

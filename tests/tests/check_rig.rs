@@ -1,32 +1,15 @@
 //! The checker for writers of firmware sees what a firmware does wrong: the fake rig does each of
 //! it on purpose.
 
-use std::process::Command;
 use system_tests::fake_rig::FakeRig;
-use system_tests::simulated_rig::firmware_folder;
-
-/// What the checker says of a rig, by one check; nothing, said aloud, where it cannot be run.
-fn checked(rig: &FakeRig, check: &str) -> Option<(bool, String)> {
-    if !test_run::has(&["python3"]) {
-        return None;
-    }
-    let output = Command::new("python3")
-        .arg(firmware_folder().join("check_rig.py"))
-        .arg(rig.link())
-        .args(["--only", check])
-        .output()
-        .expect("python3 starts");
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    println!("{said}{}", String::from_utf8_lossy(&output.stderr));
-    Some((output.status.success(), said))
-}
+use system_tests::simulated_rig::checked;
 
 /// Each fault is seen by a check, in these words.
 fn sees(faults: &[(&str, &str, &str)]) {
     for &(fault, check, words) in faults {
         let mut rig = FakeRig::start(&["--hand", "free"]);
         rig.fail(fault);
-        let Some((passed, said)) = checked(&rig, check) else {
+        let Some((passed, said)) = checked(rig.link(), &["--only", check]) else {
             return;
         };
         assert!(

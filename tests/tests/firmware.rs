@@ -161,7 +161,7 @@ fn both_builds_pass_the_conformance_check() {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else {
             return;
         };
-        let Some(passed) = conforms(rig.line(), &["--push", "2"]) else {
+        let Some(passed) = conforms(rig.line(), "2") else {
             return;
         };
         assert!(passed, "{}", encoder.name());
