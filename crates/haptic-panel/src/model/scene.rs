@@ -9,6 +9,7 @@ use haptic_ipc::{
     ChangeReply, Description, ErrorCode, JournalEntry, ListedScene, LogReply, ParameterDescription, SceneListReply,
     SceneReply, StateEvent, WireError,
 };
+use std::cell::OnceCell;
 use std::collections::VecDeque;
 
 /// Entries of the journal that are kept.
@@ -28,8 +29,8 @@ pub(crate) struct SceneFacts {
     /// The whole scene, once the daemon has stated it.
     pub(crate) active: Option<Scene>,
     pub(crate) advised: Advised,
-    /// How often its block lets go of hands of some speeds, in words; `None` where that is not reckoned.
-    pub(crate) stick_slip: Option<String>,
+    /// What [`stick_slip`](Self::stick_slip) has reckoned.
+    stick_slip: OnceCell<Option<String>>,
     pub(crate) undo_depth: usize,
     pub(crate) redo_depth: usize,
     /// The changes and who made them, newest last.
@@ -119,6 +120,13 @@ impl SceneFacts {
         change
     }
 
+    /// How often its block lets go of hands of some speeds, in words; `None` where that is not reckoned. It is when it
+    /// is first looked at: a slider that is dragged brings a scene in every frame.
+    pub(crate) fn stick_slip(&self) -> Option<&str> {
+        let scene = self.active.as_ref()?;
+        self.stick_slip.get_or_init(|| stick_slip_in_words(scene)).as_deref()
+    }
+
     /// Notes what became of a change.
     pub(crate) fn take_outcome(&mut self, change: &Intent, result: &Result<Answer, WireError>) {
         self.would_chatter = match result {
@@ -129,7 +137,7 @@ impl SceneFacts {
 
     pub(crate) fn take_scene(&mut self, reply: SceneReply) {
         if !self.is_older(reply.revision) {
-            self.stick_slip = stick_slip_in_words(&reply.scene);
+            self.stick_slip = OnceCell::new();
             self.active = Some(reply.scene);
         }
     }

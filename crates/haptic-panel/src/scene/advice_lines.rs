@@ -155,7 +155,7 @@ pub(crate) fn show_all(ui: &mut Ui, scene: &SceneFacts, is_open: &mut bool) {
     ui.scope(|ui| show_title(ui, &title, color, is_open));
     if *is_open {
         show_table(ui, advised);
-        if let Some(frequencies) = &scene.stick_slip {
+        if let Some(frequencies) = scene.stick_slip() {
             let hint = "How often the block lets go of a hand that keeps its speed";
             let text = format!("Stick-slip: {frequencies}");
             ui.add(Label::new(RichText::new(text).small()).wrap())
