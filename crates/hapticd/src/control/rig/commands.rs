@@ -100,7 +100,7 @@ impl RigHandle {
     /// the real-time thread does not answer.
     pub(crate) async fn engage(&self, anyway: bool, stops_known: u64, by: Requester<'_>) -> Result<Outcome, WireError> {
         let admission = admission::admit(self, Purpose::Scene).await?;
-        let engaging = Engaging::begin(self);
+        let _engaging = Engaging::begin(self);
         if !anyway {
             self.refuse_chatter().await?;
         }
@@ -108,11 +108,8 @@ impl RigHandle {
             let message = "cannot engage: the lease of this client has expired since it asked";
             return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
         }
-        let outcome = self
-            .carry_out(Command::Engage, admission, stops_known, Asked::By(by.peer))
-            .await;
-        drop(engaging);
-        outcome
+        self.carry_out(Command::Engage, admission, stops_known, Asked::By(by.peer))
+            .await
     }
 
     /// Engages the rig by the daemon itself.
@@ -122,13 +119,10 @@ impl RigHandle {
     pub(crate) async fn engage_because(&self, why: &str) -> Result<Outcome, WireError> {
         let stops_known = self.stops();
         let admission = admission::admit(self, Purpose::Scene).await?;
-        let engaging = Engaging::begin(self);
+        let _engaging = Engaging::begin(self);
         self.refuse_chatter().await?;
-        let outcome = self
-            .carry_out(Command::Engage, admission, stops_known, Asked::Because(why))
-            .await;
-        drop(engaging);
-        outcome
+        self.carry_out(Command::Engage, admission, stops_known, Asked::Because(why))
+            .await
     }
 
     /// Judges the newest scene and those that are scheduled, until they are still the same after that.

@@ -1,7 +1,8 @@
 //! One course of a trial: a hand, a tap, and the second after it.
 
 use super::{MOST_SIGN_CHANGES_PER_S, Trial, TrialHand};
-use device_io::fake::{Hand, Motion, Plant, RigProperties};
+use device_io::Device;
+use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
 use haptic_core::compensation::Compensation;
 use haptic_core::limiter::Limits;
 use haptic_core::sample::Measurement;
@@ -81,12 +82,13 @@ impl TrialRig {
             })
     }
 
-    fn plant(&self, hand: TrialHand, side: f64) -> Plant {
+    fn in_process(&self, hand: TrialHand, side: f64) -> FakeRig {
         let properties = RigProperties {
             mass_kg: self.mass_kg,
             friction_n: self.friction_n.positive,
             negative_friction_n: Some(self.friction_n.negative),
             damping_ns_per_m: self.damping_ns_per_m,
+            resolution_m: self.resolution_m,
             ..RigProperties::default()
         };
         let (stiffness_n_per_m, damping_ns_per_m) = ARM;
@@ -103,7 +105,7 @@ impl TrialRig {
             TrialHand::Holding => arm(0.0, 0.0),
             TrialHand::Moving => arm(side * SLOW_MOTION.0, SLOW_MOTION.1),
         };
-        Plant::new(&properties, hand)
+        FakeRig::new(properties, hand)
     }
 
     fn servo(&self, renderer: Renderer) -> Servo {
@@ -133,7 +135,7 @@ impl TrialRig {
 /// The way of forces to the motor: whole periods and a rest.
 struct Line {
     waiting: VecDeque<f64>,
-    rest_s: f64,
+    rest_ns: u64,
 }
 
 impl Line {
@@ -147,7 +149,7 @@ impl Line {
         let periods = (delay_s / period_s).floor();
         Self {
             waiting: VecDeque::from(vec![0.0; periods as usize + 1]),
-            rest_s: delay_s - periods * period_s,
+            rest_ns: ((delay_s - periods * period_s) * 1e9).round() as u64,
         }
     }
 
@@ -262,23 +264,18 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, side: 
     };
     let tap_n = side * (rig.mass_kg * TAP_MPS / tap_s + friction_n);
 
-    let (mut servo, mut plant) = (rig.servo(renderer), rig.plant(hand, side));
+    let (mut servo, mut device) = (rig.servo(renderer), rig.in_process(hand, side));
     let mut line = Line::new(rig.delay_s, period_s);
     let mut count = Count::new(rig.force_limit_n, ticks_in(RESTS_AFTER_S));
     let mut rest = Rest::new(
         rig.force_limit_n,
         ticks_in(REST_S + 2.0 * rig.delay_s + SETTLING.1 * sample_period_s),
     );
-    let mut sample = Measurement::new(0, 0, plant.position_m());
+    let mut sample = Measurement::new(0, 0, device.plant().position_m());
     for tick in 0..ends_at {
-        let now_s = f64::from(tick) * period_s;
+        let (now_s, now_ns) = (f64::from(tick) * period_s, u64::from(tick) * period_ns);
         if now_s + 0.5 * period_s >= f64::from(sample.sequence) * sample_period_s {
-            let counted_m = if rig.resolution_m > 0.0 {
-                (plant.position_m() / rig.resolution_m).round() * rig.resolution_m
-            } else {
-                plant.position_m()
-            };
-            sample = Measurement::new(sample.sequence + 1, u64::from(tick) * period_ns, counted_m);
+            sample = device.read(now_ns).unwrap_or(sample);
         }
         let inputs = Inputs {
             elapsed_ns: if tick == 0 { 0 } else { period_ns },
@@ -305,7 +302,7 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, side: 
             break;
         }
         if hand != TrialHand::Moving && tick >= tapped_until {
-            rest.add(force_n, plant.velocity_mps());
+            rest.add(force_n, device.plant().velocity_mps());
             if rest.lasts() {
                 // Nothing comes any more.
                 count.ticks = ticks_in(JUDGED_S);
@@ -313,8 +310,10 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, side: 
             }
         }
         let [old_n, new_n] = line.send(force_n);
-        plant.advance(line.rest_s, now_s + line.rest_s, old_n + hit_n);
-        plant.advance(period_s - line.rest_s, now_s + period_s, new_n + hit_n);
+        device.drive(old_n + hit_n);
+        device.live_until(now_ns + line.rest_ns);
+        device.drive(new_n + hit_n);
+        device.live_until(now_ns + period_ns);
     }
     let judged = f64::from(count.ticks.max(1));
     Trial {
