@@ -177,8 +177,8 @@ impl Renderer {
     /// jerk.
     ///
     /// The block keeps its position and velocity, but for what a stiffer grip would make a kick of,
-    /// and its contact goes on with what it [remembers](crate::block::ContactMemory): its deflection, its slide, its rest.
-    /// Where the coupling itself changed, the block is re-seated so that the force in the coupling,
+    /// and its contact goes on with what it [remembers](crate::block::ContactMemory): its deflection, its
+    /// slide, its rest. Where the coupling itself changed, the block is re-seated so that the force in the coupling,
     /// which is what the hand feels, stays as it was. What the new scene cannot hold, as a coupling
     /// too soft for the force within [`FARTHEST_RESEAT_M`] or a friction that is another, is a step
     /// of force, whose value is returned, N (the old force less the new).
@@ -186,7 +186,7 @@ impl Renderer {
         let (mut state, force) = (old.state(), old.surface.coupling_force());
         match (self.held, old.held) {
             (Some((mass, now)), Some((old_mass, was))) => {
-                let before = state;
+                let velocity = state.velocity;
                 // In a stiffer grip, or with more mass, the same motion against the hand would make a
                 // larger force, |v - w| sqrt(B^2 + K M): it is slowed to what it would have come to. A
                 // stuck block does not move, and is pulled as the new grip pulls.
@@ -195,8 +195,8 @@ impl Renderer {
                 if matches!(state.contact, Contact::Sliding(_)) && share < 1.0 {
                     state.velocity = state.device_velocity + (state.velocity - state.device_velocity) * share;
                 }
-                if now != was || state.velocity != before.velocity {
-                    let farthest = FARTHEST_RESEAT_M.max((state.device_position - state.position).abs());
+                if now != was || state.velocity != velocity {
+                    let farthest = FARTHEST_RESEAT_M.max(state.deflection().abs());
                     state.position = seat(&state, now, force, farthest);
                 }
             }

@@ -143,31 +143,26 @@ impl<L: Level, R: StaticLimit> SteppedLaw for RigidLaw<L, R> {
         self.static_limit.begin(memory.dwell_s);
         self.stuck = memory.slide.is_none();
         if let Some(direction) = memory.slide {
-            let (rested, fresh) = (self.static_force.get(direction), self.level.kinetic(direction));
-            self.level.set_off(direction, memory.set_off_limit(rested, fresh));
+            memory.set_off(&mut self.level, direction, self.static_force.get(direction));
         }
     }
 
     fn memory(&self, velocity: f64, pull: f64) -> ContactMemory {
-        let mut memory = ContactMemory {
-            force: pull,
-            dwell_s: self.static_limit.dwell_s(),
-            ..ContactMemory::RESTED
-        };
+        let dwell_s = self.static_limit.dwell_s();
         // What nothing can hold has no slide to go on with.
-        if !self.stuck && self.at_rest() == Contact::Stuck {
-            let direction = Direction::of(if velocity == 0.0 { pull } else { velocity });
-            let (rested, fresh) = (self.static_force.get(direction), self.level.kinetic(direction));
-            let began = if L::VARIES {
-                self.level.at(direction, 0.0)
-            } else {
-                rested
+        if self.stuck || self.at_rest() != Contact::Stuck {
+            return ContactMemory {
+                force: pull,
+                dwell_s,
+                ..ContactMemory::RESTED
             };
-            memory.force = direction.sign() * self.level.at(direction, velocity.abs());
-            memory.slide = Some(direction);
-            memory.set_off = ContactMemory::share_of(began, rested, fresh);
         }
-        memory
+        let direction = Direction::of(if velocity == 0.0 { pull } else { velocity });
+        ContactMemory {
+            force: direction.sign() * self.level.at(direction, velocity.abs()),
+            dwell_s,
+            ..ContactMemory::sliding(&self.level, direction, self.static_force.get(direction))
+        }
     }
 }
 

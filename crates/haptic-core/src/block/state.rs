@@ -64,7 +64,7 @@ impl BlockState {
 
     /// The device's position less the block's, m.
     #[inline(always)]
-    pub(super) fn deflection(&self) -> f64 {
+    pub(crate) fn deflection(&self) -> f64 {
         (self.device_position - self.position) - self.residue
     }
 

@@ -3,7 +3,7 @@
 //! comes from.
 
 use super::level::Level;
-use super::state::{Contact, ContactMemory};
+use super::state::{Contact, ContactMemory, LawContact};
 use super::yielding::{Stroke, YieldingContact, by_elastic_share};
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -113,6 +113,20 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     }
 }
 
+impl<L: Level, P: Plasticity> LawContact for Bristle<L, P> {
+    fn force_at_rest(&self) -> f64 {
+        self.stiffness * self.deflection
+    }
+
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        self.deflection = flush(memory.held(|direction| self.level.at(direction, 0.0)) / self.stiffness);
+    }
+
+    fn contact(&self, direction: Direction, speed: f64) -> Contact {
+        by_elastic_share(self.share(direction, self.steady(direction, speed)), direction)
+    }
+}
+
 impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
     fn advance(&mut self, stroke: &Stroke) {
         let sign = stroke.direction.sign();
@@ -146,10 +160,6 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         self.deflection = flush(sign * (in_halves + missed));
     }
 
-    fn force_at_rest(&self) -> f64 {
-        self.stiffness * self.deflection
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);
         let steady = self.steady(direction, velocity.abs());
@@ -162,18 +172,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         held + (self.damping * self.share(direction, steady) + self.viscous.get(direction)) * velocity
     }
 
-    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
-        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
-        let limit = |direction| self.level.at(direction, 0.0);
-        let held = force.clamp(-limit(Direction::Negative), limit(Direction::Positive));
-        self.deflection = flush(held / self.stiffness);
-    }
-
     fn stored_energy(&self) -> f64 {
         0.5 * self.stiffness * self.deflection * self.deflection
-    }
-
-    fn contact(&self, direction: Direction, speed: f64) -> Contact {
-        by_elastic_share(self.share(direction, self.steady(direction, speed)), direction)
     }
 }

@@ -16,6 +16,10 @@ pub(crate) trait Level: Clone + Copy + Debug + Send + Sync + 'static {
     fn kinetic(&self, direction: Direction) -> f64;
     /// A slide sets off at a static limit (N) that need not be the whole one: a curve begins there.
     fn set_off(&mut self, _direction: Direction, _limit: f64) {}
+    /// That limit, N, where a curve begins at it.
+    fn set_off_at(&self, _direction: Direction) -> Option<f64> {
+        None
+    }
     /// Its part that falls with speed; `None` where there is none.
     fn fall(&self, _direction: Direction) -> Option<Fall> {
         None
@@ -87,6 +91,10 @@ impl Level for Stribeck {
         *self.static_force.get_mut(direction) = limit;
         let excess = limit - self.dynamic_force.get(direction);
         *self.fallen_from.get_mut(direction) = fallen_from(excess, self.velocity);
+    }
+
+    fn set_off_at(&self, direction: Direction) -> Option<f64> {
+        Some(self.static_force.get(direction))
     }
 
     fn fall(&self, direction: Direction) -> Option<Fall> {

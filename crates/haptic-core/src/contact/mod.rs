@@ -14,6 +14,8 @@ pub use level::SUDDEN_FALL_MPS;
 pub use spring::Reseat;
 pub use state::{Contact, ContactMemory};
 
+pub(crate) use state::LawContact;
+
 pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
 pub(crate) use bristle_series::{
     BristleForce, FEWEST_ON_CURVE, LOOK_BACK_ON_CURVE, RatioSeries, SETTLED_N, TowardsLimit, UnderCurve,

@@ -2,7 +2,7 @@
 //! come to rest.
 
 use super::level::Level;
-use super::state::{Contact, ContactMemory};
+use super::state::{Contact, ContactMemory, LawContact};
 use super::static_limit::StaticLimit;
 use super::yielding::{Line, StraightContact, Stroke, YieldingContact};
 use crate::direction::Direction;
@@ -126,6 +126,58 @@ impl<R: StaticLimit> StraightContact for SpringContact<Directional, R> {
     }
 }
 
+impl<L: Level, R: StaticLimit> LawContact for SpringContact<L, R> {
+    fn force_at_rest(&self) -> f64 {
+        match self.state {
+            SpringState::Stuck { force } => force,
+            SpringState::Sliding { direction, .. } => direction.sign() * self.level.at(direction, 0.0),
+        }
+    }
+
+    fn recall(&mut self, memory: &ContactMemory, speed: f64) {
+        self.static_limit.begin(memory.dwell_s);
+        self.state = if let Some(direction) = memory.slide {
+            memory.set_off(&mut self.level, direction, self.static_force.get(direction));
+            SpringState::Sliding {
+                direction,
+                armed: speed > self.velocity_threshold,
+            }
+        } else {
+            SpringState::Stuck {
+                force: memory.held(|direction| self.limit(direction)),
+            }
+        };
+    }
+
+    fn memory(&self) -> ContactMemory {
+        let memory = match self.state {
+            SpringState::Stuck { .. } => ContactMemory::RESTED,
+            SpringState::Sliding { direction, .. } => {
+                ContactMemory::sliding(&self.level, direction, self.static_force.get(direction))
+            }
+        };
+        ContactMemory {
+            force: self.force_at_rest(),
+            dwell_s: self.static_limit.dwell_s(),
+            ..memory
+        }
+    }
+
+    fn contact(&self, _direction: Direction, _speed: f64) -> Contact {
+        match self.state {
+            SpringState::Stuck { .. } => Contact::Stuck,
+            SpringState::Sliding { direction, .. } => Contact::Sliding(direction),
+        }
+    }
+
+    fn facing(&self) -> Direction {
+        match self.state {
+            SpringState::Stuck { force } => Direction::of(force),
+            SpringState::Sliding { direction, .. } => direction,
+        }
+    }
+}
+
 impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
     fn advance(&mut self, stroke: &Stroke) {
         let direction = stroke.direction;
@@ -163,13 +215,6 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         }
     }
 
-    fn force_at_rest(&self) -> f64 {
-        match self.state {
-            SpringState::Stuck { force } => force,
-            SpringState::Sliding { direction, .. } => direction.sign() * self.level.at(direction, 0.0),
-        }
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         match self.state {
             SpringState::Stuck { force } => force + self.damping * velocity,
@@ -179,63 +224,11 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         }
     }
 
-    fn recall(&mut self, memory: &ContactMemory, speed: f64) {
-        self.static_limit.begin(memory.dwell_s);
-        self.state = if let Some(direction) = memory.slide {
-            let (rested, fresh) = (self.static_force.get(direction), self.level.kinetic(direction));
-            self.level.set_off(direction, memory.set_off_limit(rested, fresh));
-            SpringState::Sliding {
-                direction,
-                armed: speed > self.velocity_threshold,
-            }
-        } else {
-            let force = if memory.force.is_finite() { memory.force } else { 0.0 };
-            SpringState::Stuck {
-                force: flush(force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive))),
-            }
-        };
-    }
-
-    fn memory(&self) -> ContactMemory {
-        let (slide, set_off) = match self.state {
-            SpringState::Stuck { .. } => (None, 1.0),
-            SpringState::Sliding { direction, .. } => {
-                let (rested, fresh) = (self.static_force.get(direction), self.level.kinetic(direction));
-                let began = if L::VARIES {
-                    self.level.at(direction, 0.0)
-                } else {
-                    rested
-                };
-                (Some(direction), ContactMemory::share_of(began, rested, fresh))
-            }
-        };
-        ContactMemory {
-            force: YieldingContact::force_at_rest(self),
-            slide,
-            set_off,
-            dwell_s: self.static_limit.dwell_s(),
-        }
-    }
-
     fn stored_energy(&self) -> f64 {
         // A sliding spring stays deflected by the kinetic force: that much is there again when it
         // sticks.
         let force = self.force_at_rest();
         0.5 * force * force / self.stiffness.get(Direction::of(force))
-    }
-
-    fn contact(&self, _direction: Direction, _speed: f64) -> Contact {
-        match self.state {
-            SpringState::Stuck { .. } => Contact::Stuck,
-            SpringState::Sliding { direction, .. } => Contact::Sliding(direction),
-        }
-    }
-
-    fn facing(&self) -> Direction {
-        match self.state {
-            SpringState::Stuck { force } => Direction::of(force),
-            SpringState::Sliding { direction, .. } => direction,
-        }
     }
 
     fn fall_level(&self) -> (bool, f64) {

@@ -1,6 +1,9 @@
 //! Whether a body sticks or slides, and what its contact remembers.
 
+use super::level::Level;
 use crate::direction::Direction;
+use crate::flush::flush;
+use core::fmt::Debug;
 
 /// How the block touches the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +51,28 @@ impl ContactMemory {
         dwell_s: f64::INFINITY,
     };
 
+    /// As much of its force, N, as limits by direction hold.
+    pub(crate) fn held(&self, limit: impl Fn(Direction) -> f64) -> f64 {
+        let force = if self.force.is_finite() { self.force } else { 0.0 };
+        flush(force.clamp(-limit(Direction::Negative), limit(Direction::Positive)))
+    }
+
+    /// A slide on a level of friction, whose static limit after a long rest is `rested`, N.
+    pub(crate) fn sliding(level: &impl Level, direction: Direction, rested: f64) -> Self {
+        let began = level.set_off_at(direction).unwrap_or(rested);
+        Self {
+            slide: Some(direction),
+            set_off: Self::share_of(began, rested, level.kinetic(direction)),
+            ..Self::RESTED
+        }
+    }
+
+    /// Has a level of friction go on with its slide in a direction.
+    pub(crate) fn set_off(&self, level: &mut impl Level, direction: Direction, rested: f64) {
+        let limit = self.set_off_limit(rested, level.kinetic(direction));
+        level.set_off(direction, limit);
+    }
+
     /// The share for a slide that set off at `limit`, between the limits of a fresh and of a rested
     /// contact, N.
     pub(crate) fn share_of(limit: f64, rested: f64, fresh: f64) -> f64 {
@@ -62,5 +87,41 @@ impl ContactMemory {
         } else {
             fresh + self.set_off * (rested - fresh)
         }
+    }
+}
+
+/// The contact of a law, as it is between two motions.
+pub(crate) trait LawContact: Clone + Debug + Send + Sync + 'static {
+    /// Friction at rest, N, signed: it balances a load of the same sign and size.
+    fn force_at_rest(&self) -> f64;
+
+    /// Goes on from what a contact remembers, at a speed, m/s; of a force it takes as much as it can
+    /// hold.
+    fn recall(&mut self, memory: &ContactMemory, speed: f64);
+
+    /// What it remembers.
+    fn memory(&self) -> ContactMemory {
+        ContactMemory {
+            force: self.force_at_rest(),
+            ..ContactMemory::RESTED
+        }
+    }
+
+    /// How it counts in a motion: stuck where more than half of it is taken up by deflection.
+    fn contact(&self, direction: Direction, speed: f64) -> Contact;
+
+    /// The same at a velocity, m/s; at rest, for the direction in which it is loaded.
+    fn contact_at(&self, velocity: f64) -> Contact {
+        let direction = if velocity == 0.0 {
+            self.facing()
+        } else {
+            Direction::of(velocity)
+        };
+        self.contact(direction, velocity.abs())
+    }
+
+    /// The direction in which it is loaded, or of its slide.
+    fn facing(&self) -> Direction {
+        Direction::of(self.force_at_rest())
     }
 }

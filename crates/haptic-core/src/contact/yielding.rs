@@ -4,9 +4,8 @@
 //! made of straight lines also says how that will change: with that a block is solved in closed
 //! form from one kink to the next, see [`block::yielding`](crate::block).
 
-use super::state::{Contact, ContactMemory};
+use super::state::{Contact, LawContact};
 use crate::direction::Direction;
-use core::fmt::Debug;
 
 /// Friction from the present state to the next kink, for motion on in one direction: `force +
 /// stiffness d + damping w` after a displacement `d` with speed `w`, all positive against that
@@ -38,48 +37,15 @@ pub(crate) struct Stroke {
 }
 
 /// The contact of a friction law with a memory of its own.
-pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
+pub(crate) trait YieldingContact: LawContact {
     /// Moves on.
     fn advance(&mut self, stroke: &Stroke);
-
-    /// Friction at rest, N, signed: it balances a load of the same sign and size.
-    fn force_at_rest(&self) -> f64;
 
     /// Friction in motion with a velocity, N, signed: positive against positive motion.
     fn friction(&self, velocity: f64) -> f64;
 
-    /// Goes on from what a contact remembers, at a speed, m/s; of a force it takes as much as it can
-    /// hold.
-    fn recall(&mut self, memory: &ContactMemory, speed: f64);
-
-    /// What it remembers.
-    fn memory(&self) -> ContactMemory {
-        ContactMemory {
-            force: self.force_at_rest(),
-            ..ContactMemory::RESTED
-        }
-    }
-
     /// Energy that the deflection holds, J.
     fn stored_energy(&self) -> f64;
-
-    /// How it counts in a motion: stuck where more than half of it is taken up by deflection.
-    fn contact(&self, direction: Direction, speed: f64) -> Contact;
-
-    /// The same at a velocity, m/s; at rest, for the direction in which it is loaded.
-    fn contact_at(&self, velocity: f64) -> Contact {
-        let direction = if velocity == 0.0 {
-            self.facing()
-        } else {
-            Direction::of(velocity)
-        };
-        self.contact(direction, velocity.abs())
-    }
-
-    /// The direction in which it is loaded, or of its slide.
-    fn facing(&self) -> Direction {
-        Direction::of(self.force_at_rest())
-    }
 
     /// The speed to which a slide must fall to end, and whether it has been faster. Laws without a
     /// stuck state end at zero.

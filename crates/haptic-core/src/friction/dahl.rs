@@ -17,7 +17,7 @@ use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start, straight_piece};
 use crate::contact::{
-    BristleForce, Contact, ContactMemory, DeviceContact, EnergyMeter, Leg, Line, PowerSeries, SETTLED_N,
+    BristleForce, Contact, ContactMemory, DeviceContact, EnergyMeter, LawContact, Leg, Line, PowerSeries, SETTLED_N,
     StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
 };
 use crate::direction::Direction;
@@ -154,6 +154,26 @@ impl DahlContact {
     }
 }
 
+impl LawContact for DahlContact {
+    fn force_at_rest(&self) -> f64 {
+        self.force
+    }
+
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        self.force = memory.held(|direction| self.law.dynamic_force.get(direction));
+    }
+
+    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
+        let holds = self.law.dynamic_force.get(direction) > direction.sign() * self.force;
+        let share = if self.law.exponent == 0.0 {
+            f64::from(u8::from(holds))
+        } else {
+            self.share(self.rest(direction))
+        };
+        by_elastic_share(share, direction)
+    }
+}
+
 #[expect(
     clippy::float_cmp,
     reason = "the exponents 0 and 1 themselves have closed forms of their own"
@@ -188,10 +208,6 @@ impl YieldingContact for DahlContact {
         self.force = flush(stroke.direction.sign() * limit * (1.0 - left));
     }
 
-    fn force_at_rest(&self) -> f64 {
-        self.force
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);
         // Without a limit this way, whatever the spring held is gone at once.
@@ -203,23 +219,8 @@ impl YieldingContact for DahlContact {
         held + self.law.viscous.get(direction) * velocity
     }
 
-    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
-        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
-        self.force = flush(force.clamp(-self.law.dynamic_force.negative, self.law.dynamic_force.positive));
-    }
-
     fn stored_energy(&self) -> f64 {
         0.5 * self.force * self.force / self.law.contact_stiffness
-    }
-
-    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
-        let holds = self.law.dynamic_force.get(direction) > direction.sign() * self.force;
-        let share = if self.law.exponent == 0.0 {
-            f64::from(u8::from(holds))
-        } else {
-            self.share(self.rest(direction))
-        };
-        by_elastic_share(share, direction)
     }
 }
 
@@ -393,10 +394,6 @@ impl DeviceContact for DahlContact {
         false
     }
 
-    fn force_at_rest(&self) -> f64 {
-        self.force
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);
         // Without a limit this way, whatever the spring held is gone at once.
@@ -406,14 +403,6 @@ impl DeviceContact for DahlContact {
             0.0
         };
         held + self.law.viscous.get(direction) * velocity
-    }
-
-    fn recall(&mut self, memory: &ContactMemory, speed: f64) {
-        YieldingContact::recall(self, memory, speed);
-    }
-
-    fn contact(&self, direction: Direction, speed: f64) -> Contact {
-        YieldingContact::contact(self, direction, speed)
     }
 }
 

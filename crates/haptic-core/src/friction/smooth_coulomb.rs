@@ -3,7 +3,7 @@
 
 use super::law::{Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
-use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter, Leg, Stroke, YieldingContact};
+use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter, LawContact, Leg, Stroke, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::exp_m1;
@@ -80,6 +80,18 @@ impl Law for SmoothCoulomb {
     }
 }
 
+impl LawContact for SmoothCoulomb {
+    fn force_at_rest(&self) -> f64 {
+        0.0
+    }
+
+    fn recall(&mut self, _memory: &ContactMemory, _speed: f64) {}
+
+    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
+        Contact::Sliding(direction)
+    }
+}
+
 impl YieldingContact for SmoothCoulomb {
     fn advance(&mut self, _stroke: &Stroke) {}
 
@@ -88,18 +100,8 @@ impl YieldingContact for SmoothCoulomb {
         direction.sign() * self.at(direction, velocity.abs())
     }
 
-    fn force_at_rest(&self) -> f64 {
-        0.0
-    }
-
-    fn recall(&mut self, _memory: &ContactMemory, _speed: f64) {}
-
     fn stored_energy(&self) -> f64 {
         0.0
-    }
-
-    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
-        Contact::Sliding(direction)
     }
 }
 
@@ -158,19 +160,9 @@ impl DeviceContact for SmoothCoulomb {
         false
     }
 
-    fn force_at_rest(&self) -> f64 {
-        0.0
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);
         direction.sign() * self.at(direction, velocity.abs())
-    }
-
-    fn recall(&mut self, _memory: &ContactMemory, _speed: f64) {}
-
-    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
-        Contact::Sliding(direction)
     }
 }
 

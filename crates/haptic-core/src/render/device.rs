@@ -75,7 +75,7 @@ pub(crate) struct DeviceSurface<C> {
 
 impl<C: DeviceContact> DeviceSurface<C> {
     pub(crate) fn new(law: C) -> Self {
-        let contact = law.contact(law.facing(), 0.0);
+        let contact = law.contact_at(0.0);
         Self {
             law,
             position: 0.0,
@@ -159,16 +159,11 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
         self.law.recall(&state.memory, self.velocity.abs());
-        let direction = if self.velocity == 0.0 {
-            self.law.facing()
-        } else {
-            Direction::of(self.velocity)
-        };
-        self.contact = self.law.contact(direction, self.velocity.abs());
+        self.contact = self.law.contact_at(self.velocity);
     }
 
     fn at_rest(&self) -> Contact {
-        self.law.contact(self.law.facing(), 0.0)
+        self.law.contact_at(0.0)
     }
 
     fn coupling_force(&self) -> f64 {

@@ -217,7 +217,7 @@ impl Course {
     /// The coupling force if the block stood still, N.
     fn pull(&self) -> f64 {
         let state = self.renderer.state();
-        self.stiffness * (state.device_position - state.position) + self.damping * self.velocity
+        self.stiffness * state.deflection() + self.damping * self.velocity
     }
 
     /// Moves on by a time, s.
@@ -299,6 +299,6 @@ impl Course {
     /// How far the hand is ahead of the block, m, and by how much that grows, m/s.
     fn stretch(&self) -> (f64, f64) {
         let state = self.renderer.state();
-        (state.device_position - state.position, self.velocity - state.velocity)
+        (state.deflection(), self.velocity - state.velocity)
     }
 }

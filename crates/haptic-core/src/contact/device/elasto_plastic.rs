@@ -13,7 +13,7 @@ use super::root;
 use super::stribeck_flow::{Curve, Part, follow, follow_constant};
 use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::{Level, Stribeck};
-use crate::contact::state::{Contact, ContactMemory};
+use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -338,6 +338,20 @@ fn horner(series: &[f64; ORDER + 1], at: f64) -> f64 {
     series.iter().rev().fold(0.0, |sum, coefficient| sum * at + coefficient)
 }
 
+impl<M: MasterLaw> LawContact for DeviceElastoPlastic<M> {
+    fn force_at_rest(&self) -> f64 {
+        self.force
+    }
+
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        self.force = memory.held(|direction| self.level.at(direction, 0.0));
+    }
+
+    fn contact(&self, direction: Direction, speed: f64) -> Contact {
+        by_elastic_share(self.share(direction, speed), direction)
+    }
+}
+
 impl<M: MasterLaw> DeviceContact for DeviceElastoPlastic<M> {
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
         let (direction, sign) = (leg.direction, leg.direction.sign());
@@ -353,23 +367,9 @@ impl<M: MasterLaw> DeviceContact for DeviceElastoPlastic<M> {
         ran_out || also
     }
 
-    fn force_at_rest(&self) -> f64 {
-        self.force
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);
         let share = self.share(direction, velocity.abs());
         self.force + (self.damping * share + self.viscous.get(direction)) * velocity
-    }
-
-    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
-        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
-        let limit = |direction| self.level.at(direction, 0.0);
-        self.force = flush(force.clamp(-limit(Direction::Negative), limit(Direction::Positive)));
-    }
-
-    fn contact(&self, direction: Direction, speed: f64) -> Contact {
-        by_elastic_share(self.share(direction, speed), direction)
     }
 }

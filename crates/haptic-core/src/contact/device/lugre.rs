@@ -5,7 +5,7 @@ use super::leg::Leg;
 use super::stribeck_flow::{Curve, follow, follow_constant};
 use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::{Level, Stribeck};
-use crate::contact::state::{Contact, ContactMemory};
+use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -92,6 +92,20 @@ impl<L: FlowLevel> DeviceLugre<L> {
     }
 }
 
+impl<L: FlowLevel> LawContact for DeviceLugre<L> {
+    fn force_at_rest(&self) -> f64 {
+        self.force
+    }
+
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        self.force = memory.held(|direction| self.level.at(direction, 0.0));
+    }
+
+    fn contact(&self, direction: Direction, speed: f64) -> Contact {
+        by_elastic_share(self.share(direction, speed), direction)
+    }
+}
+
 impl<L: FlowLevel> DeviceContact for DeviceLugre<L> {
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
         let sign = leg.direction.sign();
@@ -109,10 +123,6 @@ impl<L: FlowLevel> DeviceContact for DeviceLugre<L> {
         ran_out
     }
 
-    fn force_at_rest(&self) -> f64 {
-        self.force
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);
         let level = self.level.at(direction, velocity.abs());
@@ -124,16 +134,6 @@ impl<L: FlowLevel> DeviceContact for DeviceLugre<L> {
             // Nothing holds this way: whatever the bristle held is gone at once.
             viscous
         }
-    }
-
-    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
-        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
-        let limit = |direction| self.level.at(direction, 0.0);
-        self.force = flush(force.clamp(-limit(Direction::Negative), limit(Direction::Positive)));
-    }
-
-    fn contact(&self, direction: Direction, speed: f64) -> Contact {
-        by_elastic_share(self.share(direction, speed), direction)
     }
 }
 

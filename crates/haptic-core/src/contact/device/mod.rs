@@ -19,41 +19,16 @@ pub(crate) use master_path::cells_and_error;
 pub(crate) use master_path::{MasterLaw, ORDER, PathSeries, series_product};
 pub(crate) use path_bristle::PathBristle;
 
-use super::state::{Contact, ContactMemory};
-use crate::direction::Direction;
-use core::fmt::Debug;
+use super::state::LawContact;
 
 /// The contact of a law on the device itself.
-pub(crate) trait DeviceContact: Clone + Debug + Send + Sync + 'static {
+pub(crate) trait DeviceContact: LawContact {
     /// Moves on along a leg; reports to `meter` the energy that friction took out of the motion.
     /// Returns whether the bounded work ran out.
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool;
 
-    /// Friction at rest, N, signed: it balances a load of the same sign and size.
-    fn force_at_rest(&self) -> f64;
-
     /// Friction in motion with a velocity, N, signed: positive against positive motion.
     fn friction(&self, velocity: f64) -> f64;
-
-    /// Goes on from what a contact remembers, at a speed, m/s; of a force it takes as much as it can
-    /// hold.
-    fn recall(&mut self, memory: &ContactMemory, speed: f64);
-
-    /// What it remembers.
-    fn memory(&self) -> ContactMemory {
-        ContactMemory {
-            force: self.force_at_rest(),
-            ..ContactMemory::RESTED
-        }
-    }
-
-    /// How it counts in a motion: stuck where more than half of it is taken up by deflection.
-    fn contact(&self, direction: Direction, speed: f64) -> Contact;
-
-    /// The direction in which it is loaded, or of its slide.
-    fn facing(&self) -> Direction {
-        Direction::of(self.force_at_rest())
-    }
 }
 
 /// Hears of the energy that friction takes out of the motion, beyond what the deflection of the

@@ -4,7 +4,7 @@
 use super::leg::Leg;
 use super::master_path::{FARTHEST, MasterLaw, MasterPath};
 use super::{DeviceContact, EnergyMeter};
-use crate::contact::state::{Contact, ContactMemory};
+use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -104,6 +104,21 @@ impl<M: MasterLaw> PathBristle<M> {
     }
 }
 
+impl<M: MasterLaw> LawContact for PathBristle<M> {
+    fn force_at_rest(&self) -> f64 {
+        self.force
+    }
+
+    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
+        self.force = memory.held(|direction| self.limit.get(direction));
+        self.place = None;
+    }
+
+    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
+        by_elastic_share(f64::from(u8::from(self.is_elastic(direction))), direction)
+    }
+}
+
 impl<M: MasterLaw> DeviceContact for PathBristle<M> {
     #[inline]
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
@@ -149,10 +164,6 @@ impl<M: MasterLaw> DeviceContact for PathBristle<M> {
         false
     }
 
-    fn force_at_rest(&self) -> f64 {
-        self.force
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);
         let limit = self.limit.get(direction);
@@ -173,15 +184,5 @@ impl<M: MasterLaw> DeviceContact for PathBristle<M> {
             0.0
         };
         force + (damping + self.viscous.get(direction)) * velocity
-    }
-
-    fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
-        let force = if memory.force.is_finite() { memory.force } else { 0.0 };
-        self.force = flush(force.clamp(-self.limit.negative, self.limit.positive));
-        self.place = None;
-    }
-
-    fn contact(&self, direction: Direction, _speed: f64) -> Contact {
-        by_elastic_share(f64::from(u8::from(self.is_elastic(direction))), direction)
     }
 }

@@ -7,7 +7,6 @@ use super::root;
 use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::Level;
 use crate::contact::spring::{SpringContact, SpringState};
-use crate::contact::state::{Contact, ContactMemory};
 use crate::contact::static_limit::StaticLimit;
 use crate::contact::yielding::YieldingContact;
 use crate::direction::Direction;
@@ -234,27 +233,7 @@ impl<L: Level, R: StaticLimit> DeviceContact for SpringContact<L, R> {
         }
     }
 
-    fn force_at_rest(&self) -> f64 {
-        YieldingContact::force_at_rest(self)
-    }
-
     fn friction(&self, velocity: f64) -> f64 {
         YieldingContact::friction(self, velocity)
-    }
-
-    fn recall(&mut self, memory: &ContactMemory, speed: f64) {
-        YieldingContact::recall(self, memory, speed);
-    }
-
-    fn memory(&self) -> ContactMemory {
-        YieldingContact::memory(self)
-    }
-
-    fn contact(&self, direction: Direction, speed: f64) -> Contact {
-        YieldingContact::contact(self, direction, speed)
-    }
-
-    fn facing(&self) -> Direction {
-        YieldingContact::facing(self)
     }
 }

@@ -6,7 +6,6 @@ mod cases;
 
 use crate::random::Random;
 use cases::{Case, Sample};
-use haptic_core::block::{Contact, EventSink};
 use haptic_core::{Direction, Directional, Parameter, ParameterKey, Renderer, Scene, Scheme};
 
 /// A force that every tick may be wrong by, as a share of the greatest one, and at least, N.
@@ -78,16 +77,6 @@ pub(crate) struct Found {
 /// A tick's force, N, and whether its work ran out.
 type Tick = (f64, bool);
 
-struct Deaf;
-
-impl EventSink for Deaf {
-    fn contact_changed(&mut self, _at_s: f64, _from: Contact, _to: Contact) {}
-
-    fn listens(&self) -> bool {
-        false
-    }
-}
-
 fn renderer(scene: &Scene, period_s: f64) -> Option<Renderer> {
     let mut renderer = Renderer::new(scene, Scheme::Exact, period_s).ok()?;
     renderer.start_at(0.0, 0.0);
@@ -99,7 +88,7 @@ fn follow(mut surface: Renderer, hand: &[Sample], mut before: impl FnMut(usize, 
     let mut ticks = Vec::with_capacity(hand.len());
     for (k, sample) in hand.iter().enumerate() {
         before(k, &mut surface);
-        let rendered = surface.tick_with_events(sample.elapsed_s, sample.position, sample.velocity, &mut Deaf);
+        let rendered = surface.tick(sample.elapsed_s, sample.position, sample.velocity);
         ticks.push((rendered.coupling_force, rendered.work_exhausted));
     }
     ticks
