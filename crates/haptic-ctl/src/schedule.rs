@@ -19,8 +19,8 @@ pub(crate) const HELP: &str = r#"The file is JSON: a list of changes in the orde
    {"at_tick":5500,"params":{"Fs":{"plus":0.5}},"ramp_ms":50},
    {"at_tick":6000,"scene":"viscous-drag"}]
 or an object with that list as `changes`, and `name`, `keep`, `if_revision`, `dry_run` and `anyway` as the control
-protocol has them (docs/control.md). All of the changes are accepted or none. haptic-ctl waits until the last is rendered; an
-interrupt takes back those that wait."#;
+protocol has them (docs/control.md). All of the changes are accepted or none. haptic-ctl waits until the last is
+rendered; an interrupt takes back those that wait."#;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]

@@ -52,8 +52,7 @@ pub struct CommissionReply {
     /// File of the findings, after `commission.store`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
-    /// The stiffest grip of a light block that this rig bears with a factor of two, after `commission.store`: what
-    /// `coupling = "rig"` of a scene stands for. Absent where none was found.
+    /// The stiffest grip that this rig bears with a factor of two, after `commission.store`. Absent where none was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coupling: Option<haptic_core::scene::Coupling>,
 }
