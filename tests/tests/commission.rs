@@ -1,7 +1,9 @@
 //! A rig is commissioned by small pulses before it is engaged: the real programs, a fake rig with a
 //! firmware of somebody's own behind a pseudo-terminal.
 
-use haptic_ipc::{Client, CommissionReply, ErrorCode, LeaseReply, LossSource, Request, RigState, StateReply};
+use haptic_ipc::{
+    Client, CommissionReply, ErrorCode, LeaseReply, LossSource, Request, RigState, SceneRef, SceneReply, StateReply,
+};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
@@ -69,8 +71,12 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
     if let Some(mass_kg) = found["mass_kg"].as_f64() {
         assert!((mass_kg - 1.4).abs() <= 0.15 * 1.4, "{mass_kg} kg");
     }
-    if let Some(stiffness) = found["coupling"]["stiffness"].as_f64() {
+    let coupling = &found["coupling"];
+    if let Some(stiffness) = coupling["stiffness"].as_f64() {
         assert!(stiffness > 100.0 && stiffness < 30_000.0, "{found}");
+        let surface = SceneRef::Name("high-stiction".to_owned());
+        let reply: SceneReply = client.request(Request::Get { scene: Some(surface) }).expect("a scene");
+        assert_eq!(json!(reply.scene.coupling), *coupling);
     }
     let friction = status(&mut client).device.rig_friction.expect("it is told");
     assert_eq!(friction.friction_from, LossSource::Commissioned);
@@ -84,6 +90,15 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
     // At once, and after a restart once somebody has said that it is the same.
     renders_the_scene(&daemon, &mut client);
     assert_eq!(status(&mut client).device.engage_refused, []);
+    drop((daemon, client));
+    let surface = directory.path().join("surface.toml");
+    std::fs::write(&surface, include_str!("../../scenes/high-stiction.toml")).expect("it can be written");
+    let (daemon, mut client) = daemon_at(&rig, directory.path(), &["--scene", &surface.to_string_lossy()]);
+    if coupling.is_object() {
+        wait_for(&mut client, "the rig's coupling", |status| status.revision == 2);
+        let reply: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
+        assert_eq!(json!(reply.scene.coupling), *coupling);
+    }
     drop((daemon, client));
     let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
     assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);

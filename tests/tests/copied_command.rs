@@ -78,7 +78,7 @@ fn another_law_is_copied_by_its_revision_which_the_same_daemon_remembers() {
     let mut client = daemon.client();
     let wanted = scene(&mut client).with_law("dahl").expect("a law").expect("a scene");
     let load = Request::SceneLoad {
-        scene: SceneRef::Scene(Box::new(wanted.clone())),
+        scene: SceneRef::from(wanted.clone()),
         options: ChangeOptions::default(),
     };
     client.request::<ChangeReply>(load).expect("loaded");

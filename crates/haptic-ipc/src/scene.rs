@@ -8,6 +8,7 @@ use crate::values::{is_whole, word, words};
 use crate::{parameter, refusal};
 use haptic_core::friction::{Friction, LAWS, Reseat};
 use haptic_core::parameters::TABLE;
+use haptic_core::scene::{Coupling, FileCoupling, SceneFile};
 use haptic_core::{Directional, Scene};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -23,7 +24,13 @@ pub enum SceneRef {
     /// One in the library, by its name there.
     Name(String),
     /// This one.
-    Scene(Box<Scene>),
+    Scene(Box<SceneFile>),
+}
+
+impl From<Scene> for SceneRef {
+    fn from(scene: Scene) -> Self {
+        Self::Scene(Box::new(scene.into()))
+    }
 }
 
 impl Field for SceneRef {
@@ -44,10 +51,10 @@ impl Field for SceneRef {
         };
         scene.no_field_twice()?;
         scene.no_field_but(given.name, &["name", "block", "coupling", "friction"])?;
-        Ok(Self::Scene(Box::new(Scene {
+        Ok(Self::Scene(Box::new(SceneFile {
             name: scene.optional("name", None)?,
             block: scene.optional::<Option<Part<_>>>("block", None)?.map(|part| part.0),
-            coupling: scene.optional::<Option<Part<_>>>("coupling", None)?.map(|part| part.0),
+            coupling: scene.optional("coupling", None)?,
             friction: scene.needed::<Part<Friction>>(given.name, "friction", None)?.0,
         })))
     }
@@ -91,6 +98,20 @@ impl<T: DeserializeOwned> Field for Part<T> {
     }
 }
 
+impl Field for FileCoupling {
+    fn expected(_: &str, _: Option<Limits>) -> String {
+        "an object with `stiffness` and `damping`, or the word \"rig\" in quotes".to_owned()
+    }
+
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
+        match given.json::<String>() {
+            Some(word) if word == "rig" => Ok(Self::Rig),
+            None if Object::of(given).is_some() => Part::<Coupling>::read(given).map(|part| Self::Own(part.0)),
+            _ => Err(given.is_not(&Self::expected(given.name, None))),
+        }
+    }
+}
+
 /// Why serde refused a part of a scene. Its message is the only place where it names the culprit.
 fn refused_part(given: &FieldValue<'_>, message: &str) -> WireError {
     let path = given.path();
@@ -122,7 +143,7 @@ impl schemars::JsonSchema for SceneRef {
             "oneOf": [
                 { "type": "integer", "minimum": 0, "description": "An earlier or the active one, by its revision." },
                 { "type": "string", "description": "One in the library, by its name there." },
-                generator.subschema_for::<Scene>(),
+                generator.subschema_for::<SceneFile>(),
             ],
         })
     }

@@ -292,7 +292,7 @@ impl Intent {
             },
             Self::Save { name, replace, scene } => Request::SceneSave {
                 name: name.clone(),
-                scene: scene.clone().map(SceneRef::Scene),
+                scene: scene.clone().map(|scene| SceneRef::from(*scene)),
                 replace: *replace,
             },
             Self::Compare { scene, revision, .. } => Request::SceneDiff {
@@ -300,7 +300,7 @@ impl Intent {
                 to: Some(SceneRef::Revision(*revision)),
             },
             Self::Foresee { scene } => Request::SceneLoad {
-                scene: SceneRef::Scene(scene.clone()),
+                scene: SceneRef::from(Scene::clone(scene)),
                 options: ChangeOptions {
                     dry_run: true,
                     ..ChangeOptions::default()
@@ -310,7 +310,7 @@ impl Intent {
                 timeout_ms: *timeout_ms,
             },
             Self::Try { scene } => Request::SceneLoad {
-                scene: SceneRef::Scene(scene.clone()),
+                scene: SceneRef::from(Scene::clone(scene)),
                 options: ChangeOptions {
                     ramp_ms: Some(TRY_RAMP_MS),
                     ..ChangeOptions::default()
@@ -321,7 +321,7 @@ impl Intent {
                 if_revision,
                 ramp_ms,
             } => Request::SceneLoad {
-                scene: SceneRef::Scene(scene.clone()),
+                scene: SceneRef::from(Scene::clone(scene)),
                 options: ChangeOptions {
                     if_revision: Some(*if_revision),
                     ramp_ms: Some(*ramp_ms),

@@ -2,6 +2,7 @@
 
 use crate::config::{Config, RigChoice};
 use crate::control::Facts;
+use crate::control::history::FIRST_REVISION;
 use crate::processor_share::{self, ProcessorShare};
 use crate::rt::handoff::Shared;
 use crate::rt::lateness::Lateness;
@@ -21,9 +22,6 @@ use haptic_ipc::{Problem, RealTimeStatus};
 use std::cell::Cell;
 use std::sync::Arc;
 use std::time::Duration;
-
-/// Revision of the daemon's first scene.
-pub(crate) const FIRST_REVISION: u64 = 1;
 
 /// The loop and everything around it, ready to be started.
 pub(crate) struct Prepared {
@@ -58,7 +56,8 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         RigChoice::Fake(rig) => Some(rig.properties().mass_kg),
         RigChoice::Linked(_) => None,
     };
-    let servo = prepare_servo(&config, period_s, losses)?;
+    let scene = config.scene.clone().on(None);
+    let servo = prepare_servo(&config, &scene, period_s, losses)?;
     let servo_settings = *servo.settings();
     let (device, link) = prepare_device(
         config.rig,
@@ -116,6 +115,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         rules: config.rules,
         state_dir: config.state_dir,
         scheme: config.scheme,
+        scene_of_rig: config.scene.has_coupling_of_rig().then_some(config.scene),
         scene_dir: config.scene_dir,
         real_time: RealTimeStatus::default(),
     };
@@ -134,15 +134,15 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         setups: setup_sender,
         schedule: schedule_sender,
         facts,
-        scene: config.scene,
+        scene,
         cpus: config.available_cpus,
         keeper,
     })
 }
 
 /// The servo of the first scene. That of a linked device cannot be engaged until the device's first sample.
-fn prepare_servo(config: &Config, period_s: f64, losses: RigLosses) -> Result<Servo, SceneError> {
-    let renderer = Renderer::new(&config.scene, config.scheme, period_s)?;
+fn prepare_servo(config: &Config, scene: &Scene, period_s: f64, losses: RigLosses) -> Result<Servo, SceneError> {
+    let renderer = Renderer::new(scene, config.scheme, period_s)?;
     let settings = Settings {
         period_s,
         ramp_s: config.ramp_s,

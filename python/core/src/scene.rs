@@ -1,6 +1,7 @@
 //! A scene.
 
 use crate::refused;
+use haptic_core::scene::SceneFile;
 use haptic_core::{ParameterKey, Scene as CoreScene};
 use haptic_ipc::BUILT_IN_SCENES;
 use pyo3::prelude::*;
@@ -19,10 +20,12 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// Reads a scene as a library's file holds it.
+    /// Reads a scene as a library's file holds it. Where the rig gives its coupling, it is the one that a rig that was
+    /// not commissioned has.
     #[staticmethod]
     fn from_toml(text: &str) -> PyResult<Self> {
-        Self::checked(toml::from_str(text).map_err(refused)?)
+        let file: SceneFile = toml::from_str(text).map_err(refused)?;
+        Self::checked(file.on(None))
     }
 
     /// Reads a scene as it is on the wire and in a recording.

@@ -28,6 +28,12 @@ pub struct Coupling {
 }
 
 impl Coupling {
+    /// One that light rigs and those behind a USB link can bear.
+    pub const CALM: Self = Self {
+        stiffness: 1000.0,
+        damping: 10.0,
+    };
+
     /// The force on a block, N: `K (p - x) + B (v - w)`.
     #[must_use]
     pub fn force(&self, state: &BlockState) -> f64 {

@@ -3,6 +3,8 @@
 mod another_law;
 mod change;
 #[cfg(feature = "serde")]
+mod file;
+#[cfg(feature = "serde")]
 mod friction_fields;
 mod toward;
 mod validate;
@@ -10,4 +12,6 @@ mod value;
 
 pub use crate::block::{Block, Coupling, MAX_PHASE_PER_TICK_RAD};
 pub use crate::parameters::{NotApplicable, Note, NoteKind, SceneError};
+#[cfg(feature = "serde")]
+pub use file::{FileCoupling, SceneFile};
 pub use value::Scene;

@@ -38,10 +38,7 @@ impl Scene {
         Self {
             name: String::from("light block"),
             block: Some(Block { mass: 0.1 }),
-            coupling: Some(Coupling {
-                stiffness: 1000.0,
-                damping: 10.0,
-            }),
+            coupling: Some(Coupling::CALM),
             friction: Friction::Karnopp(Karnopp::new(4.0, 3.5)),
         }
     }

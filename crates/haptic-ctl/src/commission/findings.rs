@@ -164,7 +164,8 @@ impl Findings {
         }
         if let Some(Coupling { stiffness, damping }) = self.coupling {
             text.push_str(&format!(
-                "\nThe stiffest grip that it bears with a factor of two: K = {stiffness} N/m with B = {damping} N s/m"
+                "\nThe stiffest grip that it bears with a factor of two: K = {stiffness} N/m with B = {damping} N s/m, \
+                 which scenes with `coupling = \"rig\"` have"
             ));
         }
         output::line(&text)

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::output;
 use haptic_core::Scene;
 use haptic_core::nearest::meant_or_semicolon;
+use haptic_core::scene::SceneFile;
 use haptic_ipc::{BUILT_IN_SCENES, ClientError, Request, SceneRef, SceneReply};
 use std::path::Path;
 
@@ -22,7 +23,7 @@ pub(crate) fn requests(text: &str) -> Result<Vec<Request>, Failure> {
 /// Finds a scene: built in, from a file, or of the daemon.
 pub(crate) async fn find(socket: Option<&Path>, text: &str) -> Result<Scene, Failure> {
     let scene = match reference::read(text)? {
-        SceneRef::Scene(scene) => return Ok(*scene),
+        SceneRef::Scene(scene) => return Ok(scene.on(None)),
         scene => scene,
     };
     if let SceneRef::Name(name) = &scene {
@@ -30,7 +31,9 @@ pub(crate) async fn find(socket: Option<&Path>, text: &str) -> Result<Scene, Fai
             eprintln!("haptic-ctl: `{name}` is the scene of the library here; for the file write ./{name}");
         }
         if let Some(built_in) = built_in(name) {
-            return toml::from_str(built_in).map_err(|error| Failure::Usage(format!("{name}: {error}")));
+            let file = toml::from_str::<SceneFile>(built_in);
+            let file = file.map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
+            return Ok(file.on(None));
         }
     }
     let mut daemon = match Daemon::connect(socket).await {

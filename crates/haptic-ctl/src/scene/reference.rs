@@ -3,7 +3,7 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use haptic_core::Scene;
+use haptic_core::scene::SceneFile;
 use haptic_ipc::regular_file::{self, with_short_lines};
 use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef, meant_in};
 use serde::de::DeserializeOwned;
@@ -40,10 +40,10 @@ pub(crate) fn read_optional(text: Option<&String>) -> Result<Option<SceneRef>, F
 }
 
 /// Reads a scene's file. A scene without a name gets the file's.
-fn file(path: &Path) -> Result<Scene, Failure> {
+fn file(path: &Path) -> Result<SceneFile, Failure> {
     let refused = |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}", path.display()));
     let text = regular_file::read_text(path).map_err(|error| refused(&error))?;
-    let mut scene: Scene = toml::from_str(&text).map_err(|error| {
+    let mut scene: SceneFile = toml::from_str(&text).map_err(|error| {
         let shown = with_short_lines(&error.to_string());
         match meant_in(error.message()) {
             // The reader shows the line and ends it.
@@ -54,7 +54,7 @@ fn file(path: &Path) -> Result<Scene, Failure> {
     if scene.name.is_empty() {
         scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     }
-    scene.validate().map_err(|error| refused(&error))?;
+    scene.clone().on(None).validate().map_err(|error| refused(&error))?;
     Ok(scene)
 }
 

@@ -89,7 +89,7 @@ fn show_saving(ui: &mut Ui, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
 /// Everything that the active scene can be compared with.
 fn comparable(scene: &SceneFacts, tuning: &Tuning) -> Vec<(String, SceneRef)> {
     let slots = SLOTS.into_iter().zip(&tuning.slots);
-    let slots = slots.filter_map(|(name, slot)| Some((name.to_owned(), SceneRef::Scene(Box::new(slot.clone()?)))));
+    let slots = slots.filter_map(|(name, slot)| Some((name.to_owned(), SceneRef::from(slot.clone()?))));
     let library = scene.library.iter().filter(|listed| listed.problem.is_none());
     let library = library.map(|listed| (listed.name.clone(), SceneRef::Name(listed.name.clone())));
     let newest = scene.revision.unwrap_or(0);

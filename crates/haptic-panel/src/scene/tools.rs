@@ -85,7 +85,7 @@ fn show_law(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut 
     };
     let active = scene.active.as_ref();
     if let Some(changed) = active.and_then(|active| tuning.with_law(active, law)) {
-        intents.push(tuning.load(format!("law {law}"), SceneRef::Scene(Box::new(changed))));
+        intents.push(tuning.load(format!("law {law}"), SceneRef::from(changed)));
     }
 }
 
@@ -111,7 +111,7 @@ fn show_slots(ui: &mut Ui, scene: Option<&Scene>, tuning: &mut Tuning, intents: 
         if go.on_hover_text(format!("Activates {slot}")).clicked()
             && let Some(kept) = kept
         {
-            intents.push(tuning.load(slot, SceneRef::Scene(Box::new(kept))));
+            intents.push(tuning.load(slot, SceneRef::from(kept)));
         }
     }
     let next = active.map_or(0, |place| 1 - place);
@@ -123,7 +123,7 @@ fn show_slots(ui: &mut Ui, scene: Option<&Scene>, tuning: &mut Tuning, intents: 
     if switch.on_hover_text("Activates the other of the two").clicked()
         && let Some(other) = other
     {
-        intents.push(tuning.load(SLOTS[next], SceneRef::Scene(Box::new(other))));
+        intents.push(tuning.load(SLOTS[next], SceneRef::from(other)));
     }
 }
 

@@ -75,8 +75,9 @@ fn another_law_is_a_whole_scene_that_keeps_what_both_have() {
     else {
         panic!("{asked:?}");
     };
+    let scene = &scene.clone().on(None);
     assert_eq!(what, "law dahl");
-    assert_eq!(**scene, Scene::paper().with_law("dahl").unwrap().unwrap());
+    assert_eq!(*scene, Scene::paper().with_law("dahl").unwrap().unwrap());
 
     // The daemon has done it: the panel shows the parameters of that law, and no others.
     let mut event = state_event(RigState::Engaged, 300);
@@ -107,11 +108,12 @@ fn turn_to_law(panel: &mut Panel, law: &str, revision: u64) -> Scene {
     else {
         panic!("{asked:?}");
     };
+    let scene = scene.clone().on(None);
     let mut event = state_event(RigState::Engaged, 100 * revision);
-    (event.revision, event.law, event.params) = (revision, law.to_owned(), params_of(scene));
+    (event.revision, event.law, event.params) = (revision, law.to_owned(), params_of(&scene));
     hear(panel, Update::Event(Event::State(event)));
-    hear(panel, active_scene(revision, scene));
-    (**scene).clone()
+    hear(panel, active_scene(revision, &scene));
+    scene
 }
 
 #[test]
@@ -251,7 +253,7 @@ fn two_scenes_are_kept_and_switched_between() {
     else {
         panic!("{asked:?}");
     };
-    assert_eq!((what.as_str(), &**scene), ("A", &Scene::paper()));
+    assert_eq!((what.as_str(), scene.clone().on(None)), ("A", Scene::paper()));
     let to_a = asked[0].clone();
     hear(&mut panel, active_scene(3, &Scene::paper()));
     hear(&mut panel, changed(to_a, 3));

@@ -11,6 +11,7 @@ use crate::rt::thread_settings::Policy;
 use device_boards::Address;
 
 use haptic_core::limiter::Limits;
+use haptic_core::scene::SceneFile;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use nix::unistd::{Gid, Group};
@@ -67,7 +68,7 @@ pub(crate) struct Config {
     pub(crate) spin_ns: Option<u64>,
     pub(crate) keep_cpus_awake: bool,
     pub(crate) late_policy: LatePolicy,
-    pub(crate) scene: Scene,
+    pub(crate) scene: SceneFile,
     pub(crate) scene_dir: PathBuf,
     pub(crate) state_dir: PathBuf,
     pub(crate) rules: EngageRules,
@@ -133,6 +134,8 @@ impl Options {
         let scene = self.starting_scene()?;
         #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
         scene
+            .clone()
+            .on(None)
             .validate_rate(period_ns as f64 * 1e-9)
             .map_err(ConfigError::StartScene)?;
         let socket = haptic_ipc::socket_path::for_server(self.socket.as_deref());
@@ -319,15 +322,15 @@ impl Options {
         })
     }
 
-    fn starting_scene(&self) -> Result<Scene, ConfigError> {
+    fn starting_scene(&self) -> Result<SceneFile, ConfigError> {
         let Some(path) = &self.scene else {
-            return Ok(Scene::light_block());
+            return Ok(Scene::light_block().into());
         };
-        let mut scene: Scene = read_toml(path)?;
+        let mut scene: SceneFile = read_toml(path)?;
         if scene.name.is_empty() {
             scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
-        scene.validate().map_err(|source| ConfigError::Scene {
+        scene.clone().on(None).validate().map_err(|source| ConfigError::Scene {
             path: path.clone(),
             source,
         })?;

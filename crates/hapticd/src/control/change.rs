@@ -1,9 +1,10 @@
 //! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered
 //! it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
-use crate::control::history::{Drag, Move};
+use crate::control::history::{Drag, FIRST_REVISION, Move};
 use crate::control::journal::bytes_of_changes;
 use crate::control::requester::Requester;
+use crate::control::rig::rig_friction;
 use crate::control::rig::schedule::NewChange;
 use crate::control::{RigHandle, advise, judge, library, sole_use};
 use haptic_core::{Direction, ParameterKey, Scene};
@@ -140,6 +141,35 @@ pub(super) async fn redo(
     begin(rig, by, "redo", options, prepare).await
 }
 
+/// Gives the scene that the daemon began with the coupling of the rig, once that is known, where its file leaves it to the
+/// rig: as long as nobody has changed the scene, and no force may flow.
+pub(super) fn begin_on_the_rig(rig: &RigHandle) {
+    let Some(file) = rig
+        .facts
+        .scene_of_rig
+        .as_ref()
+        .filter(|_| rig.revision() == FIRST_REVISION)
+    else {
+        return;
+    };
+    let Some(coupling) = rig_friction::coupling(rig) else {
+        return;
+    };
+    let (newest, before) = rig.base(false);
+    let scene = Rc::new(file.clone().on(Some(coupling)));
+    if newest != FIRST_REVISION || before == scene || rig.may_have_force() || keep_out(rig, newest).is_err() {
+        return;
+    }
+    // What a commissioning has stored is a valid coupling; with another the scene stays as it is.
+    let Ok(compiled) = rig.compile(&scene, 0.0) else { return };
+    let entry = JournalEntry {
+        changes: differences(&before, &scene),
+        message: Some("the coupling that this rig bears".to_owned()),
+        ..JournalEntry::of("scene.load")
+    };
+    rig.apply(scene, compiled, Move::Load(None), entry);
+}
+
 /// Where a change leads from a scene.
 struct Step {
     scene: Rc<Scene>,
@@ -176,7 +206,8 @@ async fn begin(
         if options.anyway || !is_new || !rig.may_have_force() {
             return begin_from(rig, by, op, (newest, before), options, step);
         }
-        judge::refuse_chatter(rig, &step.scene, "change the scene").await?;
+        let refused = judge::refuse_chatter(rig, std::slice::from_ref(&step.scene), "change the scene").await;
+        refused.map_err(|(_, error)| error)?;
         judged = Some(step.scene);
     }
 }

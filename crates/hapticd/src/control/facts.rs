@@ -9,6 +9,7 @@ use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::Scheme;
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
+use haptic_core::scene::SceneFile;
 use haptic_core::servo::Settings;
 use haptic_ipc::{ForceLimitBy, RealTimeStatus, ServoSetup};
 use std::cell::Cell;
@@ -45,6 +46,8 @@ pub(crate) struct Facts {
     /// Directory of the commissioning records.
     pub(crate) state_dir: PathBuf,
     pub(crate) scheme: Scheme,
+    /// The file of the first scene, where that leaves its coupling to the rig.
+    pub(crate) scene_of_rig: Option<SceneFile>,
     /// Directory of saved scenes.
     pub(crate) scene_dir: PathBuf,
     /// The real-time thread's properties when the loop began.

@@ -2,10 +2,14 @@
 
 use crate::config::LONGEST_TITLE;
 use crate::telemetry::subscribers::KnownScene;
+use haptic_core::scene::SceneFile;
 use haptic_core::{ParameterKey, Scene};
 use haptic_ipc::{BUILT_IN_SCENES, LibraryScene, SceneRamp};
 use std::collections::VecDeque;
 use std::rc::Rc;
+
+/// Revision of the daemon's first scene.
+pub(crate) const FIRST_REVISION: u64 = 1;
 
 /// Most scenes kept, and most steps that can be undone.
 const MOST_KEPT: usize = 1000;
@@ -78,7 +82,7 @@ pub(crate) struct History {
 
 /// The scene of every library that is equal to one.
 fn built_in(scene: &Scene) -> Option<Rc<Origin>> {
-    let is_same = |text: &str| toml::from_str::<Scene>(text).is_ok_and(|known| known == *scene);
+    let is_same = |text: &str| toml::from_str::<SceneFile>(text).is_ok_and(|known| known.on(None) == *scene);
     let (name, _) = BUILT_IN_SCENES.iter().find(|(_, text)| is_same(text))?;
     Some(Rc::new(Origin {
         name: (*name).to_owned(),

@@ -4,10 +4,12 @@ use crate::config::LONGEST_TITLE;
 use crate::control::RigHandle;
 use crate::control::history::Origin;
 use crate::control::journal::Completion;
+use crate::control::rig::rig_friction;
 use crate::control::whole_file;
 use crate::control::worker_pool::{WorkError, WorkerPool};
 use haptic_core::Scene;
 use haptic_core::nearest::meant_or_semicolon;
+use haptic_core::scene::SceneFile;
 use haptic_ipc::regular_file::with_short_lines;
 use haptic_ipc::{
     BUILT_IN_SCENES, ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
@@ -33,11 +35,17 @@ const LONGEST_PROBLEM: usize = 400;
 /// Timeout of the disk. Only the client that asked waits for it; a stop does not.
 const DISK_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Finds the scene that a reference names.
+/// Finds the scene that a reference names, as the connected rig holds it.
 ///
 /// # Errors
 /// The name or revision is unknown, or the file cannot be read.
 pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, WireError> {
+    find_file(rig, scene)
+        .await
+        .map(|file| file.on(rig_friction::coupling(rig)))
+}
+
+async fn find_file(rig: &RigHandle, scene: SceneRef) -> Result<SceneFile, WireError> {
     match scene {
         SceneRef::Scene(scene) => {
             sound(&scene)?;
@@ -46,7 +54,7 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
         SceneRef::Revision(revision) => rig
             .history()
             .scene(revision)
-            .map(|scene| Scene::clone(scene))
+            .map(|scene| Scene::clone(scene).into())
             .ok_or_else(|| {
                 let message = format!(
                     "revision {revision} is unknown: the history holds revisions {} to {}",
@@ -129,7 +137,7 @@ fn saved(directory: &Path) -> std::io::Result<Vec<(String, PathBuf)>> {
     Ok(named.filter(|(name, _)| check(name).is_ok()).take(MOST_SAVED).collect())
 }
 
-fn listed(name: &str, path: Option<&Path>, scene: Result<Scene, WireError>) -> ListedScene {
+fn listed(name: &str, path: Option<&Path>, scene: Result<SceneFile, WireError>) -> ListedScene {
     let (title, law, problem) = match scene {
         Ok(scene) => (scene.name, scene.friction.law().to_owned(), None),
         Err(error) => (String::new(), String::new(), Some(cut(error.message, LONGEST_PROBLEM))),
@@ -209,10 +217,10 @@ pub(super) async fn save(
 ) -> Result<SceneSaveReply, WireError> {
     let path = path_of_saved(rig, &name, "replaced")?;
     let scene = match scene {
-        Some(scene) => find(rig, scene).await?,
-        None => Scene::clone(&rig.scene()),
+        Some(scene) => find_file(rig, scene).await?,
+        None => Scene::clone(&rig.scene()).into(),
     };
-    let kept = scene.clone();
+    let kept = scene.clone().on(rig_friction::coupling(rig));
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
     let shown = path.clone();
     let saved = on_worker(rig.library(), &shown, move || {
@@ -336,8 +344,8 @@ fn check(name: &str) -> Result<(), WireError> {
     Err(WireError::new(ErrorCode::BadName, message).about("name"))
 }
 
-fn read(whence: &str, text: &str) -> Result<Scene, WireError> {
-    let scene: Scene = toml::from_str(text).map_err(|error| {
+fn read(whence: &str, text: &str) -> Result<SceneFile, WireError> {
+    let scene: SceneFile = toml::from_str(text).map_err(|error| {
         let message = cut(
             format!("{whence}: {}", with_short_lines(&error.to_string())),
             LONGEST_PROBLEM + whence.len(),
@@ -349,8 +357,8 @@ fn read(whence: &str, text: &str) -> Result<Scene, WireError> {
 }
 
 /// Checks that a scene can be rendered, and that its title is short enough to be kept many times.
-fn sound(scene: &Scene) -> Result<(), WireError> {
-    scene.validate()?;
+fn sound(scene: &SceneFile) -> Result<(), WireError> {
+    scene.clone().on(None).validate()?;
     let bytes = scene.name.len();
     if bytes <= LONGEST_TITLE {
         return Ok(());

@@ -20,6 +20,7 @@ use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
 use device_io::{Device, DeviceError, Measurement, Written};
+use haptic_core::scene::SceneFile;
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::{RealTimeStatus, RigState};
@@ -233,7 +234,7 @@ fn scenes() -> Vec<Scene> {
         include_str!("../../../../scenes/viscous-drag.toml"),
     ]
     .into_iter()
-    .map(|text| toml::from_str(text).expect("a scene"))
+    .map(|text| toml::from_str::<SceneFile>(text).expect("a scene").on(None))
     .collect();
     scenes.push(Scene::paper());
     scenes

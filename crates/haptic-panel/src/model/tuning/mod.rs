@@ -108,7 +108,7 @@ impl Tuning {
         if let Some(comparison) = &mut self.comparison
             && comparison.with == SLOTS[slot]
         {
-            let other = SceneRef::Scene(Box::new(active.clone()));
+            let other = SceneRef::from(active.clone());
             *comparison = Comparison::new(SLOTS[slot].to_owned(), other);
         }
     }

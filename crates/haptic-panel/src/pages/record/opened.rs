@@ -8,6 +8,7 @@ use crate::theme::Palette;
 use egui::containers::menu::MenuButton;
 use egui::{Button, Color32, Label, RichText, Ui, Vec2, vec2};
 use haptic_core::Scene;
+use haptic_core::scene::SceneFile;
 use haptic_ipc::BUILT_IN_SCENES;
 use haptic_recording::Ending;
 
@@ -109,7 +110,8 @@ fn choose_scene(ui: &mut Ui, active: Option<&Scene>) -> Option<Option<Box<Scene>
         for (name, text) in BUILT_IN_SCENES {
             let item = ui.button(*name).accessible_name(format!("what if: {name}"));
             if item.clicked() {
-                chosen = toml::from_str(text).ok().map(|scene| Some(Box::new(scene)));
+                let file = toml::from_str::<SceneFile>(text).ok();
+                chosen = file.map(|file| Some(Box::new(file.on(None))));
             }
         }
         if chosen.is_some() {

@@ -1,15 +1,16 @@
 //! What the connected rig takes up of a motion, and what of it is compensated.
 
 use super::record::KnownFriction;
-use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig::commission_record::Findings;
 use crate::control::trial::{LIGHT_RIG_KG, TrialRig};
+use crate::control::{RigHandle, change};
 use crate::rt::rig_setup::RigSetup;
 use haptic_core::Directional;
 use haptic_core::adviser::RigFacts;
 use haptic_core::compensation::Compensation;
 use haptic_core::passivity::RigLosses;
+use haptic_core::scene::Coupling;
 use haptic_core::servo::Settings;
 use haptic_ipc::{AdviceBasis, LossSource, RigFrictionStatus};
 use std::time::Duration;
@@ -34,6 +35,12 @@ fn known(rig: &RigHandle) -> KnownFriction {
 fn findings(rig: &RigHandle) -> Findings {
     let found = ConnectedDevice::find(&rig.facts).and_then(|device| rig.records().newest(device.connection));
     found.map_or_else(Findings::default, |(findings, _)| findings)
+}
+
+/// The coupling that the connected rig bears, where its commissioning found one.
+pub(in crate::control) fn coupling(rig: &RigHandle) -> Option<Coupling> {
+    let device = ConnectedDevice::find(&rig.facts)?;
+    rig.records().newest(device.connection)?.1
 }
 
 /// What the rig takes up, and the sources of damping and friction: an option, else what was
@@ -182,6 +189,7 @@ pub(crate) async fn watch(rig: &RigHandle) {
     let mut pause = tokio::time::interval(WATCH_PERIOD);
     loop {
         pause.tick().await;
+        change::begin_on_the_rig(rig);
         let Some(device) = ConnectedDevice::find(&rig.facts) else {
             continue;
         };
