@@ -69,6 +69,7 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
         ),
         ("device", status.device.description.clone()),
     ]);
+    rows.extend(broken_bounds(status).map(|text| ("advice", text)));
     rows.extend(status.scheduled.as_ref().map(|scheduled| {
         let ScheduleStatus {
             by,
@@ -93,6 +94,12 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
             .map(|friction| ("rig friction", rig_friction(friction))),
     );
     rows
+}
+
+/// The bounds of the adviser that the scene breaks.
+fn broken_bounds(status: &Status) -> Option<String> {
+    let bounds = &status.broken_bounds;
+    (!bounds.is_empty()).then(|| format!("broken: {}; see `haptic-ctl advise`", bounds.join(", ")))
 }
 
 /// The scene of the library that the active one comes from.

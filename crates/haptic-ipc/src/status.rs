@@ -33,6 +33,9 @@ pub struct Status {
     pub revision: u64,
     /// Name of the active scene.
     pub scene: String,
+    /// The bounds of the adviser that it breaks on this rig, by name; `advise` says how. Up to a second old.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub broken_bounds: Vec<String>,
     /// The scene of the library that it was loaded from, or saved as.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub library_scene: Option<LibraryScene>,

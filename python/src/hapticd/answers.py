@@ -182,6 +182,8 @@ class Status:
     """The rig."""
     real_time: RealTime
     """The real-time thread."""
+    broken_bounds: list[str] = field(default_factory=list)
+    """The bounds of the adviser that it breaks on this rig, by name; up to a second old."""
     energy_excess_J: float = 0.0
     """Energy that the sampled loop has created beyond the rig's own losses, J."""
     scheme: str = ""

@@ -28,6 +28,10 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
     checks.extend(link.map(|link| self::link(&link.counts, status.state, timer)));
     checks.extend(device.rig_friction.as_ref().map(rig_friction));
     checks.extend(device.engage_refused.iter().map(refused));
+    if !status.broken_bounds.is_empty() {
+        let found = format!("{} breaks bounds: {}", status.scene, status.broken_bounds.join(", "));
+        checks.push(Check::warn("scene", found, "see `haptic-ctl advise`"));
+    }
     checks
 }
 

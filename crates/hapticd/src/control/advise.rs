@@ -4,6 +4,15 @@ use crate::control::{RigHandle, rig_friction};
 use haptic_core::Scene;
 use haptic_core::adviser::{RigFacts, advise as look};
 use haptic_ipc::{Advice, AdviceReply};
+use std::cell::RefCell;
+use std::time::{Duration, Instant};
+
+/// Largest age of the bounds in `status`: to reckon them takes up to some milliseconds of the thread that hears stops.
+const LONGEST_KEPT: Duration = Duration::from_secs(1);
+
+/// The bounds that a scene broke, with its revision and when they were reckoned.
+#[derive(Debug, Default)]
+pub(super) struct BrokenBounds(RefCell<Option<(u64, Instant, Vec<String>)>>);
 
 pub(super) fn advise(rig: &RigHandle) -> AdviceReply {
     let facts = rig_friction::rig_facts(rig);
@@ -19,6 +28,23 @@ fn all(rig: &RigHandle, scene: &Scene, facts: &RigFacts) -> Vec<Advice> {
     let notes = scene.notes().into_iter().map(Advice::from);
     let findings = look(scene, rig.facts.scheme, facts).into_iter().map(Advice::from);
     notes.chain(findings).collect()
+}
+
+/// The checks that the active scene fails, by name.
+pub(super) fn broken_bounds(rig: &RigHandle) -> Vec<String> {
+    let revision = rig.revision();
+    let mut kept = rig.broken_bounds().0.borrow_mut();
+    if let Some((of, at, bounds)) = &*kept
+        && *of == revision
+        && at.elapsed() < LONGEST_KEPT
+    {
+        return bounds.clone();
+    }
+    let findings = look(&rig.scene(), rig.facts.scheme, &rig_friction::rig_facts(rig));
+    let broken = findings.into_iter().filter(|finding| !finding.passes);
+    let bounds: Vec<String> = broken.map(|finding| finding.check.name().to_owned()).collect();
+    *kept = Some((revision, Instant::now(), bounds.clone()));
+    bounds
 }
 
 /// The remarks, and the checks that a scene fails.

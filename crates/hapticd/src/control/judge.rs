@@ -9,31 +9,43 @@ use crate::control::worker_pool::{WorkError, WorkerPool};
 use haptic_core::Scene;
 use haptic_core::scene::Coupling;
 use haptic_ipc::quantity::number;
-use haptic_ipc::{ErrorCode, WireError};
+use haptic_ipc::{ErrorCode, Problem, WireError};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Verdicts that are kept: a slider that goes to and fro asks for the same ones again.
 const MOST_KEPT: usize = 32;
 
-/// Trials at a time.
+/// Most scenes that are tried by a thread before it tells: to begin one and to be told takes longer than a trial on a busy
+/// machine.
+const MOST_AT_A_TIME: usize = 16;
+
+/// Threads at a time.
 const MOST_WORKERS: usize = 2;
 
-/// Longest time that a trial may take: some milliseconds, or some seconds on a machine that has no time for it. Clients
-/// wait for 5 s.
+/// Longest time that trials may take: some milliseconds each, or some seconds on a machine that has no time for them.
+/// Clients wait for 5 s.
 const LONGEST: Duration = Duration::from_secs(3);
 
-/// Longest time of a search for what would pass: a tenth of a second. Without it there is a refusal all the same.
-const LONGEST_SEARCH: Duration = Duration::from_millis(1500);
+/// Longest time until trials are over and what would pass is found, which takes a tenth of a second more. Without it there
+/// is a refusal all the same.
+const LONGEST_WITH_SEARCH: Duration = Duration::from_secs(4);
 
-/// What came of the trials of a scene.
+/// Longest time of the search for the stiffest coupling: who commissions has a lease of 2 s.
+const LONGEST_FOR_COUPLING: Duration = Duration::from_millis(1500);
+
+/// A scene that would chatter: its index among those that were asked about, what it does, and what would not.
 #[derive(Clone, Debug, PartialEq)]
-enum Verdict {
-    Calm,
-    Chatters { worst: Trial, gentler: Option<Gentler> },
+struct Chatter {
+    index: usize,
+    worst: Trial,
+    gentler: Option<Gentler>,
 }
+
+/// What came of the trials of a scene: nothing, where it is calm.
+type Verdict = Option<Chatter>;
 
 /// The verdicts so far, and the threads that find new ones.
 #[derive(Debug)]
@@ -65,40 +77,86 @@ impl Verdicts {
     }
 }
 
-/// Refuses a scene that would chatter on the connected rig; `what` is what cannot be done with it.
+/// Refuses scenes of which one would chatter on the connected rig; `what` is what cannot be done with it. With the refusal
+/// comes the index of that scene.
 ///
 /// # Errors
 /// It would, or nobody can tell in time.
-pub(super) async fn refuse_chatter(rig: &RigHandle, scene: &Rc<Scene>, what: &str) -> Result<(), WireError> {
+pub(super) async fn refuse_chatter(
+    rig: &RigHandle,
+    scenes: &[Rc<Scene>],
+    what: &str,
+) -> Result<(), (usize, WireError)> {
     let basis = trial_basis(rig, None);
-    match verdict(rig.verdicts(), scene, basis.rig).await {
-        Ok(Verdict::Calm) => Ok(()),
-        Ok(Verdict::Chatters { worst, gentler }) => Err(refusal(what, scene, &basis, &worst, gentler.as_ref())),
-        Err(error) => {
-            let message = format!("cannot {what}: whether the scene would chatter on this rig is not known: {error}");
-            Err(WireError::new(ErrorCode::WouldChatter, message))
+    for (chunk, first) in scenes.chunks(MOST_AT_A_TIME).zip((0..).step_by(MOST_AT_A_TIME)) {
+        match first_chatter(rig.verdicts(), chunk, basis.rig).await {
+            Ok(None) => {}
+            Ok(Some(Chatter { index, worst, gentler })) => {
+                let error = refusal(what, &chunk[index], &basis, &worst, gentler.as_ref());
+                return Err((first + index, error));
+            }
+            Err(error) => {
+                let message =
+                    format!("cannot {what}: whether the scene would chatter on this rig is not known: {error}");
+                return Err((first, WireError::new(ErrorCode::WouldChatter, message)));
+            }
         }
     }
+    Ok(())
 }
 
-/// Tries a scene that was not tried yet. One that cannot be rendered is refused as such, elsewhere.
-async fn verdict(verdicts: &Verdicts, scene: &Rc<Scene>, rig: TrialRig) -> Result<Verdict, WorkError> {
-    if let Some(known) = verdicts.known(scene, &rig) {
-        return Ok(known);
+/// Why the active scene would not be engaged, where it would chatter; `None` where it would not, or nobody can tell in a
+/// moment.
+pub(super) async fn problem(rig: &RigHandle) -> Option<Problem> {
+    let (scene, basis) = (Rc::clone(&rig.scene()), trial_basis(rig, None));
+    if rig.verdicts().workers.is_busy() {
+        return None;
     }
-    let tried = Scene::clone(scene);
-    let worst = verdicts.workers.run(LONGEST, move || worst_trial(&tried, &rig)).await?;
-    let verdict = match worst {
-        Ok(Some(worst)) if !worst.is_calm() => {
-            let tried = Scene::clone(scene);
-            let search = verdicts.workers.run(LONGEST_SEARCH, move || gentler(&tried, &rig));
-            let gentler = search.await.unwrap_or_default();
-            Verdict::Chatters { worst, gentler }
+    let found = first_chatter(rig.verdicts(), &[scene], basis.rig).await;
+    found.ok().flatten().map(|chatter| Problem {
+        what: what_it_does(&basis, &chatter.worst),
+        remedy: remedy(chatter.gentler.as_ref()),
+    })
+}
+
+/// Tries the scenes that were not tried yet, until one is found that would chatter. One that cannot be rendered is refused
+/// as such, elsewhere.
+async fn first_chatter(verdicts: &Verdicts, scenes: &[Rc<Scene>], rig: TrialRig) -> Result<Option<Chatter>, WorkError> {
+    let mut untried = Vec::new();
+    for (index, scene) in scenes.iter().enumerate() {
+        match verdicts.known(scene, &rig) {
+            None => untried.push((index, Scene::clone(scene))),
+            Some(None) => {}
+            Some(Some(chatter)) => return Ok(Some(Chatter { index, ..chatter })),
         }
-        _ => Verdict::Calm,
+    }
+    if untried.is_empty() {
+        return Ok(None);
+    }
+    let tried: Vec<Scene> = untried.iter().map(|(_, scene)| scene.clone()).collect();
+    let search = move || {
+        let restless = |scene| worst_trial(scene, &rig).ok().flatten().filter(|worst| !worst.is_calm());
+        tried
+            .iter()
+            .enumerate()
+            .find_map(|(place, scene)| Some((place, restless(scene)?)))
     };
-    verdicts.keep(Scene::clone(scene), rig, verdict.clone());
-    Ok(verdict)
+    let begun = Instant::now();
+    let found = verdicts.workers.run(LONGEST, search).await?;
+    let calm = found.map_or(untried.len(), |(place, _)| place);
+    for (_, scene) in untried.drain(..calm) {
+        verdicts.keep(scene, rig, None);
+    }
+    let (Some((_, worst)), Some((index, scene))) = (found, untried.into_iter().next()) else {
+        return Ok(None);
+    };
+    let tried = scene.clone();
+    let left = LONGEST_WITH_SEARCH.saturating_sub(begun.elapsed());
+    let search = verdicts.workers.run(left, move || gentler(&tried, &rig));
+    let gentler = search.await.unwrap_or_default();
+    let chatter = Chatter { index, worst, gentler };
+    verdicts.keep(scene, rig, Some(chatter.clone()));
+    Ok(Some(chatter))
 }
 
 /// The stiffest grip that the connected rig bears with a factor of two, as it was found just now; `None` where there is
@@ -108,21 +166,37 @@ pub(super) async fn stiffest_coupling(rig: &RigHandle, found: Findings) -> Optio
     let search = rig
         .verdicts()
         .workers
-        .run(LONGEST_SEARCH, move || trial::stiffest_coupling(&on));
+        .run(LONGEST_FOR_COUPLING, move || trial::stiffest_coupling(&on));
     search.await.unwrap_or_default()
 }
 
 fn refusal(what: &str, scene: &Scene, basis: &TrialBasis, worst: &Trial, gentler: Option<&Gentler>) -> WireError {
+    let message = format!("cannot {what}: {}; {}", what_it_does(basis, worst), remedy(gentler));
+    let error = WireError::new(ErrorCode::WouldChatter, message);
+    let first = gentler.and_then(|changes| changes.first());
+    match first.and_then(|(key, most)| Some((key, scene.value(key.parameter)?.greatest(), most))) {
+        Some((key, value, most)) => {
+            let unit = key.parameter.info().unit;
+            error.about(key.to_string()).within(value, 0.0, *most, unit)
+        }
+        None => error.within(worst.sign_changes_per_s, 0.0, MOST_SIGN_CHANGES_PER_S, "1/s"),
+    }
+}
+
+fn what_it_does(basis: &TrialBasis, worst: &Trial) -> String {
     let most = number(MOST_SIGN_CHANGES_PER_S);
-    let mut message =
-        format!("cannot {what}: the scene would chatter on this rig: {worst} (allowed are {most} changes)");
+    let mut message = format!("the scene would chatter on this rig: {worst} (allowed are {most} changes)");
     if let Some(mass_kg) = basis.assumed_mass_kg {
         message.push_str(&format!(
             "; its mass is not known, and taken as {} kg: `haptic-ctl identify --rig` measures it",
             number(mass_kg)
         ));
     }
-    let remedy = gentler.map(|changes| {
+    message
+}
+
+fn remedy(gentler: Option<&Gentler>) -> String {
+    let gentler = gentler.map(|changes| {
         let values: Vec<String> = changes
             .iter()
             .map(|(key, value)| format!("{key} = {} {}", number(*value), key.parameter.info().unit))
@@ -133,17 +207,6 @@ fn refusal(what: &str, scene: &Scene, basis: &TrialBasis, worst: &Trial, gentler
             number(FACTOR)
         )
     });
-    let remedy = remedy.unwrap_or_else(|| "`haptic-ctl advise` has the bounds that it breaks".to_owned());
-    message.push_str(&format!(
-        "; {remedy}; `--anyway` (`\"anyway\":true`) does it all the same"
-    ));
-    let error = WireError::new(ErrorCode::WouldChatter, message);
-    let first = gentler.and_then(|changes| changes.first());
-    match first.and_then(|(key, most)| Some((key, scene.value(key.parameter)?.greatest(), most))) {
-        Some((key, value, most)) => {
-            let unit = key.parameter.info().unit;
-            error.about(key.to_string()).within(value, 0.0, *most, unit)
-        }
-        None => error.within(worst.sign_changes_per_s, 0.0, MOST_SIGN_CHANGES_PER_S, "1/s"),
-    }
+    let gentler = gentler.unwrap_or_else(|| "`haptic-ctl advise` has the bounds that it breaks".to_owned());
+    format!("{gentler}; `--anyway` (`\"anyway\":true`) does it all the same")
 }

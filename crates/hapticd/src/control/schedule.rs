@@ -62,11 +62,10 @@ pub(super) async fn schedule(
         tokio::task::yield_now().await;
     }
     // As long as no force flows they are judged when it is to.
-    let mut judged = 0;
-    while judged < new.len() && !options.anyway && rig.may_have_force() {
-        let calm = judge::refuse_chatter(rig, &new[judged].scene, "schedule the change").await;
-        calm.map_err(|error| at_index(error, judged))?;
-        judged += 1;
+    if !options.anyway && rig.may_have_force() {
+        let scenes: Vec<_> = new.iter().map(|change| Rc::clone(&change.scene)).collect();
+        let calm = judge::refuse_chatter(rig, &scenes, "schedule the change").await;
+        calm.map_err(|(index, error)| at_index(error, index))?;
     }
     if options.dry_run {
         rig.check_schedule(by.session, &new)?;

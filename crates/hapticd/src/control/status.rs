@@ -1,12 +1,16 @@
 //! `status`: the state of the rig and of the daemon.
 
-use crate::control::{RigHandle, admission, rig_friction, sole_use};
-use haptic_ipc::{DeviceStatus, Status};
+use crate::control::{RigHandle, admission, advise, judge, rig_friction, sole_use};
+use haptic_ipc::{DeviceStatus, RigState, Status};
 
 pub(super) async fn status(rig: &RigHandle) -> Status {
-    let engage_refused = admission::problems(rig).await;
+    let mut engage_refused = admission::problems(rig).await;
+    if engage_refused.is_empty() && rig.feed().state() == RigState::Idle {
+        engage_refused.extend(judge::problem(rig).await);
+    }
     let mut status = rig.status_without_admission();
     status.device.engage_refused = engage_refused;
+    status.broken_bounds = advise::broken_bounds(rig);
     status
 }
 
@@ -34,6 +38,7 @@ impl RigHandle {
             velocity_estimator: velocity.to_string(),
             revision: self.revision(),
             scene: self.scene().name.clone(),
+            broken_bounds: Vec::new(),
             library_scene: self.history().library_scene(),
             scheduled,
             command_force_n: newest.map_or(0.0, |record| record.command_force),

@@ -133,9 +133,8 @@ impl RigHandle {
             if judged == to_come {
                 return Ok(());
             }
-            for scene in &to_come {
-                judge::refuse_chatter(self, scene, "engage").await?;
-            }
+            let refused = judge::refuse_chatter(self, &to_come, "engage").await;
+            refused.map_err(|(_, error)| error)?;
             judged = to_come;
         }
     }

@@ -19,6 +19,7 @@ mod waiting_changes;
 
 pub(in crate::control) use commands::Asked;
 
+use crate::control::advise::BrokenBounds;
 use crate::control::answer_timer::AnswerTimer;
 use crate::control::compile::RampPath;
 use crate::control::facts::Facts;
@@ -88,6 +89,7 @@ pub(crate) struct RigHandle {
     records: Records,
     frictions: RigFrictions,
     verdicts: Verdicts,
+    broken_bounds: BrokenBounds,
     /// Clients that engage at this moment.
     engaging: Cell<usize>,
     /// The newest tick in which a command to engage was carried out.
@@ -136,6 +138,7 @@ impl RigHandle {
             records: Records::default(),
             frictions: RigFrictions::default(),
             verdicts: Verdicts::default(),
+            broken_bounds: BrokenBounds::default(),
             engaging: Cell::new(0),
             engaged_at: Cell::new(0),
             observed: Cell::new(ObservedState::default()),
@@ -221,6 +224,11 @@ impl RigHandle {
     /// Whether scenes chatter on the rig, as far as they were tried.
     pub(super) fn verdicts(&self) -> &Verdicts {
         &self.verdicts
+    }
+
+    /// The bounds that the active scene broke, as they were last reckoned.
+    pub(super) fn broken_bounds(&self) -> &BrokenBounds {
+        &self.broken_bounds
     }
 
     /// Sets the time at which the real-time thread releases the rig, unless it is postponed.
