@@ -1,6 +1,9 @@
 //! The live status line of `--demo`.
 
 use crate::control::RigHandle;
+use crate::every::every;
+use crate::rt::outbox::TickRecord;
+use haptic_ipc::RigState;
 use std::io::IsTerminal;
 use std::rc::Rc;
 use std::time::Duration;
@@ -9,7 +12,7 @@ use std::time::Duration;
 /// a line a second elsewhere.
 pub(crate) async fn show_status(rig: Rc<RigHandle>) {
     let in_place = std::io::stdout().is_terminal();
-    let mut pause = tokio::time::interval(Duration::from_millis(if in_place { 200 } else { 1000 }));
+    let mut pause = every(Duration::from_millis(if in_place { 200 } else { 1000 }));
     loop {
         pause.tick().await;
         let line = status_line(&rig);
@@ -24,24 +27,28 @@ pub(crate) async fn show_status(rig: Rc<RigHandle>) {
 /// One line on the state of the loop.
 pub(crate) fn status_line(rig: &RigHandle) -> String {
     let feed = rig.feed();
-    let timing = feed.timing().report();
-    let recent = &timing.last_10_s;
-    let (state, force) = feed.newest().map_or((haptic_ipc::RigState::Idle, 0.0), |record| {
-        (record.state, record.command_force)
+    let (wake, tick) = feed.timing().recent();
+    let (state, force, ticks, missed, dropped) = feed.newest().map_or((RigState::Idle, 0.0, 0, 0, 0), |record| {
+        let TickRecord {
+            state,
+            command_force,
+            tick,
+            missed_periods,
+            dropped,
+            ..
+        } = *record;
+        (state, command_force, tick, missed_periods, dropped)
     });
     #[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns")]
     let us = |ns: u64| ns as f64 * 1e-3;
     format!(
-        "{state:<9} {:.0} Hz  tick {:.1} us (p99 {:.1})  wake-up +{:.0} us (p99 {:.0})  ticks {}  overruns {}  \
-         missed {}  dropped {}  force {force:+.2} N",
-        timing.rate_hz,
-        us(recent.tick_ns.p50),
-        us(recent.tick_ns.p99),
-        us(recent.wake_latency_ns.p50),
-        us(recent.wake_latency_ns.p99),
-        timing.since_start.ticks,
-        timing.since_start.overruns,
-        timing.since_start.missed_periods,
-        timing.since_start.telemetry_dropped,
+        "{state:<9} {:.0} Hz  tick {:.1} us (p99 {:.1})  wake-up +{:.0} us (p99 {:.0})  ticks {ticks}  overruns {}  \
+         missed {missed}  dropped {dropped}  force {force:+.2} N",
+        1.0 / rig.facts.period_s(),
+        us(tick.p50),
+        us(tick.p99),
+        us(wake.p50),
+        us(wake.p99),
+        feed.timing().counted().overruns,
     )
 }

@@ -2,9 +2,10 @@
 //! since the previous line.
 
 use crate::control::RigHandle;
+use crate::every::every;
 use crate::telemetry::timing::Counted;
 use std::time::Duration;
-use tokio::time::{Instant, MissedTickBehavior, interval};
+use tokio::time::Instant;
 
 /// Period at which the counters are checked.
 const CHECK_PERIOD: Duration = Duration::from_millis(500);
@@ -14,8 +15,7 @@ const PAUSE: Duration = Duration::from_secs(10);
 
 /// Logs missed periods, for ever.
 pub(crate) async fn watch(rig: &RigHandle) {
-    let mut checks = interval(CHECK_PERIOD);
-    checks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut checks = every(CHECK_PERIOD);
     let mut log = LateLog::default();
     loop {
         let now = checks.tick().await;

@@ -12,6 +12,7 @@ mod config;
 mod control;
 mod demo;
 mod ending;
+mod every;
 mod late_log;
 mod log;
 mod metrics;
@@ -308,7 +309,7 @@ async fn scraped(metrics: Option<&metrics::Server>, rig: &Rc<RigHandle>) {
 }
 
 async fn pump(rig: &RigHandle) {
-    let mut pause = tokio::time::interval(PUMP_PERIOD);
+    let mut pause = every::every(PUMP_PERIOD);
     loop {
         pause.tick().await;
         rig.heartbeat();

@@ -10,10 +10,11 @@
 //! thread, which a sleep does not use up.
 
 use crate::control::RigHandle;
+use crate::every::every;
 use sd_notify::NotifyState;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Duration;
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
+use tokio::time::{Instant, sleep};
 
 /// Times that the watchdog is fed within its timeout, at least: one late feeding does no harm.
 const FEEDINGS: u32 = 4;
@@ -82,8 +83,7 @@ impl ServiceManager {
         while rig.feed().newest().is_none() {
             sleep(Duration::from_millis(1)).await;
         }
-        let mut pause = interval(self.feeding.unwrap_or(STATUS_PERIOD).max(Duration::from_millis(1)));
-        pause.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut pause = every(self.feeding.unwrap_or(STATUS_PERIOD).max(Duration::from_millis(1)));
         let (mut last_tick, mut ticked_at, mut said, mut ready) = (None, Instant::now(), String::new(), false);
         let mut hanging_turns = 0;
         loop {

@@ -156,8 +156,12 @@ impl Desk {
 
     fn engage(&mut self) {
         let began = Instant::now();
-        // The panel's other connection may stop it once more.
-        while self.state() != RigState::Engaged {
+        loop {
+            // Before the state is asked for: the panel's other connection may stop it once more, and that must be heard.
+            while self.stopped.try_recv().is_ok() {}
+            if self.state() == RigState::Engaged {
+                return;
+            }
             assert!(began.elapsed() < LIMIT, "it does not engage");
             // Refused if another stop comes in between.
             drop(self.control.request::<StateReply>(Request::Reset {}));
@@ -165,7 +169,6 @@ impl Desk {
             // The panel receives the state as well.
             self.draw(Vec::new());
         }
-        while self.stopped.try_recv().is_ok() {}
     }
 
     /// Presses Space on an engaged rig at any time of a frame. Returns the time until the daemon reports

@@ -4,11 +4,11 @@
 use crate::control::RigHandle;
 use crate::control::whole_file;
 use crate::control::worker_pool::WorkerPool;
+use crate::every::every;
 use crate::say;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::time::{MissedTickBehavior, interval};
 
 /// Time between two writings.
 const PERIOD: Duration = Duration::from_secs(5);
@@ -19,8 +19,7 @@ pub(crate) async fn keep(path: Option<PathBuf>, rig: &RigHandle) {
         return std::future::pending().await;
     };
     let disk = WorkerPool::new("metrics", 1);
-    let mut period = interval(PERIOD);
-    period.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut period = every(PERIOD);
     let mut worked = true;
     loop {
         period.tick().await;

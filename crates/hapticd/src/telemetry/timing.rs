@@ -185,6 +185,18 @@ impl TimingRecorder {
         }
     }
 
+    /// How late the loop woke and how long its ticks took in the last seconds, ns. The whole report takes ten times as
+    /// long, for its fine histogram of periods.
+    pub(crate) fn recent(&self) -> (Percentiles, Percentiles) {
+        let (mut late, mut tick) = (histogram(COARSE_DIGITS), histogram(COARSE_DIGITS));
+        for second in &self.seconds {
+            late.add(&second.wake_latency)
+                .expect("all histograms have the same bounds");
+            tick.add(&second.tick).expect("all histograms have the same bounds");
+        }
+        (percentiles(&late), percentiles(&tick))
+    }
+
     pub(crate) fn report(&self) -> Timing {
         let mut recent = Span::new();
         for second in &self.seconds {

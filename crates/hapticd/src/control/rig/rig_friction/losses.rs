@@ -5,6 +5,7 @@ use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig::commission_record::Findings;
 use crate::control::trial::{LIGHT_RIG_KG, TrialRig};
 use crate::control::{RigHandle, change};
+use crate::every::every;
 use crate::rt::rig_setup::RigSetup;
 use haptic_core::Directional;
 use haptic_core::adviser::RigFacts;
@@ -186,7 +187,7 @@ pub(in crate::control) fn status(rig: &RigHandle) -> RigFrictionStatus {
 
 /// Reads what is known of each rig that is plugged in.
 pub(crate) async fn watch(rig: &RigHandle) {
-    let mut pause = tokio::time::interval(WATCH_PERIOD);
+    let mut pause = every(WATCH_PERIOD);
     loop {
         pause.tick().await;
         change::begin_on_the_rig(rig);
