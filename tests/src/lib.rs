@@ -502,7 +502,7 @@ pub fn bring_to(client: &mut Client, state: RigState) {
     loop {
         let next = match status(client).state {
             now if now == state => return,
-            RigState::Idle => Request::engage(),
+            RigState::Idle => Request::Engage { anyway: true },
             RigState::Stopped => Request::Reset {},
             _ => Request::Status {},
         };
@@ -512,7 +512,8 @@ pub fn bring_to(client: &mut Client, state: RigState) {
     }
 }
 
-/// Engages a rig, which is reset first if it is faulted.
+/// Engages a rig, which is reset first if it is faulted. Anyway: on a busy machine a link is late, and what its scene would
+/// do on a light rig behind a late link is no matter of those who only need force.
 ///
 /// # Panics
 /// It does not come to that, or faults on the way.
@@ -524,7 +525,7 @@ pub fn engage(client: &mut Client) {
         let _: StateReply = client.request(Request::Reset {}).expect("its fault is over");
     }
     if before.state != RigState::Engaged {
-        let _: StateReply = client.request(Request::engage()).expect("it is idle");
+        let _: StateReply = client.request(Request::Engage { anyway: true }).expect("it is idle");
     }
     let engaged = wait_for(client, "the end of its ramp", |status| {
         !matches!(status.state, RigState::Idle | RigState::Engaging)

@@ -15,8 +15,8 @@ const OF_RIG: &str = "rig";
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(untagged))]
 pub enum FileCoupling {
-    /// `"rig"`: by the stiffest coupling that the rig bears, as `haptic-ctl commission` found it; by
-    /// [`Coupling::CALM`] where none was found.
+    /// `"rig"`: by the stiffest coupling that the rig bears, as its commissioning found it; where none was found by 1000
+    /// N/m and 10 N s/m.
     #[cfg_attr(feature = "schema", schemars(with = "OfRig"))]
     Rig,
     /// By a coupling of the scene's own.
@@ -51,7 +51,7 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// The scene on a rig that bears `of_rig`; [`Coupling::CALM`] where none is known.
+    /// The scene on a rig whose coupling is `of_rig`; [`Coupling::CALM`] where none is known.
     #[must_use]
     pub fn on(self, of_rig: Option<Coupling>) -> Scene {
         Scene {

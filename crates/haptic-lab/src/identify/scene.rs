@@ -1,17 +1,15 @@
 //! The scene that feels like what was identified.
 
 use super::result::{Identified, ModelKind};
-use haptic_core::{Directional, Scene};
+use haptic_core::Directional;
+use haptic_core::scene::SceneFile;
 use serde_json::{Value, json};
-
-/// Coupling of an identified scene, N/m and N s/m: that of the ready scenes. It belongs to the rig, not to the surface.
-const COUPLING: (f64, f64) = (25_000.0, 10.0);
 
 /// A scene, and what in it was not identified.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifiedScene {
-    /// The scene.
-    pub scene: Scene,
+    /// The scene, which leaves its coupling to the rig.
+    pub scene: SceneFile,
     /// Values that are not the record's, and why.
     pub assumptions: Vec<String>,
 }
@@ -43,10 +41,7 @@ impl Identified {
                 missing.join(", ")
             ));
         }
-        let mut assumptions = vec![format!(
-            "the coupling is the usual one of {} N/m and {} N s/m: it is the rig's, and is not identified",
-            COUPLING.0, COUPLING.1
-        )];
+        let mut assumptions = vec!["the coupling is the rig's, and is not identified".to_owned()];
         let dynamic = self.dynamic_force_n.unwrap_or_default();
         let viscous = self.viscous_ns_per_m.unwrap_or_default();
         let mut friction = json!({ "dynamic_force": dynamic, "viscous": at_least_zero(viscous) });
@@ -78,14 +73,14 @@ impl Identified {
         if self.static_force_n.is_none() && self.model != ModelKind::Dahl {
             assumptions.push("static friction was refused: it is set to the dynamic friction".to_owned());
         }
-        let scene: Scene = serde_json::from_value(json!({
+        let scene: SceneFile = serde_json::from_value(json!({
             "name": name,
             "block": { "mass": self.mass_kg },
-            "coupling": { "stiffness": COUPLING.0, "damping": COUPLING.1 },
+            "coupling": "rig",
             "friction": friction,
         }))
         .map_err(|error| error.to_string())?;
-        scene.validate().map_err(|error| error.to_string())?;
+        scene.clone().on(None).validate().map_err(|error| error.to_string())?;
         Ok(IdentifiedScene { scene, assumptions })
     }
 }
@@ -113,6 +108,7 @@ mod tests {
             ..Identified::empty(ModelKind::Karnopp)
         };
         let made = found.scene("mine").expect("a scene");
+        assert!(made.scene.has_coupling_of_rig());
         let friction = serde_json::to_value(made.scene).expect("it writes")["friction"].clone();
         assert_eq!(
             (&friction["law"], &friction["static_force"]),

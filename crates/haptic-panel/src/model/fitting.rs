@@ -135,11 +135,8 @@ impl Fitting {
         let Progress::Found(found) = &self.progress else {
             return None;
         };
-        let mut scene = found.scene.as_ref().ok()?.scene.clone();
-        if let Some(coupling) = active.and_then(|active| active.coupling) {
-            scene.coupling = Some(coupling);
-        }
-        Some(scene)
+        let file = found.scene.as_ref().ok()?.scene.clone();
+        Some(file.on(active.and_then(|active| active.coupling)))
     }
 
     /// The names of the columns of the chosen file, or why they cannot be read; `None` before they are.

@@ -44,6 +44,9 @@ struct Chatter {
     gentler: Option<Gentler>,
 }
 
+/// From this delay on a refusal names it, s: a converter that collects for 16 ms can be told not to.
+const LATE_S: f64 = 4e-3;
+
 /// What came of the trials of a scene: nothing, where it is calm.
 type Verdict = Option<Chatter>;
 
@@ -152,10 +155,16 @@ async fn first_chatter(verdicts: &Verdicts, scenes: &[Rc<Scene>], rig: TrialRig)
     };
     let tried = scene.clone();
     let left = LONGEST_WITH_SEARCH.saturating_sub(begun.elapsed());
-    let search = verdicts.workers.run(left, move || gentler(&tried, &rig));
-    let gentler = search.await.unwrap_or_default();
-    let chatter = Chatter { index, worst, gentler };
-    verdicts.keep(scene, rig, Some(chatter.clone()));
+    let search = verdicts.workers.run(left, move || gentler(&tried, &rig)).await;
+    let is_over = search.is_ok();
+    let chatter = Chatter {
+        index,
+        worst,
+        gentler: search.unwrap_or_default(),
+    };
+    if is_over {
+        verdicts.keep(scene, rig, Some(chatter.clone()));
+    }
     Ok(Some(chatter))
 }
 
@@ -186,6 +195,12 @@ fn refusal(what: &str, scene: &Scene, basis: &TrialBasis, worst: &Trial, gentler
 fn what_it_does(basis: &TrialBasis, worst: &Trial) -> String {
     let most = number(MOST_SIGN_CHANGES_PER_S);
     let mut message = format!("the scene would chatter on this rig: {worst} (allowed are {most} changes)");
+    if basis.rig.delay_s >= LATE_S {
+        message.push_str(&format!(
+            "; its link is late: {:.0} ms from a sample to the force for it",
+            1e3 * basis.rig.delay_s
+        ));
+    }
     if let Some(mass_kg) = basis.assumed_mass_kg {
         message.push_str(&format!(
             "; its mass is not known, and taken as {} kg: `haptic-ctl identify --rig` measures it",
