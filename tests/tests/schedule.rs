@@ -75,7 +75,7 @@ fn log(client: &mut Client) -> Vec<JournalEntry> {
 
 /// Ticks ahead at which the changes are rendered that a test waits for: no machine is slower to ask for them.
 fn ahead() -> u64 {
-    test_run::extent(3000, 15_000)
+    test_run::extent(6000, 15_000)
 }
 
 /// A subscriber to every tick up to a last revision, which tells in which tick each revision was first, where it saw the
