@@ -1,6 +1,6 @@
 //! A scene as its file has it: with a coupling of its own, or with the one that the rig bears.
 
-use super::{Block, Coupling, Scene};
+use super::{Block, Coupling, Scene, SceneError};
 use crate::friction::Friction;
 use alloc::string::String;
 use core::fmt;
@@ -63,6 +63,14 @@ impl SceneFile {
             }),
             friction: self.friction,
         }
+    }
+
+    /// Checks that it can be rendered, on a rig of which no coupling is known.
+    ///
+    /// # Errors
+    /// As [`Scene::validate`].
+    pub fn validate(&self) -> Result<(), SceneError> {
+        self.clone().on(None).validate()
     }
 
     /// Whether the rig gives its coupling.
@@ -150,7 +158,7 @@ mod tests {
             assert_eq!(file.clone().on(Some(of_rig)).coupling, Some(on_this), "{text}");
             let scene = file.clone().on(None);
             assert_eq!(scene.coupling, Some(on_any), "{text}");
-            assert_eq!(scene.validate(), Ok(()));
+            assert_eq!((scene.validate(), file.validate()), (Ok(()), Ok(())));
             let again: SceneFile = toml::from_str(&toml::to_string(&file).expect("writes")).expect("reads");
             assert_eq!(again, file);
         }

@@ -54,7 +54,7 @@ fn file(path: &Path) -> Result<SceneFile, Failure> {
     if scene.name.is_empty() {
         scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     }
-    scene.clone().on(None).validate().map_err(|error| refused(&error))?;
+    scene.validate().map_err(|error| refused(&error))?;
     Ok(scene)
 }
 

@@ -80,7 +80,7 @@ impl Identified {
             "friction": friction,
         }))
         .map_err(|error| error.to_string())?;
-        scene.clone().on(None).validate().map_err(|error| error.to_string())?;
+        scene.validate().map_err(|error| error.to_string())?;
         Ok(IdentifiedScene { scene, assumptions })
     }
 }

@@ -330,7 +330,7 @@ impl Options {
         if scene.name.is_empty() {
             scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
-        scene.clone().on(None).validate().map_err(|source| ConfigError::Scene {
+        scene.validate().map_err(|source| ConfigError::Scene {
             path: path.clone(),
             source,
         })?;

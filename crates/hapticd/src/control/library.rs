@@ -358,7 +358,7 @@ fn read(whence: &str, text: &str) -> Result<SceneFile, WireError> {
 
 /// Checks that a scene can be rendered, and that its title is short enough to be kept many times.
 fn sound(scene: &SceneFile) -> Result<(), WireError> {
-    scene.clone().on(None).validate()?;
+    scene.validate()?;
     let bytes = scene.name.len();
     if bytes <= LONGEST_TITLE {
         return Ok(());
