@@ -3,11 +3,11 @@
 use haptic_core::scene::Coupling;
 use haptic_ipc::{
     AdviceReply, ChangeOptions, ChangeReply, Envelope, ErrorCode, Request, RigState, SceneListReply, SceneRef,
-    SceneReply, StateReply, WireError,
+    SceneReply, StateReply, Status, WireError,
 };
 use system_tests::commissioning::refused;
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, LIGHT_BLOCK, PAPER_SCENE, status, wait_for_state};
+use system_tests::{Daemon, LIGHT_BLOCK, PAPER_SCENE, status, wait_for, wait_for_state};
 
 /// As light and as weak as a rig of a kit, with next to no friction.
 const LIGHT: [&str; 8] = [
@@ -129,6 +129,31 @@ fn a_surface_that_leaves_its_coupling_to_the_rig_has_a_calm_one() {
     let text = std::fs::read_to_string(path).expect("it can be read");
     assert!(text.contains("coupling = \"rig\""), "{text}");
     let _: StateReply = client.request(Request::engage()).expect("it is calm");
+}
+
+// hazard: H30
+#[test]
+fn behind_a_late_link_hapticd_begins_with_a_softer_grip_or_engages_not_at_all() {
+    let begun_on = |delay: &str, until: fn(&Status) -> bool| {
+        let rig = FakeRig::start(&["--fault", delay]);
+        let daemon = Daemon::start_on(&rig.address(), &[]);
+        let mut client = daemon.client();
+        wait_for(&mut client, "what comes of the delay", until);
+        let scene: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
+        let engaged = client.request::<StateReply>(Request::engage());
+        (scene.scene.coupling.expect("a grip"), engaged.is_ok())
+    };
+    // As late as what gathers samples for 16 ms.
+    let (grip, is_engaged) = begun_on("delay 8", |status| status.revision > 1);
+    assert!(is_engaged && (20.0..100.0).contains(&grip.stiffness), "{grip:?}");
+    let is_late = |status: &Status| {
+        status
+            .device
+            .engage_refused
+            .iter()
+            .any(|why| why.what.contains("late: 8"))
+    };
+    assert_eq!(begun_on("delay 41", is_late), (Coupling::CALM, false));
 }
 
 // hazard: H30

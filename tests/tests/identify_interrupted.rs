@@ -96,7 +96,7 @@ fn a_motion_is_repeated_by_itself_as_often_as_was_agreed_and_then_with_consent()
 fn a_control_thread_that_was_kept_waiting_interrupts_a_motion_and_does_not_end_the_identification() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     // Lost before the lease lapses, of which at least two thirds are left: that would end it.
-    let (daemon, _client) = daemon(&rig, &[&STALE[..], &["--control-timeout-ms", "300"]].concat());
+    let (daemon, _client) = daemon(&rig, &[&STALE[..], &["--control-timeout-ms", "1000"]].concat());
     let mut terminal = identifying(&daemon, "1");
     pulls(&mut rig, &mut terminal);
     let held = HeldThread::control(daemon.pid());

@@ -40,7 +40,7 @@ fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) {
     // Its own ramp is far too long for this.
     command.args(["--device", &rig.address()]);
     command.args(["--uncommissioned", "--allow-no-watchdog", "--stale-ms", "1000"]);
-    command.args(["--ramp-ms", "1000", "--control-timeout-ms", "250"]);
+    command.args(["--ramp-ms", "1000", "--control-timeout-ms", "2000"]);
     let stdout = stdout.map_or_else(Stdio::null, Blocked::stdio);
     let daemon = Daemon::spawn_writing_to(command, &directory.path().join("control.sock"), stdout);
     let mut client = daemon.client();

@@ -199,12 +199,14 @@ impl SafetyLimiter {
         self.arrive();
     }
 
-    /// Whether a device with a velocity (m/s) can have moved so far (m) in a time (s), counting
-    /// with a resolution (m). NaN cannot.
+    /// Whether a device that had a velocity (m/s), seen over a time (s), can have moved so far (m) in the time (s) after
+    /// that, counting with a resolution (m). NaN cannot.
     #[must_use]
-    pub fn allows_step(&self, moved: f64, velocity: f64, elapsed_s: f64, resolution: f64) -> bool {
+    pub fn allows_step(&self, moved: f64, velocity: f64, seen_over_s: f64, elapsed_s: f64, resolution: f64) -> bool {
+        // At its end the hand may have been faster or slower than in the mean of a long time.
+        let changing_s = elapsed_s.max(seen_over_s);
         // The velocity is an estimate from positions, good to about a count a sample.
-        let unforeseen = 0.5 * self.limits.acceleration_mps2 * elapsed_s * elapsed_s + COUNTS_OF_DOUBT * resolution;
+        let unforeseen = 0.5 * self.limits.acceleration_mps2 * elapsed_s * changing_s + COUNTS_OF_DOUBT * resolution;
         (moved - velocity * elapsed_s).abs() <= unforeseen
     }
 
@@ -372,7 +374,7 @@ mod tests {
             speed_mps: 5.0,
             acceleration_mps2: 2000.0,
         });
-        let allows = |moved, velocity, elapsed_s| limiter.allows_step(moved, velocity, elapsed_s, 1e-5);
+        let allows = |moved, velocity, elapsed_s| limiter.allows_step(moved, velocity, 0.0, elapsed_s, 1e-5);
         assert!(allows(1e-3, 1.0, 1e-3) && allows(1.9e-3, 1.0, 1e-3) && allows(0.1e-3, 1.0, 1e-3));
         assert!(!allows(3e-3, 1.0, 1e-3) && !allows(-1e-3, 1.0, 1e-3));
         // In a shorter time less can change, and a count more or less still is none.

@@ -63,6 +63,8 @@ pub struct Motion {
     pub position: f64,
     /// Velocity there, m/s.
     pub velocity: f64,
+    /// Time over which that was seen, s: since the sample before.
+    pub seen_over_s: f64,
     /// Distance between two positions that the device can distinguish, m.
     pub resolution: f64,
     /// Distance that makes as large a step of force as a tick may have, m.
@@ -86,7 +88,8 @@ impl Motion {
         let doubt = least
             .max(0.5 * HAND_MPS2 * elapsed_s * elapsed_s)
             .max(DOUBT_COUNTS * self.resolution);
-        (moved - velocity * elapsed_s).abs() <= doubt && limits.allows_step(moved, velocity, elapsed_s, self.resolution)
+        (moved - velocity * elapsed_s).abs() <= doubt
+            && limits.allows_step(moved, velocity, self.seen_over_s, elapsed_s, self.resolution)
     }
 }
 
@@ -125,7 +128,7 @@ impl PositionGuard {
             self.held = Some(Held {
                 position,
                 elapsed_s,
-                too_far: !limits.allows_step(moved, before.velocity, elapsed_s, before.resolution),
+                too_far: !limits.allows_step(moved, before.velocity, before.seen_over_s, elapsed_s, before.resolution),
             });
             return Verdict::Held;
         };
@@ -179,19 +182,29 @@ mod tests {
     /// What is rendered of positions at 1 kHz, by a device that moves at a steady speed before
     /// them, and how it ended.
     fn rendered(speed: f64, positions: &[f64]) -> (Vec<f64>, Option<usize>, PositionGuard) {
+        rendered_at(speed, positions.iter().map(|position| (TICK_S, *position)))
+    }
+
+    /// The same of positions, each with the time since the one before, s.
+    fn rendered_at(
+        speed: f64,
+        samples: impl IntoIterator<Item = (f64, f64)>,
+    ) -> (Vec<f64>, Option<usize>, PositionGuard) {
         let mut guard = PositionGuard::default();
         let mut motion = Motion {
             position: -speed * TICK_S,
             velocity: speed,
+            seen_over_s: TICK_S,
             resolution: 1e-5,
             felt: f64::INFINITY,
         };
         let mut seen = Vec::new();
-        for (k, &position) in positions.iter().enumerate() {
-            match guard.judge(motion, position, TICK_S, &limits()) {
+        for (k, (elapsed_s, position)) in samples.into_iter().enumerate() {
+            match guard.judge(motion, position, elapsed_s, &limits()) {
                 Verdict::Believed { elapsed_s } => {
                     motion.velocity = (position - motion.position) / elapsed_s;
                     motion.position = position;
+                    motion.seen_over_s = elapsed_s;
                     seen.push(position);
                 }
                 Verdict::Held => {}
@@ -229,6 +242,29 @@ mod tests {
             prop_assert_eq!(jumped, None);
             prop_assert_eq!(seen.len(), positions.len());
         }
+
+        /// A loop that stands still for up to 0.3 s, and then looks again at once, as one does that makes up for what it
+        /// missed: the hand that went on meanwhile, or turned, has not jumped.
+        #[test]
+        fn a_hand_has_not_jumped_while_nobody_looked(
+            frequency_hz in 0.1..60.0f64,
+            acceleration in 0.1..150.0f64,
+            pauses in prop::collection::vec((1e-3..0.3f64, 0.05e-3..1e-3f64, 1..20_usize), 1..10),
+        ) {
+            let omega = core::f64::consts::TAU * frequency_hz;
+            let amplitude = (acceleration / (omega * omega)).min(0.1);
+            let mut time_s = 0.0;
+            let elapsed = pauses.iter().flat_map(|&(pause_s, soon_s, ticks)| {
+                [pause_s, soon_s].into_iter().chain(core::iter::repeat_n(TICK_S, ticks))
+            });
+            let counted = |position: f64| 1e-5 * libm::round(position / 1e-5);
+            let samples = elapsed.map(|elapsed_s| {
+                time_s += elapsed_s;
+                (elapsed_s, counted(amplitude * libm::sin(omega * time_s)))
+            });
+            let (_, jumped, guard) = rendered_at(amplitude * omega, core::iter::once((TICK_S, 0.0)).chain(samples));
+            prop_assert_eq!((jumped, guard.forgotten()), (None, 0));
+        }
     }
 
     #[test]
@@ -264,6 +300,7 @@ mod tests {
         let at_rest = Motion {
             position: 0.0,
             velocity: 0.0,
+            seen_over_s: TICK_S,
             resolution: 1e-5,
             felt: f64::INFINITY,
         };
@@ -279,6 +316,7 @@ mod tests {
             let at_rest = Motion {
                 position: 0.0,
                 velocity: 0.0,
+                seen_over_s: TICK_S,
                 resolution,
                 felt,
             };
@@ -316,6 +354,7 @@ mod tests {
             let at_rest = Motion {
                 position: 0.0,
                 velocity: 0.0,
+                seen_over_s: TICK_S,
                 resolution: 1e-5,
                 felt: 0.14e-3,
             };
@@ -344,6 +383,7 @@ mod tests {
         let at_rest = Motion {
             position: 0.0,
             velocity: 0.0,
+            seen_over_s: TICK_S,
             resolution: 1e-5,
             felt: f64::INFINITY,
         };

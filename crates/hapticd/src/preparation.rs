@@ -57,6 +57,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         RigChoice::Linked(_) => None,
     };
     let scene = config.scene.clone().on(None);
+    let may_be_the_rigs = config.scene.has_coupling_of_rig() || scene == Scene::light_block();
     let servo = prepare_servo(&config, &scene, period_s, losses)?;
     let servo_settings = *servo.settings();
     let (device, link) = prepare_device(
@@ -115,7 +116,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         rules: config.rules,
         state_dir: config.state_dir,
         scheme: config.scheme,
-        scene_of_rig: config.scene.has_coupling_of_rig().then_some(config.scene),
+        first_scene: may_be_the_rigs.then_some(config.scene),
         scene_dir: config.scene_dir,
         real_time: RealTimeStatus::default(),
     };

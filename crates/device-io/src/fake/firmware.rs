@@ -202,9 +202,18 @@ impl Firmware {
         }))
     }
 
-    /// The newest sample was never taken.
-    pub fn take_back(&mut self) {
-        self.sequence = self.sequence.wrapping_sub(1);
+    /// This process was kept from running for this long, ns, as no microcontroller is: its watchdog counts none of it.
+    pub fn held_up(&mut self, for_ns: u64) {
+        self.command_at_ns += for_ns;
+        self.heard_at_ns += for_ns;
+    }
+
+    /// Samples that nobody took here, and that a microcontroller would have sent: they are lost on their way.
+    #[expect(clippy::cast_possible_truncation, reason = "the sequence wraps around")]
+    pub fn lose(&mut self, samples: u64) {
+        if self.state != State::Silent {
+            self.sequence = self.sequence.wrapping_add(samples as u32);
+        }
     }
 
     /// Lives until a time, ns, and its watchdog with it.

@@ -16,7 +16,7 @@ const OF_RIG: &str = "rig";
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(untagged))]
 pub enum FileCoupling {
     /// `"rig"`: by the stiffest coupling that the rig bears, as its commissioning found it; where none was found by 1000
-    /// N/m and 10 N s/m.
+    /// N/m and 10 N s/m, or a softer one where the link takes more than 6 ms.
     #[cfg_attr(feature = "schema", schemars(with = "OfRig"))]
     Rig,
     /// By a coupling of the scene's own.

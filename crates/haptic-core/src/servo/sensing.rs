@@ -57,6 +57,8 @@ pub(super) struct Sensing {
     estimator: Estimator,
     position_m: f64,
     velocity_mps: f64,
+    /// Time over which that was seen, s.
+    seen_over_s: f64,
     motor: Motor,
     buttons: u8,
     /// Share of the force that is left while no new sample comes, 0 to 1.
@@ -77,6 +79,7 @@ impl Sensing {
             estimator: Estimator::new(method, step_s, 0.0),
             position_m: 0.0,
             velocity_mps: 0.0,
+            seen_over_s: 0.0,
             motor: Motor::Unreported,
             buttons: 0,
             share: 1.0,
@@ -197,6 +200,7 @@ impl Sensing {
             let before = Motion {
                 position: self.position_m,
                 velocity: self.velocity_mps,
+                seen_over_s: self.seen_over_s,
                 resolution: resolution_m,
                 felt: limits.step_n(self.step_s) / stiffness,
             };
@@ -211,6 +215,7 @@ impl Sensing {
         };
         self.position_m = sample.position_m;
         self.velocity_mps = self.estimator.update(elapsed_s, sample.position_m);
+        self.seen_over_s = elapsed_s;
         Sensed::Moved { elapsed_s }
     }
 

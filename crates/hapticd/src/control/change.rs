@@ -7,6 +7,7 @@ use crate::control::requester::Requester;
 use crate::control::rig::rig_friction;
 use crate::control::rig::schedule::NewChange;
 use crate::control::{RigHandle, advise, judge, library, sole_use};
+use haptic_core::scene::{Coupling, FileCoupling, SceneFile};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
@@ -141,26 +142,34 @@ pub(super) async fn redo(
     begin(rig, by, "redo", options, prepare).await
 }
 
-/// Gives the scene that the daemon began with the coupling of the rig, once that is known, where its file leaves it to the
-/// rig: as long as nobody has changed the scene, and no force may flow.
-pub(super) fn begin_on_the_rig(rig: &RigHandle) {
-    let Some(file) = rig
-        .facts
-        .scene_of_rig
-        .as_ref()
-        .filter(|_| rig.revision() == FIRST_REVISION)
-    else {
-        return;
+/// Gives the scene that the daemon began with the coupling of the rig, once that is known: where its file leaves it to the
+/// rig, and where nobody has named a scene and the rig bears only a softer one. As long as nobody else has changed the
+/// scene, which is then of the revision `begun`, and no force may flow.
+pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
+    let Some(file) = &rig.facts.first_scene else { return };
+    // A delay is measured anew each time, and changes nothing twice.
+    let coupling = if *begun == FIRST_REVISION {
+        rig_friction::coupling(rig)
+    } else {
+        rig_friction::commissioned_coupling(rig)
     };
-    let Some(coupling) = rig_friction::coupling(rig) else {
+    let is_softer = |coupling: &Coupling| match file.coupling {
+        Some(FileCoupling::Own(own)) => coupling.stiffness < own.stiffness,
+        _ => true,
+    };
+    let Some(coupling) = coupling.filter(is_softer) else {
         return;
     };
     let (newest, before) = rig.base(false);
-    let scene = Rc::new(file.clone().on(Some(coupling)));
-    if newest != FIRST_REVISION || before == scene || rig.may_have_force() || keep_out(rig, newest).is_err() {
+    let file = SceneFile {
+        coupling: file.coupling.map(|_| FileCoupling::Own(coupling)),
+        ..file.clone()
+    };
+    let scene = Rc::new(file.on(None));
+    if newest != *begun || before == scene || rig.may_have_force() || keep_out(rig, newest).is_err() {
         return;
     }
-    // What a commissioning has stored is a valid coupling; with another the scene stays as it is.
+    // What a rig bears is a valid coupling; with another the scene stays as it is.
     let Ok(compiled) = rig.compile(&scene, 0.0) else { return };
     let entry = JournalEntry {
         changes: differences(&before, &scene),
@@ -168,6 +177,7 @@ pub(super) fn begin_on_the_rig(rig: &RigHandle) {
         ..JournalEntry::of("scene.load")
     };
     rig.apply(scene, compiled, Move::Load(None), entry);
+    *begun = rig.base(false).0;
 }
 
 /// Where a change leads from a scene.

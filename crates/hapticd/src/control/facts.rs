@@ -46,8 +46,8 @@ pub(crate) struct Facts {
     /// Directory of the commissioning records.
     pub(crate) state_dir: PathBuf,
     pub(crate) scheme: Scheme,
-    /// The file of the first scene, where that leaves its coupling to the rig.
-    pub(crate) scene_of_rig: Option<SceneFile>,
+    /// The first scene, where its coupling may be the rig's: its file leaves it to the rig, or nobody has named a scene.
+    pub(crate) first_scene: Option<SceneFile>,
     /// Directory of saved scenes.
     pub(crate) scene_dir: PathBuf,
     /// The real-time thread's properties when the loop began.

@@ -92,6 +92,7 @@ impl Apart {
             felt: 0.15e-3,
             position: self.position,
             velocity: self.velocity,
+            seen_over_s: 1e-3,
             resolution: 0.0,
         };
         let nothing = counted(&mut || ());

@@ -141,8 +141,8 @@ fn as_told(message: FromHost, now_ns: u64) -> Option<String> {
 /// Time between two looks for the place, ns.
 const LOOK_NS: u64 = 20_000_000;
 
-/// Time after which a sample that is not on its way was held up, ns: less than a period, so that the next one does not
-/// seem to come too early by its stamp.
+/// Time after which a sample that is not on its way was held up, or the whole firmware, ns: less than a period, so that
+/// the next sample does not seem to come too early by its stamp.
 const HELD_UP_NS: u64 = 300_000;
 
 struct Rig {
@@ -155,6 +155,8 @@ struct Rig {
     line: FaultyLine,
     period_ns: u64,
     next_sample_ns: u64,
+    /// When it wanted to run again.
+    due_ns: u64,
 }
 
 impl Rig {
@@ -187,6 +189,7 @@ impl Rig {
             line,
             period_ns: 1_000_000_000 / u64::from(options.sample_rate_hz),
             next_sample_ns: began_ns,
+            due_ns: began_ns,
         })
     }
 
@@ -196,6 +199,10 @@ impl Rig {
         io::stdout().flush()?;
         loop {
             let now = now_ns();
+            let late_ns = now.saturating_sub(self.due_ns);
+            if late_ns > HELD_UP_NS {
+                self.firmware.held_up(late_ns);
+            }
             if self.take_orders(now) {
                 return Ok(());
             }
@@ -208,9 +215,10 @@ impl Rig {
                 self.receive(&frame, now);
             }
             if now >= self.next_sample_ns {
-                // A sample that was missed is not made up for.
-                self.next_sample_ns += (1 + (now - self.next_sample_ns) / self.period_ns) * self.period_ns;
+                let missed = (now - self.next_sample_ns) / self.period_ns;
+                self.next_sample_ns += (1 + missed) * self.period_ns;
                 if !self.line.is_stalled(now) {
+                    self.firmware.lose(missed);
                     self.sample();
                 }
             }
@@ -224,11 +232,11 @@ impl Rig {
         let taken_ns = now_ns();
         let sample = self.firmware.sample(taken_ns);
         // A microcontroller is not held up between its stamp and its line, as this process is on a busy machine: what
-        // would come late would belie its clock, and was never taken.
-        match sample {
-            Some(_) if now_ns() > taken_ns + HELD_UP_NS => self.firmware.take_back(),
-            Some(sample) => self.send(&sample, taken_ns),
-            None => {}
+        // would come late would belie its clock, and is lost.
+        if let Some(sample) = sample
+            && now_ns() <= taken_ns + HELD_UP_NS
+        {
+            self.send(&sample, taken_ns);
         }
     }
 
@@ -340,8 +348,9 @@ impl Rig {
     }
 
     /// Waits until a frame is due or bytes come.
-    fn wait(&self) {
+    fn wait(&mut self) {
         let due_ns = self.line.next_due_ns(now_ns(), self.next_sample_ns);
+        self.due_ns = due_ns;
         let timeout = Timespec::try_from(Duration::from_nanos(due_ns.saturating_sub(now_ns()))).ok();
         let nobody = {
             let mut polled: Vec<PollFd<'_>> = self.port.iter().map(|port| PollFd::new(port, port.events())).collect();

@@ -68,7 +68,7 @@ fn facts() -> Facts {
         rules: EngageRules::default(),
         state_dir: "".into(),
         scheme: Scheme::Exact,
-        scene_of_rig: None,
+        first_scene: None,
         scene_dir: "".into(),
         real_time: RealTimeStatus::default(),
     }

@@ -119,6 +119,28 @@ fn what_damps_itself_is_calm() {
 }
 
 #[test]
+fn the_calm_grip_of_a_late_link_is_calm_on_a_light_rig() {
+    for delay_ms in 1..=28_u32 {
+        let late = TrialRig {
+            delay_s: f64::from(delay_ms) * 1e-3,
+            sample_period_s: 1e-3,
+            ..rig(LIGHT_RIG_KG, 0.0, 20.0)
+        };
+        let scene = Scene {
+            coupling: Some(Coupling::calm_behind(late.delay_s).unwrap_or(Coupling::CALM)),
+            ..Scene::light_block()
+        };
+        let trial = worst(&scene, &late);
+        assert!(trial.is_calm(), "{delay_ms} ms, {:?}: {trial}", scene.coupling);
+    }
+    assert_eq!(
+        [0.0, 6e-3, 0.029, 0.082, f64::INFINITY, f64::NAN].map(Coupling::calm_behind),
+        [None; 6],
+        "as ever, and too late for any"
+    );
+}
+
+#[test]
 fn a_mirrored_scene_on_a_mirrored_rig_has_the_same_verdict() {
     let mirrored = |value: Directional| Directional {
         positive: value.negative,

@@ -2,6 +2,7 @@
 
 use super::record::KnownFriction;
 use crate::control::connected_device::ConnectedDevice;
+use crate::control::history::FIRST_REVISION;
 use crate::control::rig::commission_record::Findings;
 use crate::control::trial::{LIGHT_RIG_KG, TrialRig};
 use crate::control::{RigHandle, change};
@@ -14,10 +15,13 @@ use haptic_core::passivity::RigLosses;
 use haptic_core::scene::Coupling;
 use haptic_core::servo::Settings;
 use haptic_ipc::{AdviceBasis, LossSource, RigFrictionStatus};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Time between two looks for another rig.
 const WATCH_PERIOD: Duration = Duration::from_millis(50);
+
+/// Time after which the delay of a new link is known.
+const SETTLING: Duration = Duration::from_millis(300);
 
 /// Time after which a file that could not be read is tried again.
 const RETRY_PERIOD: Duration = Duration::from_millis(500);
@@ -38,8 +42,13 @@ fn findings(rig: &RigHandle) -> Findings {
     found.map_or_else(Findings::default, |(findings, _)| findings)
 }
 
-/// The coupling that the connected rig bears, where its commissioning found one.
+/// The coupling that the connected rig bears: as its commissioning found it, else a soft one where its link is late.
 pub(in crate::control) fn coupling(rig: &RigHandle) -> Option<Coupling> {
+    commissioned_coupling(rig).or_else(|| Coupling::calm_behind(rig.facts.steady_delay_s()))
+}
+
+/// The coupling that the connected rig bears, where its commissioning found one.
+pub(in crate::control) fn commissioned_coupling(rig: &RigHandle) -> Option<Coupling> {
     let device = ConnectedDevice::find(&rig.facts)?;
     rig.records().newest(device.connection)?.1
 }
@@ -188,12 +197,21 @@ pub(in crate::control) fn status(rig: &RigHandle) -> RigFrictionStatus {
 /// Reads what is known of each rig that is plugged in.
 pub(crate) async fn watch(rig: &RigHandle) {
     let mut pause = every(WATCH_PERIOD);
+    let mut connected: Option<(u64, Instant)> = None;
+    let mut begun = FIRST_REVISION;
     loop {
         pause.tick().await;
-        change::begin_on_the_rig(rig);
         let Some(device) = ConnectedDevice::find(&rig.facts) else {
             continue;
         };
+        match connected {
+            Some((connection, since)) if connection == device.connection => {
+                if since.elapsed() >= SETTLING {
+                    change::begin_on_the_rig(rig, &mut begun);
+                }
+            }
+            _ => connected = Some((device.connection, Instant::now())),
+        }
         let before = rig.frictions().known(device.connection);
         match before {
             None => {}

@@ -5,4 +5,6 @@ mod losses;
 pub(in crate::control) mod record;
 
 pub(crate) use losses::watch;
-pub(in crate::control) use losses::{TrialBasis, advice_basis, coupling, rig_facts, setup, status, trial_basis};
+pub(in crate::control) use losses::{
+    TrialBasis, advice_basis, commissioned_coupling, coupling, rig_facts, setup, status, trial_basis,
+};
