@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::time::Instant;
 use system_tests::commissioning::{OWN, Ticks, daemon, daemon_with, let_go, refused, renders_the_scene};
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, PATIENCE, pause, status, wait_for, wait_for_state};
+use system_tests::{Daemon, PATIENCE, pause, status, timed, wait_for, wait_for_state};
 
 /// To and fro over some millimetres, for many seconds.
 fn excitation() -> Excitation {
@@ -356,38 +356,42 @@ fn near(found: &Value, pointer: &str, truth: f64, tolerance: f64) {
 
 #[test]
 fn haptic_ctl_measures_the_rig_itself_and_keeps_it() {
-    let daemon = known_rig();
-    let rig = identified(&daemon, &["--rig"]);
-    println!("{rig}");
-    near(&rig, "/mass_kg", 1.2, 0.03);
-    for direction in ["positive", "negative"] {
-        near(&rig, &format!("/dynamic_force_N/{direction}"), 0.6, 0.03);
-        near(&rig, &format!("/viscous_Ns_per_m/{direction}"), 2.0, 0.1);
-    }
-    let path = rig["path"].as_str().expect("a path");
-    let kept = std::fs::read_to_string(path).expect("it is kept");
-    assert!(kept.contains("mass_kg"), "{kept}");
+    timed("a rig that measures itself for half a minute", || {
+        let daemon = known_rig();
+        let rig = identified(&daemon, &["--rig"]);
+        println!("{rig}");
+        near(&rig, "/mass_kg", 1.2, 0.03);
+        for direction in ["positive", "negative"] {
+            near(&rig, &format!("/dynamic_force_N/{direction}"), 0.6, 0.03);
+            near(&rig, &format!("/viscous_Ns_per_m/{direction}"), 2.0, 0.1);
+        }
+        let path = rig["path"].as_str().expect("a path");
+        let kept = std::fs::read_to_string(path).expect("it is kept");
+        assert!(kept.contains("mass_kg"), "{kept}");
+    });
 }
 
 #[test]
 fn haptic_ctl_measures_the_rig_with_what_is_on_it_and_records_that() {
-    let daemon = known_rig();
-    let directory = tempfile::tempdir().expect("a directory");
-    let file = directory.path().join("run.csv");
-    let whole = identified(
-        &daemon,
-        &["--run", "--whole", "--record", file.to_str().expect("a path")],
-    );
-    println!("{whole}");
-    near(&whole, "/mass_kg", 1.2, 0.03);
-    let recording = haptic_recording::read(&file).expect("it is whole");
-    let excited = recording
-        .rows
-        .iter()
-        .filter(|row| row.input_flags >> 22 & 1 == 1)
-        .count();
-    assert!(excited > 10_000, "{excited} of {} rows", recording.rows.len());
-    assert!(recording.metadata.notes.expect("notes").contains("drives the handle"));
-    let daemon_state = status(&mut daemon.client()).state;
-    assert_eq!(daemon_state, RigState::Idle);
+    timed("a rig that measures what is on it for half a minute", || {
+        let daemon = known_rig();
+        let directory = tempfile::tempdir().expect("a directory");
+        let file = directory.path().join("run.csv");
+        let whole = identified(
+            &daemon,
+            &["--run", "--whole", "--record", file.to_str().expect("a path")],
+        );
+        println!("{whole}");
+        near(&whole, "/mass_kg", 1.2, 0.03);
+        let recording = haptic_recording::read(&file).expect("it is whole");
+        let excited = recording
+            .rows
+            .iter()
+            .filter(|row| row.input_flags >> 22 & 1 == 1)
+            .count();
+        assert!(excited > 10_000, "{excited} of {} rows", recording.rows.len());
+        assert!(recording.metadata.notes.expect("notes").contains("drives the handle"));
+        let daemon_state = status(&mut daemon.client()).state;
+        assert_eq!(daemon_state, RigState::Idle);
+    });
 }

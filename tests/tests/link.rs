@@ -8,7 +8,7 @@ use std::fs;
 use std::time::Instant;
 use system_tests::fake_rig::FakeRig;
 use system_tests::process::{descriptors, size_kib};
-use system_tests::{Daemon, PATIENCE, engage, pull_until, status, wait_for, wait_for_state};
+use system_tests::{Daemon, PATIENCE, engage, pull_until, status, timed, wait_for, wait_for_state};
 
 /// A rig with more arguments, and a daemon that has connected to it.
 fn connected(arguments: &[&str]) -> (FakeRig, Daemon, Client) {
@@ -304,20 +304,22 @@ fn a_daemon_that_ends_lets_the_force_down_itself() {
 
 #[test]
 fn a_device_that_stalls_faults_and_is_well_after_a_reset() {
-    let _one = crate::one_of_two();
-    let (mut rig, _daemon, mut client) = connected_with(&[], &STALE);
-    pull(&mut rig, &mut client);
-    // Longer than a sample may be old, and shorter than a device may be silent.
-    rig.fail("stall 0.35");
-    let faulted = wait_for(&mut client, "a fault", |status| status.state != RigState::Engaged);
-    let fault = faulted.fault.clone().unwrap_or_default();
-    assert!(fault.contains("no new sample"), "{fault}");
-    assert_eq!((faulted.state, faulted.command_force_n), (RigState::Faulted, 0.0));
-    wait_for(&mut client, "samples", |status| {
-        link(status).counts.samples > link(&faulted).counts.samples + 100
+    timed("a device that stalls behind a line", || {
+        let _one = crate::one_of_two();
+        let (mut rig, _daemon, mut client) = connected_with(&[], &STALE);
+        pull(&mut rig, &mut client);
+        // Longer than a sample may be old, and shorter than a device may be silent.
+        rig.fail("stall 0.35");
+        let faulted = wait_for(&mut client, "a fault", |status| status.state != RigState::Engaged);
+        let fault = faulted.fault.clone().unwrap_or_default();
+        assert!(fault.contains("no new sample"), "{fault}");
+        assert_eq!((faulted.state, faulted.command_force_n), (RigState::Faulted, 0.0));
+        wait_for(&mut client, "samples", |status| {
+            link(status).counts.samples > link(&faulted).counts.samples + 100
+        });
+        assert_eq!(rig.force().now_n, 0.0);
+        pull(&mut rig, &mut client);
     });
-    assert_eq!(rig.force().now_n, 0.0);
-    pull(&mut rig, &mut client);
 }
 
 #[test]

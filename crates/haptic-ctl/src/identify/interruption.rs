@@ -27,7 +27,12 @@ pub(super) struct Place {
 impl Place {
     /// Farthest that a motion may go from a position, m.
     pub(super) fn left_from(&self, position_m: f64) -> f64 {
-        (self.farthest_m - (position_m - self.middle_m).abs()).max(0.0)
+        (self.farthest_m - self.beside(position_m)).max(0.0)
+    }
+
+    /// Distance of a position from the middle, m.
+    pub(super) fn beside(&self, position_m: f64) -> f64 {
+        (position_m - self.middle_m).abs()
     }
 
     /// Whether a motion that goes so far may begin where the handle has come to rest, by the ticks since the fault;

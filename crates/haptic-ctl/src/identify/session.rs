@@ -35,6 +35,9 @@ const RETURN_TIMEOUT: Duration = Duration::from_secs(10);
 /// Attempts at an excitation whose ticks are not all recorded: a machine may be held up for seconds.
 const ATTEMPTS: usize = 3;
 
+/// Least travel that a motion may have, m.
+const LEAST_TRAVEL_M: f64 = 1e-4;
+
 /// An identification under way.
 pub(super) struct Session<'a> {
     daemon: &'a mut Daemon,
@@ -254,6 +257,13 @@ impl<'a> Session<'a> {
         // The motion before may have left the handle beside the middle of its range.
         let status = self.status().await?;
         let allowed_m = status.travel_limit_m.min(self.place.left_from(status.position_m));
+        if allowed_m < LEAST_TRAVEL_M {
+            return Err(Failure::BadRig(format!(
+                "the handle lies {:.1} mm beside the middle of its range, and the {name} has no room: put it in the \
+                 middle, and begin again",
+                1e3 * self.place.beside(status.position_m)
+            )));
+        }
         excitation.travel_limit_m = excitation.travel_limit_m.min(allowed_m);
         let length = Duration::from_secs_f64(excitation.duration_s());
         let bar = progress::bar(Some(length), None);

@@ -145,6 +145,9 @@ const LOOK_NS: u64 = 20_000_000;
 /// the next sample does not seem to come too early by its stamp.
 const HELD_UP_NS: u64 = 300_000;
 
+/// Time without samples from which on they are lost, ns: by their sequence and stamps together the time since is known.
+const LONG_HELD_UP_NS: u64 = 20_000_000;
+
 struct Rig {
     place: Place,
     port: Option<Port>,
@@ -218,7 +221,10 @@ impl Rig {
                 let missed = (now - self.next_sample_ns) / self.period_ns;
                 self.next_sample_ns += (1 + missed) * self.period_ns;
                 if !self.line.is_stalled(now) {
-                    self.firmware.lose(missed);
+                    // A few that were missed are not made up for.
+                    if missed * self.period_ns > LONG_HELD_UP_NS {
+                        self.firmware.lose(missed);
+                    }
                     self.sample();
                 }
             }
