@@ -208,6 +208,11 @@ impl Firmware {
         self.heard_at_ns += for_ns;
     }
 
+    /// The newest sample was never taken.
+    pub fn take_back(&mut self) {
+        self.sequence = self.sequence.wrapping_sub(1);
+    }
+
     /// Samples that nobody took here, and that a microcontroller would have sent: they are lost on their way.
     #[expect(clippy::cast_possible_truncation, reason = "the sequence wraps around")]
     pub fn lose(&mut self, samples: u64) {

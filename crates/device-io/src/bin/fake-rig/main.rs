@@ -238,11 +238,11 @@ impl Rig {
         let taken_ns = now_ns();
         let sample = self.firmware.sample(taken_ns);
         // A microcontroller is not held up between its stamp and its line, as this process is on a busy machine: what
-        // would come late would belie its clock, and is lost.
-        if let Some(sample) = sample
-            && now_ns() <= taken_ns + HELD_UP_NS
-        {
-            self.send(&sample, taken_ns);
+        // would come late would belie its clock, and was never taken.
+        match sample {
+            Some(_) if now_ns() > taken_ns + HELD_UP_NS => self.firmware.take_back(),
+            Some(sample) => self.send(&sample, taken_ns),
+            None => {}
         }
     }
 
