@@ -34,7 +34,7 @@ pub mod transcript;
 
 pub use held::{HeldThread, real_time_thread};
 pub use test_run::binary;
-pub use timed::{count_logged, timed};
+pub use timed::{count_logged, excused, timed};
 
 use haptic_ipc::{Client, Request, RigState, StateReply, Status};
 use std::io::{BufRead, BufReader, Read, Write};

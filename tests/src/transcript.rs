@@ -20,7 +20,7 @@
 //! matches, since how many there are depends on the time.
 
 use crate::schema::{Part, Validator};
-use crate::{Daemon, PATIENCE, Raw, pause};
+use crate::{Daemon, PATIENCE, Raw, pause, timed};
 use serde_json::Value;
 use std::collections::{HashMap, VecDeque};
 use std::path::Path;
@@ -144,9 +144,10 @@ impl Transcript {
             match said {
                 Said::Client(line) => connection.ask(line),
                 Said::Poll(line) => connection.polled = Some(line.clone()),
-                Said::Server(expected) => connection
-                    .hear(expected, &schemas)
-                    .map_err(|why| format!("line {number}: {why}"))?,
+                Said::Server(expected) => connection.hear(expected, &schemas).map_err(|why| {
+                    timed::count_missed(daemon.socket());
+                    format!("line {number}: {why}")
+                })?,
             }
         }
         Ok(())

@@ -50,6 +50,8 @@ impl Desk {
         let directory = tempfile::tempdir().expect("a directory");
         let socket = directory.path().join("s");
         let daemon = Command::new(test_run::binary("hapticd"))
+            // A busy machine may keep it waiting for longer than a hand would.
+            .args(["--stale-ms", "1000", "--control-timeout-ms", "5000", "--spin-us", "0"])
             .args(["--device", "fake", "--ramp-ms", "10", "--socket"])
             .arg(&socket)
             .arg("--scene-dir")
