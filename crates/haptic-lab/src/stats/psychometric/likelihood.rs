@@ -118,15 +118,20 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 }
 
-/// The best function, from a start or else from the best of a grid. The lapse is fitted, and also held at either bound,
-/// where the angle of the solver has no slope.
+/// The best function: from the lowest places of a grid, and from a start where there is one. The lapse is fitted, and also
+/// held at either bound, where the angle of the solver has no slope.
 pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometric {
     let levels: Vec<Level> = levels.iter().filter(|level| level.trials > 0).copied().collect();
     let [_, extent] = span(&levels);
-    let start = start.map_or_else(|| best_of_grid(&levels), |start| [start.threshold, start.width]);
-    [None, Some(0.0), Some(LARGEST_LAPSE)]
-        .map(|lapse| solved(&levels, extent, start, lapse))
+    let mut starts = lowest_of_grid(&levels);
+    if let Some(start) = start {
+        starts.truncate(STARTS_BESIDE_ONE);
+        starts.push([start.threshold, start.width]);
+    }
+    starts
         .into_iter()
+        .flat_map(|start| [None, Some(0.0), Some(LARGEST_LAPSE)].map(|lapse| (start, lapse)))
+        .map(|(start, lapse)| solved(&levels, extent, start, lapse))
         .min_by(|a, b| a.deviance.total_cmp(&b.deviance))
         .unwrap_or(Psychometric {
             threshold: f64::NAN,
@@ -144,26 +149,57 @@ fn span(levels: &[Level]) -> [f64; 2] {
     [low, high - low]
 }
 
-/// Threshold and width of the least deviance among a few dozen.
-fn best_of_grid(levels: &[Level]) -> [f64; 2] {
+/// Widths of the grid, as shares of the extent of the levels: the narrowest is a jump.
+const GRID_WIDTHS: [f64; 9] = [2e-3, 0.02, 0.06, 0.15, 0.35, 0.8, 2.0, 6.0, 30.0];
+/// Steps of the grid over the extent; it goes on by half of that at either end.
+const GRID_STEPS: i32 = 12;
+/// Lapses of the grid.
+const GRID_LAPSES: [f64; 3] = [0.0, 0.03, LARGEST_LAPSE];
+/// Of each width, how many of its best thresholds are starts.
+const STARTS_OF_WIDTH: usize = 2;
+/// How many of all are, where there is a start that is nearly right.
+const STARTS_BESIDE_ONE: usize = 3;
+
+/// Threshold and width where the deviance of a grid is least, for each width, the best first: the likelihood of few answers
+/// has several tops, and one that is narrow stands at a level.
+fn lowest_of_grid(levels: &[Level]) -> Vec<[f64; 2]> {
     let [low, extent] = span(levels);
-    let grid = (0..=12).flat_map(|place| {
-        [0.05, 0.15, 0.5, 1.5].map(|width| Psychometric {
-            threshold: low + extent * f64::from(place) / 12.0,
-            width: width * extent,
-            lapse: 0.02,
-            deviance: 0.0,
-        })
-    });
-    let deviance_of = |function: &Psychometric| -> f64 {
-        let of = |level: &Level| {
-            let correct = function.probability(level.level);
-            deviance(level, correct, 1.0 - correct)
+    let deviance_of = |threshold: f64, width: f64| -> f64 {
+        let at = |lapse: f64| -> f64 {
+            let function = Psychometric {
+                threshold,
+                width,
+                lapse,
+                deviance: 0.0,
+            };
+            let of = |level: &Level| {
+                let correct = function.probability(level.level);
+                deviance(level, correct, 1.0 - correct)
+            };
+            levels.iter().map(of).sum()
         };
-        levels.iter().map(of).sum()
+        GRID_LAPSES.into_iter().map(at).fold(f64::INFINITY, f64::min)
     };
-    grid.min_by(|a, b| deviance_of(a).total_cmp(&deviance_of(b)))
-        .map_or([low, extent], |found| [found.threshold, found.width])
+    let mut starts = Vec::with_capacity(GRID_WIDTHS.len() * STARTS_OF_WIDTH);
+    for width in GRID_WIDTHS.map(|share| share * extent) {
+        let even = (-GRID_STEPS / 2..=3 * GRID_STEPS / 2)
+            .map(|step| low + extent * f64::from(step) / f64::from(GRID_STEPS));
+        // A function that is narrower than the grid is fine can only rise at a level, a little before or after it.
+        let narrow = levels
+            .iter()
+            .filter(|_| width * f64::from(GRID_STEPS) < extent)
+            .flat_map(|level| [-0.25, 0.0, 0.25].map(|share| level.level + share * width));
+        let mut found: Vec<(f64, f64)> = even
+            .chain(narrow)
+            .map(|threshold| (deviance_of(threshold, width), threshold))
+            .collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.dedup_by(|a, b| (a.1 - b.1).abs() < width);
+        let lowest = found.into_iter().take(STARTS_OF_WIDTH);
+        starts.extend(lowest.map(|(deviance, threshold)| (deviance, [threshold, width])));
+    }
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    starts.into_iter().map(|(_, start)| start).collect()
 }
 
 fn solved(levels: &[Level], extent: f64, [threshold, width]: [f64; 2], lapse: Option<f64>) -> Psychometric {

@@ -108,6 +108,50 @@ fn answers_are_joined_by_level() {
     assert_eq!(joined, expected);
 }
 
+/// Of random answers, good and bad, no function of a fine grid is likelier than the one that is found.
+#[test]
+fn no_function_of_a_fine_grid_is_likelier() {
+    let mut random = Rng::with_seed(37);
+    let sets = test_run::extent(60, 2000);
+    for set in 0..sets {
+        let levels: Vec<Level> = (0..random.usize(3..9))
+            .scan(0.0, |level, _| {
+                *level += [0.05, 0.1, 0.1, 0.4][random.usize(0..4)];
+                let trials = random.u32(1..60);
+                // Some observers only guess, some learn backwards, some are at the ceiling from the first level on.
+                let share = (0.5 + 0.5 * (*level * random.f64())).min(1.0 - 0.1 * random.f64());
+                let correct = (0..trials).map(|_| u32::from(random.f64() < share)).sum();
+                Some(Level { level: *level, trials, correct })
+            })
+            .collect();
+        let found = best(&levels, None);
+        let (low, high) = (levels[0].level, levels[levels.len() - 1].level);
+        let extent = high - low;
+        for width in (0..60).map(|step| extent * 1e-3 * 10_f64.powf(f64::from(step) / 12.0)) {
+            let even = (-50..=150).map(|step| low + extent * f64::from(step) / 100.0);
+            let near = levels
+                .iter()
+                .flat_map(|level| (-8..=8).map(|step| level.level + 0.1 * f64::from(step) * width));
+            for threshold in even.chain(near) {
+                for lapse in [0.0, 0.01, 0.02, 0.04, 0.06, 0.08, LARGEST_LAPSE] {
+                    let function = Psychometric { threshold, width, lapse, deviance: 0.0 };
+                    let deviance: f64 = levels
+                        .iter()
+                        .map(|level| {
+                            let correct = function.probability(level.level);
+                            likelihood::deviance(level, correct, 1.0 - correct)
+                        })
+                        .sum();
+                    assert!(
+                        found.deviance <= deviance + 1e-6,
+                        "set {set}: {function:?} has {deviance}, and {found:?} was found of {levels:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
