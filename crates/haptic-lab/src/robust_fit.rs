@@ -83,10 +83,15 @@ pub(crate) fn fit(mut design: DMatrix<f64>, target: &[f64]) -> Result<RobustFit,
         values,
         covariance,
         residuals: residuals.as_slice().to_vec(),
-        // Parts differ in what they say of an unknown: fewer count than there are.
-        freedom: ((PARTS - k) as f64 / 1.5).max(3.0),
+        freedom: freedom(k),
         own_variance,
     })
+}
+
+/// Degrees of freedom of the errors of so many unknowns: parts differ in what they say of one, so that fewer count than
+/// there are.
+pub(crate) fn freedom(unknowns: usize) -> f64 {
+    (PARTS.saturating_sub(unknowns) as f64 / 1.5).max(3.0)
 }
 
 /// A fit under Huber's weights.

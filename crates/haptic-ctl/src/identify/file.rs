@@ -8,6 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use haptic_lab::identify::record_file::{self, Columns, MovingMass, Source};
 use haptic_lab::identify::{self, Clocks, Directions, Identified, ModelKind, Options};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 /// Largest shift of the clocks that may be given, ms.
 const LARGEST_SHIFT_MS: f64 = 1e4;
@@ -30,6 +31,51 @@ enum Moving {
     Auto,
     Block,
     Device,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum TimeUnit {
+    S,
+    Ms,
+    Us,
+    Ns,
+    Min,
+}
+
+impl TimeUnit {
+    fn seconds(self) -> f64 {
+        match self {
+            Self::S => 1.0,
+            Self::Ms => 1e-3,
+            Self::Us => 1e-6,
+            Self::Ns => 1e-9,
+            Self::Min => 60.0,
+        }
+    }
+}
+
+/// A shift of the clocks: found by the fit, or known, ms.
+#[derive(Clone, Copy, Debug)]
+enum ShiftMs {
+    Auto,
+    Known(f64),
+}
+
+impl FromStr for ShiftMs {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        match text.parse::<f64>() {
+            Ok(shift_ms) if (-LARGEST_SHIFT_MS..=LARGEST_SHIFT_MS).contains(&shift_ms) => Ok(Self::Known(shift_ms)),
+            Ok(shift_ms) => Err(format!(
+                "{shift_ms} ms is out of range: -{LARGEST_SHIFT_MS} to {LARGEST_SHIFT_MS} ms"
+            )),
+            Err(_) => Err("neither a number of milliseconds nor `auto`".to_owned()),
+        }
+    }
 }
 
 /// What is identified, and what is known of it.
@@ -93,9 +139,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "OTHER.csv", requires = "file")]
     force_file: Option<PathBuf>,
 
-    /// How much later the force's times are than the position's for the same instant, ms; then it is not looked for
-    #[arg(long, value_name = "MS", allow_hyphen_values = true, requires = "file")]
-    shift_ms: Option<f64>,
+    /// How much later the force's times are than the position's for the same instant, ms, or `auto` to look for it
+    /// [default: 0 for one file, auto for two]
+    #[arg(long, value_name = "MS|auto", allow_hyphen_values = true, requires = "file")]
+    shift_ms: Option<ShiftMs>,
+
+    /// Unit of the time column [default: the one at the end of its name, else s]
+    #[arg(long, value_enum, requires = "file")]
+    time_unit: Option<TimeUnit>,
 
     /// Moving mass of a recording: the block by its coupling, or the device by its motor [default: the device where
     /// the recording is of identify --run, else the block]
@@ -141,6 +192,7 @@ impl Arguments {
             },
             force_gain: self.force_gain,
             position_gain: self.position_gain,
+            time_unit_s: self.time_unit.map(TimeUnit::seconds),
             moving: match self.moving {
                 Moving::Auto => MovingMass::Auto,
                 Moving::Block => MovingMass::Block,
@@ -166,18 +218,12 @@ pub(super) fn run(
     let loaded = record_file::read(&source).map_err(|error| usage(&error))?;
     let mut options = wanted.options();
     options.offset_n = options.offset_n.or(loaded.offset_n);
-    if let Some(shift_ms) = arguments.shift_ms
-        && !(-LARGEST_SHIFT_MS..=LARGEST_SHIFT_MS).contains(&shift_ms)
-    {
-        return Err(Failure::Usage(format!(
-            "--shift-ms = {shift_ms} ms is out of range: -{LARGEST_SHIFT_MS} to {LARGEST_SHIFT_MS} ms"
-        )));
-    }
     options.clocks = match arguments.shift_ms {
-        Some(shift_ms) => Clocks::Shifted(1e-3 * shift_ms),
-        None if source.force_path.is_some() => Clocks::Two,
+        Some(ShiftMs::Known(shift_ms)) => Clocks::Shifted(1e-3 * shift_ms),
+        _ if source.force_path.is_some() => Clocks::Two,
+        Some(ShiftMs::Auto) => Clocks::Delayed,
         None if loaded.has_one_clock => Clocks::One,
-        None => Clocks::Delayed,
+        None => Clocks::OneFile,
     };
     let mut found: Identified = identify::identify(&loaded.record, &options)
         .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;

@@ -55,7 +55,8 @@ impl Arguments {
         Ok(())
     }
 
-    /// Writes what was asked for. A scene is not written where the record does not determine one; the report says so.
+    /// Writes what was asked for. A scene is not written where the record does not determine one; that is
+    /// said, and ends with exit code 1.
     pub(super) fn write(&self, origin: &str, record: &Record, found: &Identified) -> Result<(), Failure> {
         if let Some((path, format)) = &self.plot {
             let (even, force_n) = identify::fitted(record, found);
@@ -78,7 +79,7 @@ impl Arguments {
             Ok(made) => made,
             Err(reason) => {
                 eprintln!("haptic-ctl: {} is not written: {reason}", path.display());
-                return Ok(());
+                return Err(Failure::Silent(1));
             }
         };
         let mut text = format!(

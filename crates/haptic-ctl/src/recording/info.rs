@@ -1,7 +1,7 @@
 //! `recording info`: what a recording holds.
 
 use super::file_failure::unreadable;
-use super::summary::{Event, EventKind, Summary};
+use super::summary::{Disorder, Event, EventKind, Summary};
 use crate::failure::Failure;
 use crate::output::count;
 use crate::{output, progress};
@@ -52,6 +52,7 @@ fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
         "lost": summary.lost,
         "gaps": summary.gaps,
         "lost_changes": summary.lost_changes,
+        "tick_disorder": summary.disorder,
         "missed": summary.missed,
         "with_force": summary.with_force,
         "peak_force_N": summary.peak_force_n,
@@ -111,6 +112,7 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
                 .ticks
                 .map_or_else(|| "none".to_owned(), |[first, last]| format!("{first} to {last}")),
         ),
+        row("order", order(summary)),
         row("force", force(summary)),
         row("faults", faults(summary)),
         row("lost", lost(summary)),
@@ -143,12 +145,32 @@ fn force(summary: &Summary) -> String {
     format!("{with_force_s:.1} s, at most {:.2} N", summary.peak_force_n)
 }
 
+/// Ticks that do not follow one another, where no mark says why.
+fn order(summary: &Summary) -> String {
+    let Disorder { jumped, repeated, back } = summary.disorder;
+    let parts = [
+        (jumped, "missing without a mark"),
+        (repeated, "with the tick of the row before"),
+        (back, "with an earlier tick"),
+    ];
+    let told: Vec<String> = parts
+        .iter()
+        .filter(|(rows, _)| *rows > 0)
+        .map(|(rows, what)| format!("{} {what}", count(*rows, "row")))
+        .collect();
+    match told.is_empty() {
+        true => "each tick after the one before".to_owned(),
+        false => told.join(", "),
+    }
+}
+
 /// What is missing.
 fn lost(summary: &Summary) -> String {
     let rows = || format!("{} in {}", count(summary.lost, "row"), count(summary.gaps, "gap"));
     let changes = || count(summary.lost_changes, "change");
     match (summary.gaps, summary.lost_changes) {
-        (0, 0) => "nothing".to_owned(),
+        (0, 0) if summary.disorder == Disorder::default() => "nothing".to_owned(),
+        (0, 0) => "nothing that a mark tells of".to_owned(),
         (_, 0) => rows(),
         (0, _) => changes(),
         (..) => format!("{}; {}", rows(), changes()),

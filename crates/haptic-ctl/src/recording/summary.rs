@@ -5,6 +5,31 @@ use haptic_recording::{Ending, Entry, Format, Mark, Metadata, RecordingError};
 use serde::Serialize;
 use std::path::Path;
 
+/// Rows whose ticks do not follow one another, and no mark says so.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Disorder {
+    /// Rows that are missing between two.
+    pub(crate) jumped: u64,
+    /// Rows with the tick of the row before.
+    pub(crate) repeated: u64,
+    /// Rows with an earlier one.
+    pub(crate) back: u64,
+}
+
+impl Disorder {
+    /// Takes a tick after the one before; between two rows are `every` ticks, and `lost` rows as marks say.
+    fn take(&mut self, before: u64, tick: u64, every: u64, lost: u64) {
+        match tick.checked_sub(before) {
+            None => self.back += 1,
+            Some(0) => self.repeated += 1,
+            Some(ticks) => {
+                let missing = (ticks / every).saturating_sub(1);
+                self.jumped = self.jumped.saturating_add(missing.saturating_sub(lost));
+            }
+        }
+    }
+}
+
 /// What a recording holds.
 #[derive(Debug)]
 pub(crate) struct Summary {
@@ -23,6 +48,7 @@ pub(crate) struct Summary {
     pub(crate) gaps: u64,
     /// Changes of state, scene or settings, and markers, that are missing.
     pub(crate) lost_changes: u64,
+    pub(crate) disorder: Disorder,
     /// Periods that the loop missed.
     pub(crate) missed: u64,
     /// Scenes, states, markers and link events, in their order.
@@ -79,18 +105,32 @@ impl Summary {
             lost: 0,
             gaps: 0,
             lost_changes: 0,
+            disorder: Disorder::default(),
             missed: 0,
             events: Vec::new(),
             ending: Ending::Open,
             bytes: path.metadata().map_or(0, |metadata| metadata.len()),
         };
         let mut timed = 0;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at least 1; saturates"
+        )]
+        let every = (summary.metadata.loop_rate_hz / summary.metadata.rate_hz)
+            .round()
+            .max(1.0) as u64;
+        let mut lost_before = 0;
         while let Some(entry) = reader.next().transpose()? {
             match entry {
                 Entry::Row(row) => {
                     summary.rows += 1;
                     summary.with_force += u64::from(row.command_force_n != 0.0);
                     summary.peak_force_n = summary.peak_force_n.max(row.command_force_n.abs());
+                    let lost = summary.lost - std::mem::replace(&mut lost_before, summary.lost);
+                    if let Some([_, before]) = summary.ticks {
+                        summary.disorder.take(before, row.tick, every, lost);
+                    }
                     let [first, _] = summary.times_s.unwrap_or([row.t_s; 2]);
                     let [first_tick, _] = summary.ticks.unwrap_or([row.tick; 2]);
                     summary.times_s = Some([first, row.t_s]);

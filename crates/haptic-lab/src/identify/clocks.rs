@@ -5,10 +5,12 @@ use super::record::Record;
 /// The clocks of positions and forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clocks {
-    /// One clock.
+    /// One clock, as it is known.
     One,
-    /// One clock, and perhaps a delay of one of the columns, as by a filter: a shift is looked for.
+    /// One clock, as one file has it: the shift is 0, and it is said where another would fit better.
     #[default]
+    OneFile,
+    /// One clock, and perhaps a delay of one of the columns, as by a filter: a shift is looked for.
     Delayed,
     /// Two recorders: a shift and a drift are looked for.
     Two,
@@ -23,7 +25,7 @@ impl Clocks {
     /// Longest shift that is looked for, s.
     pub(super) const fn longest_shift_s(self) -> f64 {
         match self {
-            Self::One | Self::Shifted(_) => 0.0,
+            Self::One | Self::OneFile | Self::Shifted(_) => 0.0,
             Self::Delayed => 0.06,
             Self::Two => 0.5,
         }

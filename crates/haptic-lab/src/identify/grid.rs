@@ -16,6 +16,13 @@ const GLITCH_DEVIATIONS: f64 = 10.0;
 /// Shortest run at the largest force that counts as a saturated sensor or motor, in samples.
 const SATURATED_RUN: usize = 5;
 
+/// Share of samples between the extremes up to which a force only switches between these.
+const FEWEST_BETWEEN: f64 = 0.1;
+
+/// Share of the samples between the extremes that repeat the one before, from which on a force is held: for as long as a sensor's range would be
+/// taken to end.
+const MOST_HELD: f64 = 0.75;
+
 /// An evenly sampled record.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
@@ -139,6 +146,9 @@ impl Grid {
 
     /// A force that stays at the record's extreme value shows only that it was at least as large.
     fn mark_saturated(&mut self) {
+        if is_stepwise(&self.force_n) {
+            return;
+        }
         let mut saturated = 0;
         for sign in [1.0, -1.0] {
             let extreme = self.force_n.iter().map(|force| sign * force).fold(f64::MIN, f64::max);
@@ -164,11 +174,6 @@ impl Grid {
                     self.is_valid[index.saturating_sub(SATURATED_RUN)..end].fill(false);
                 }
             }
-        }
-        // A force that never changes is not a saturated one.
-        if saturated == self.force_n.len() {
-            self.is_valid.fill(true);
-            return;
         }
         self.saturated_share = saturated as f64 / self.force_n.len() as f64;
         if saturated > 0 {
@@ -199,6 +204,20 @@ impl Grid {
             })
             .collect()
     }
+}
+
+/// Whether a force is constant between switches, as a command of a relay is, or one that is held from one update to the
+/// next: that it stays at its greatest value says nothing of a sensor's range.
+#[expect(clippy::float_cmp, reason = "a value that is held is repeated to the bit")]
+fn is_stepwise(force_n: &[f64]) -> bool {
+    let (least, greatest) = force_n.iter().fold((f64::MAX, f64::MIN), |(least, greatest), force| {
+        (least.min(*force), greatest.max(*force))
+    });
+    let between: Vec<usize> = (1..force_n.len())
+        .filter(|&at| force_n[at] != least && force_n[at] != greatest)
+        .collect();
+    let held = between.iter().filter(|&&at| force_n[at] == force_n[at - 1]).count();
+    between.len() as f64 <= FEWEST_BETWEEN * force_n.len() as f64 || held as f64 > MOST_HELD * between.len() as f64
 }
 
 /// The mean time between samples without the gaps, s.
@@ -271,6 +290,29 @@ mod tests {
         let grid = Grid::new(&clipped);
         assert!(!grid.is_valid[960] && grid.is_valid[900]);
         assert!((grid.saturated_share - 0.05).abs() < 0.003, "{}", grid.saturated_share);
+    }
+
+    #[test]
+    fn a_force_that_only_switches_or_never_changes_is_not_saturated() {
+        let of = |force: fn(i32) -> f64| {
+            let mut switched = record((0..1000).map(|k| f64::from(k) * 1e-3).collect());
+            switched.force_n = (0..1000).map(force).collect();
+            Grid::new(&switched)
+        };
+        for force in [
+            |k: i32| if k / 250 % 2 == 0 { 5.0 } else { -5.0 },
+            |_: i32| 2.0,
+            // One that is held for ten samples.
+            |k: i32| f64::from(k / 10 * 7 % 13),
+        ] {
+            let grid = of(force);
+            assert_eq!(grid.saturated_share, 0.0);
+            assert!(
+                grid.is_valid.iter().all(|valid| *valid) && grid.notes.is_empty(),
+                "{:?}",
+                grid.notes
+            );
+        }
     }
 
     #[test]

@@ -91,7 +91,11 @@ pub fn identify_with_progress(
         _ => None,
     };
     let Some(Drift { ppm, interval }) = drift else {
-        return identify_on_steady_clocks(record, options, progress);
+        let mut found = identify_on_steady_clocks(record, options, progress)?;
+        if options.clocks == Clocks::OneFile {
+            found.notes.extend(other_shift(record, options, found.mass_kg));
+        }
+        return Ok(found);
     };
     let mut found = identify_on_steady_clocks(&without_drift(record, ppm), options, progress)?;
     found.clock_drift_ppm = Some(ppm);
@@ -102,6 +106,33 @@ pub fn identify_with_progress(
         interval[0], interval[1]
     ));
     Ok(found)
+}
+
+/// What a shift of the clocks would change that fits better than none.
+fn other_shift(record: &Record, options: &Options, mass_kg: Option<f64>) -> Option<String> {
+    let shifted = karnopp::identify(
+        record,
+        &Options {
+            clocks: Clocks::Delayed,
+            model: ModelKind::Karnopp,
+            ..options.clone()
+        },
+    );
+    let [low, high] = *shifted.intervals.get("shift_s")?;
+    let shift_s = (shifted.shift_s != 0.0).then_some(shifted.shift_s)?;
+    let mass = match (mass_kg, shifted.mass_kg) {
+        (Some(now), Some(then)) if options.mass_kg.is_none() => {
+            format!(" (the mass would be {then:.4} kg for {now:.4})")
+        }
+        _ => String::new(),
+    };
+    Some(format!(
+        "one file has one clock: no shift is taken. One of {:.2} ms, within [{:.2}, {:.2}] ms, would leave less{mass}; \
+         where the force is filtered or comes late, --shift-ms auto fits it",
+        1e3 * shift_s,
+        1e3 * low,
+        1e3 * high
+    ))
 }
 
 /// Share of the time of `auto` in which the model is chosen.

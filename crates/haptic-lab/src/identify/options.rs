@@ -31,7 +31,7 @@ impl Options {
             mass_kg: None,
             offset_n: None,
             directions: Directions::Auto,
-            clocks: Clocks::Delayed,
+            clocks: Clocks::OneFile,
             seed: 1,
         }
     }

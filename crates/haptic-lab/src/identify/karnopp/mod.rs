@@ -14,6 +14,7 @@ mod breakaway;
 mod clocks;
 mod fitted;
 mod motion;
+mod place;
 mod problem;
 mod refusal;
 mod regression;
@@ -84,6 +85,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
             return found;
         }
     };
+    let slides = place::explained(&problem, slides, &mut found);
     found.residual_rms_n = slides.fit.rms_n();
     found.residual_window_s = Some(2.0 * slides.rows.half_s);
     note_drift(&mut found, &slides);
@@ -95,6 +97,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     report(&mut found, &problem, &slides, options);
     statics::report(&mut found, &problem, &slides, options);
     refusal::refuse_poor(&mut found, &problem, &slides, options);
+    place::note_one_frequency(&problem, &slides, &mut found);
     found
 }
 

@@ -1,6 +1,7 @@
 //! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
 
 use super::motion::Motion;
+use super::place::LEAST_MASS_SHARE;
 use super::problem::Problem;
 use super::regression::{Rows, Shape, Unknown};
 use super::slides::Slides;
@@ -47,6 +48,14 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
             least_m * 1e3
         ));
     }
+    #[expect(clippy::float_cmp, reason = "to the bit")]
+    let never_changes = grid.force_n.iter().all(|force| *force == grid.force_n[0]);
+    if never_changes {
+        return Err(format!(
+            "the force never changes: it is {:.4} N throughout",
+            grid.force_n[0]
+        ));
+    }
     let half_s = window::candidates(grid.period_s)[0];
     let rows = Rows::new(grid, motion, half_s);
     let positive = rows.rows.iter().filter(|row| row.positive_share > 0.5).count();
@@ -61,6 +70,7 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
         sides,
         has_shift: false,
         has_growing_shift: false,
+        hats: 0,
     })
 }
 
@@ -233,9 +243,9 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
             format!("the span of speeds is too small: {span}")
         };
         withdraw(found, "viscous_Ns_per_m", why, instead);
-        // Without the viscous part the dynamic one is the whole friction at these speeds.
+        let whole = dynamic + least_viscous * f64::midpoint(slow, fast);
         let level =
-            format!("at {slow:.4} to {fast:.4} m/s the friction is about {dynamic:.4} N; its viscous part is unknown");
+            format!("at {slow:.4} to {fast:.4} m/s the friction is about {whole:.4} N; its viscous part is unknown");
         withdraw(found, "dynamic_force_N", level, instead);
         return;
     }
@@ -291,6 +301,21 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) 
         withdraw(found, "mass_kg", why, instead);
         return;
     };
+    let own = slides.fit.own_variance(Unknown::Mass).unwrap_or(0.0);
+    if slides.fit.shape.hats > 0 && own < LEAST_MASS_SHARE * acceleration * acceleration {
+        let why = format!(
+            "the force depends on the place, and {:.0} % of the acceleration's variance is given by that: a spring along the \
+             way would look like less mass",
+            100.0 * (1.0 - own / (acceleration * acceleration))
+        );
+        withdraw(
+            found,
+            "mass_kg",
+            why,
+            "two frequencies, or a chirp of 0.5 to 3 Hz; or weigh the mass and give --mass",
+        );
+        return;
+    }
     let attenuation = slides.fit.attenuation(Unknown::Mass, noise).unwrap_or(1.0);
     if attenuation > LARGEST_ATTENUATION {
         let why = format!(

@@ -3,7 +3,7 @@
 use super::motion::Motion;
 use crate::identify::grid::Grid;
 use crate::robust_fit::{self, RobustFit, Unfit};
-use crate::smoothing::{Window, weighted};
+use crate::smoothing::{Window, weighted, whole};
 use crate::stats::mean::student_t;
 use nalgebra::{DMatrix, DVector};
 
@@ -31,6 +31,8 @@ pub(super) struct Rows {
     pub(super) window: Window,
     pub(super) half_s: f64,
     pub(super) rows: Vec<Row>,
+    /// The mean of each hat over the window of each row, where they were asked for.
+    places: Vec<Vec<f64>>,
 }
 
 impl Rows {
@@ -40,13 +42,14 @@ impl Rows {
         let reach = window.reach;
         let mut rows = Vec::new();
         if grid.len() > 2 * reach {
-            let step = (reach / 3).max(1).max(grid.len() / MOST_ROWS);
             let is_bad: Vec<bool> = motion
                 .sense
                 .iter()
                 .zip(&grid.is_valid)
                 .map(|(sense, valid)| *sense == 0 || !valid)
                 .collect();
+            let sliding = is_bad.iter().filter(|is_bad| !**is_bad).count();
+            let step = (reach / 3).max(1).max(sliding / MOST_ROWS);
             let mut bad_before = Vec::with_capacity(is_bad.len() + 1);
             bad_before.push(0_u32);
             for bad in &is_bad {
@@ -58,7 +61,41 @@ impl Rows {
                 }
             }
         }
-        Self { window, half_s, rows }
+        Self {
+            window,
+            half_s,
+            rows,
+            places: Vec::new(),
+        }
+    }
+
+    /// The same rows with hats over the way: each a straight rise to its place and a straight fall from there, less its
+    /// mean, as the offset has that. The one at the lowest place is that of all others together.
+    pub(super) fn with_places(mut self, grid: &Grid, hats: usize) -> Self {
+        let x = &grid.position_m;
+        let (low, high) = x
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+        let last = hats as f64;
+        let of_row = |row: &Row| {
+            let mut shares = vec![0.0; hats + 1];
+            for (weight, x) in self.window.mean.iter().zip(&x[row.at - self.window.reach..]) {
+                let place = ((x - low) / (high - low) * last).clamp(0.0, last);
+                let below = whole(place).min(hats - 1);
+                let share = place - below as f64;
+                shares[below] += weight * (1.0 - share);
+                shares[below + 1] += weight * share;
+            }
+            shares.remove(0);
+            shares
+        };
+        let mut places: Vec<Vec<f64>> = self.rows.iter().map(of_row).collect();
+        for hat in 0..hats {
+            let mean = places.iter().map(|shares| shares[hat]).sum::<f64>() / places.len() as f64;
+            places.iter_mut().for_each(|shares| shares[hat] -= mean);
+        }
+        self.places = places;
+        self
     }
 
     /// The force of each row, N.
@@ -121,6 +158,8 @@ pub(super) struct Shape {
     pub(super) has_shift: bool,
     /// How much that shift grows over the record.
     pub(super) has_growing_shift: bool,
+    /// Hats of a force that depends on the place.
+    pub(super) hats: usize,
 }
 
 /// Place of an unknown in a fit.
@@ -134,6 +173,8 @@ pub(super) enum Unknown {
     Level(usize),
     /// How much the force's zero drifts over the record, N.
     Drift,
+    /// Height of a hat of the force that depends on the place, N.
+    Place(usize),
     /// The force's delay in the middle of the record, s.
     Shift,
     /// By how much that delay grows over the record, s.
@@ -154,6 +195,7 @@ impl Shape {
         let levels = if self.is_separate { self.sides } else { [true; 2] };
         unknowns.extend((0..2).filter(|side| levels[*side]).map(Unknown::Level));
         unknowns.push(Unknown::Drift);
+        unknowns.extend((0..self.hats).map(Unknown::Place));
         if self.has_shift {
             unknowns.push(Unknown::Shift);
         }
@@ -174,6 +216,8 @@ impl Shape {
             (Unknown::Level(0), true) => p,
             (Unknown::Level(_), true) => n,
             (Unknown::Drift, _) => row.place,
+            // It is not one of the row alone.
+            (Unknown::Place(_), _) => 0.0,
             (Unknown::Shift, _) => -rate,
             (Unknown::ShiftGrowth, _) => -rate * row.place,
         }
@@ -194,7 +238,8 @@ impl Fit {
         (residuals.iter().map(|each| each * each).sum::<f64>() / residuals.len() as f64).sqrt()
     }
 
-    fn place(&self, unknown: Unknown) -> Option<usize> {
+    /// Where an unknown is among the values.
+    pub(super) fn place(&self, unknown: Unknown) -> Option<usize> {
         self.shape.unknowns().into_iter().position(|each| each == unknown)
     }
 
@@ -228,6 +273,11 @@ impl Fit {
             .map(|place| noise * noise / self.found.own_variance[place].max(f64::MIN_POSITIVE))
     }
 
+    /// Its variance among the rows that the other unknowns do not explain, in its coefficient's unit.
+    pub(super) fn own_variance(&self, unknown: Unknown) -> Option<f64> {
+        self.place(unknown).map(|place| self.found.own_variance[place])
+    }
+
     /// How far this factor of standard errors reaches to 95 %.
     pub(super) fn reach_95(&self) -> f64 {
         student_t(self.found.freedom)
@@ -257,11 +307,12 @@ impl Fit {
 /// Fits `shape` to the rows' forces; `rates` are their changes with time, for the shift.
 pub(super) fn fit(rows: &Rows, forces: &[f64], rates: &[f64], shape: Shape) -> Result<Fit, Unfit> {
     let unknowns = shape.unknowns();
-    let design = DMatrix::from_fn(rows.rows.len(), unknowns.len(), |i, j| {
-        shape.coefficient(unknowns[j], &rows.rows[i], rates.get(i).copied().unwrap_or(0.0))
+    let design = DMatrix::from_fn(rows.rows.len(), unknowns.len(), |i, j| match unknowns[j] {
+        Unknown::Place(hat) => rows.places[i][hat],
+        unknown => shape.coefficient(unknown, &rows.rows[i], rates.get(i).copied().unwrap_or(0.0)),
     });
-    Ok(Fit {
-        shape,
-        found: robust_fit::fit(design, forces)?,
-    })
+    let mut found = robust_fit::fit(design, forces)?;
+    // Each hat is of a part of the way alone.
+    found.freedom = robust_fit::freedom(unknowns.len() - shape.hats);
+    Ok(Fit { shape, found })
 }

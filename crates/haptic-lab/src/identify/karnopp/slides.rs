@@ -2,7 +2,8 @@
 
 use super::problem::Problem;
 use super::regression::{Fit, Rows, Shape, Unknown};
-use crate::robust_fit::Unfit;
+use crate::robust_fit::{NORMAL_95, Unfit};
+use nalgebra::DVector;
 
 /// No calibration is better than this share of a value, however narrow the fit's own interval.
 pub(in crate::identify) const CALIBRATION_SHARE: f64 = 1e-3;
@@ -19,6 +20,8 @@ pub(super) struct Slides {
     pub(super) neighbours: Vec<Fit>,
     /// Standard deviation of the acceleration's noise, m/s^2.
     pub(super) acceleration_noise: f64,
+    /// What is not known of the times of the force's steps, in each unknown.
+    steps: Option<DVector<f64>>,
 }
 
 impl Slides {
@@ -34,8 +37,23 @@ impl Slides {
             fit: problem.fit(&rows, shape)?,
             neighbours,
             acceleration_noise: problem.motion.noise_m * rows.window.curvature_noise(),
+            steps: problem.change_with_steps(&rows, shape),
             rows,
         })
+    }
+
+    /// What the fit leaves, in multiples of what noise of the force and of the positions leaves.
+    pub(super) fn excess(&self, problem: &Problem<'_>) -> f64 {
+        let slope: f64 = self.rows.window.slope.iter().map(|weight| weight * weight).sum();
+        let viscous = (0..2).filter_map(|side| self.fit.value(Unknown::Viscous(side)));
+        let forces = self.rows.forces(&problem.force);
+        let square: f64 = forces.iter().map(|force| force * force).sum();
+        let expected = problem
+            .force_noise(&self.rows)
+            .hypot(SAMPLING_SHARE * (square / forces.len().max(1) as f64).sqrt())
+            .hypot(self.fit.value(Unknown::Mass).unwrap_or(problem.known_mass) * self.acceleration_noise)
+            .hypot(viscous.fold(0.0, f64::max) * problem.motion.noise_m * slope.sqrt());
+        self.fit.rms_n() / expected.max(f64::MIN_POSITIVE)
     }
 
     /// A sum of unknowns with factors, and half of its 95 % interval.
@@ -49,6 +67,12 @@ impl Slides {
         let all = || self.neighbours.iter().filter_map(of).chain([value]);
         let spread = all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min);
         let statistical = self.fit.reach_95() * self.fit.combined_error(sum)?;
+        let steps: f64 = self.steps.as_ref().map_or(0.0, |steps| {
+            let of = |(unknown, factor): &(Unknown, f64)| {
+                self.fit.place(*unknown).map_or(0.0, |place| factor * steps[place])
+            };
+            NORMAL_95 * sum.iter().map(of).sum::<f64>()
+        });
         let bias = match sum {
             [(Unknown::Mass, _)] => value * self.fit.attenuation(Unknown::Mass, self.acceleration_noise)?,
             _ => 0.0,
@@ -59,7 +83,7 @@ impl Slides {
         };
         Some((
             value,
-            statistical.hypot(spread / 2.0) + bias.abs() + floor * value.abs(),
+            statistical.hypot(spread / 2.0).hypot(steps) + bias.abs() + floor * value.abs(),
         ))
     }
 }

@@ -171,7 +171,11 @@ fn clocks_that_differ_are_aligned_and_the_shift_reported() {
         let mut late = truth.clone();
         // The force is stamped this number of samples later than it was.
         late.force_n.rotate_right(samples);
-        let found = found(&late);
+        let options = Options {
+            clocks: Clocks::Delayed,
+            ..Options::new(ModelKind::Karnopp)
+        };
+        let found = identify(&late, &options).expect("a record");
         let shift_s = samples as f64 * 1e-3;
         assert!(
             (found.shift_s - shift_s).abs() < 3e-4,
@@ -435,4 +439,74 @@ fn a_real_drive_gives_the_figures_of_an_independent_fit() {
         near(found.offset_n, -3.2);
         assert!(found.residual_rms_n <= 1.05 * 2.1, "{}", found.residual_rms_n);
     }
+}
+
+/// A hand of one sine, or of a chirp, and what a force of the place adds to the force that drives the mass, N.
+fn with_place(from_hz: f64, to_hz: f64, seed: u64, place_n: impl Fn(f64) -> f64) -> Record {
+    let experiment = Experiment {
+        movements: vec![Movement::Chirp {
+            from_hz,
+            to_hz,
+            stroke_m: 0.04,
+            duration_s: 20.0,
+        }],
+        ..experiment(alike())
+    };
+    let mut record = experiment.record(seed).expect("it can be rendered");
+    for (force, x) in record.force_n.iter_mut().zip(&record.position_m) {
+        *force += place_n(*x);
+    }
+    record
+}
+
+fn says(found: &Identified, part: &str) -> bool {
+    found.notes.iter().any(|note| note.contains(part))
+}
+
+#[test]
+fn a_force_of_the_place_is_named_and_left_out_and_none_is_found_where_there_is_none() {
+    let spring = |x: f64| 20.0 * x;
+    let cogging = |x: f64| 0.5 * (std::f64::consts::TAU * x / 0.01).sin();
+    for seed in 1..=3 {
+        for place_n in [&spring as &dyn Fn(f64) -> f64, &cogging] {
+            let mut found = found(&with_place(0.5, 3.0, seed, place_n));
+            // Its mean over the way is one with the offset.
+            found.offset_n = None;
+            assert!(says(&found, "depends on the place"), "{:?}", found.notes);
+            held(&found, 0.5, &alike(), 0.0, 1.5);
+        }
+        let found = found(&with_place(0.5, 3.0, seed, |_| 0.0));
+        assert!(!says(&found, "depends on the place"), "{:?}", found.notes);
+    }
+}
+
+#[test]
+fn a_motion_of_one_frequency_tells_that_a_spring_is_taken_for_none() {
+    assert!(says(
+        &found(&with_place(1.5, 1.5, 1, |_| 0.0)),
+        "has one frequency, 1.50 Hz"
+    ));
+    assert!(!says(&found(&with_place(0.5, 3.0, 1, |_| 0.0)), "one frequency"));
+}
+
+#[test]
+fn one_file_has_one_clock_and_a_shift_that_would_fit_better_is_told() {
+    let mut late = record(alike(), 1);
+    late.force_n.rotate_right(4);
+    let found = |clocks| {
+        let options = Options {
+            clocks,
+            ..Options::new(ModelKind::Karnopp)
+        };
+        identify(&late, &options).expect("a record")
+    };
+    let as_it_is = found(Clocks::OneFile);
+    assert_eq!((as_it_is.shift_s, as_it_is.intervals.get("shift_s")), (0.0, None));
+    assert!(
+        says(&as_it_is, "--shift-ms auto") && says(&as_it_is, "One of 4."),
+        "{:?}",
+        as_it_is.notes
+    );
+    assert!((found(Clocks::Delayed).shift_s - 4e-3).abs() < 5e-4);
+    assert!(!says(&self::found(&record(alike(), 1)), "--shift-ms"));
 }

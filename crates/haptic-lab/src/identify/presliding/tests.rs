@@ -3,7 +3,7 @@
 use crate::identify::study::cases::{Case, DAHL, LUGRE, cases, half_a_kilogram};
 use crate::identify::study::{Experiment, Judgement, Movement, Sensors};
 use crate::identify::{
-    Identified, IdentifyError, ModelKind, Options, Record, fitted, identify, identify_with_progress,
+    Clocks, Identified, IdentifyError, ModelKind, Options, Record, fitted, identify, identify_with_progress,
 };
 use fastrand::Rng;
 use haptic_core::friction::{Dahl, Friction};
@@ -305,7 +305,11 @@ fn clocks_that_differ_are_aligned_and_the_shift_is_reported() {
         .record(1)
         .expect("the scene is sound");
     record.force_n.rotate_right(12);
-    let found = found(&record, ModelKind::Dahl);
+    let options = Options {
+        clocks: Clocks::Delayed,
+        ..Options::new(ModelKind::Dahl)
+    };
+    let found = identify(&record, &options).expect("a record");
     assert!((found.shift_s - 0.012).abs() < 1e-3, "{found:#?}");
     let [low, high] = found.intervals["mass_kg"];
     assert!(low > 0.48 && high < 0.52, "{found:#?}");

@@ -19,6 +19,20 @@ const OTHER_UNITS: [&str; 24] = [
     "uv", "ma", "g", "kg", "lb", "lbs", "nm", "mnm", "psi",
 ];
 
+/// Longest name that is an abbreviation, letters.
+const LONGEST_ABBREVIATION: usize = 1;
+
+/// What the unit in a title says of a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Dimension {
+    /// It is one of this quantity.
+    Own,
+    /// There is none.
+    Unsaid,
+    /// It is one of another, or nobody knows it.
+    Other,
+}
+
 /// A quantity of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
@@ -29,6 +43,8 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
+    pub(super) const ALL: [Self; 4] = [Self::Time, Self::Position, Self::Velocity, Self::Force];
+
     pub(super) const fn what(self) -> &'static str {
         match self {
             Self::Time => "time",
@@ -117,21 +133,38 @@ impl Quantity {
         }
     }
 
-    /// How likely a column of this title is the one, 0 the likeliest; `None` where it is another. One in a unit that is
-    /// not of this quantity, as `position_deg`, is the one where there is no other: its gain is asked for.
-    pub(super) fn rank(self, title: &str) -> Option<usize> {
+    /// Whether a title says the unit.
+    pub(super) fn names_unit(self, title: &str) -> bool {
         let words = plain(title);
-        let of = |is_unit: &dyn Fn(&str) -> bool| {
-            self.names().iter().position(|name| {
-                let rest = words.strip_prefix(name);
-                rest.is_some_and(|rest| rest.is_empty() || rest.strip_prefix('_').is_some_and(is_unit))
-            })
+        in_brackets(title).is_some()
+            || (self == Self::Time && words == "seconds")
+            || self
+                .units()
+                .iter()
+                .any(|(unit, _)| words.strip_suffix(unit).is_some_and(|front| front.ends_with('_')))
+    }
+
+    /// How likely a column of this title is the one, the least the likeliest; `None` where it is another. One whose unit is
+    /// of this quantity goes before one without a unit, and that before one in a unit of another, as `position_deg`, whose
+    /// gain is asked for; then a full name goes before an abbreviation, and the usual names in their order.
+    pub(super) fn rank(self, title: &str) -> Option<(Dimension, bool, usize)> {
+        let words = plain(title);
+        let of = |name: &str| {
+            let rest = words.strip_prefix(name)?;
+            let Some(unit) = rest.strip_prefix('_') else {
+                return rest.is_empty().then_some(Dimension::Unsaid);
+            };
+            let is_in_brackets = in_brackets(title).is_some_and(|text| plain(text) == unit);
+            if self.units().iter().any(|(own, _)| *own == unit) {
+                Some(Dimension::Own)
+            } else {
+                (is_in_brackets || OTHER_UNITS.contains(&unit)).then_some(Dimension::Other)
+            }
         };
-        let is_own = |unit: &str| {
-            self.units().iter().any(|(own, _)| *own == unit)
-                || in_brackets(title).is_some_and(|text| plain(text) == unit)
-        };
-        of(&is_own).or_else(|| of(&|unit| OTHER_UNITS.contains(&unit)).map(|rank| rank + self.names().len()))
+        let found = self.names().iter().enumerate();
+        found
+            .filter_map(|(place, name)| Some((of(name)?, name.len() <= LONGEST_ABBREVIATION, place)))
+            .min()
     }
 
     /// What to give where the unit is not known.
@@ -175,10 +208,9 @@ pub(super) fn in_brackets(title: &str) -> Option<&str> {
 /// Whether a text is the name of a unit, with brackets or without them.
 pub(super) fn is_unit(text: &str) -> bool {
     let unit = in_brackets(text).map_or_else(|| plain(text), plain);
-    let all = [Quantity::Time, Quantity::Position, Quantity::Velocity, Quantity::Force];
     in_brackets(text).is_some_and(|unit| text.trim().len() <= unit.len() + 2)
         || OTHER_UNITS.contains(&unit.as_str())
-        || all
+        || Quantity::ALL
             .iter()
             .any(|quantity| quantity.units().iter().any(|(name, _)| *name == unit))
 }
@@ -200,9 +232,9 @@ pub(super) fn plain(name: &str) -> String {
     let words: Vec<String> = name
         .trim()
         .trim_matches('"')
-        .split(|letter: char| !letter.is_alphanumeric() && letter != 'µ')
+        .split(|letter: char| !letter.is_alphanumeric() && letter != 'µ' && letter != 'μ')
         .filter(|word| !word.is_empty())
-        .map(|word| word.to_lowercase().replace('µ', "u"))
+        .map(|word| word.to_lowercase().replace(['µ', 'μ'], "u"))
         .collect();
     words.join("_")
 }

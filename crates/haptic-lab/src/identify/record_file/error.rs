@@ -32,15 +32,15 @@ pub enum RecordFileError {
         /// What is missing.
         reason: String,
     },
-    /// A column is missing.
+    /// Columns are missing.
     #[error("{}: no {what} column among `{header}`: name it with {option} (usual names: {usual})", .path.display())]
     MissingColumn {
         /// The file.
         path: PathBuf,
-        /// What it holds.
-        what: &'static str,
-        /// The option that names it.
-        option: &'static str,
+        /// What they hold.
+        what: String,
+        /// The options that name them.
+        option: String,
         /// The heading found.
         header: String,
         /// Names that are found by themselves.
@@ -96,15 +96,17 @@ pub enum RecordFileError {
         /// The file.
         path: PathBuf,
     },
-    /// A name is there twice.
-    #[error("{}: {count} columns are named `{column}`", .path.display())]
-    DoubledColumn {
+    /// Several columns may be the one.
+    #[error("{}: which is the {what} of {candidates}? Name it with {option}, by its place where names are alike", .path.display())]
+    AmbiguousColumn {
         /// The file.
         path: PathBuf,
-        /// The name.
-        column: String,
-        /// How often it is there.
-        count: usize,
+        /// What it holds.
+        what: &'static str,
+        /// The option that names it.
+        option: &'static str,
+        /// Their titles, each with its place.
+        candidates: String,
     },
     /// A cell is not a number.
     #[error("{}, {place}: {column} = `{value}` is not a number", .path.display())]
@@ -130,8 +132,9 @@ pub enum RecordFileError {
         /// The column.
         column: String,
     },
-    /// Time goes back.
-    #[error("{}, {place}: time goes back from {before_s} s to {t_s} s: sort the rows by time", .path.display())]
+    /// Time goes back, and does so again and again.
+    #[error("{}, {place}: time goes back from {before_s} s to {t_s} s, as it does {falls} times: no clock does that; \
+             name the time column with --time-column, or give the takes one by one", .path.display())]
     TimeGoesBack {
         /// The file.
         path: PathBuf,
@@ -141,6 +144,19 @@ pub enum RecordFileError {
         t_s: f64,
         /// Time in the row before, s.
         before_s: f64,
+        /// How often it goes back, or is wrong.
+        falls: usize,
+    },
+    /// The unit of the times is not said, and they are no seconds.
+    #[error("{}: the times have no unit, and begin with {first}: rows {step} s apart are no motion. Is it in ms, us or \
+             ns? Say so with --time-unit, or in the title, as in time_ms", .path.display())]
+    NoTimeUnit {
+        /// The file.
+        path: PathBuf,
+        /// The first time, in its unit.
+        first: f64,
+        /// The usual step, in the same.
+        step: f64,
     },
     /// The two files have no time in common.
     #[error("{} and {} have less than 1 s in common", .path.display(), .force_path.display())]

@@ -5,75 +5,143 @@ use super::columns::is_unit;
 /// Lines among which the numbers begin.
 const MOST_HEAD_LINES: usize = 300;
 
-/// Rows of numbers that are a table without a heading.
+/// Rows of numbers that are a table for certain.
 const SURE_ROWS: usize = 3;
+
+/// Wanted columns that a line names which is a heading, whatever stands below it.
+const FEWEST_WANTED: usize = 2;
 
 /// A day, s.
 const DAY_S: f64 = 86_400.0;
 
-/// How a file of text is laid out. Places are those in the list of lines.
+/// A line of a file of text that is not empty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Line<'a> {
+    /// Its number in the file, from 1.
+    pub(super) number: usize,
+    /// Without the mark of a remark.
+    pub(super) text: &'a str,
+    /// Whether it is one: a heading may stand in it, as numpy writes it, and no numbers.
+    pub(super) is_remark: bool,
+}
+
+/// The lines of a text.
+pub(super) fn lines(text: &str) -> Vec<Line<'_>> {
+    text.trim_start_matches('\u{feff}')
+        .lines()
+        .enumerate()
+        .map(|(index, line)| line_of(index + 1, line.trim()))
+        .filter(|line| !line.text.is_empty())
+        .collect()
+}
+
+fn line_of(number: usize, text: &str) -> Line<'_> {
+    let marked = ["#", "%", "//"].into_iter().find_map(|mark| text.strip_prefix(mark));
+    Line {
+        number,
+        text: marked.map_or(text, |text| text.trim_start_matches(['#', '%']).trim()),
+        is_remark: marked.is_some(),
+    }
+}
+
+/// How a file of text is laid out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Layout {
     /// What separates the cells; a space stands for any white space.
     pub(super) separator: char,
-    /// The line of the titles; without one the columns are named by their numbers, from 1.
-    pub(super) heading: Option<usize>,
-    /// The line of the units, where they have one of their own.
-    pub(super) units: Option<usize>,
-    /// The first line of numbers.
+    /// The titles of the columns, or their numbers from 1.
+    pub(super) titles: Vec<String>,
+    /// The units, where they have a line of their own.
+    pub(super) units: Vec<String>,
+    /// Place of the first line of numbers in the list of lines.
     pub(super) data: usize,
 }
 
 impl Layout {
-    /// The first line of numbers below a line of as many titles. A laboratory's program may write remarks above.
-    pub(super) fn find(lines: &[&str]) -> Option<Self> {
-        [';', '\t', ',', ' ']
+    /// Finds the numbers, and above them the line whose cells name wanted columns, or else as many titles as there are
+    /// numbers. A laboratory's program may write remarks of any form above, and lines of units and kinds between.
+    pub(super) fn find(lines: &[Line<'_>], is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
+        let found = [';', '\t', ',', ' ']
             .into_iter()
-            .filter_map(|separator| Self::with(lines, separator))
-            .min_by_key(|layout| layout.data)
+            .filter_map(|separator| Self::with(lines, separator, is_wanted));
+        let wanted = |layout: &Self| {
+            layout
+                .titles
+                .iter()
+                .filter(|title| is_wanted(title))
+                .count()
+                .min(FEWEST_WANTED)
+        };
+        found.min_by_key(|layout| (FEWEST_WANTED - wanted(layout), layout.data))
     }
 
-    fn with(lines: &[&str], separator: char) -> Option<Self> {
+    fn with(lines: &[Line<'_>], separator: char, is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
         let rows: Vec<Vec<&str>> = lines
             .iter()
             .take(MOST_HEAD_LINES)
-            .map(|line| cells(line, separator))
+            .map(|line| cells(line.text, separator))
             .collect();
-        let is_data = |row: &Vec<&str>| {
-            let numbers = row.iter().filter(|cell| number(cell, separator).is_some()).count();
-            numbers >= 2 && 2 * numbers >= row.len()
+        let numbers = |row: &[&str]| row.iter().filter(|cell| number(cell, separator).is_some()).count();
+        let missing = |row: &[&str]| row.iter().filter(|cell| is_missing(cell)).count();
+        // The numbers begin with a row of them, of which some may be missing, and go on with rows of as many cells.
+        let is_data = |at: usize| {
+            let (row, count) = (&rows[at], numbers(&rows[at]));
+            !lines[at].is_remark && count >= 1 && count + missing(row) >= 2 && 2 * (count + missing(row)) >= row.len()
         };
-        let data = rows.iter().position(is_data)?;
+        let data = (0..rows.len()).find(|&at| {
+            let next = (at + 1..rows.len())
+                .filter(|&other| !lines[other].is_remark)
+                .take(SURE_ROWS - 1);
+            is_data(at)
+                && next.clone().all(|other| is_data(other) || other + 1 == rows.len())
+                && numbers(&rows[at]) + next.count() >= 2
+        })?;
         // A row may end with a separator that the heading lacks.
         let filled = |at: usize| rows[at].iter().rposition(|cell| !cell.is_empty());
-        let is_alike = |at: usize| rows[at].len() == rows[data].len() || filled(at) == filled(data);
-        let mut above = (0..data).rev().filter(|&at| is_alike(at));
-        let Some(nearest) = above.next() else {
+        let is_alike = |at: &usize| rows[*at].len() == rows[data].len() || filled(*at) == filled(data);
+        let owned = |at: usize| rows[at].iter().map(|cell| (*cell).to_owned()).collect::<Vec<String>>();
+        let named = |at: usize| rows[at].iter().filter(|cell| is_wanted(cell)).count();
+        let above = || (0..data).rev().filter(is_alike);
+        let best = above()
+            .max_by_key(|&at| (named(at), at))
+            .filter(|&at| named(at) >= FEWEST_WANTED);
+        let is_units = |at: usize| rows[at].iter().all(|cell| cell.is_empty() || is_unit(cell));
+        let heading = best.or_else(|| {
+            let mut plain = above().filter(|&at| !lines[at].is_remark);
+            let nearest = plain.next()?;
+            plain.next().filter(|_| is_units(nearest)).or(Some(nearest))
+        });
+        let Some(heading) = heading else {
             // Remarks alone, or nothing: what is there must be a table for certain.
-            let is_table = rows[data..].iter().take(SURE_ROWS).all(is_data);
-            return (data == 0 && is_table && rows.len() >= SURE_ROWS).then_some(Self {
+            let rest: Vec<usize> = (data..rows.len())
+                .filter(|&at| !lines[at].is_remark)
+                .take(SURE_ROWS)
+                .collect();
+            let is_first = lines[..data].iter().all(|line| line.is_remark);
+            return (is_first && rest.len() == SURE_ROWS && rest.into_iter().all(is_data)).then(|| Self {
                 separator,
-                heading: None,
-                units: None,
+                titles: (1..=rows[data].len()).map(|number| number.to_string()).collect(),
+                units: Vec::new(),
                 data,
             });
         };
-        let is_units = rows[nearest].iter().all(|cell| cell.is_empty() || is_unit(cell));
-        match above.next().filter(|_| is_units) {
-            Some(heading) => Some(Self {
-                separator,
-                heading: Some(heading),
-                units: Some(nearest),
-                data,
-            }),
-            None => Some(Self {
-                separator,
-                heading: Some(nearest),
-                units: None,
-                data,
-            }),
-        }
+        // Units that nobody knows stand beside one that is known.
+        let units = (heading + 1..data)
+            .filter(is_alike)
+            .find(|&at| numbers(&rows[at]) == 0 && rows[at].iter().any(|cell| is_unit(cell)));
+        Some(Self {
+            separator,
+            titles: owned(heading),
+            units: units.map_or_else(Vec::new, owned),
+            data,
+        })
     }
+}
+
+/// Whether a cell stands for a number that is missing.
+fn is_missing(cell: &str) -> bool {
+    const WORDS: [&str; 6] = ["nan", "na", "n/a", "null", "none", "-"];
+    cell.is_empty() || WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
 
 /// The cells of a line.
@@ -123,57 +191,48 @@ pub(super) fn on_the_same_day(t_s: f64, before_s: f64) -> f64 {
     }
 }
 
-/// Rounded times as even ones, with the step that they were rounded to; `None` where they are not rounded, or not even.
-///
-/// A clock that is written with few digits repeats times, or steps by two different ones. Positions at wrong times are
-/// positions with noise.
-pub(super) fn evened(t_s: &[f64]) -> Option<(Vec<f64>, f64)> {
-    /// Fewest times that show a pattern.
-    const FEWEST: usize = 64;
-    /// Steps are alike to this share of the rounding.
-    const ALIKE: f64 = 0.01;
-    if t_s.len() < FEWEST {
-        return None;
-    }
-    let (first, last) = (t_s[0], t_s[t_s.len() - 1]);
-    let period_s = (last - first) / (t_s.len() - 1) as f64;
-    let steps = || t_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let (least, most) = steps().fold((f64::MAX, f64::MIN), |(least, most), step| {
-        (least.min(step), most.max(step))
-    });
-    let rounding = most - least;
-    // Rounded to less than the period, times step by two neighbouring multiples; to more, some repeat. Else rows are
-    // missing.
-    let is_rounding = rounding <= (1.0 + ALIKE) * period_s || least <= ALIKE * period_s;
-    let is_either = steps().all(|step| (step - least).min(most - step) <= ALIKE * rounding);
-    let even: Vec<f64> = (0..t_s.len()).map(|at| first + at as f64 * period_s).collect();
-    let is_near = t_s
-        .iter()
-        .zip(&even)
-        .all(|(t, even)| (t - even).abs() <= (1.0 + ALIKE) * rounding);
-    (is_rounding && is_either && is_near && rounding > 0.02 * period_s).then_some((even, rounding))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn found(text: &str) -> Option<(char, String, String, usize)> {
+        let lines = lines(text);
+        let is_wanted = |title: &str| ["t", "time", "x", "position", "f", "force"].contains(&title);
+        Layout::find(&lines, &is_wanted).map(|layout| {
+            (
+                layout.separator,
+                layout.titles.join(" "),
+                layout.units.join(" "),
+                lines[layout.data].number,
+            )
+        })
+    }
+
     #[test]
     fn remarks_units_and_separators_of_other_programs_are_seen() {
-        let found = |text: &str| {
-            let lines: Vec<&str> = text.lines().collect();
-            Layout::find(&lines).map(|layout| (layout.separator, layout.heading, layout.units, layout.data))
-        };
-        assert_eq!(found("t,x,f\n0,1,2"), Some((',', Some(0), None, 1)));
+        let seen =
+            |separator, titles: &str, units: &str, data| Some((separator, titles.to_owned(), units.to_owned(), data));
+        assert_eq!(found("t,x,f\n0,1,2"), seen(',', "t x f", "", 2));
         assert_eq!(
             found("Probe 7, rate 1000\nt;x;f\ns;mm;N\n0;1,5;2"),
-            Some((';', Some(1), Some(2), 3))
+            seen(';', "t x f", "s mm N", 4)
         );
-        assert_eq!(found("t x f\n0,1 0,2 0,3"), Some((' ', Some(0), None, 1)));
-        assert_eq!(found("t,x,f\n\"0,1\",\"0,2\",\"0,3\""), Some((',', Some(0), None, 1)));
-        assert_eq!(found("t,x,f\n0,1,2,\n"), Some((',', Some(0), None, 1)));
-        assert_eq!(found("0,1,2\n1,1,2\n2,1,2"), Some((',', None, None, 0)));
+        assert_eq!(found("t x f\n0,1 0,2 0,3"), seen(' ', "t x f", "", 2));
+        assert_eq!(found("t,x,f\n\"0,1\",\"0,2\",\"0,3\""), seen(',', "t x f", "", 2));
+        assert_eq!(found("t,x,f\n0,1,2,\n"), seen(',', "t x f", "", 2));
+        assert_eq!(found("0,1,2\n1,1,2\n2,1,2"), seen(',', "1 2 3", "", 1));
         assert_eq!(found("0,1,2\n0,1,2"), None);
+        // A heading in a remark, kinds below the units, a unit that nobody knows, and a date above.
+        assert_eq!(found("# t,x,f\n0,1,2\n1,1,2\n"), seen(',', "t x f", "", 2));
+        assert_eq!(
+            found("time,position,force,temp\ns,mm,N,degC\nSmp,Smp,Avg,Avg\n0,1,2,3\n1,1,2,3\n"),
+            seen(',', "time position force temp", "s mm N degC", 4)
+        );
+        assert_eq!(
+            found("Sample A of lab C\nStarted at: 12:24:01.209 12 May 2022\n\nt,x,f\n0,1,2\n1,1,2\n2,1,2\n"),
+            seen(',', "t x f", "", 5)
+        );
+        assert_eq!(found("t,x,f\n0,NaN,NaN\n1,1,2\n2,1,2\n"), seen(',', "t x f", "", 2));
         assert_eq!(number("\u{2212}1", ','), None);
         assert_eq!(number("0,25", ';'), Some(0.25));
     }
@@ -185,21 +244,5 @@ mod tests {
         assert_eq!(number("12:61:00:1", ','), None);
         assert_eq!(on_the_same_day(0.25, 86_399.5), 86_400.25);
         assert_eq!(on_the_same_day(5.0, 4.0), 5.0);
-    }
-
-    #[test]
-    fn rounded_times_are_made_even_and_uneven_ones_are_not() {
-        let rounded: Vec<f64> = (0..300).map(|k| (f64::from(k) / 3.0).round() * 1e-3).collect();
-        let (even, rounding) = evened(&rounded).expect("they are rounded");
-        assert!((rounding - 1e-3).abs() < 1e-9 && (even[150] - 0.05).abs() < 1e-3);
-        let exact: Vec<f64> = (0..300).map(|k| f64::from(k) * 1e-3).collect();
-        assert_eq!(evened(&exact), None);
-        let mut gap = rounded;
-        gap.iter_mut().skip(100).for_each(|t| *t += 0.05);
-        assert_eq!(evened(&gap), None);
-        // One long gap and some short ones: no step is far from either the least or the longest.
-        let missing = |k: &u32| !k.is_multiple_of(37) && !(5000..5400).contains(k);
-        let dropped: Vec<f64> = (0..21_000).filter(missing).map(|k| f64::from(k) * 1e-3).collect();
-        assert_eq!(evened(&dropped), None);
     }
 }

@@ -23,6 +23,7 @@ mod loaded;
 mod parquet_table;
 mod source;
 mod table;
+mod times;
 
 pub use columns::Columns;
 pub use error::RecordFileError;

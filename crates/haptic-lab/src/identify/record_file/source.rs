@@ -29,6 +29,8 @@ pub struct Source {
     pub force_gain: Option<f64>,
     /// Metres a unit of the position column; `None` for the unit in the column's name, or m.
     pub position_gain: Option<f64>,
+    /// Seconds a unit of the time column; `None` for the unit in the column's name, or s.
+    pub time_unit_s: Option<f64>,
     /// The mass of a recording of hapticd.
     pub moving: MovingMass,
 }
@@ -43,6 +45,7 @@ impl Source {
             columns: Columns::default(),
             force_gain: None,
             position_gain: None,
+            time_unit_s: None,
             moving: MovingMass::Auto,
         }
     }

@@ -2,10 +2,11 @@
 
 use super::columns::{Quantity, in_brackets};
 use super::error::RecordFileError;
-use super::layout::{Layout, cells, evened, number, on_the_same_day};
+use super::layout::{Layout, Line, cells, lines, number, on_the_same_day};
 use super::loaded::Loaded;
 use super::parquet_table::ParquetTable;
 use super::source::Source;
+use super::times::Times;
 use crate::identify::record::Record;
 use haptic_recording::Place;
 use std::fs::File;
@@ -18,6 +19,12 @@ const SHORTEST_COMMON_S: f64 = 1.0;
 /// What is read of a file for its heading, bytes.
 const LONGEST_HEAD_BYTES: u64 = 1 << 16;
 
+/// Of all rows, one in so many may lack a number.
+const ROWS_A_MISSING_ONE: usize = 20;
+
+/// Slowest motion that times without a unit may be of, s between two rows: slower ones are not in seconds.
+const SLOWEST_WITHOUT_UNIT_S: f64 = 0.5;
+
 /// Columns of one file; times in seconds, growing.
 #[derive(Debug, Default)]
 struct Table {
@@ -25,6 +32,13 @@ struct Table {
     /// The columns asked for after the time; empty where an optional one is not there.
     values: Vec<Vec<f64>>,
     notes: Vec<String>,
+    /// Where each row is in its file.
+    places: Vec<Place>,
+    /// Why the first row that lacks a number does.
+    no_number: Option<RecordFileError>,
+    is_time_of_day: bool,
+    /// Whether the title of the times, or the file, says their unit.
+    has_time_unit: bool,
 }
 
 /// Reads a file, or one of positions and another of forces.
@@ -156,31 +170,20 @@ pub(super) fn headings(path: &Path) -> Result<Vec<String>, RecordFileError> {
         return Ok(table.names());
     }
     let text = text(path, LONGEST_HEAD_BYTES)?;
-    let (_, lines) = content(&text);
-    Ok(names(&layout(path, &lines)?, &lines))
+    let source = Source::new(path);
+    layout(path, &lines(&text), &source).map(|layout| layout.titles)
 }
 
-/// The titles of a file of text, or the numbers of its columns.
-fn names(layout: &Layout, lines: &[&str]) -> Vec<String> {
-    let row = |at: usize| cells(lines[at], layout.separator);
-    match layout.heading {
-        Some(heading) => row(heading).into_iter().map(str::to_owned).collect(),
-        None => (1..=row(layout.data).len()).map(|number| number.to_string()).collect(),
-    }
-}
-
-/// The lines of a file that are not remarks, with their numbers from 1.
-fn content(text: &str) -> (Vec<usize>, Vec<&str>) {
-    text.trim_start_matches('\u{feff}')
-        .lines()
-        .enumerate()
-        .map(|(index, line)| (index + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']) && !line.starts_with("//"))
-        .unzip()
-}
-
-fn layout(path: &Path, lines: &[&str]) -> Result<Layout, RecordFileError> {
-    Layout::find(lines).ok_or_else(|| RecordFileError::Empty {
+fn layout(path: &Path, lines: &[Line<'_>], source: &Source) -> Result<Layout, RecordFileError> {
+    let is_wanted = |title: &str| {
+        Quantity::ALL
+            .into_iter()
+            .any(|quantity| match source.columns.named(quantity) {
+                Some(name) => name == title,
+                None => quantity.rank(title).is_some(),
+            })
+    };
+    Layout::find(lines, &is_wanted).ok_or_else(|| RecordFileError::Empty {
         path: path.to_path_buf(),
         reason: "there is no heading with rows of numbers below it, as in `t_s,position_m,force_N`".to_owned(),
     })
@@ -205,19 +208,21 @@ impl Table {
             Some(file) => Self::of_parquet(&file, path, source, quantities)?,
             None => Self::of_text(path, source, quantities)?,
         };
-        table.even_out();
+        table.leave_out_no_numbers(quantities)?;
+        table.time(path)?;
         Ok(table)
     }
 
     fn of_text(path: &Path, source: &Source, quantities: &[Quantity]) -> Result<Self, RecordFileError> {
         let text = text(path, u64::MAX)?;
-        let (numbers, lines) = content(&text);
-        let layout = layout(path, &lines)?;
-        let separator = layout.separator;
-        let names = names(&layout, &lines);
-        let units = layout
-            .units
-            .map_or_else(Vec::new, |units| cells(lines[units], separator));
+        let lines = lines(&text);
+        let Layout {
+            separator,
+            titles: names,
+            units,
+            data,
+            ..
+        } = layout(path, &lines, source)?;
         let titles: Vec<String> = names
             .iter()
             .enumerate()
@@ -234,16 +239,22 @@ impl Table {
         };
         let (mut table, wanted) = Self::new(&headings, source, quantities)?;
         let names = headings.names;
-        for (line, text) in numbers.iter().zip(&lines).skip(layout.data) {
+        for Line { number, text, .. } in lines.into_iter().skip(data).filter(|line| !line.is_remark) {
             let row = cells(text, separator);
             let mut values = Vec::with_capacity(wanted.len());
             for column in &wanted {
                 values.push(match column {
-                    Some((place, unit)) => Some(unit * value(path, *line, &row, *place, &names[*place], separator)?),
+                    Some((place, unit)) => match value(path, number, &row, *place, &names[*place], separator) {
+                        Ok(value) => Some(unit * value),
+                        Err(error) => {
+                            table.no_number.get_or_insert(error);
+                            Some(f64::NAN)
+                        }
+                    },
                     None => None,
                 });
             }
-            table.push(path, Place::Line(*line as u64), &values, text.contains(':'))?;
+            table.push(Place::Line(number as u64), &values, text.contains(':'));
         }
         Ok(table)
     }
@@ -273,18 +284,19 @@ impl Table {
                 .iter()
                 .map(|column| column.as_ref().map(|(cells, unit)| unit * cells[row]))
                 .collect();
+            let place = Place::Row(row as u64 + 1);
             if let Some(at) = values
                 .iter()
                 .position(|value| value.is_some_and(|value| !value.is_finite()))
             {
-                return Err(RecordFileError::NotANumber {
+                table.no_number.get_or_insert_with(|| RecordFileError::NotANumber {
                     path: path.to_path_buf(),
-                    place: Place::Row(row as u64 + 1),
+                    place,
                     column: wanted[at].map_or_else(String::new, |(place, _)| names[place].clone()),
                     value: values[at].map_or_else(String::new, |value| value.to_string()),
                 });
             }
-            table.push(path, Place::Row(row as u64 + 1), &values, false)?;
+            table.push(place, &values, false);
         }
         Ok(table)
     }
@@ -295,10 +307,14 @@ impl Table {
         source: &Source,
         quantities: &[Quantity],
     ) -> Result<(Self, Vec<WantedColumn>), RecordFileError> {
-        let mut wanted = vec![headings.find(source, Quantity::Time)?];
-        for quantity in quantities {
-            wanted.push(headings.find(source, *quantity)?);
-        }
+        let all: Vec<Quantity> = std::iter::once(Quantity::Time)
+            .chain(quantities.iter().copied())
+            .collect();
+        headings.have(source, &all)?;
+        let wanted = all
+            .iter()
+            .map(|quantity| headings.find(source, *quantity))
+            .collect::<Result<Vec<_>, _>>()?;
         let names = &headings.names;
         let shown: Vec<String> = wanted
             .iter()
@@ -308,67 +324,110 @@ impl Table {
                 unit => format!("{} (x {unit})", names[*place]),
             })
             .collect();
+        let has_time_unit = wanted[0].is_some_and(|(place, _)| {
+            headings.in_seconds.get(place).is_some_and(|is_so| *is_so)
+                || Quantity::Time.names_unit(&headings.titles[place])
+        });
         let table = Self {
             values: vec![Vec::new(); quantities.len()],
             notes: vec![format!("{}: columns {}", headings.path.display(), shown.join(", "))],
+            has_time_unit: has_time_unit || source.time_unit_s.is_some(),
             ..Self::default()
         };
         Ok((table, wanted))
     }
 
     /// Takes a row: its time, and the values of the others.
-    fn push(
-        &mut self,
-        path: &Path,
-        place: Place,
-        values: &[Option<f64>],
-        is_time_of_day: bool,
-    ) -> Result<(), RecordFileError> {
+    fn push(&mut self, place: Place, values: &[Option<f64>], is_time_of_day: bool) {
         let mut t_s = values[0].unwrap_or_default();
-        if let Some(before) = self.t_s.last() {
-            if is_time_of_day {
-                t_s = on_the_same_day(t_s, *before);
-            }
-            if t_s < *before {
-                return Err(RecordFileError::TimeGoesBack {
-                    path: path.to_path_buf(),
-                    place,
-                    t_s,
-                    before_s: *before,
-                });
-            }
+        if let Some(before) = self.t_s.last()
+            && is_time_of_day
+        {
+            t_s = on_the_same_day(t_s, *before);
         }
+        self.is_time_of_day |= is_time_of_day;
         self.t_s.push(t_s);
+        self.places.push(place);
         for (column, number) in self.values.iter_mut().zip(&values[1..]) {
             column.extend(*number);
+        }
+    }
+
+    /// Leaves out a column that may be missing and holds no numbers, and then rows without numbers, where they are few.
+    fn leave_out_no_numbers(&mut self, quantities: &[Quantity]) -> Result<(), RecordFileError> {
+        let Some(error) = self.no_number.take() else {
+            return Ok(());
+        };
+        for (values, quantity) in self.values.iter_mut().zip(quantities) {
+            let lacking = values.iter().filter(|value| !value.is_finite()).count();
+            if *quantity == Quantity::Velocity && lacking * ROWS_A_MISSING_ONE > values.len() {
+                self.notes.push(format!(
+                    "the velocity column holds no number in {lacking} of {} rows: left out, it is only held against the \
+                     positions",
+                    values.len()
+                ));
+                values.clear();
+            }
+        }
+        let columns = || {
+            self.values
+                .iter()
+                .chain([&self.t_s])
+                .filter(|values| !values.is_empty())
+        };
+        let keeps: Vec<bool> = (0..self.t_s.len())
+            .map(|row| columns().all(|values| values[row].is_finite()))
+            .collect();
+        let lacking = keeps.iter().filter(|keeps| !**keeps).count();
+        if lacking * ROWS_A_MISSING_ONE > keeps.len() {
+            return Err(error);
+        }
+        if lacking > 0 {
+            let first = keeps.iter().position(|keeps| !keeps).map(|row| self.places[row]);
+            let first = first.map_or_else(String::new, |place| format!(", the first in {place}"));
+            self.notes
+                .push(format!("{lacking} rows lack a number{first}: left out, as gaps"));
+            self.retain(|row| keeps[row]);
         }
         Ok(())
     }
 
-    /// Makes rounded times even; else leaves out rows that repeat a time.
-    fn even_out(&mut self) {
-        if let Some((even, rounding_s)) = evened(&self.t_s) {
-            self.t_s = even;
-            self.notes.push(format!(
-                "times are rounded to {:.3} ms: the rows are taken as even",
-                1e3 * rounding_s
-            ));
-            return;
+    fn retain(&mut self, keeps: impl Fn(usize) -> bool) {
+        for values in self.values.iter_mut().chain([&mut self.t_s]) {
+            let mut row = 0..values.len();
+            values.retain(|_| row.next().is_some_and(&keeps));
         }
-        let grows: Vec<bool> = std::iter::once(true)
-            .chain(self.t_s.windows(2).map(|pair| pair[1] > pair[0]))
+        let mut row = 0..self.places.len();
+        self.places.retain(|_| row.next().is_some_and(&keeps));
+    }
+
+    /// Makes times of the stamps.
+    fn time(&mut self, path: &Path) -> Result<(), RecordFileError> {
+        let times = Times::of(&self.t_s, |row| self.places[row].to_string()).map_err(|disorder| {
+            RecordFileError::TimeGoesBack {
+                path: path.to_path_buf(),
+                place: self.places[disorder.at],
+                t_s: self.t_s[disorder.at],
+                before_s: self.t_s[disorder.at.saturating_sub(1)],
+                falls: disorder.falls,
+            }
+        })?;
+        if !self.has_time_unit && !self.is_time_of_day && times.period_s > SLOWEST_WITHOUT_UNIT_S {
+            return Err(RecordFileError::NoTimeUnit {
+                path: path.to_path_buf(),
+                first: self.t_s.first().copied().unwrap_or(0.0),
+                step: times.period_s,
+            });
+        }
+        let mut kept = times.kept.iter().peekable();
+        let is_kept: Vec<bool> = (0..self.t_s.len())
+            .map(|row| kept.next_if(|&&at| at == row).is_some())
             .collect();
-        let repeated = grows.iter().filter(|grows| !**grows).count();
-        if repeated == 0 {
-            return;
-        }
-        for column in self.values.iter_mut().chain([&mut self.t_s]) {
-            let mut grows = grows.iter();
-            column.retain(|_| grows.next().copied().unwrap_or(false));
-        }
-        self.notes.push(format!(
-            "{repeated} rows repeat the time of the row before, and are left out"
-        ));
+        self.retain(|row| is_kept[row]);
+        self.notes.push(times.told());
+        self.notes.extend(times.notes);
+        self.t_s = times.t_s;
+        Ok(())
     }
 }
 
@@ -380,7 +439,10 @@ impl Headings<'_> {
         };
         // A gain that is given is what a unit of the column is, whatever its name says.
         let gain = match quantity {
-            Quantity::Time => self.in_seconds.get(place).filter(|is_so| **is_so).map(|_| 1.0),
+            Quantity::Time => match self.in_seconds.get(place) {
+                Some(true) => Some(1.0),
+                _ => source.time_unit_s,
+            },
             Quantity::Position | Quantity::Velocity => source.position_gain,
             Quantity::Force => source.force_gain,
         };
@@ -396,31 +458,59 @@ impl Headings<'_> {
         }
     }
 
-    /// The place of the column that is named, or has a usual name.
-    fn place(&self, source: &Source, quantity: Quantity) -> Result<Option<usize>, RecordFileError> {
+    /// Whether all columns are there; every one that is missing is named.
+    fn have(&self, source: &Source, quantities: &[Quantity]) -> Result<(), RecordFileError> {
+        let missing: Vec<Quantity> = quantities
+            .iter()
+            .copied()
+            .filter(|&quantity| quantity != Quantity::Velocity || source.columns.velocity.is_some())
+            .filter(|&quantity| self.places(source, quantity).is_empty())
+            .collect();
+        let joined =
+            |of: fn(Quantity) -> String, by: &str| missing.iter().map(|&one| of(one)).collect::<Vec<_>>().join(by);
+        if missing.is_empty() {
+            return Ok(());
+        }
+        Err(RecordFileError::MissingColumn {
+            path: self.path.to_path_buf(),
+            what: joined(|one| one.what().to_owned(), ", no "),
+            option: joined(|one| one.option().to_owned(), ", "),
+            header: self.titles.join(","),
+            usual: joined(Quantity::usual, "; "),
+        })
+    }
+
+    /// The places of the columns that are named, or have the likeliest name.
+    fn places(&self, source: &Source, quantity: Quantity) -> Vec<usize> {
         let all = 0..self.names.len();
-        let places: Vec<usize> = match source.columns.named(quantity) {
-            Some(name) => all.filter(|place| self.names[*place] == name).collect(),
-            None => {
-                let rank = |place: &usize| quantity.rank(&self.titles[*place]);
-                let best = all.clone().filter_map(|place| rank(&place)).min();
-                all.filter(|place| best.is_some() && rank(place) == best).collect()
-            }
+        let Some(name) = source.columns.named(quantity) else {
+            let rank = |place: &usize| quantity.rank(&self.titles[*place]);
+            let best = all.clone().filter_map(|place| rank(&place)).min();
+            return all.filter(|place| best.is_some() && rank(place) == best).collect();
         };
-        match places[..] {
+        let named: Vec<usize> = all.filter(|place| self.names[*place] == name).collect();
+        // A column is named by its place where no title says so.
+        let by_place = name.parse::<usize>().ok().and_then(|place| place.checked_sub(1));
+        match by_place.filter(|place| named.is_empty() && *place < self.names.len()) {
+            Some(place) => vec![place],
+            None => named,
+        }
+    }
+
+    /// The place of the column that is named, or has a usual name; of a velocity perhaps none.
+    fn place(&self, source: &Source, quantity: Quantity) -> Result<Option<usize>, RecordFileError> {
+        match self.places(source, quantity)[..] {
+            [] => Ok(None),
             [place] => Ok(Some(place)),
-            [] if quantity == Quantity::Velocity && source.columns.velocity.is_none() => Ok(None),
-            [] => Err(RecordFileError::MissingColumn {
+            ref several => Err(RecordFileError::AmbiguousColumn {
                 path: self.path.to_path_buf(),
                 what: quantity.what(),
                 option: quantity.option(),
-                header: self.titles.join(","),
-                usual: quantity.usual(),
-            }),
-            [first, ..] => Err(RecordFileError::DoubledColumn {
-                path: self.path.to_path_buf(),
-                column: self.names[first].clone(),
-                count: places.len(),
+                candidates: several
+                    .iter()
+                    .map(|&place| format!("`{}` (column {})", self.titles[place], place + 1))
+                    .collect::<Vec<_>>()
+                    .join(", "),
             }),
         }
     }

@@ -74,13 +74,19 @@ fn the_unit_in_a_name_counts_unless_a_gain_says_otherwise() {
 #[test]
 fn a_bad_file_is_refused_by_line_and_column() {
     for (text, parts) in [
-        ("a,b\n1,2\n", vec!["no time column", "`a,b`", "--time-column", "t_s"]),
+        (
+            "a,b\n1,2\n",
+            vec!["no time, no position, no force column", "`a,b`", "--time-column", "t_s"],
+        ),
         ("t,x\n1,2\n", vec!["no force column", "--force-column"]),
         ("t,x,f\n0,1,2\n1,one,2\n", vec!["line 3", "x = `one`"]),
         ("t,x,f\n0,1,2\n1,nan,2\n", vec!["line 3", "x = `nan`"]),
         ("t,x,f\n0,1,2\n1,2\n", vec!["line 3", "2 cells", "none for f"]),
         ("t,x,f\n1,1,2\n0,2,3\n", vec!["line 3", "back from 1 s to 0 s"]),
-        ("t,x,f,f\n1,1,2,3\n", vec!["2 columns are named `f`"]),
+        (
+            "t,x,f,f\n1,1,2,3\n",
+            vec!["which is the force of `f` (column 3), `f` (column 4)", "--force-column"],
+        ),
         ("t,x,f\n", vec!["no heading with rows"]),
     ] {
         let message = read_text(text, |_| {}).expect_err(text).to_string();
@@ -96,7 +102,7 @@ fn a_bad_file_is_refused_by_line_and_column() {
 
 #[test]
 fn repeated_times_are_left_out_and_reported() {
-    let loaded = read_text("t,x,f\n0,1,2\n0,1,2\n1,2,3\n", |_| {}).expect("a record");
+    let loaded = read_text("t_s,x,f\n0,1,2\n0,1,2\n1,2,3\n", |_| {}).expect("a record");
     assert_eq!(loaded.record.t_s, [0.0, 1.0]);
     assert!(
         loaded.notes.iter().any(|note| note.contains("1 rows repeat")),
@@ -241,4 +247,96 @@ fn options_of_recordings_are_refused_for_a_table() {
         .expect_err("no recording")
         .to_string();
     assert!(message.contains("--moving"), "{message}");
+}
+
+/// A motion in rows of text, with a change of each.
+fn motion(row: impl Fn(usize, f64, f64, f64) -> String) -> String {
+    (0..400)
+        .map(|k| {
+            let t_s = k as f64 * 4e-3;
+            row(k, t_s, 0.02 * (6.0 * t_s).sin(), 2.0 * (6.0 * t_s).cos())
+        })
+        .collect()
+}
+
+#[test]
+fn whatever_another_program_writes_around_it_the_motion_is_the_same() {
+    let plain = motion(|_, t, x, f| format!("{t:.4},{x:.6},{f:.4}\n"));
+    let truth = read_text(&format!("t_s,position_m,force_N\n{plain}"), |_| {}).expect("a record");
+    assert!(
+        truth.notes.iter().any(|note| note == "400 rows, 250.00000 Hz, 1.596 s"),
+        "{:?}",
+        truth.notes
+    );
+    let first = |row: &str| plain.replacen("0.0000,0.000000,2.0000", row, 1);
+    for (what, text, left_out) in [
+        ("a heading in a remark", format!("# t_s,position_m,force_N\n{plain}"), 0),
+        (
+            "a date above",
+            format!("Sample A of lab C\nStarted at: 12:24:01.209 12 May 2022\n\nt_s,position_m,force_N\n{plain}"),
+            0,
+        ),
+        (
+            "a unit that nobody knows, and kinds",
+            format!(
+                "time,position,force,temp\ns,m,N,degC\nSmp,Smp,Avg,Avg\n{}",
+                motion(|_, t, x, f| format!("{t:.4},{x:.6},{f:.4},21.5\n"))
+            ),
+            0,
+        ),
+        (
+            "a first row without numbers",
+            format!("t_s,position_m,force_N\n{}", first("0.0000,NaN,NaN")),
+            1,
+        ),
+        (
+            "a last row that is torn",
+            format!("t_s,position_m,force_N\n{}1.6", plain),
+            0,
+        ),
+        (
+            "a velocity that was not measured",
+            format!(
+                "t_s,position_m,velocity_mps,force_N\n{}",
+                motion(|_, t, x, f| format!("{t:.4},{x:.6},nan,{f:.4}\n"))
+            ),
+            0,
+        ),
+        (
+            "voltages and positions by other names beside",
+            format!(
+                "T,time_s,f,Force (V),Force (N),x,position_m\n{}",
+                motion(|k, t, x, f| format!("{k},{t:.4},7,{},{f:.4},5,{x:.6}\n", 0.5 * f))
+            ),
+            0,
+        ),
+    ] {
+        let read = read_text(&text, |_| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
+        let same = |one: &[f64], other: &[f64]| one[left_out..] == *other;
+        assert!(
+            same(&truth.record.t_s, &read.record.t_s)
+                && same(&truth.record.position_m, &read.record.position_m)
+                && same(&truth.record.force_n, &read.record.force_n),
+            "{what}: {:?}",
+            read.notes
+        );
+    }
+}
+
+#[test]
+fn times_without_a_unit_are_seconds_only_where_they_can_be() {
+    let text = |unit: &str| {
+        let rows = motion(|k, _, x, f| format!("{},{x:.6},{f:.4}\n", 1_700_000_000_000_u64 + 4 * k as u64));
+        format!("time{unit},position_m,force_N\n{rows}")
+    };
+    let message = read_text(&text(""), |_| {}).expect_err("no unit").to_string();
+    assert!(
+        message.contains("--time-unit") && message.contains("4 s apart"),
+        "{message}"
+    );
+    for (unit, time_unit_s) in [("_ms", None), ("", Some(1e-3))] {
+        let loaded = read_text(&text(unit), |source| source.time_unit_s = time_unit_s).expect("a record");
+        let t_s = &loaded.record.t_s;
+        assert!((t_s[399] - t_s[0] - 1.596).abs() < 1e-6, "{unit}");
+    }
 }

@@ -182,8 +182,8 @@ fn lowest_of_grid(levels: &[Level]) -> Vec<[f64; 2]> {
     };
     let mut starts = Vec::with_capacity(GRID_WIDTHS.len() * STARTS_OF_WIDTH);
     for width in GRID_WIDTHS.map(|share| share * extent) {
-        let even = (-GRID_STEPS / 2..=3 * GRID_STEPS / 2)
-            .map(|step| low + extent * f64::from(step) / f64::from(GRID_STEPS));
+        let even =
+            (-GRID_STEPS / 2..=3 * GRID_STEPS / 2).map(|step| low + extent * f64::from(step) / f64::from(GRID_STEPS));
         // A function that is narrower than the grid is fine can only rise at a level, a little before or after it.
         let narrow = levels
             .iter()

@@ -121,7 +121,11 @@ fn no_function_of_a_fine_grid_is_likelier() {
                 // Some observers only guess, some learn backwards, some are at the ceiling from the first level on.
                 let share = (0.5 + 0.5 * (*level * random.f64())).min(1.0 - 0.1 * random.f64());
                 let correct = (0..trials).map(|_| u32::from(random.f64() < share)).sum();
-                Some(Level { level: *level, trials, correct })
+                Some(Level {
+                    level: *level,
+                    trials,
+                    correct,
+                })
             })
             .collect();
         let found = best(&levels, None);
@@ -134,7 +138,12 @@ fn no_function_of_a_fine_grid_is_likelier() {
                 .flat_map(|level| (-8..=8).map(|step| level.level + 0.1 * f64::from(step) * width));
             for threshold in even.chain(near) {
                 for lapse in [0.0, 0.01, 0.02, 0.04, 0.06, 0.08, LARGEST_LAPSE] {
-                    let function = Psychometric { threshold, width, lapse, deviance: 0.0 };
+                    let function = Psychometric {
+                        threshold,
+                        width,
+                        lapse,
+                        deviance: 0.0,
+                    };
                     let deviance: f64 = levels
                         .iter()
                         .map(|level| {
