@@ -304,16 +304,6 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
     let out = base.directory.path().join("out.csv").display().to_string();
     let simulate = |path: &str| ["simulate", "no-friction", "--motion", path, "--out", &out].join("\n");
     let refused: Vec<(String, Vec<&str>)> = vec![
-        (format!("identify\n{nan}"), vec!["line 20", "position_m = `nan`"]),
-        (format!("identify\n{empty}"), vec!["line 20", "force_N = ``"]),
-        (
-            format!("identify\n{back}"),
-            vec!["line 20", "back from 0.17 s to 0.01 s", "sort"],
-        ),
-        (
-            format!("identify\n{short}"),
-            vec!["line 20", "2 cells", "none for force_N"],
-        ),
         (
             format!("identify\n{volts}"),
             vec!["unit of `force_V`", "--force-gain", "newtons"],
@@ -324,7 +314,7 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
         ),
         (
             format!("identify\n{bare}"),
-            vec!["no time column among `1,2,3`", "--time-column"],
+            vec!["no time, no position, no force column among `1,2,3`", "--time-column"],
         ),
         (format!("identify\n{json}"), vec!["no heading with rows of numbers"]),
         (format!("identify\n{zero}"), vec!["is empty"]),
@@ -343,13 +333,12 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
         ),
         (
             format!("compare\n{real}\n{bare}"),
-            vec!["no time column among `1,2,3`", "heading"],
+            vec!["no time, no position, no force column among `1,2,3`", "heading"],
         ),
         (
             format!("compare\n{real}\n{mcap}"),
             vec!["did not write this MCAP file", "CSV and Parquet"],
         ),
-        (format!("compare\n{nan}\n{real}"), vec!["line 20", "position_m = `nan`"]),
         (
             simulate(&tabs),
             vec!["column `t_s` is missing", "separate the cells by commas"],
@@ -401,6 +390,16 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
         );
     }
     assert!(!PathBuf::from(&out).exists());
+    // What a row lacks is a gap, and a time that is wrong between its neighbours is left out.
+    for (file, part) in [
+        (&nan, "1 row lacks a number, the first in line 20"),
+        (&empty, "1 row lacks a number, the first in line 20"),
+        (&short, "1 row lacks a number, the first in line 20"),
+        (&back, "line 20: the time 0.01 s is wrong between its neighbours"),
+    ] {
+        let told = text(&ctl(Path::new("/nonexistent"), &["identify", file]).stdout);
+        assert!(told.contains(part), "{told} lacks {part}");
+    }
 }
 
 #[test]

@@ -385,8 +385,9 @@ impl Table {
         if lacking > 0 {
             let first = keeps.iter().position(|keeps| !keeps).map(|row| self.places[row]);
             let first = first.map_or_else(String::new, |place| format!(", the first in {place}"));
+            let rows = if lacking == 1 { "row lacks" } else { "rows lack" };
             self.notes
-                .push(format!("{lacking} rows lack a number{first}: left out, as gaps"));
+                .push(format!("{lacking} {rows} a number{first}: left out, as gaps"));
             self.retain(|row| keeps[row]);
         }
         Ok(())

@@ -242,8 +242,9 @@ impl Times {
         // Where rows come at any time, none is missing.
         if !gaps.is_empty() && gaps.len() as f64 <= (1.0 - REGULAR_SHARE) * self.t_s.len() as f64 {
             self.notes.push(format!(
-                "rows are missing in {} places, {:.3} s in all",
+                "rows are missing in {} place{}, {:.3} s in all",
                 gaps.len(),
+                if gaps.len() == 1 { "" } else { "s" },
                 gaps.iter().sum::<f64>() - gaps.len() as f64 * self.period_s
             ));
         }
