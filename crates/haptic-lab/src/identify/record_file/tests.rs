@@ -291,7 +291,7 @@ fn whatever_another_program_writes_around_it_the_motion_is_the_same() {
         ),
         (
             "a last row that is torn",
-            format!("t_s,position_m,force_N\n{}1.6", plain),
+            format!("t_s,position_m,force_N\n{plain}1.6"),
             0,
         ),
         (
