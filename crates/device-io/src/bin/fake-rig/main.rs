@@ -141,11 +141,11 @@ fn as_told(message: FromHost, now_ns: u64) -> Option<String> {
 /// Time between two looks for the place, ns.
 const LOOK_NS: u64 = 20_000_000;
 
-/// Time after which a sample that is not on its way was held up, or the whole firmware, ns: less than a period, so that
-/// the next sample does not seem to come too early by its stamp.
+/// Time after which a sample that is not on its way was held up, ns: less than a period, so that the next one does not
+/// seem to come too early by its stamp.
 const HELD_UP_NS: u64 = 300_000;
 
-/// Time without samples from which on they are lost, ns: by their sequence and stamps together the time since is known.
+/// Time without samples from which on they are lost, and the firmware's watchdog waits, ns: by their sequence and stamps together the time since is known.
 const LONG_HELD_UP_NS: u64 = 20_000_000;
 
 struct Rig {
@@ -203,7 +203,7 @@ impl Rig {
         loop {
             let now = now_ns();
             let late_ns = now.saturating_sub(self.due_ns);
-            if late_ns > HELD_UP_NS {
+            if late_ns > LONG_HELD_UP_NS {
                 self.firmware.held_up(late_ns);
             }
             if self.take_orders(now) {
