@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use haptic_lab::compare::{self, AlignedBy, Options};
 use haptic_lab::drawing::PlotFormat;
 use haptic_lab::identify::record_file::{self, Loaded, RecordFileError, Source};
-use haptic_lab::identify::{self, ModelKind, Record};
+use haptic_lab::identify::{self, Clocks, ModelKind, Record};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -138,7 +138,12 @@ fn rendered_mass_kg(path: &Path) -> Option<f64> {
 fn assumed_mass(real: &Record, block_kg: f64) -> (Option<f64>, String) {
     /// Masses that differ by less than this share beyond the interval count as the same.
     const ALIKE: f64 = 0.05;
-    let found = identify::identify(real, &identify::Options::new(ModelKind::Karnopp)).ok();
+    // What another shift of the clocks would change is of no interest here.
+    let options = identify::Options {
+        clocks: Clocks::One,
+        ..identify::Options::new(ModelKind::Karnopp)
+    };
+    let found = identify::identify(real, &options).ok();
     let interval = found.and_then(|found| found.intervals.get("mass_kg").copied());
     match interval {
         Some([low, high]) if !((1.0 - ALIKE) * low..=(1.0 + ALIKE) * high).contains(&block_kg) => (

@@ -1,4 +1,4 @@
-//! Medians.
+//! Medians and extents.
 
 /// The median; of an even count, the upper of the two in the middle. `None` if there are no values.
 /// The values are reordered.
@@ -8,6 +8,15 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
         return None;
     }
     Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// The least and the greatest; infinite, and the other way round, if there are no values.
+pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    values
+        .into_iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
 }
 
 /// The median time between samples, s; 1 ms if there are fewer than two.

@@ -183,7 +183,7 @@ fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Result<DVector<f64>, Un
 }
 
 /// The standard deviation of normal values, from the median of their sizes.
-fn robust_deviation(values: &[f64]) -> f64 {
+pub(crate) fn robust_deviation(values: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
     1.4826 * median(&mut sizes).unwrap_or(0.0)
 }

@@ -3,6 +3,7 @@
 use super::error::{CompareError, Side};
 use crate::derivatives::{less_inertia, velocity};
 use crate::identify::Record;
+use crate::median::extent;
 use crate::smoothing::encoder_step;
 
 /// Shortest record, s.
@@ -55,7 +56,7 @@ impl Signal {
             .resolution_m
             .or_else(|| encoder_step(&record.position_m))
             .unwrap_or(0.0);
-        let (low, high) = extent(&position_m);
+        let (low, high) = extent(position_m.iter().copied());
         if high - low < LEAST_STEPS * step_m || high == low {
             return Err(CompareError::NoMotion {
                 side,
@@ -91,7 +92,7 @@ impl Signal {
 
     /// Least and greatest velocity, m/s.
     pub(super) fn velocities(&self) -> (f64, f64) {
-        extent(&self.velocity_mps)
+        extent(self.velocity_mps.iter().copied())
     }
 
     /// Samples in so much time, at least one.
@@ -170,14 +171,6 @@ fn resampled(t_s: &[f64], values: &[f64], times: impl Iterator<Item = f64>) -> V
             values[from] + share * (values[to] - values[from])
         })
         .collect()
-}
-
-pub(super) fn extent(values: &[f64]) -> (f64, f64) {
-    values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-            (low.min(value), high.max(value))
-        })
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A record on an even grid of times, with the samples marked that hold no information.
 
 use super::record::Record;
+use crate::median::extent;
 use crate::smoothing::{white_noise, whole};
 
 /// A grid point farther than this from a sample of the record, in periods, lies in a gap.
@@ -19,8 +20,8 @@ const SATURATED_RUN: usize = 5;
 /// Share of samples between the extremes up to which a force only switches between these.
 const FEWEST_BETWEEN: f64 = 0.1;
 
-/// Share of the samples between the extremes that repeat the one before, from which on a force is held: for as long as a sensor's range would be
-/// taken to end.
+/// Share of the samples between the extremes that repeat the one before, from which on a force is held, for as long as is
+/// taken for the end of a sensor's range.
 const MOST_HELD: f64 = 0.75;
 
 /// An evenly sampled record.
@@ -210,9 +211,7 @@ impl Grid {
 /// next: that it stays at its greatest value says nothing of a sensor's range.
 #[expect(clippy::float_cmp, reason = "a value that is held is repeated to the bit")]
 fn is_stepwise(force_n: &[f64]) -> bool {
-    let (least, greatest) = force_n.iter().fold((f64::MAX, f64::MIN), |(least, greatest), force| {
-        (least.min(*force), greatest.max(*force))
-    });
+    let (least, greatest) = extent(force_n.iter().copied());
     let between: Vec<usize> = (1..force_n.len())
         .filter(|&at| force_n[at] != least && force_n[at] != greatest)
         .collect();

@@ -147,6 +147,10 @@ pub(super) async fn redo(
 /// scene, which is then of the revision `begun`, and no force may flow.
 pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
     let Some(file) = &rig.facts.first_scene else { return };
+    let (newest, before) = rig.base(false);
+    if newest != *begun || rig.may_have_force() || keep_out(rig, newest).is_err() {
+        return;
+    }
     // A delay is measured anew each time, and changes nothing twice.
     let coupling = if *begun == FIRST_REVISION {
         rig_friction::coupling(rig)
@@ -160,13 +164,12 @@ pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
     let Some(coupling) = coupling.filter(is_softer) else {
         return;
     };
-    let (newest, before) = rig.base(false);
     let file = SceneFile {
         coupling: file.coupling.map(|_| FileCoupling::Own(coupling)),
         ..file.clone()
     };
     let scene = Rc::new(file.on(None));
-    if newest != *begun || before == scene || rig.may_have_force() || keep_out(rig, newest).is_err() {
+    if before == scene {
         return;
     }
     // What a rig bears is a valid coupling; with another the scene stays as it is.

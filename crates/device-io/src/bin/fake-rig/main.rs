@@ -145,7 +145,8 @@ const LOOK_NS: u64 = 20_000_000;
 /// seem to come too early by its stamp.
 const HELD_UP_NS: u64 = 300_000;
 
-/// Time without samples from which on they are lost, and the firmware's watchdog waits, ns: by their sequence and stamps together the time since is known.
+/// Time without samples from which on they are lost, and the firmware's watchdog waits, ns: by their sequence and stamps
+/// together the time since is known.
 const LONG_HELD_UP_NS: u64 = 20_000_000;
 
 struct Rig {

@@ -3,7 +3,7 @@
 //! The shift that leaves least of the force is found over whole samples first, then within them, as one more unknown of
 //! the fit: the force's change with time is its coefficient.
 
-use super::regression::{Rows, Shape, Unknown, fit};
+use super::regression::{Beside, Rows, Shape, Unknown, fit};
 use crate::identify::grid::Grid;
 use crate::smoothing::{weighted, whole};
 use crate::two_clocks::{self, Change, NoShift, Shift, Shifts, stands_out};
@@ -49,7 +49,11 @@ fn refine(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, begin_s: f64)
         let force = grid.force_shifted(shift_s, growth_s);
         let rates = rows.force_rates(&force);
         let forces = without_inertia(rows, rows.forces(&force), known_mass);
-        let fit = fit(rows, &forces, &rates, shape).ok()?;
+        let beside = Beside {
+            rates: &rates,
+            ..Beside::default()
+        };
+        let fit = fit(rows, &forces, beside, shape).ok()?;
         let change = |unknown| Some((fit.value(unknown)?, fit.error(unknown)?));
         Some(Change {
             shift: change(Unknown::Shift)?,

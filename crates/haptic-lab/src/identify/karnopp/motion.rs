@@ -1,7 +1,8 @@
 //! Where the mass slides, which way, and where it rests.
 
 use crate::identify::grid::Grid;
-use crate::smoothing::{encoder_step, slope, slope_noise, white_noise, whole};
+use crate::median::extent;
+use crate::smoothing::{Window, encoder_step, slope, slope_noise, white_noise, whole};
 use std::ops::Range;
 
 /// Longest time over which velocity is taken as even, s.
@@ -63,6 +64,11 @@ impl Motion {
         }
     }
 
+    /// Standard deviation of the noise of accelerations under a window, m/s^2.
+    pub(super) fn acceleration_noise(&self, window: &Window) -> f64 {
+        self.noise_m * window.curvature_noise()
+    }
+
     /// Samples that slide in a direction.
     pub(super) fn sliding(&self, sense: i8) -> usize {
         self.sense.iter().filter(|each| **each == sense).count()
@@ -108,9 +114,7 @@ fn is_quick(x: &[f64], range: Range<usize>, tolerance: f64, longest: usize) -> b
             .filter(|x| (**x - extreme).abs() <= tolerance)
             .count()
     };
-    let (low, high) = x[range.clone()]
-        .iter()
-        .fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    let (low, high) = extent(x[range.clone()].iter().copied());
     let is_high = x[range.start].max(x[range.end - 1]) < f64::midpoint(low, high);
     near(if is_high { high } else { low }) <= longest
 }

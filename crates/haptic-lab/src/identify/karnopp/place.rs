@@ -4,11 +4,12 @@
 //! It is a sum of hats, each a straight rise to its place and a straight fall from there.
 
 use super::problem::Problem;
-use super::regression::{Rows, Unknown};
+use super::regression::{Rows, Shape, Unknown};
 use super::slides::Slides;
 use crate::identify::result::Identified;
+use crate::median::extent;
 use crate::robust_fit;
-use crate::smoothing::weighted;
+use crate::smoothing::{weighted, whole};
 use nalgebra::DMatrix;
 
 /// Times its noise that a fit must leave before a force of the place is looked for: records without one leave 1.03 to
@@ -34,41 +35,38 @@ pub(super) const LEAST_MASS_SHARE: f64 = 0.03;
 
 /// The slides with a force of the place in the fit, where what is left shows one.
 pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Identified) -> Slides {
+    let shape = slides.fit.shape;
     let shorter = Rows::new(problem.grid, problem.motion, slides.rows.half_s / SHORTER);
-    let shorter = Slides::new(problem, shorter, slides.fit.shape).ok();
-    let all = || std::iter::once(&slides).chain(&shorter);
-    if all().all(|slides| slides.excess(problem) <= EXCESS) {
+    let shorter = problem.fit(&shorter, shape).ok().map(|fit| (shorter, fit));
+    let all = || std::iter::once((&slides.rows, &slides.fit)).chain(shorter.iter().map(|(rows, fit)| (rows, fit)));
+    if all().all(|(rows, fit)| problem.excess(rows, fit) <= EXCESS) {
         return slides;
     }
-    let x = &problem.grid.position_m;
-    let (low, high) = x
-        .iter()
-        .fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    let (low, high) = extent(problem.grid.position_m.iter().copied());
     let hats = ((high - low) / HAT_M).round().clamp(FEWEST_HATS, MOST_HATS);
-    for plain in all() {
-        let rows = plain.rows.rows.len() as f64 / OVERLAPPING;
+    let shape = Shape {
+        hats: whole(hats),
+        ..shape
+    };
+    for (plain_rows, plain) in all() {
+        let rows = plain_rows.rows.len() as f64 / OVERLAPPING;
         if rows <= 2.0 * hats {
             continue;
         }
-        let shape = super::Shape {
-            hats: crate::smoothing::whole(hats),
-            ..plain.fit.shape
-        };
-        let Ok(placed) = Slides::new(problem, plain.rows.clone(), shape) else {
+        let Ok(placed) = Slides::new(problem, plain_rows.clone(), shape) else {
             continue;
         };
         let left = placed.fit.rms_n() / (1.0 - hats / rows).max(0.1).sqrt();
-        if left < LARGEST_LEFT * plain.fit.rms_n() {
+        if left < LARGEST_LEFT * plain.rms_n() {
             let heights = (0..shape.hats).filter_map(|hat| placed.fit.value(Unknown::Place(hat)));
-            let (least, greatest) = heights.fold((0.0_f64, 0.0_f64), |(least, greatest), height| {
-                (least.min(height), greatest.max(height))
-            });
+            // The lowest one is 0.
+            let (least, greatest) = extent(heights.chain([0.0]));
             found.notes.push(format!(
-                "the force depends on the place, by {:.2} N over the way, as that of a spring, of cogging or of an uneven \
-                 surface: it is fitted and left out ({:.3} N are left with it, {:.3} N without)",
+                "the force depends on the place, by {:.2} N over the way, as that of a spring, of cogging or of an \
+                 uneven surface: it is fitted and left out ({:.3} N are left with it, {:.3} N without)",
                 greatest - least,
                 placed.fit.rms_n(),
-                plain.fit.rms_n()
+                plain.rms_n()
             ));
             return placed;
         }
@@ -100,8 +98,8 @@ pub(super) fn note_one_frequency(problem: &Problem<'_>, slides: &Slides, found: 
     let stiffness_to_mass = -fit.values[0];
     if stiffness_to_mass > 0.0 && variance(&fit.residuals) < LEAST_MASS_SHARE * variance(&accelerations) {
         found.notes.push(format!(
-            "the motion has one frequency, {:.2} Hz, where a spring looks like less mass: each 10 N/m along the way would \
-             take {:.3} kg away. It is taken that there is none; two frequencies, or a chirp, tell them apart",
+            "the motion has one frequency, {:.2} Hz, where a spring looks like less mass: each 10 N/m along the way \
+             would take {:.3} kg away. It is taken that there is none; two frequencies, or a chirp, tell them apart",
             stiffness_to_mass.sqrt() / std::f64::consts::TAU,
             10.0 / stiffness_to_mass
         ));

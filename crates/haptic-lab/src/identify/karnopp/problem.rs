@@ -2,14 +2,16 @@
 
 use super::clocks;
 use super::motion::Motion;
-use super::regression::{Fit, Rows, Shape, fit};
+use super::regression::{Beside, Fit, Rows, Shape, Unknown, fit};
+use super::slides::SAMPLING_SHARE;
 use crate::identify::grid::Grid;
 use crate::median::median;
-use crate::robust_fit::Unfit;
+use crate::robust_fit::{Unfit, robust_deviation};
 use crate::smoothing::white_noise;
 use nalgebra::DVector;
 
-/// A change from one sample to the next is a step beyond so many deviations of its noise, and this share of the forces' span.
+/// A change from one sample to the next is a step beyond so many deviations of its noise, and this share of the forces'
+/// span.
 const STEP_DEVIATIONS: f64 = 11.0;
 const STEP_SHARE: f64 = 0.25;
 
@@ -29,22 +31,42 @@ pub(super) struct Problem<'a> {
 impl Problem<'_> {
     pub(super) fn fit(&self, rows: &Rows, shape: Shape) -> Result<Fit, Unfit> {
         let forces = clocks::without_inertia(rows, rows.forces(&self.force), self.known_mass);
-        if shape.hats == 0 {
-            return fit(rows, &forces, &[], shape);
-        }
-        fit(&rows.clone().with_places(self.grid, shape.hats), &forces, &[], shape)
+        let places = match shape.hats {
+            0 => Vec::new(),
+            hats => rows.places(self.grid, hats),
+        };
+        let beside = Beside {
+            places: &places,
+            ..Beside::default()
+        };
+        fit(rows, &forces, beside, shape)
+    }
+
+    /// What a fit leaves, in multiples of what noise of the force and of the positions leaves.
+    pub(super) fn excess(&self, rows: &Rows, fit: &Fit) -> f64 {
+        let slope: f64 = rows.window.slope.iter().map(|weight| weight * weight).sum();
+        let viscous = (0..2).filter_map(|side| fit.value(Unknown::Viscous(side)));
+        let forces = rows.forces(&self.force);
+        let square: f64 = forces.iter().map(|force| force * force).sum();
+        let acceleration_noise = self.motion.acceleration_noise(&rows.window);
+        let expected = self
+            .force_noise(rows)
+            .hypot(SAMPLING_SHARE * (square / forces.len().max(1) as f64).sqrt())
+            .hypot(fit.value(Unknown::Mass).unwrap_or(self.known_mass) * acceleration_noise)
+            .hypot(viscous.fold(0.0, f64::max) * self.motion.noise_m * slope.sqrt());
+        fit.rms_n() / expected.max(f64::MIN_POSITIVE)
     }
 
     /// How the unknowns would change with a shift of the force, each a second, where the force steps so often within
     /// slides that it matters when between two samples it does: what is left of that is half a period to either side, less
     /// where the steps fall at other phases each time.
     pub(super) fn change_with_steps(&self, rows: &Rows, shape: Shape) -> Option<DVector<f64>> {
-        let share = self.share_of_steps()?;
         if shape.hats > 0 {
             return None;
         }
+        let share = self.share_of_steps()?;
         let rates = rows.force_rates(&self.force);
-        let change = fit(rows, &rates, &[], shape).ok()?.found.values;
+        let change = fit(rows, &rates, Beside::default(), shape).ok()?.found.values;
         Some(change * (share * self.grid.period_s / 12.0_f64.sqrt()))
     }
 
@@ -65,8 +87,8 @@ impl Problem<'_> {
         }
         let mut apart: Vec<f64> = steps.windows(3).map(|three| (three[2] - three[0]) as f64).collect();
         let middle = median(&mut apart).unwrap_or(0.0);
-        let mut off: Vec<f64> = apart.iter().map(|apart| (apart - middle).abs()).collect();
-        let deviation = 1.4826 * median(&mut off).unwrap_or(0.0);
+        apart.iter_mut().for_each(|apart| *apart -= middle);
+        let deviation = robust_deviation(&apart);
         Some((2.0 / deviation.max(f64::MIN_POSITIVE)).min(1.0).powi(2))
     }
 

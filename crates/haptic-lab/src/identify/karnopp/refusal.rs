@@ -10,6 +10,7 @@ use crate::identify::clocks::Clocks;
 use crate::identify::grid::Grid;
 use crate::identify::options::{Directions, Options};
 use crate::identify::result::{Identified, Refusal};
+use crate::median::extent;
 use crate::robust_fit::Unfit;
 use crate::two_clocks::NoShift;
 
@@ -39,7 +40,8 @@ const MOVE_BOTH_WAYS: &str = "push and pull by turns at 0.5 to 3 Hz, with stroke
 pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, String> {
     let (grid, motion) = (problem.grid, problem.motion);
     let x = &grid.position_m;
-    let stroke_m = x.iter().copied().fold(f64::MIN, f64::max) - x.iter().copied().fold(f64::MAX, f64::min);
+    let (low, high) = extent(x.iter().copied());
+    let stroke_m = high - low;
     let least_m = LEAST_STROKE_STEPS * motion.noise_m.max(motion.step_m);
     if stroke_m <= least_m {
         return Err(format!(
@@ -76,7 +78,7 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
 
 /// Whether the accelerations are no larger than their noise under the shortest and under long windows.
 fn is_acceleration_noise(rows: &Rows, motion: &Motion) -> bool {
-    let noise = motion.noise_m * rows.window.curvature_noise();
+    let noise = motion.acceleration_noise(&rows.window);
     acceleration_rms(rows) < noise * 1.5 && noise < 0.05
 }
 
@@ -304,8 +306,8 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) 
     let own = slides.fit.own_variance(Unknown::Mass).unwrap_or(0.0);
     if slides.fit.shape.hats > 0 && own < LEAST_MASS_SHARE * acceleration * acceleration {
         let why = format!(
-            "the force depends on the place, and {:.0} % of the acceleration's variance is given by that: a spring along the \
-             way would look like less mass",
+            "the force depends on the place, and {:.0} % of the acceleration's variance is given by that: a spring along \
+             the way would look like less mass",
             100.0 * (1.0 - own / (acceleration * acceleration))
         );
         withdraw(

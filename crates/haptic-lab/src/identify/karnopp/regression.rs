@@ -2,6 +2,7 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
+use crate::median::extent;
 use crate::robust_fit::{self, RobustFit, Unfit};
 use crate::smoothing::{Window, weighted, whole};
 use crate::stats::mean::student_t;
@@ -31,8 +32,6 @@ pub(super) struct Rows {
     pub(super) window: Window,
     pub(super) half_s: f64,
     pub(super) rows: Vec<Row>,
-    /// The mean of each hat over the window of each row, where they were asked for.
-    places: Vec<Vec<f64>>,
 }
 
 impl Rows {
@@ -61,21 +60,14 @@ impl Rows {
                 }
             }
         }
-        Self {
-            window,
-            half_s,
-            rows,
-            places: Vec::new(),
-        }
+        Self { window, half_s, rows }
     }
 
-    /// The same rows with hats over the way: each a straight rise to its place and a straight fall from there, less its
-    /// mean, as the offset has that. The one at the lowest place is that of all others together.
-    pub(super) fn with_places(mut self, grid: &Grid, hats: usize) -> Self {
+    /// Hats over the way, each a straight rise to its place and a straight fall from there, in the mean of each row's
+    /// window, less the mean of all rows, as the offset has that. The one at the lowest place is that of all others together.
+    pub(super) fn places(&self, grid: &Grid, hats: usize) -> Vec<Vec<f64>> {
         let x = &grid.position_m;
-        let (low, high) = x
-            .iter()
-            .fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+        let (low, high) = extent(x.iter().copied());
         let last = hats as f64;
         let of_row = |row: &Row| {
             let mut shares = vec![0.0; hats + 1];
@@ -94,8 +86,7 @@ impl Rows {
             let mean = places.iter().map(|shares| shares[hat]).sum::<f64>() / places.len() as f64;
             places.iter_mut().for_each(|shares| shares[hat] -= mean);
         }
-        self.places = places;
-        self
+        places
     }
 
     /// The force of each row, N.
@@ -304,12 +295,21 @@ impl Fit {
     }
 }
 
-/// Fits `shape` to the rows' forces; `rates` are their changes with time, for the shift.
-pub(super) fn fit(rows: &Rows, forces: &[f64], rates: &[f64], shape: Shape) -> Result<Fit, Unfit> {
+/// What a row has beside itself for some unknowns; empty for a shape without them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Beside<'a> {
+    /// Changes of the rows' forces with time, for the shift, N/s.
+    pub(super) rates: &'a [f64],
+    /// As [`Rows::places`] gives them.
+    pub(super) places: &'a [Vec<f64>],
+}
+
+/// Fits `shape` to the rows' forces.
+pub(super) fn fit(rows: &Rows, forces: &[f64], beside: Beside<'_>, shape: Shape) -> Result<Fit, Unfit> {
     let unknowns = shape.unknowns();
     let design = DMatrix::from_fn(rows.rows.len(), unknowns.len(), |i, j| match unknowns[j] {
-        Unknown::Place(hat) => rows.places[i][hat],
-        unknown => shape.coefficient(unknown, &rows.rows[i], rates.get(i).copied().unwrap_or(0.0)),
+        Unknown::Place(hat) => beside.places[i][hat],
+        unknown => shape.coefficient(unknown, &rows.rows[i], beside.rates.get(i).copied().unwrap_or(0.0)),
     });
     let mut found = robust_fit::fit(design, forces)?;
     // Each hat is of a part of the way alone.

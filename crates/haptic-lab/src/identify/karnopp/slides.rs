@@ -36,24 +36,10 @@ impl Slides {
         Ok(Self {
             fit: problem.fit(&rows, shape)?,
             neighbours,
-            acceleration_noise: problem.motion.noise_m * rows.window.curvature_noise(),
+            acceleration_noise: problem.motion.acceleration_noise(&rows.window),
             steps: problem.change_with_steps(&rows, shape),
             rows,
         })
-    }
-
-    /// What the fit leaves, in multiples of what noise of the force and of the positions leaves.
-    pub(super) fn excess(&self, problem: &Problem<'_>) -> f64 {
-        let slope: f64 = self.rows.window.slope.iter().map(|weight| weight * weight).sum();
-        let viscous = (0..2).filter_map(|side| self.fit.value(Unknown::Viscous(side)));
-        let forces = self.rows.forces(&problem.force);
-        let square: f64 = forces.iter().map(|force| force * force).sum();
-        let expected = problem
-            .force_noise(&self.rows)
-            .hypot(SAMPLING_SHARE * (square / forces.len().max(1) as f64).sqrt())
-            .hypot(self.fit.value(Unknown::Mass).unwrap_or(problem.known_mass) * self.acceleration_noise)
-            .hypot(viscous.fold(0.0, f64::max) * problem.motion.noise_m * slope.sqrt());
-        self.fit.rms_n() / expected.max(f64::MIN_POSITIVE)
     }
 
     /// A sum of unknowns with factors, and half of its 95 % interval.

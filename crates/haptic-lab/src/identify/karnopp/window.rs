@@ -36,7 +36,7 @@ pub(super) fn choose(problem: &Problem<'_>, shape: Shape) -> Result<Rows, Unfit>
         match problem.fit(&rows, shape) {
             Ok(fit) => {
                 let unknowns = shape.unknowns();
-                let noise = problem.motion.noise_m * rows.window.curvature_noise();
+                let noise = problem.motion.acceleration_noise(&rows.window);
                 let loss = |unknown: &Unknown| {
                     let bias = match unknown {
                         Unknown::Mass => {

@@ -126,27 +126,27 @@ impl Quantity {
             return of(unit);
         }
         let words = plain(title);
-        let ends_with = |unit: &str| words.strip_suffix(unit).is_some_and(|front| front.ends_with('_'));
-        match self.units().iter().find(|(unit, _)| ends_with(unit)) {
-            Some((_, factor)) => Some(*factor),
-            None => (!OTHER_UNITS.iter().any(|unit| ends_with(unit))).then_some(1.0),
+        match self.unit_at_end(&words) {
+            Some(factor) => Some(factor),
+            None => (!OTHER_UNITS.iter().any(|unit| ends_with(&words, unit))).then_some(1.0),
         }
+    }
+
+    /// SI units a unit of this quantity at the end of a plain title.
+    fn unit_at_end(self, words: &str) -> Option<f64> {
+        let found = self.units().iter().find(|(unit, _)| ends_with(words, unit));
+        found.map(|(_, factor)| *factor)
     }
 
     /// Whether a title says the unit.
     pub(super) fn names_unit(self, title: &str) -> bool {
         let words = plain(title);
-        in_brackets(title).is_some()
-            || (self == Self::Time && words == "seconds")
-            || self
-                .units()
-                .iter()
-                .any(|(unit, _)| words.strip_suffix(unit).is_some_and(|front| front.ends_with('_')))
+        in_brackets(title).is_some() || (self == Self::Time && words == "seconds") || self.unit_at_end(&words).is_some()
     }
 
-    /// How likely a column of this title is the one, the least the likeliest; `None` where it is another. One whose unit is
-    /// of this quantity goes before one without a unit, and that before one in a unit of another, as `position_deg`, whose
-    /// gain is asked for; then a full name goes before an abbreviation, and the usual names in their order.
+    /// How likely a column of this title is the one, the least the likeliest; `None` where it is another. One whose unit
+    /// is of this quantity goes before one without a unit, and that before one in a unit of another, as `position_deg`,
+    /// whose gain is asked for; then a full name goes before an abbreviation, and the usual names in their order.
     pub(super) fn rank(self, title: &str) -> Option<(Dimension, bool, usize)> {
         let words = plain(title);
         let of = |name: &str| {
@@ -191,6 +191,11 @@ impl Quantity {
             }
         )
     }
+}
+
+/// Whether a word is the last of a plain title, and not the only one.
+fn ends_with(words: &str, word: &str) -> bool {
+    words.strip_suffix(word).is_some_and(|front| front.ends_with('_'))
 }
 
 /// The text in the last brackets of a title: its unit, if it is short.

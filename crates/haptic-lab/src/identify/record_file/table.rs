@@ -6,7 +6,7 @@ use super::layout::{Layout, Line, cells, lines, number, on_the_same_day};
 use super::loaded::Loaded;
 use super::parquet_table::ParquetTable;
 use super::source::Source;
-use super::times::Times;
+use super::times::{Times, retain};
 use crate::identify::record::Record;
 use haptic_recording::Place;
 use std::fs::File;
@@ -68,10 +68,7 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         });
     }
     let is_common: Vec<bool> = table.t_s.iter().map(|t| (begin..=end).contains(t)).collect();
-    for values in table.values.iter_mut().chain([&mut table.t_s]) {
-        let mut each = is_common.iter();
-        values.retain(|_| each.next().copied().unwrap_or(false));
-    }
+    table.retain(&is_common);
     table.notes.append(&mut forces.notes);
     let force_n = at_times(&table.t_s, &forces.t_s, &forces.values[0]);
     Ok(loaded(table, force_n))
@@ -388,18 +385,16 @@ impl Table {
             let rows = if lacking == 1 { "row lacks" } else { "rows lack" };
             self.notes
                 .push(format!("{lacking} {rows} a number{first}: left out, as gaps"));
-            self.retain(|row| keeps[row]);
+            self.retain(&keeps);
         }
         Ok(())
     }
 
-    fn retain(&mut self, keeps: impl Fn(usize) -> bool) {
+    fn retain(&mut self, keeps: &[bool]) {
         for values in self.values.iter_mut().chain([&mut self.t_s]) {
-            let mut row = 0..values.len();
-            values.retain(|_| row.next().is_some_and(&keeps));
+            retain(values, keeps);
         }
-        let mut row = 0..self.places.len();
-        self.places.retain(|_| row.next().is_some_and(&keeps));
+        retain(&mut self.places, keeps);
     }
 
     /// Makes times of the stamps.
@@ -424,7 +419,7 @@ impl Table {
         let is_kept: Vec<bool> = (0..self.t_s.len())
             .map(|row| kept.next_if(|&&at| at == row).is_some())
             .collect();
-        self.retain(|row| is_kept[row]);
+        self.retain(&is_kept);
         self.notes.push(times.told());
         self.notes.extend(times.notes);
         self.t_s = times.t_s;

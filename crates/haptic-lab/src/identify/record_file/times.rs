@@ -1,8 +1,10 @@
 //! One model of the stamps of a table: which are wrong, where the clock fell back, and what is even underneath.
 //!
 //! Stamps of even samples are even, rounded to few digits, or given to many rows at once, with gaps between them. A
-//! counter wraps around, a clock is reset, a second take begins, and some stamps are wrong. What is decided is decided by
-//! figures that a few rows cannot move, and said.
+//! counter wraps around, a clock is reset, a second take begins, and some stamps are wrong. What is decided is decided
+//! by figures that a few rows cannot move, and said.
+
+use crate::median::{extent, median};
 
 /// Most stamps in a row that are wrong between right ones.
 const MOST_WRONG_IN_A_ROW: usize = 3;
@@ -90,10 +92,8 @@ impl Times {
     }
 
     fn retain(&mut self, keeps: &[bool]) {
-        let mut each = keeps.iter();
-        self.t_s.retain(|_| each.next().copied().unwrap_or(false));
-        let mut each = keeps.iter();
-        self.kept.retain(|_| each.next().copied().unwrap_or(false));
+        retain(&mut self.t_s, keeps);
+        retain(&mut self.kept, keeps);
     }
 
     /// A stamp beside which its neighbours agree with each other is wrong.
@@ -264,6 +264,12 @@ impl Times {
     }
 }
 
+/// Leaves out the values that are not kept.
+pub(super) fn retain<T>(values: &mut Vec<T>, keeps: &[bool]) {
+    let mut each = keeps.iter();
+    values.retain(|_| each.next().copied().unwrap_or(false));
+}
+
 /// The median of the steps that go on, s.
 fn usual_step(t_s: &[f64]) -> f64 {
     let mut steps: Vec<f64> = t_s
@@ -271,8 +277,7 @@ fn usual_step(t_s: &[f64]) -> f64 {
         .map(|pair| pair[1] - pair[0])
         .filter(|step| *step > 0.0)
         .collect();
-    steps.sort_unstable_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    median(&mut steps).unwrap_or(0.0)
 }
 
 /// What stamps do that are even underneath.
@@ -309,13 +314,7 @@ impl Pattern {
             // Each comes when the computer has time for it.
             Self::Chunks { longest_s, .. } => 2.0 * longest_s,
         };
-        let (least, greatest) = stamps
-            .iter()
-            .zip(&even)
-            .map(|(stamp, even)| stamp - even)
-            .fold((f64::MAX, f64::MIN), |(least, greatest), off| {
-                (least.min(off), greatest.max(off))
-            });
+        let (least, greatest) = extent(stamps.iter().zip(&even).map(|(stamp, even)| stamp - even));
         (greatest - least <= most_s + 1e-3 * period_s).then_some(even)
     }
 }
@@ -341,8 +340,7 @@ impl Runs {
             .map(|run| t_s[begins[run + 1]] - t_s[begins[run]])
             .collect();
         let mut by_row: Vec<f64> = steps.iter().enumerate().map(|(run, step)| step / rows(run)).collect();
-        by_row.sort_unstable_by(f64::total_cmp);
-        let (usual_s, usual_row_s) = (usual_step(t_s), by_row.get(by_row.len() / 2).copied().unwrap_or(0.0));
+        let (usual_s, usual_row_s) = (usual_step(t_s), median(&mut by_row).unwrap_or(0.0));
         let is_gap: Vec<bool> = steps
             .iter()
             .enumerate()
@@ -379,9 +377,8 @@ impl Runs {
             .filter(|&run| !self.is_gap[run])
             .map(|run| (run, self.steps[run]))
             .collect();
-        let longest_s = steps.iter().fold(0.0, |longest: f64, (_, step)| longest.max(*step));
+        let (least_s, longest_s) = extent(steps.iter().map(|(_, step)| *step));
         let repeated = t_s.len() + 1 - self.begins.len();
-        let least_s = steps.iter().fold(f64::MAX, |least: f64, (_, step)| least.min(*step));
         let is_either = |one: f64, other: f64, tolerance: f64| {
             steps
                 .iter()
