@@ -51,7 +51,7 @@ fn trials_from_elsewhere_give_the_throughput_by_hand_in_any_order_of_the_rows() 
     let directory = tempfile::tempdir().expect("a directory");
     let mut all = rows("x", "drag");
     let name = file(directory.path(), "trials.csv", HEADING, &all);
-    let found = json(&["study", "analyse", "--trials", &name]);
+    let found = json(&["study", "analyse", &name]);
     for (field, by_hand, within) in [
         ("effective_amplitude_m", 0.306, 1e-9),
         ("effective_width_m", 0.044_387_371, 1e-8),
@@ -70,7 +70,7 @@ fn trials_from_elsewhere_give_the_throughput_by_hand_in_any_order_of_the_rows() 
     assert_eq!(found["misses"], 1);
     all.reverse();
     let reversed = file(directory.path(), "reversed.csv", HEADING, &all);
-    assert_eq!(json(&["study", "analyse", "--trials", &reversed]), found);
+    assert_eq!(json(&["study", "analyse", &reversed]), found);
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn the_tables_fit_a_terminal_and_the_files_are_not_replaced() {
     let name = file(directory.path(), "trials.csv", HEADING, &all);
     let out = directory.path().join("out");
     let out_name = out.display().to_string();
-    let arguments = ["study", "analyse", "--trials", &name, "--out", &out_name];
+    let arguments = ["study", "analyse", &name, "--out", &out_name];
     let shown = String::from_utf8(ctl_offline(&arguments).stdout).expect("text");
     assert!(
         shown.contains("Throughput by ISO 9241-411") && shown.contains("Table 3"),
@@ -129,25 +129,25 @@ fn a_wrong_file_is_refused_with_line_column_and_value() {
     let made = ctl_offline(&["study", "new", "fitts", "--codes", "P1", "--out", &begun]);
     assert!(made.status.success(), "{made:?}");
     for (arguments, part) in [
-        (vec!["--trials", &word], "line 4: movement_time_s = `soon`"),
+        (vec![word.as_str()], "line 4: movement_time_s = `soon`"),
         (
-            vec!["--trials", &negative],
+            vec![negative.as_str()],
             "line 4: movement_time_s = -0.655 s is out of range",
         ),
         (
-            vec!["--trials", &wide],
+            vec![wide.as_str()],
             "trial 4 of subject x, block 1, resistance drag, condition c has amplitude_m = 0.4 m",
         ),
         (
-            vec!["--trials", &twice],
+            vec![twice.as_str()],
             "trial 1 of subject x, block 1, resistance drag, condition c is there twice",
         ),
-        (vec!["--trials", &short], "no column `resistance`"),
-        (vec!["--trials", &empty], "there are no trials"),
-        (vec!["--trials", "/nonexistent.csv"], "/nonexistent.csv"),
+        (vec![short.as_str()], "no column `resistance`"),
+        (vec![empty.as_str()], "there are no trials"),
+        (vec!["/nonexistent.csv"], "/nonexistent.csv"),
         (vec!["/nonexistent"], "/nonexistent"),
-        (vec![&begun], "no trials: a study has them in data/"),
-        (vec![], "<DIR>"),
+        (vec![begun.as_str()], "no trials: a study has them in data/"),
+        (vec![], "<DIR|FILE>"),
     ] {
         let (code, why) = said(&ctl(
             Path::new("/nonexistent"),
@@ -209,6 +209,7 @@ fn a_simulated_study_is_analysed_with_a_movement_under_each_resistance() {
     let found = json(&["study", "analyse", &study]);
     assert_eq!(found["comparisons"][0]["resistances"][0], "real", "{found}");
     assert_eq!(found["comparisons"][0]["rows"].as_array().map(Vec::len), Some(2));
+    assert_eq!(json(&["study", "analyse", &format!("{study}/trials.parquet")]), found);
 }
 
 #[test]
@@ -241,10 +242,10 @@ fn answers_of_a_perception_test_give_a_threshold() {
         .collect();
     let directory = tempfile::tempdir().expect("a directory");
     let name = file(directory.path(), "answers.csv", heading, &all);
-    let found = json(&["study", "analyse", "--trials", &name]);
+    let found = json(&["study", "analyse", &name]);
     let threshold = found["cases"][0]["jnd_N"]["value"].as_f64().expect("a threshold");
     assert!((threshold - 0.3548).abs() < 1e-4, "{found}");
-    let shown = String::from_utf8(ctl_offline(&["study", "analyse", "--trials", &name]).stdout).expect("text");
+    let shown = String::from_utf8(ctl_offline(&["study", "analyse", &name]).stdout).expect("text");
     assert!(
         shown.contains("A constant") && shown.lines().all(|line| line.chars().count() <= 80),
         "{shown}"

@@ -126,7 +126,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         "study analyse",
         &[
             "haptic-ctl study analyse study",
-            "haptic-ctl study analyse --trials trials.csv --json",
+            "haptic-ctl study analyse trials.csv --json",
         ],
     ),
     (

@@ -17,4 +17,5 @@ pub mod simulate;
 mod smoothing;
 pub mod stats;
 pub mod surface;
+pub mod text;
 mod two_clocks;

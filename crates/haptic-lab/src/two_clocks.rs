@@ -4,8 +4,7 @@
 //! of a linear fit, repeated until they stand still. A motion that leaves about the same under every shift
 //! does not determine it.
 
-use crate::robust_fit::certain;
-use crate::stats::mean::student_t;
+use crate::robust_fit::Uncertainty;
 
 /// Least ratio of the squares that the worst shift leaves to those that the best one leaves; below it the motion does
 /// not determine the shift: what is left scatters by a twentieth where nothing does.
@@ -45,12 +44,16 @@ pub(crate) struct Shifts {
 }
 
 /// Why there is no shift.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum NoShift {
     /// Any shift leaves about the same.
     AllAlike,
     /// No shift within the longest one fits best.
     OutOfReach,
+    /// What tells shifts from each other is little more than noise.
+    Noise,
+    /// So does another one, s.
+    Other(f64),
 }
 
 /// How much faster the second clock runs.
@@ -74,18 +77,16 @@ impl Drift {
     }
 }
 
-/// What a fit would change of the shift and of its growth, each with its standard error, s.
+/// What a fit would change of the shift and of its growth, each with its uncertainty, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Change {
-    pub(crate) shift: (f64, f64),
-    pub(crate) growth: Option<(f64, f64)>,
-    /// Degrees of freedom of the errors.
-    pub(crate) freedom: f64,
+    pub(crate) shift: (f64, Uncertainty),
+    pub(crate) growth: Option<(f64, Uncertainty)>,
 }
 
 impl Change {
     fn is_small(&self) -> bool {
-        let is_small = |(change, error): (f64, f64)| change.abs() < STANDS_STILL * error;
+        let is_small = |(change, of): (f64, Uncertainty)| change.abs() < STANDS_STILL * of.error;
         is_small(self.shift) && self.growth.is_none_or(is_small)
     }
 }
@@ -110,13 +111,13 @@ pub(crate) fn refine(begin_s: f64, mut fit: impl FnMut(f64, f64) -> Option<Chang
         }
     }
     let change = last?;
-    let shift = |value_s: f64, error_s: f64| Shift {
+    let shift = |value_s: f64, of: Uncertainty| Shift {
         value_s,
-        reach_95_s: student_t(change.freedom) * error_s,
-        is_significant: value_s.abs() > certain(change.freedom) * error_s,
+        reach_95_s: of.reach_95(),
+        is_significant: value_s.abs() > of.reach_certain(),
     };
     Some(Shifts {
         middle: shift(middle_s, change.shift.1),
-        growth: change.growth.map(|(_, error_s)| shift(growth_s, error_s)),
+        growth: change.growth.map(|(_, of)| shift(growth_s, of)),
     })
 }

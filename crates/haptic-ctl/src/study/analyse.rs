@@ -6,27 +6,24 @@ use clap::ValueHint;
 use haptic_lab::drawing::Table;
 use haptic_studies::analysis::{self, Refusal, Thresholds, Trials};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
-A file of trials needs the columns subject, block, resistance, condition, trial, amplitude_m, width_m, end_error_m, \
-movement_time_s and errors; cursor_diameter_m and error_size_m are used where they are there. end_error_m is where the \
-movement ended beyond the target's centre, positive along that movement, whichever way it went. A sequence is the rows \
-of one subject, block, resistance and condition; the order of the rows does not matter. A file with the column level_N \
-holds answers of a perception test. docs/studies.md says what each table and figure is.";
+A file of trials is CSV, with commas, semicolons or tabs, or Parquet, as a study's own trials.parquet. It needs the \
+columns subject, block, resistance, condition, trial, amplitude_m, width_m, end_error_m, movement_time_s and errors; \
+cursor_diameter_m and error_size_m are used where they are there. end_error_m is where the movement ended beyond the \
+target's centre, positive along that movement, whichever way it went. A sequence is the rows of one subject, block, \
+resistance and condition; the order of the rows does not matter. A file with the column level_N holds answers of a \
+perception test. docs/studies.md says what each table and figure is.";
 
 /// Seed of the intervals: the same trials give the same ones.
 const SEED: u64 = 1;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder of a study
-    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath, required_unless_present = "trials", conflicts_with = "trials")]
-    folder: Option<PathBuf>,
-
-    /// Trials from elsewhere, a row each
-    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
-    trials: Option<PathBuf>,
+    /// Folder of a study, or a file of trials (CSV or Parquet, a row each)
+    #[arg(value_name = "DIR|FILE", value_hint = ValueHint::AnyPath)]
+    source: PathBuf,
 
     /// Folder for analysis.html, a page with all tables and figures, and for the tables as CSV
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
@@ -37,24 +34,17 @@ pub(crate) struct Arguments {
     force: bool,
 }
 
-impl Arguments {
-    /// What is analysed, and its name.
-    fn source(&self) -> (&Path, String) {
-        let path = self
-            .folder
-            .as_deref()
-            .or(self.trials.as_deref())
-            .unwrap_or(Path::new("."));
-        let name = path.file_name().unwrap_or(path.as_os_str());
-        (path, name.to_string_lossy().into_owned())
-    }
-}
-
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
-    let (path, name) = arguments.source();
+    let path = &*arguments.source;
+    let name = path
+        .file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned();
     let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
     let in_source = |error: analysis::AnalysisError| Failure::Usage(format!("{}: {error}", path.display()));
-    let read = if arguments.folder.is_some() {
+    let is_folder = path.is_dir();
+    let read = if is_folder {
         analysis::read_folder(path)
     } else {
         analysis::read_file(path)
@@ -63,11 +53,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
         Trials::Fitts(trials) => {
             let mut found = analysis::fitts(&trials, &Thresholds::PAPER).map_err(in_source)?;
             if arguments.out.is_some() {
-                let base = if arguments.folder.is_some() {
-                    path
-                } else {
-                    path.parent().unwrap_or(path)
-                };
+                let base = if is_folder { path } else { path.parent().unwrap_or(path) };
                 let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;
                 found.notes.extend(notes);
                 write(arguments, || analysis::fitts_files(&found, &trajectories, &name))?;

@@ -191,14 +191,17 @@ impl<'a> Part<'a> {
             }
         }
         // Surfaces that are alike say nothing of the grip, and those that differ by viscous friction alone look late.
-        let found = robust_fit::fit(design.clone(), &left)
-            .ok()
-            .filter(|found| found.error(0) < self.first.period_s)
-            .or_else(|| robust_fit::fit(design.columns(0, columns - 1).into_owned(), &left).ok())?;
+        let parts = robust_fit::equal_parts(n);
+        let of_columns = |columns: usize| {
+            let design = design.columns(0, columns).into_owned();
+            robust_fit::fit(design, &left, &vec![0.0; columns], &parts).ok()
+        };
+        let found = of_columns(columns)
+            .filter(|found| found.uncertainty_of(0).error < self.first.period_s)
+            .or_else(|| of_columns(columns - 1))?;
         Some(Change {
-            shift: (found.values[0], found.error(0)),
-            growth: Some((found.values[1], found.error(1))),
-            freedom: found.freedom,
+            shift: (found.values[0], found.uncertainty_of(0)),
+            growth: Some((found.values[1], found.uncertainty_of(1))),
         })
     }
 }

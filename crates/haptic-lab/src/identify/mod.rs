@@ -119,7 +119,7 @@ fn other_shift(record: &Record, options: &Options, mass_kg: Option<f64>) -> Opti
         },
     );
     let [low, high] = *shifted.intervals.get("shift_s")?;
-    let shift_s = (shifted.shift_s != 0.0).then_some(shifted.shift_s)?;
+    let shift_s = Some(shifted.shift_s).filter(|shift_s| shift_s.abs() > high - low)?;
     let mass = match (mass_kg, shifted.mass_kg) {
         (Some(now), Some(then)) if options.mass_kg.is_none() => {
             format!(" (the mass would be {then:.4} kg for {now:.4})")

@@ -10,7 +10,9 @@
 //! The mass is moved by the exact scheme, so that the motion has the law's own stops and breakaways.
 
 pub mod cases;
+pub mod coverage;
 mod judgement;
+pub mod kinds;
 
 pub use judgement::{Judgement, ParameterJudgement};
 

@@ -3,13 +3,20 @@
 //! A study may be under way: the last line of a file of its folder counts only if it has an end.
 
 use crate::trial::{self, FittsTrial, PerceptionTrial, TrialError};
+use haptic_motion::guard::guarded;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// A column that the answers of a perception test alone have.
 const PERCEPTION_COLUMN: &str = "level_N";
+
+/// The first bytes of a table of Parquet.
+const PARQUET: &[u8] = b"PAR1";
 
 /// The trials of one task.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +47,14 @@ pub enum ReadError {
         /// What is wrong.
         source: TrialError,
     },
+    /// A table of Parquet cannot be read.
+    #[error("{path}: {reason}", path = path.display())]
+    Parquet {
+        /// Its name.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// A folder has no data.
     #[error("{path}: no trials: a study has them in data/subject-CODE/, in files that end in _data.csv", path = path.display())]
     NoData {
@@ -54,34 +69,54 @@ pub enum ReadError {
     },
 }
 
-/// Reads a file of trials. Its columns show the task.
+/// Reads a file of trials, of text or Parquet. Its columns show the task.
 ///
 /// # Errors
 /// It cannot be read, or a row is wrong.
 pub fn read_file(path: &Path) -> Result<Trials, ReadError> {
-    rows(path, &text(path)?)
+    let bytes = bytes(path)?;
+    if !bytes.starts_with(PARQUET) {
+        return rows(path, &bytes);
+    }
+    let text = guarded(|| of_parquet(path)).map_err(|reason| ReadError::Parquet {
+        path: path.to_path_buf(),
+        reason,
+    })?;
+    rows(path, &text)
 }
 
-fn text(path: &Path) -> Result<Vec<u8>, ReadError> {
-    let failed = |source| ReadError::Io {
+fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+    std::fs::read(path).map_err(|source| ReadError::Io {
         path: path.to_path_buf(),
         source,
-    };
-    let mut text = Vec::new();
-    File::open(path)
-        .and_then(|mut file| file.read_to_end(&mut text))
+    })
+}
+
+/// A table of Parquet as CSV.
+fn of_parquet(path: &Path) -> parquet::errors::Result<Vec<u8>> {
+    let reader = SerializedFileReader::new(File::open(path)?)?;
+    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let failed = |error: csv::Error| ParquetError::External(Box::new(error));
+    writer
+        .write_record(schema.columns().iter().map(|column| column.name()))
         .map_err(failed)?;
-    Ok(text)
+    for row in reader.get_row_iter(None)? {
+        let row = row?;
+        let cells = row.get_column_iter().map(|(_, cell)| match cell {
+            Field::Null => String::new(),
+            Field::Str(text) => text.clone(),
+            other => other.to_string(),
+        });
+        writer.write_record(cells).map_err(failed)?;
+    }
+    writer
+        .into_inner()
+        .map_err(|error| ParquetError::External(Box::new(error.into_error())))
 }
 
 fn rows(path: &Path, text: &[u8]) -> Result<Trials, ReadError> {
-    // As spreadsheets begin their files.
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    let heading = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let is_perception = String::from_utf8_lossy(heading)
-        .split(',')
-        .any(|name| name.trim() == PERCEPTION_COLUMN);
-    let read = if is_perception {
+    let read = if trial::heading(text).iter().any(|name| name == PERCEPTION_COLUMN) {
         trial::read(text).map(Trials::Perception)
     } else {
         trial::read(text).map(Trials::Fitts)
@@ -106,7 +141,7 @@ pub fn read_folder(folder: &Path) -> Result<Trials, ReadError> {
     paths.sort();
     let mut all: Option<Trials> = None;
     for path in paths {
-        let text = text(&path)?;
+        let text = bytes(&path)?;
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
         if whole == 0 {
             continue;

@@ -6,7 +6,9 @@ use super::refusal::Refusal;
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
-use haptic_lab::stats::psychometric::{Bootstrap, Level, Psychometric, Resampling, bootstrap, by_level, fit};
+use haptic_lab::stats::psychometric::{
+    Bootstrap, LARGEST_LAPSE, Level, Psychometric, Resampling, bootstrap, by_level, fit,
+};
 use haptic_lab::stats::staircase::{StaircaseEstimate, staircase};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -102,19 +104,70 @@ pub fn perception(trials: &[PerceptionTrial], seed: u64) -> Result<PerceptionAna
         }
     }
     let mut refused = Vec::new();
-    let cases = by_case
+    let cases: Vec<CaseAnalysis> = by_case
         .into_iter()
         .map(|((case, method), subjects)| analysed((case, method), &subjects, seed, &mut refused))
         .collect();
-    let is_simulated = first.operator == Some(Operator::Simulated);
-    let notes = is_simulated.then(|| "a model gave these answers: they say nothing about people".to_owned());
+    let mut notes = Vec::new();
+    if first.operator == Some(Operator::Simulated) {
+        notes.push("a model gave these answers: they say nothing about people".to_owned());
+    }
+    notes.extend(contradictions(trials));
+    notes.extend(cases.iter().flat_map(at_bounds));
     Ok(PerceptionAnalysis {
         operator: first.operator,
         trials: trials.len(),
         cases,
         refused,
-        notes: notes.into_iter().collect(),
+        notes,
     })
+}
+
+/// Says how many answers are not what `correct` says of them.
+fn contradictions(trials: &[PerceptionTrial]) -> Option<String> {
+    let is_contradicted = |trial: &&PerceptionTrial| {
+        let base = trial.base_static_n + trial.base_dynamic_n;
+        let comparison_has_more = trial.comparison_static_n + trial.comparison_dynamic_n > base;
+        let first_has_more = trial.comparison_first == comparison_has_more;
+        trial.level_n > 0.0 && trial.correct != ((trial.answer == 1) == first_has_more)
+    };
+    let mut contradicted = trials.iter().filter(is_contradicted);
+    let first = contradicted.next()?;
+    Some(format!(
+        "correct is not what answer and comparison_first say in {} of {} rows, the first of them trial {} of subject {}, \
+         case {:?}: correct is taken",
+        1 + contradicted.count(),
+        trials.len(),
+        first.trial,
+        first.subject,
+        first.case
+    ))
+}
+
+/// Says which functions run into a bound.
+fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
+    let mut notes = Vec::new();
+    for found in std::iter::once(&case.pooled).chain(&case.subjects) {
+        let Some(fit) = &found.fit else { continue };
+        let of = found.subject.as_ref().map_or_else(
+            || format!("all subjects together, case {:?}", case.case),
+            |subject| format!("subject {subject}, case {:?}", case.case),
+        );
+        if fit.is_step(&found.levels) {
+            notes.push(format!(
+                "{of}: the answers jump at the level of {} N: the width is at its lower bound, any narrower one fits as well, \
+                 and the threshold is at that level because no other was tested near it",
+                fit.threshold
+            ));
+        }
+        if fit.is_lapse_at_bound() {
+            notes.push(format!(
+                "{of}: the share of lapses is at its bound of {LARGEST_LAPSE}: more answers are wrong at large differences \
+                 than it allows, and the threshold may be too low"
+            ));
+        }
+    }
+    notes
 }
 
 fn analysed(

@@ -77,9 +77,7 @@ fn rows<T: Trial>(path: &Path) -> Result<Rows<T>, StoreError> {
         })?
     };
     let all = bytes.len();
-    let heading = bytes[..whole].split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let heading = String::from_utf8_lossy(heading);
-    let heading = heading.split(',').map(|name| name.trim().to_owned()).collect();
+    let heading = trial::heading(&bytes[..whole]);
     Ok(Rows {
         trials,
         whole,

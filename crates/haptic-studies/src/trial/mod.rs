@@ -14,6 +14,7 @@ pub use fitts::FittsTrial;
 pub use operator::Operator;
 pub use perception::{Case, Method, PerceptionTrial};
 pub use row::{OutOfRange, Trial};
+pub(crate) use table::heading;
 pub use table::{TrialError, line, read, write};
 pub use voided::VoidedTrial;
 

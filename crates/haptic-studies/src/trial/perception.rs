@@ -107,6 +107,8 @@ impl Trial for PerceptionTrial {
         "recording",
     ];
 
+    const TRUTHS: &'static [&'static str] = &["comparison_first", "correct", "reversal"];
+
     const REQUIRED: &'static [&'static str] = &[
         "subject",
         "case",

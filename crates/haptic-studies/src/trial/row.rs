@@ -11,6 +11,9 @@ pub trait Trial: Serialize + DeserializeOwned {
     /// The columns that a file must have.
     const REQUIRED: &'static [&'static str];
 
+    /// The columns of yes and no.
+    const TRUTHS: &'static [&'static str] = &[];
+
     /// Checks the values.
     ///
     /// # Errors

@@ -2,7 +2,8 @@
 
 use super::row::{OutOfRange, Trial};
 use csv::DeserializeErrorKind;
-use std::io::{Read, Write};
+use haptic_lab::text::decoded;
+use std::io::Write;
 
 /// Why a file of trials cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -10,9 +11,9 @@ pub enum TrialError {
     /// It has no heading.
     #[error("it is empty: its first line must name the columns")]
     Empty,
-    /// Its cells are not separated by commas.
-    #[error("its columns are separated by {0}: write it with commas between them, and points in its numbers")]
-    Separator(&'static str),
+    /// It is not text.
+    #[error("neither a table of text nor of Parquet")]
+    NotText,
     /// A required column is missing.
     #[error("no column `{column}`{}", in_another_unit(column, .found.as_deref()))]
     NoColumn {
@@ -46,14 +47,19 @@ pub enum TrialError {
     Csv(#[from] csv::Error),
 }
 
-/// Reads the trials of a file.
+/// Reads the trials of a file of text. Commas, semicolons or tabs separate its cells; where commas do not, they are decimal
+/// points.
 ///
 /// # Errors
-/// The file cannot be read, lacks a required column, or has a wrong cell.
-pub fn read<T: Trial>(source: impl Read) -> Result<Vec<T>, TrialError> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(source);
+/// The file lacks a required column, or has a wrong cell.
+pub fn read<T: Trial>(bytes: &[u8]) -> Result<Vec<T>, TrialError> {
+    let text = decoded(bytes).ok_or(TrialError::NotText)?;
+    let separator = separator(&text);
+    let mut reader = reader(&text, separator);
     let header = reader.headers()?.clone();
-    check_separator(&header)?;
+    if header.iter().all(str::is_empty) {
+        return Err(TrialError::Empty);
+    }
     for column in T::REQUIRED {
         if !header.iter().any(|found| found == *column) {
             let found = header.iter().find(|found| is_other_unit(column, found));
@@ -65,6 +71,16 @@ pub fn read<T: Trial>(source: impl Read) -> Result<Vec<T>, TrialError> {
     for record in reader.records() {
         let record = record?;
         let line = record.position().map_or(0, csv::Position::line);
+        let cells = header.iter().zip(&record).map(|(column, cell)| {
+            if T::TRUTHS.contains(&column) {
+                truth(cell)
+            } else if separator == b',' {
+                cell.to_owned()
+            } else {
+                with_point(cell)
+            }
+        });
+        let record: csv::StringRecord = cells.collect();
         let trial: T = record
             .deserialize(Some(&header))
             .map_err(|error| wrong_cell(line, &header, &record, error))?;
@@ -76,13 +92,48 @@ pub fn read<T: Trial>(source: impl Read) -> Result<Vec<T>, TrialError> {
     Ok(trials)
 }
 
-fn check_separator(header: &csv::StringRecord) -> Result<(), TrialError> {
-    let mut names = header.iter();
-    match (names.next(), names.next()) {
-        (None | Some(""), None) => Err(TrialError::Empty),
-        (Some(all), None) if all.contains(';') => Err(TrialError::Separator("semicolons")),
-        (Some(all), None) if all.contains('\t') => Err(TrialError::Separator("tabs")),
-        _ => Ok(()),
+/// The names of the columns of a file of text; none where it is none.
+pub(crate) fn heading(bytes: &[u8]) -> Vec<String> {
+    let text = decoded(bytes).unwrap_or_default();
+    let mut reader = reader(&text, separator(&text));
+    let names = reader.headers().map(|names| names.iter().map(str::to_owned).collect());
+    names.unwrap_or_default()
+}
+
+fn reader(text: &str, separator: u8) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .delimiter(separator)
+        .from_reader(text.as_bytes())
+}
+
+/// What separates the columns' names.
+fn separator(text: &str) -> u8 {
+    let heading = text.lines().next().unwrap_or_default();
+    let all = [b',', b';', b'\t'];
+    let found = all
+        .into_iter()
+        .find(|&separator| heading.contains(char::from(separator)));
+    found.unwrap_or(b',')
+}
+
+/// A yes or no as one program writes it, of those that others write; anything else as it is.
+fn truth(cell: &str) -> String {
+    let word = cell.to_ascii_lowercase();
+    match &*word {
+        "1" | "true" => "true".to_owned(),
+        "0" | "false" => "false".to_owned(),
+        _ => cell.to_owned(),
+    }
+}
+
+/// A number with a decimal point; anything else as it is.
+fn with_point(cell: &str) -> String {
+    let pointed = cell.replacen(',', ".", 1);
+    if pointed.parse::<f64>().is_ok() {
+        pointed
+    } else {
+        cell.to_owned()
     }
 }
 
@@ -113,8 +164,8 @@ fn wrong_cell(line: u64, header: &csv::StringRecord, record: &csv::StringRecord,
         value: record.get(index).unwrap_or_default().to_owned(),
         why: match err.kind() {
             DeserializeErrorKind::ParseFloat(_) => "it must be a number, as in 0.6".to_owned(),
+            DeserializeErrorKind::ParseBool(_) => "it must be true or false, or 1 or 0".to_owned(),
             DeserializeErrorKind::ParseInt(_) => "it must be a whole number; counts are not below 0".to_owned(),
-            DeserializeErrorKind::ParseBool(_) => "it must be true or false".to_owned(),
             other => other.to_string(),
         },
     }

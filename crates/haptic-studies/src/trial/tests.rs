@@ -120,18 +120,51 @@ fn a_wrong_file_is_told_by_line_column_value_and_limit() {
     }
     let error = read::<FittsTrial>(&b"subject,block\n1,2\n"[..]).expect_err("columns are missing");
     assert_eq!(error.to_string(), "no column `resistance`");
-    for (text, message) in [
-        ("", "it is empty: its first line must name the columns"),
-        (
-            "subject;block\nx;1\n",
-            "its columns are separated by semicolons: write it with commas between them, and points in its numbers",
-        ),
+    for (bytes, message) in [
+        (&b""[..], "it is empty: its first line must name the columns"),
+        (b"PK\0\0\x08", "neither a table of text nor of Parquet"),
     ] {
-        let error = read::<FittsTrial>(text.as_bytes()).expect_err(message);
+        let error = read::<FittsTrial>(bytes).expect_err(message);
         assert_eq!(error.to_string(), message);
     }
     let in_mm = ELSEWHERE.replace("width_m", "width_mm");
     let error = read::<FittsTrial>(in_mm.as_bytes()).expect_err("another unit");
     let message = "no column `width_m`, but `width_mm`: convert it to m";
+    assert_eq!(error.to_string(), message);
+}
+
+#[test]
+fn a_table_of_any_program_is_read_as_the_same_trials() {
+    let plain = "subject,case,method,trial,base_static_N,base_dynamic_N,comparison_static_N,comparison_dynamic_N,level_N,\
+                 comparison_first,answer,correct\nM\u{fc}ller,A,constant,1,4.25,3.5,5,4.5,1,true,1,true\n\
+                 M\u{fc}ller,C,constant,2,4.25,3.5,3,2.5,1,false,1,false\n";
+    let trials = read::<PerceptionTrial>(plain.as_bytes()).expect("trials");
+    let same = |bytes: &[u8], what: &str| {
+        let read = read::<PerceptionTrial>(bytes).unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert_eq!(read, trials, "{what}");
+    };
+    let quoted = plain.replace(',', "\",\"").replace('\n', "\"\n\"");
+    same(
+        format!("\"{}", quoted.trim_end_matches('"')).as_bytes(),
+        "quotes, as R writes",
+    );
+    same(
+        plain.replace(',', ";").replace('.', ",").as_bytes(),
+        "a German spreadsheet",
+    );
+    same(plain.replace(',', "\t").as_bytes(), "tabs");
+    for (yes, no) in [("TRUE", "FALSE"), ("True", "False"), ("1", "0")] {
+        let other = plain.replace("true", yes).replace("false", no);
+        same(other.as_bytes(), yes);
+    }
+    let utf_16: Vec<u8> = plain.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    same(&[b"\xff\xfe", &utf_16[..]].concat(), "UTF-16");
+    let latin: Vec<u8> = plain
+        .chars()
+        .map(|letter| u8::try_from(letter).expect("Latin-1"))
+        .collect();
+    same(&latin, "Latin-1");
+    let error = read::<PerceptionTrial>(plain.replace(",true\n", ",perhaps\n").as_bytes()).expect_err("no truth");
+    let message = "line 2: correct = `perhaps`: it must be true or false, or 1 or 0";
     assert_eq!(error.to_string(), message);
 }

@@ -1,10 +1,11 @@
 //! The shift between the clock of the positions and that of the forces, and their drift.
 //!
 //! The shift that leaves least of the force is found over whole samples first, then within them, as one more unknown of
-//! the fit: the force's change with time is its coefficient.
+//! the fit: the force's change with time is its coefficient. Within the strokes of one sine that is a sum of inertia and
+//! viscous friction, so that many records do not determine it.
 
-use super::regression::{Beside, Rows, Shape, Unknown, fit};
-use crate::identify::grid::Grid;
+use super::problem::Problem;
+use super::regression::{Row, Rows, Shape, Unknown};
 use crate::smoothing::{weighted, whole};
 use crate::two_clocks::{self, Change, NoShift, Shift, Shifts, stands_out};
 use nalgebra::{DMatrix, DVector};
@@ -12,109 +13,173 @@ use nalgebra::{DMatrix, DVector};
 /// Rows that the search over whole samples looks at.
 const SEARCHED_ROWS: usize = 2000;
 
-/// The shift under which the fit leaves least, within `longest_s`.
-pub(super) fn find(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, longest_s: f64) -> Result<Shift, NoShift> {
-    let begin_s = search(grid, rows, shape, known_mass, longest_s)?;
-    refine(grid, rows, shape, known_mass, begin_s)
+/// Share of the variance of the force's change, as far as the other unknowns do not explain it, that may be noise.
+const LARGEST_NOISE_SHARE: f64 = 0.5;
+
+/// Fewest degrees of freedom: with fewer a few strokes alone determine the shift, which one wrong stroke would.
+const FEWEST_FREEDOM: f64 = 5.75;
+/// But where the noise share is below this it is seen all the same.
+const CLEAR_NOISE_SHARE: f64 = 0.125;
+
+/// Another shift must leave more than this by so many times the variance of what is left, times the rows that overlap.
+const CLEARLY_MORE: f64 = 25.0;
+const OVERLAPPING: f64 = 3.0;
+/// So far from the best one it is looked for, s: the same motion comes again.
+const OTHERS_WITHIN_S: f64 = 0.06;
+
+/// The shift under which the fit leaves least, within `longest_s`, however little determines it.
+pub(super) fn rough(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: f64) -> Result<Shift, NoShift> {
+    let begin_s = Search::new(problem, rows, shape, longest_s)?.best()?;
+    let shape = Shape {
+        has_shift: true,
+        ..shape
+    };
+    refine(problem, rows, shape, begin_s)
         .map(|shifts| shifts.middle)
         .filter(|shift| shift.value_s.abs() <= longest_s)
         .ok_or(NoShift::OutOfReach)
 }
 
-/// The shift in the middle of the record, and by how much it grows from the first sample to the last; `None` where they
-/// cannot be found.
-pub(super) fn growing(
-    grid: &Grid,
-    rows: &Rows,
-    shape: Shape,
-    known_mass: f64,
-    longest_s: f64,
-) -> Option<(Shift, Shift)> {
-    let begin_s = search(grid, rows, shape, known_mass, longest_s).ok()?;
-    let shape = Shape {
-        has_growing_shift: true,
-        ..shape
-    };
-    let shifts = refine(grid, rows, shape, known_mass, begin_s)?;
-    Some((shifts.middle, shifts.growth?))
-}
-
-/// The shift in the middle of the record, and its growth where the fit has that, from a shift near it.
-fn refine(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, begin_s: f64) -> Option<Shifts> {
+/// The shift that the record determines, within `longest_s`, s.
+pub(super) fn find(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: f64) -> Result<f64, NoShift> {
+    let shift = rough(problem, rows, shape, longest_s)?;
+    if shift.value_s.abs() + shift.reach_95_s > longest_s {
+        return Err(NoShift::OutOfReach);
+    }
     let shape = Shape {
         has_shift: true,
         ..shape
     };
+    let fit = problem
+        .with_force(problem.grid.force_shifted(shift.value_s, 0.0))
+        .fit(rows, shape)
+        .map_err(|_| NoShift::OutOfReach)?;
+    let noise_share = fit.noise_share(Unknown::Shift).unwrap_or(1.0);
+    let freedom = fit.uncertainty_of(Unknown::Shift).map_or(0.0, |of| of.freedom);
+    if noise_share > LARGEST_NOISE_SHARE || (freedom < FEWEST_FREEDOM && noise_share > CLEAR_NOISE_SHARE) {
+        return Err(NoShift::Noise);
+    }
+    Search::new(problem, rows, shape, longest_s)?.only(&shift)?;
+    Ok(shift.value_s)
+}
+
+/// The shift in the middle of the record, and by how much it grows from the first sample to the last; `None` where they
+/// cannot be found.
+pub(super) fn growing(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: f64) -> Option<(Shift, Shift)> {
+    let begin_s = Search::new(problem, rows, shape, longest_s).ok()?.best().ok()?;
+    let shape = Shape {
+        has_shift: true,
+        has_growing_shift: true,
+        ..shape
+    };
+    let shifts = refine(problem, rows, shape, begin_s)?;
+    Some((shifts.middle, shifts.growth?))
+}
+
+/// The shift in the middle of the record, and its growth where the fit has that, from a shift near it.
+fn refine(problem: &Problem<'_>, rows: &Rows, shape: Shape, begin_s: f64) -> Option<Shifts> {
     two_clocks::refine(begin_s, |shift_s, growth_s| {
-        let force = grid.force_shifted(shift_s, growth_s);
-        let rates = rows.force_rates(&force);
-        let forces = without_inertia(rows, rows.forces(&force), known_mass);
-        let beside = Beside {
-            rates: &rates,
-            ..Beside::default()
-        };
-        let fit = fit(rows, &forces, beside, shape).ok()?;
-        let change = |unknown| Some((fit.value(unknown)?, fit.error(unknown)?));
+        let shifted = problem.with_force(problem.grid.force_shifted(shift_s, growth_s));
+        let fit = shifted.fit(rows, shape).ok()?;
+        let change = |unknown| Some((fit.value(unknown)?, fit.uncertainty_of(unknown)?));
         Some(Change {
             shift: change(Unknown::Shift)?,
             growth: change(Unknown::ShiftGrowth),
-            freedom: fit.found.freedom,
         })
     })
 }
 
-/// Forces less the known mass's inertia.
-pub(super) fn without_inertia(rows: &Rows, mut forces: Vec<f64>, known_mass: f64) -> Vec<f64> {
-    for (force, row) in forces.iter_mut().zip(&rows.rows) {
-        *force -= known_mass * row.acceleration;
-    }
-    forces
+/// What is left under shifts by whole samples.
+struct Search<'a> {
+    problem: &'a Problem<'a>,
+    rows: &'a Rows,
+    thinned: Vec<Row>,
+    /// Of so many rows one is looked at.
+    every: usize,
+    design: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+    longest: isize,
 }
 
-/// The best shift by whole samples, s.
-fn search(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, longest_s: f64) -> Result<f64, NoShift> {
-    let longest = whole((longest_s / grid.period_s).ceil());
-    let step = (rows.window.reach / 8).max(1);
-    let reach = longest + rows.window.reach;
-    let thinned: Vec<_> = rows
-        .rows
-        .iter()
-        .step_by(rows.rows.len().div_ceil(SEARCHED_ROWS).max(1))
-        .filter(|row| row.at >= reach && row.at + reach < grid.len())
-        .copied()
-        .collect();
-    let unknowns = Shape {
-        has_shift: false,
-        ..shape
+impl<'a> Search<'a> {
+    fn new(problem: &'a Problem<'a>, rows: &'a Rows, shape: Shape, longest_s: f64) -> Result<Self, NoShift> {
+        let longest = whole((longest_s / problem.grid.period_s).ceil());
+        let reach = longest + rows.window.reach;
+        let every = rows.rows.len().div_ceil(SEARCHED_ROWS).max(1);
+        let thinned: Vec<_> = rows
+            .rows
+            .iter()
+            .step_by(every)
+            .filter(|row| row.at >= reach && row.at + reach < problem.grid.len())
+            .copied()
+            .collect();
+        let unknowns = Shape {
+            has_shift: false,
+            ..shape
+        }
+        .unknowns();
+        let design = DMatrix::from_fn(thinned.len(), unknowns.len(), |i, j| {
+            shape.coefficient(unknowns[j], &thinned[i], 0.0)
+        });
+        Ok(Self {
+            inverse: design.tr_mul(&design).try_inverse().ok_or(NoShift::OutOfReach)?,
+            longest: isize::try_from(longest).unwrap_or(isize::MAX),
+            problem,
+            rows,
+            thinned,
+            every,
+            design,
+        })
     }
-    .unknowns();
-    let design = DMatrix::from_fn(thinned.len(), unknowns.len(), |i, j| {
-        shape.coefficient(unknowns[j], &thinned[i], 0.0)
-    });
-    let inverse = design.tr_mul(&design).try_inverse().ok_or(NoShift::OutOfReach)?;
-    let left_at = |shift: isize| {
+
+    /// Squares that the fit under a shift leaves, N^2.
+    fn left(&self, shift: isize) -> f64 {
+        let Problem { grid, known_mass, .. } = self.problem;
         let forces = DVector::from_iterator(
-            thinned.len(),
-            thinned.iter().map(|row| {
+            self.thinned.len(),
+            self.thinned.iter().map(|row| {
                 let at = row.at.saturating_add_signed(shift);
-                weighted(&rows.window.mean, &grid.force_n, at, 0.0) - known_mass * row.acceleration
+                weighted(&self.rows.window.mean, &grid.force_n, at, 0.0) - known_mass * row.acceleration
             }),
         );
-        let right = design.tr_mul(&forces);
-        forces.norm_squared() - right.dot(&(&inverse * &right))
-    };
-    let longest = isize::try_from(longest).unwrap_or(isize::MAX);
-    let mut best = (0, f64::INFINITY);
-    let mut most = 0.0_f64;
-    for shift in (-longest..=longest).step_by(step) {
-        let left = left_at(shift);
-        most = most.max(left);
-        if left < best.1 {
-            best = (shift, left);
+        let right = self.design.tr_mul(&forces);
+        forces.norm_squared() - right.dot(&(&self.inverse * &right))
+    }
+
+    fn shifts(&self) -> impl Iterator<Item = isize> {
+        (-self.longest..=self.longest).step_by((self.rows.window.reach / 8).max(1))
+    }
+
+    /// The best shift, s.
+    fn best(&self) -> Result<f64, NoShift> {
+        let mut best = (0, f64::INFINITY);
+        let mut most = 0.0_f64;
+        for shift in self.shifts() {
+            let left = self.left(shift);
+            most = most.max(left);
+            if left < best.1 {
+                best = (shift, left);
+            }
         }
+        if !stands_out(best.1, most) {
+            return Err(NoShift::AllAlike);
+        }
+        Ok(best.0 as f64 * self.problem.grid.period_s)
     }
-    if !stands_out(best.1, most) {
-        return Err(NoShift::AllAlike);
+
+    /// Whether every other shift in the neighbourhood leaves clearly more.
+    fn only(&self, best: &Shift) -> Result<(), NoShift> {
+        let period_s = self.problem.grid.period_s;
+        let apart_s = |shift: &isize| (*shift as f64 * period_s - best.value_s).abs();
+        let near_s = (3.0 * best.reach_95_s).max(self.rows.half_s / 4.0);
+        let nearest = self.shifts().min_by(|one, two| apart_s(one).total_cmp(&apart_s(two)));
+        let least = self.left(nearest.unwrap_or(0));
+        let overlapping = (OVERLAPPING / self.every as f64).max(1.0);
+        let more = CLEARLY_MORE * overlapping * least / self.thinned.len() as f64;
+        let other = self
+            .shifts()
+            .filter(|shift| (near_s..OTHERS_WITHIN_S).contains(&apart_s(shift)))
+            .find(|shift| self.left(*shift) < least + more);
+        other.map_or(Ok(()), |other| Err(NoShift::Other(other as f64 * period_s)))
     }
-    Ok(best.0 as f64 * grid.period_s)
 }

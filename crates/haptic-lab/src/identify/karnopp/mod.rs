@@ -10,6 +10,7 @@
 //! out parts of the record, so that they hold where neighbouring residuals are alike; intervals are
 //! widened by what the windows around it differ. `Fs` is read off breakaways under a slow load.
 
+mod backlash;
 mod breakaway;
 mod clocks;
 mod fitted;
@@ -30,8 +31,8 @@ use super::grid::Grid;
 use super::options::{Directions, Options};
 use super::record::Record;
 use super::result::{Identified, Interval, ModelKind};
-use crate::robust_fit::{Unfit, certain};
-use crate::two_clocks::{Drift, NoShift};
+use crate::robust_fit::Unfit;
+use crate::two_clocks::Drift;
 use haptic_core::Directional;
 use motion::Motion;
 use problem::Problem;
@@ -61,13 +62,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     let mut found = Identified::empty(ModelKind::Karnopp);
     found.notes.clone_from(&grid.notes);
     found.mass_kg = options.mass_kg;
-    let known_mass = options.mass_kg.unwrap_or(0.0);
-    let mut problem = Problem {
-        force: grid.force_shifted(0.0, 0.0),
-        grid: &grid,
-        motion: &motion,
-        known_mass,
-    };
+    let mut problem = Problem::new(&grid, &motion, options);
     let shape = match refusal::shape(&problem, options) {
         Ok(shape) => shape,
         Err(reason) => {
@@ -75,17 +70,22 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
             return found;
         }
     };
-    problem.force = on_one_clock(&problem, options, shape, &mut found);
+    if let Err(reason) = put_on_one_clock(&mut problem, options, shape, &mut found) {
+        refusal::refuse_shift(&mut found, &reason);
+        refusal::refuse_all(&mut found, options, &reason);
+        return found;
+    }
     let slides =
         window::choose(&problem, shape).and_then(|rows| choose_directions(&problem, rows, shape, options, &mut found));
     let slides = match slides {
         Ok(slides) => slides,
         Err(unfit) => {
-            refusal::refuse_all(&mut found, options, &refusal::reason(&unfit, &grid, &motion));
+            refusal::refuse_all(&mut found, options, &refusal::reason(&unfit, &problem));
             return found;
         }
     };
     let slides = place::explained(&problem, slides, &mut found);
+    let slides = backlash::looked_for(&problem, slides, &mut found);
     found.residual_rms_n = slides.fit.rms_n();
     found.residual_window_s = Some(2.0 * slides.rows.half_s);
     note_drift(&mut found, &slides);
@@ -94,6 +94,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
         slides.rows.rows.len(),
         2e3 * slides.rows.half_s
     ));
+    report_shift(&mut found, &slides);
     report(&mut found, &problem, &slides, options);
     statics::report(&mut found, &problem, &slides, options);
     refusal::refuse_poor(&mut found, &problem, &slides, options);
@@ -112,78 +113,74 @@ fn note_drift(found: &mut Identified, slides: &Slides) {
     }
 }
 
-/// Finds the clocks' shift and gives the force on the positions' clock.
-fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &mut Identified) -> Vec<f64> {
-    let longest_s = options.clocks.longest_shift_s();
+/// Puts the force on the positions' clock, where it is known or looked for.
+fn put_on_one_clock(
+    problem: &mut Problem<'_>,
+    options: &Options,
+    shape: Shape,
+    found: &mut Identified,
+) -> Result<(), String> {
     if let Clocks::Shifted(shift_s) = options.clocks {
         found.shift_s = shift_s;
+        problem.force = problem.grid.force_shifted(shift_s, 0.0);
     }
-    let as_given = problem.grid.force_shifted(found.shift_s, 0.0);
+    let longest_s = options.clocks.longest_shift_s();
     if longest_s <= 0.0 {
-        return as_given;
+        return Ok(());
     }
-    let of = |problem: &Problem<'_>| {
-        let rows = window::choose(problem, shape).map_err(|_| NoShift::OutOfReach)?;
-        clocks::find(problem.grid, &rows, shape, problem.known_mass, longest_s)
-    };
+    let unfit = |unfit, problem: &Problem<'_>| refusal::reason(&unfit, problem);
+    let unknown = |why| refusal::no_shift(why, longest_s);
     // The best window for clocks that differ is not the best one for those that agree.
-    let shift = match of(problem) {
-        Ok(shift) if shift.is_significant => of(&Problem {
-            force: problem.grid.force_shifted(shift.value_s, 0.0),
-            ..*problem
-        }),
-        shift => shift,
+    let unshifted = Shape {
+        has_shift: false,
+        ..shape
     };
-    let shift = match shift {
-        Ok(shift) => shift,
-        Err(why) => {
-            refusal::report_no_shift(found, why, options.clocks);
-            return as_given;
-        }
-    };
-    let [low, high] = shift.interval();
-    found.intervals.insert("shift_s".to_owned(), [low, high]);
-    if !shift.is_significant {
-        found.notes.push(format!(
-            "shift between the clocks: {:.2} ms within [{:.2}, {:.2}] ms, not different from 0 and not applied",
-            shift.value_s * 1e3,
-            low * 1e3,
-            high * 1e3
-        ));
-        return as_given;
-    }
-    found.shift_s = shift.value_s;
-    found.notes.push(format!(
-        "the force's clock is {:.2} ms ahead of the position's, within [{:.2}, {:.2}] ms: aligned",
-        shift.value_s * 1e3,
-        low * 1e3,
-        high * 1e3
-    ));
-    problem.grid.force_shifted(shift.value_s, 0.0)
+    let rows = window::choose(problem, unshifted).map_err(|why| unfit(why, problem))?;
+    let rough = clocks::rough(problem, &rows, shape, longest_s).map_err(unknown)?;
+    problem.force = problem.grid.force_shifted(rough.value_s, 0.0);
+    let rows = window::choose(problem, shape).map_err(|why| unfit(why, problem))?;
+    found.shift_s = clocks::find(problem, &rows, shape, longest_s).map_err(unknown)?;
+    problem.force = problem.grid.force_shifted(found.shift_s, 0.0);
+    Ok(())
+}
+
+/// How much the force's clock is ahead of the position's, s, however little determines it; `None` where no shift fits
+/// best.
+pub(super) fn rough_shift(record: &Record, options: &Options) -> Option<f64> {
+    of_two_clocks(record, options, |problem, shape, longest_s| {
+        let rows = window::choose(problem, shape).ok()?;
+        let shift = clocks::rough(problem, &rows, shape, longest_s).ok()?;
+        Some(shift.value_s)
+    })
+}
+
+/// What is found of a record that is not on one clock.
+fn of_two_clocks<T>(
+    record: &Record,
+    options: &Options,
+    find: impl FnOnce(&Problem<'_>, Shape, f64) -> Option<T>,
+) -> Option<T> {
+    let grid = Grid::new(record);
+    let motion = Motion::new(&grid, record.resolution_m);
+    let problem = Problem::new(&grid, &motion, options);
+    let shape = refusal::shape(&problem, options).ok()?;
+    find(&problem, shape, options.clocks.longest_shift_s())
 }
 
 /// How much faster the force's clock runs than the position's; `None` where that is not certain.
 pub(super) fn clock_drift(record: &Record, options: &Options) -> Option<Drift> {
-    let grid = Grid::new(record);
-    let motion = Motion::new(&grid, record.resolution_m);
-    let problem = Problem {
-        force: grid.force_shifted(0.0, 0.0),
-        grid: &grid,
-        motion: &motion,
-        known_mass: options.mass_kg.unwrap_or(0.0),
-    };
-    let shape = refusal::shape(&problem, options).ok()?;
-    let longest_s = options.clocks.longest_shift_s();
+    of_two_clocks(record, options, drift_of)
+}
+
+fn drift_of(problem: &Problem<'_>, shape: Shape, longest_s: f64) -> Option<Drift> {
+    let grid = problem.grid;
     let of = |problem: &Problem<'_>| {
         let rows = window::choose(problem, shape).ok()?;
-        clocks::growing(problem.grid, &rows, shape, problem.known_mass, longest_s)
+        clocks::growing(problem, &rows, shape, longest_s)
     };
     // As with a shift alone.
-    let (shift, growth) = of(&problem)?;
-    let (_, growth) = of(&Problem {
-        force: grid.force_shifted(shift.value_s, growth.value_s),
-        ..problem
-    })?;
+    let (shift, growth) = of(problem)?;
+    let (_, growth) = of(&problem.with_force(grid.force_shifted(shift.value_s, growth.value_s)))?;
     Drift::of(&growth, grid.period_s * (grid.len() - 1) as f64)
 }
 
@@ -222,16 +219,20 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
     let difference = [(Unknown::Viscous(0), 1.0), (Unknown::Viscous(1), -1.0)];
     let viscous_differs = apart
         .value(&difference)
-        .is_some_and(|(value, reach)| value.abs() > reach * certain(apart.fit.found.freedom) / apart.fit.reach_95());
+        .zip(apart.fit.uncertainty(&difference))
+        .is_some_and(|((value, reach), of)| value.abs() > reach * of.reach_certain() / of.reach_95());
     if !viscous_differs && !statics_differ {
         return false;
     }
     let gain = together.fit.rms_n() / apart.fit.rms_n().max(f64::MIN_POSITIVE);
     let structure = apart.fit.structure(&apart.rows);
-    let falls = match &apart.neighbours[..] {
-        [short, long] => short.rms_n() >= NOISE_FALL * long.rms_n(),
-        _ => true,
+    let rms_under = |factor: f64| {
+        let rows = problem.rows(factor * apart.rows.half_s);
+        problem.fit(&rows, apart.fit.shape).ok().map(|fit| fit.rms_n())
     };
+    let falls = rms_under(1.0 / 1.5)
+        .zip(rms_under(1.5))
+        .is_none_or(|(short, long)| short >= NOISE_FALL * long);
     let is_noise =
         structure < NOISE_STRUCTURE && falls && apart.fit.rms_n() <= NOISE_EXCESS * problem.force_noise(&apart.rows);
     if statics_differ || gain >= LEAST_GAIN || is_noise {
@@ -253,6 +254,23 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
         together.fit.rms_n()
     ));
     false
+}
+
+/// Stores the clocks' shift in the result, where it was looked for.
+fn report_shift(found: &mut Identified, slides: &Slides) {
+    let Some((change_s, reach_s)) = slides.value(&[(Unknown::Shift, 1.0)]) else {
+        return;
+    };
+    found.shift_s += change_s;
+    let [low_s, high_s] = [found.shift_s - reach_s, found.shift_s + reach_s];
+    found.intervals.insert("shift_s".to_owned(), [low_s, high_s]);
+    found.notes.push(format!(
+        "the force's clock is {:.2} ms ahead of the position's, within [{:.2}, {:.2}] ms: aligned, and what is not known \
+         of it is in every interval",
+        1e3 * found.shift_s,
+        1e3 * low_s,
+        1e3 * high_s
+    ));
 }
 
 /// Stores what the slides determine in the result.

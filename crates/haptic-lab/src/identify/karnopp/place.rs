@@ -33,45 +33,71 @@ const OVERLAPPING: f64 = 3.0;
 /// Share of the acceleration's variance that the place may leave, at least, for the mass to be told from a spring.
 pub(super) const LEAST_MASS_SHARE: f64 = 0.03;
 
-/// The slides with a force of the place in the fit, where what is left shows one.
+/// The slides with a force of the place in the fit, where it is certain, or where what is left shows one.
 pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Identified) -> Slides {
+    let with_spring = with_hats(problem, &slides.rows, slides.fit.shape, 1).filter(|sprung| {
+        let height = sprung.fit.value(Unknown::Place(0)).unwrap_or(0.0);
+        let of = sprung.fit.uncertainty_of(Unknown::Place(0));
+        // Under one frequency whatever the law lacks would look like one.
+        share_of_mass(sprung) >= LEAST_MASS_SHARE && of.is_some_and(|of| height.abs() > of.reach_certain())
+    });
+    let plain_rms_n = slides.fit.rms_n();
+    let is_sprung = with_spring.is_some();
+    let slides = with_spring.unwrap_or(slides);
+    let (slides, is_uneven) = match uneven(problem, &slides) {
+        Some(placed) => (placed, true),
+        None => (slides, false),
+    };
+    if is_sprung || is_uneven {
+        let heights = (0..slides.fit.shape.hats).filter_map(|hat| slides.fit.value(Unknown::Place(hat)));
+        // The lowest one is 0.
+        let (least, greatest) = extent(heights.chain([0.0]));
+        let like = if is_uneven {
+            "of a spring, of cogging or of an uneven surface"
+        } else {
+            "of a spring"
+        };
+        found.notes.push(format!(
+            "the force depends on the place, by {:.2} N over the way, as that {like}: it is fitted and left out ({:.3} N \
+             are left with it, {plain_rms_n:.3} N without)",
+            greatest - least,
+            slides.fit.rms_n()
+        ));
+    }
+    slides
+}
+
+/// Share of the acceleration's variance that the place, and all else, leaves to the mass; 1 where that is known.
+pub(super) fn share_of_mass(slides: &Slides) -> f64 {
+    let square: f64 = slides.rows.rows.iter().map(|row| row.acceleration.powi(2)).sum();
+    let own = slides.fit.own_variance(Unknown::Mass);
+    own.map_or(1.0, |own| own * slides.rows.rows.len() as f64 / square)
+}
+
+/// The fit with hats over the way; one of them is a spring.
+fn with_hats(problem: &Problem<'_>, rows: &Rows, shape: Shape, hats: usize) -> Option<Slides> {
+    Slides::new(problem, rows.clone(), Shape { hats, ..shape }).ok()
+}
+
+/// The fit with a force of the place of any form, where what is left without it is more than noise, and less with it.
+fn uneven(problem: &Problem<'_>, slides: &Slides) -> Option<Slides> {
     let shape = slides.fit.shape;
-    let shorter = Rows::new(problem.grid, problem.motion, slides.rows.half_s / SHORTER);
+    let shorter = problem.rows(slides.rows.half_s / SHORTER);
     let shorter = problem.fit(&shorter, shape).ok().map(|fit| (shorter, fit));
     let all = || std::iter::once((&slides.rows, &slides.fit)).chain(shorter.iter().map(|(rows, fit)| (rows, fit)));
     if all().all(|(rows, fit)| problem.excess(rows, fit) <= EXCESS) {
-        return slides;
+        return None;
     }
     let (low, high) = extent(problem.grid.position_m.iter().copied());
     let hats = ((high - low) / HAT_M).round().clamp(FEWEST_HATS, MOST_HATS);
-    let shape = Shape {
-        hats: whole(hats),
-        ..shape
-    };
-    for (plain_rows, plain) in all() {
+    all().find_map(|(plain_rows, plain)| {
         let rows = plain_rows.rows.len() as f64 / OVERLAPPING;
-        if rows <= 2.0 * hats {
-            continue;
-        }
-        let Ok(placed) = Slides::new(problem, plain_rows.clone(), shape) else {
-            continue;
-        };
+        let placed = (rows > 2.0 * hats)
+            .then(|| with_hats(problem, plain_rows, shape, whole(hats)))
+            .flatten()?;
         let left = placed.fit.rms_n() / (1.0 - hats / rows).max(0.1).sqrt();
-        if left < LARGEST_LEFT * plain.rms_n() {
-            let heights = (0..shape.hats).filter_map(|hat| placed.fit.value(Unknown::Place(hat)));
-            // The lowest one is 0.
-            let (least, greatest) = extent(heights.chain([0.0]));
-            found.notes.push(format!(
-                "the force depends on the place, by {:.2} N over the way, as that of a spring, of cogging or of an \
-                 uneven surface: it is fitted and left out ({:.3} N are left with it, {:.3} N without)",
-                greatest - least,
-                placed.fit.rms_n(),
-                plain.rms_n()
-            ));
-            return placed;
-        }
-    }
-    slides
+        (left < LARGEST_LEFT * plain.rms_n()).then_some(placed)
+    })
 }
 
 /// Says what is assumed of a motion of one frequency: a spring and a mass give the same force there.
@@ -85,13 +111,18 @@ pub(super) fn note_one_frequency(problem: &Problem<'_>, slides: &Slides, found: 
         let row = &rows.rows[i];
         match j {
             0 => x[row.at] + weighted(&rows.window.mean, x, row.at, x[row.at]),
-            1 => row.velocity[0] + row.velocity[1],
-            2 => 2.0 * row.positive_share - 1.0,
+            1 => row.velocity,
+            2 => row.sense,
             _ => 1.0,
         }
     });
     let accelerations: Vec<f64> = rows.rows.iter().map(|row| row.acceleration).collect();
-    let Ok(fit) = robust_fit::fit(design, &accelerations) else {
+    let Ok(fit) = robust_fit::fit(
+        design,
+        &accelerations,
+        &[0.0; 4],
+        &robust_fit::equal_parts(accelerations.len()),
+    ) else {
         return;
     };
     let variance = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();

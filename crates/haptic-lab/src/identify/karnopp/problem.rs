@@ -1,10 +1,10 @@
 //! A record on its way through the fit: its motion, and the force on the same clock.
 
-use super::clocks;
 use super::motion::Motion;
 use super::regression::{Beside, Fit, Rows, Shape, Unknown, fit};
 use super::slides::SAMPLING_SHARE;
 use crate::identify::grid::Grid;
+use crate::identify::options::Options;
 use crate::median::median;
 use crate::robust_fit::{Unfit, robust_deviation};
 use crate::smoothing::white_noise;
@@ -26,20 +26,64 @@ pub(super) struct Problem<'a> {
     /// Driving force on the positions' clock, N.
     pub(super) force: Vec<f64>,
     pub(super) known_mass: f64,
+    /// How far windows stay clear of the ends of a slide, s.
+    pub(super) margin_s: f64,
 }
 
-impl Problem<'_> {
+/// Where the shift of the clocks is looked for, s: how the force changes about a turn says when the mass set off, which is
+/// not known, and would be taken for a shift.
+const MARGIN_WITH_SHIFT_S: f64 = 0.01;
+
+impl<'a> Problem<'a> {
+    pub(super) fn new(grid: &'a Grid, motion: &'a Motion, options: &Options) -> Self {
+        let is_of_two_clocks = options.clocks.longest_shift_s() > 0.0;
+        Self {
+            force: grid.force_n.clone(),
+            grid,
+            motion,
+            known_mass: options.mass_kg.unwrap_or(0.0),
+            margin_s: if is_of_two_clocks { MARGIN_WITH_SHIFT_S } else { 0.0 },
+        }
+    }
+
+    /// The same with another force.
+    pub(super) fn with_force(&self, force: Vec<f64>) -> Self {
+        Self { force, ..*self }
+    }
+
+    /// The rows under a window.
+    pub(super) fn rows(&self, half_s: f64) -> Rows {
+        Rows::new(self.grid, self.motion, half_s, self.margin_s)
+    }
+
     pub(super) fn fit(&self, rows: &Rows, shape: Shape) -> Result<Fit, Unfit> {
-        let forces = clocks::without_inertia(rows, rows.forces(&self.force), self.known_mass);
+        let mut forces = rows.forces(&self.force);
+        for (force, row) in forces.iter_mut().zip(&rows.rows) {
+            *force -= self.known_mass * row.acceleration;
+        }
+        self.fit_to(rows, &forces, shape)
+    }
+
+    /// Fits the shape to other forces of the rows than those that were recorded.
+    fn fit_to(&self, rows: &Rows, forces: &[f64], shape: Shape) -> Result<Fit, Unfit> {
         let places = match shape.hats {
             0 => Vec::new(),
             hats => rows.places(self.grid, hats),
         };
-        let beside = Beside {
-            places: &places,
-            ..Beside::default()
+        let (rates, force_noise_n) = if shape.has_shift {
+            (
+                rows.force_rates(&self.force),
+                white_noise(&self.force, &self.grid.is_valid),
+            )
+        } else {
+            (Vec::new(), 0.0)
         };
-        fit(rows, &forces, beside, shape)
+        let beside = Beside {
+            rates: &rates,
+            force_noise_n,
+            places: &places,
+        };
+        fit(rows, forces, beside, shape)
     }
 
     /// What a fit leaves, in multiples of what noise of the force and of the positions leaves.
@@ -61,12 +105,9 @@ impl Problem<'_> {
     /// slides that it matters when between two samples it does: what is left of that is half a period to either side, less
     /// where the steps fall at other phases each time.
     pub(super) fn change_with_steps(&self, rows: &Rows, shape: Shape) -> Option<DVector<f64>> {
-        if shape.hats > 0 {
-            return None;
-        }
         let share = self.share_of_steps()?;
         let rates = rows.force_rates(&self.force);
-        let change = fit(rows, &rates, Beside::default(), shape).ok()?.found.values;
+        let change = self.fit_to(rows, &rates, shape).ok()?.found.values;
         Some(change * (share * self.grid.period_s / 12.0_f64.sqrt()))
     }
 

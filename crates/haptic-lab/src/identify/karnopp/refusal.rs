@@ -1,12 +1,11 @@
 //! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
 
 use super::motion::Motion;
-use super::place::LEAST_MASS_SHARE;
+use super::place::{self, LEAST_MASS_SHARE};
 use super::problem::Problem;
 use super::regression::{Rows, Shape, Unknown};
 use super::slides::Slides;
 use super::window;
-use crate::identify::clocks::Clocks;
 use crate::identify::grid::Grid;
 use crate::identify::options::{Directions, Options};
 use crate::identify::result::{Identified, Refusal};
@@ -59,8 +58,8 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
         ));
     }
     let half_s = window::candidates(grid.period_s)[0];
-    let rows = Rows::new(grid, motion, half_s);
-    let positive = rows.rows.iter().filter(|row| row.positive_share > 0.5).count();
+    let rows = problem.rows(half_s);
+    let positive = rows.rows.iter().filter(|row| row.sense > 0.0).count();
     let sides = [positive, rows.rows.len() - positive].map(|count| count >= FEWEST_ROWS);
     if sides == [false; 2] {
         return Err(too_little_sliding(&rows, grid, motion));
@@ -70,7 +69,7 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
         has_viscous: speed_ratio(motion) >= LEAST_SPEED_RATIO,
         is_separate: options.directions != Directions::Alike || sides != [true; 2],
         sides,
-        has_shift: false,
+        has_shift: options.clocks.longest_shift_s() > 0.0,
         has_growing_shift: false,
         hats: 0,
     })
@@ -126,12 +125,13 @@ fn too_little_sliding(rows: &Rows, grid: &Grid, motion: &Motion) -> String {
 }
 
 /// Why the fit cannot be made.
-pub(super) fn reason(unfit: &Unfit, grid: &Grid, motion: &Motion) -> String {
+pub(super) fn reason(unfit: &Unfit, problem: &Problem<'_>) -> String {
+    let (grid, motion) = (problem.grid, problem.motion);
     let slides = |sense| motion.slides(sense, 8);
     match unfit {
         Unfit::TooFewRows(_) => {
             let half_s = window::candidates(grid.period_s)[0];
-            too_little_sliding(&Rows::new(grid, motion, half_s), grid, motion)
+            too_little_sliding(&problem.rows(half_s), grid, motion)
         }
         Unfit::Condition(condition) => format!(
             "the motion does not separate inertia, viscous and dynamic friction (condition number {condition:.0e})"
@@ -157,22 +157,35 @@ pub(super) fn refuse_all(found: &mut Identified, options: &Options, reason: &str
     }
 }
 
-/// Says why no shift between the clocks was found. Of two recorders it is refused.
-pub(super) fn report_no_shift(found: &mut Identified, why: NoShift, clocks: Clocks) {
-    let longest_ms = 1e3 * clocks.longest_shift_s();
-    let reason = match why {
+/// Why no shift between the clocks was found.
+pub(super) fn no_shift(why: NoShift, longest_s: f64) -> String {
+    let longest_ms = 1e3 * longest_s;
+    match why {
         NoShift::AllAlike => format!(
-            "whatever the shift within {longest_ms} ms, about the same force is left: the motion changes too little to \
-             determine it; 0 is taken"
+            "whatever the shift of the clocks within {longest_ms} ms, about the same force is left: the motion changes too \
+             little to determine it"
         ),
-        NoShift::OutOfReach => format!("no shift within {longest_ms} ms fits best; 0 is taken"),
-    };
-    if clocks == Clocks::Two {
-        let instead = "strokes of 0.5 to 3 Hz, or give the shift by --shift-ms";
-        refuse(found, "shift_s", reason, instead);
-    } else {
-        found.notes.push(format!("shift between the clocks: {reason}"));
+        NoShift::OutOfReach => format!("no shift of the clocks within {longest_ms} ms fits best"),
+        NoShift::Noise => {
+            "the shift of the clocks is not determined: within strokes of one frequency a shift looks like \
+                           other inertia and viscous friction"
+                .to_owned()
+        }
+        NoShift::Other(other_s) => format!(
+            "the shift of the clocks is not determined: one of {:.1} ms leaves about the same",
+            1e3 * other_s
+        ),
     }
+}
+
+/// Refuses the shift of the clocks.
+pub(super) fn refuse_shift(found: &mut Identified, reason: &str) {
+    refuse(
+        found,
+        "shift_s",
+        reason.to_owned(),
+        "a chirp of 0.5 to 3 Hz, or give the shift by --shift-ms",
+    );
 }
 
 /// Refuses the offset of friction that differs by direction.
@@ -303,12 +316,12 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) 
         withdraw(found, "mass_kg", why, instead);
         return;
     };
-    let own = slides.fit.own_variance(Unknown::Mass).unwrap_or(0.0);
-    if slides.fit.shape.hats > 0 && own < LEAST_MASS_SHARE * acceleration * acceleration {
+    let share = place::share_of_mass(slides);
+    if slides.fit.shape.hats > 0 && share < LEAST_MASS_SHARE {
         let why = format!(
             "the force depends on the place, and {:.0} % of the acceleration's variance is given by that: a spring along \
              the way would look like less mass",
-            100.0 * (1.0 - own / (acceleration * acceleration))
+            100.0 * (1.0 - share)
         );
         withdraw(
             found,
@@ -318,7 +331,7 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) 
         );
         return;
     }
-    let attenuation = slides.fit.attenuation(Unknown::Mass, noise).unwrap_or(1.0);
+    let attenuation = slides.fit.noise_share(Unknown::Mass).unwrap_or(1.0);
     if attenuation > LARGEST_ATTENUATION {
         let why = format!(
             "{:.0} % of the acceleration's variance ({acceleration:.4} m/s^2 rms) is the position's noise",

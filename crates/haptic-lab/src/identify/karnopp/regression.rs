@@ -3,13 +3,20 @@
 use super::motion::Motion;
 use crate::identify::grid::Grid;
 use crate::median::extent;
-use crate::robust_fit::{self, RobustFit, Unfit};
+use crate::robust_fit::{self, RobustFit, Uncertainty, Unfit};
 use crate::smoothing::{Window, weighted, whole};
-use crate::stats::mean::student_t;
 use nalgebra::{DMatrix, DVector};
 
 /// Most rows of a fit; of longer records every second, third ... is taken.
 const MOST_ROWS: usize = 8000;
+
+/// Parts of the record that err each in its own way are pairs of strokes, joined to at most so many. Of fewer pairs than
+/// the second number they are cut.
+const MOST_PARTS: usize = 24;
+const FEWEST_PAIRS: usize = 6;
+
+/// Share of the positions' noise that may be none.
+const NOT_NOISE: f64 = 0.5;
 
 /// One window's worth of Newton's law.
 #[derive(Clone, Copy, Debug)]
@@ -20,10 +27,17 @@ pub(super) struct Row {
     pub(super) place: f64,
     /// Acceleration, m/s^2.
     pub(super) acceleration: f64,
-    /// Velocity while it is positive, and while it is negative, m/s.
-    pub(super) velocity: [f64; 2],
-    /// Share of the window that slides in the positive direction.
-    pub(super) positive_share: f64,
+    /// Velocity, m/s.
+    pub(super) velocity: f64,
+    /// Direction of the slide, 1 or -1.
+    pub(super) sense: f64,
+}
+
+impl Row {
+    /// Whether it slides in the positive direction, 0, or in the negative one, 1.
+    fn is_of(&self, side: usize) -> bool {
+        (self.sense < 0.0) == (side == 1)
+    }
 }
 
 /// The rows of a record under one window.
@@ -32,35 +46,78 @@ pub(super) struct Rows {
     pub(super) window: Window,
     pub(super) half_s: f64,
     pub(super) rows: Vec<Row>,
+    /// Samples from one row to the next.
+    pub(super) step: usize,
+    /// The part of the record that each row belongs to.
+    parts: Vec<usize>,
+    /// Standard deviation of a position's noise, m.
+    position_noise_m: f64,
 }
 
 impl Rows {
-    /// The rows whose whole window is valid and slides.
-    pub(super) fn new(grid: &Grid, motion: &Motion, half_s: f64) -> Self {
+    /// The rows whose whole window is valid and slides one way: how long the mass rests at a turn, and at which instant it
+    /// turns, is not known.
+    pub(super) fn new(grid: &Grid, motion: &Motion, half_s: f64, margin_s: f64) -> Self {
         let window = Window::new(half_s, grid.period_s);
         let reach = window.reach;
-        let mut rows = Vec::new();
-        if grid.len() > 2 * reach {
-            let is_bad: Vec<bool> = motion
-                .sense
-                .iter()
-                .zip(&grid.is_valid)
-                .map(|(sense, valid)| *sense == 0 || !valid)
-                .collect();
-            let sliding = is_bad.iter().filter(|is_bad| !**is_bad).count();
-            let step = (reach / 3).max(1).max(sliding / MOST_ROWS);
-            let mut bad_before = Vec::with_capacity(is_bad.len() + 1);
-            bad_before.push(0_u32);
-            for bad in &is_bad {
-                bad_before.push(bad_before[bad_before.len() - 1] + u32::from(*bad));
+        let around = reach + whole(margin_s / grid.period_s);
+        let (mut rows, mut step) = (Vec::new(), 1);
+        if grid.len() > 2 * around {
+            let senses = || motion.sense.iter().zip(&grid.is_valid);
+            let sliding = senses().filter(|(sense, is_valid)| **sense != 0 && **is_valid).count();
+            step = (reach / 3).max(1).max(sliding / MOST_ROWS);
+            let mut before = Vec::with_capacity(grid.len() + 1);
+            before.push(0_i64);
+            for (sense, is_valid) in senses() {
+                before.push(before[before.len() - 1] + if *is_valid { i64::from(*sense) } else { 0 });
             }
-            for at in (reach..grid.len() - reach).step_by(step) {
-                if bad_before[at + reach + 1] == bad_before[at - reach] {
+            for at in (reach..grid.len() - around).step_by(step).filter(|at| *at >= around) {
+                let slid = before[at + around + 1] - before[at - around];
+                if slid.unsigned_abs() == 2 * around as u64 + 1 {
                     rows.push(row(grid, motion, &window, at));
                 }
             }
         }
-        Self { window, half_s, rows }
+        Self {
+            parts: parts(&rows, step, motion),
+            window,
+            half_s,
+            rows,
+            step,
+            position_noise_m: motion.noise_m,
+        }
+    }
+
+    /// Those of the rows that are kept.
+    pub(super) fn kept(&self, is_kept: &[bool]) -> Self {
+        let kept = || {
+            is_kept
+                .iter()
+                .enumerate()
+                .filter(|(_, is_kept)| **is_kept)
+                .map(|(index, _)| index)
+        };
+        Self {
+            rows: kept().map(|index| self.rows[index]).collect(),
+            parts: kept().map(|index| self.parts[index]).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Variance of the noise in an unknown's coefficients, in their unit.
+    fn noise(&self, unknown: Unknown, beside: Beside<'_>, shape: Shape) -> f64 {
+        let square = |weights: &[f64]| weights.iter().map(|weight| weight * weight).sum::<f64>();
+        let (position, force) = (self.position_noise_m.powi(2), beside.force_noise_n.powi(2));
+        match unknown {
+            Unknown::Mass => position * square(&self.window.curvature),
+            Unknown::Viscous(side) => {
+                let with = self.rows.iter().filter(|row| !shape.is_separate || row.is_of(side));
+                position * square(&self.window.slope) * with.count() as f64 / self.rows.len() as f64
+            }
+            Unknown::Shift => force * square(&self.window.slope),
+            Unknown::ShiftGrowth => force * square(&self.window.slope) / 12.0,
+            Unknown::Level(_) | Unknown::Drift | Unknown::Place(_) => 0.0,
+        }
     }
 
     /// Hats over the way, each a straight rise to its place and a straight fall from there, in the mean of each row's
@@ -104,33 +161,38 @@ impl Rows {
     }
 }
 
+/// The part of each row.
+fn parts(rows: &[Row], step: usize, motion: &Motion) -> Vec<usize> {
+    let mut strokes = vec![0; rows.len()];
+    for index in 1..rows.len() {
+        let (before, now) = (rows[index - 1].at, rows[index].at);
+        let is_next = now > before + step || motion.sense[now] != motion.sense[before];
+        strokes[index] = strokes[index - 1] + usize::from(is_next);
+    }
+    let pairs = strokes.last().map_or(0, |last| last / 2 + 1);
+    if pairs < FEWEST_PAIRS {
+        return robust_fit::equal_parts(rows.len());
+    }
+    if pairs <= MOST_PARTS {
+        return strokes.iter().map(|stroke| stroke / 2).collect();
+    }
+    // Each pair whole in the part that its middle lies in, of parts of equal size.
+    let mut parts = Vec::with_capacity(rows.len());
+    for pair in strokes.chunk_by(|one, two| one / 2 == two / 2) {
+        let middle = parts.len() + pair.len() / 2;
+        parts.extend(pair.iter().map(|_| middle * MOST_PARTS / rows.len()));
+    }
+    parts
+}
+
 fn row(grid: &Grid, motion: &Motion, window: &Window, at: usize) -> Row {
-    let reach = window.reach;
-    let (mut velocity, mut positive_share) = ([0.0; 2], 0.0);
-    for (weight, index) in window.mean.iter().zip(at - reach..) {
-        let v = motion.velocity_mps[index];
-        if motion.sense[index] > 0 {
-            velocity[0] += weight * v;
-            positive_share += weight;
-        } else {
-            velocity[1] += weight * v;
-        }
-    }
     let x = &grid.position_m;
-    // Through one direction the velocity passes the same filter as all the rest.
-    if motion.sense[at - reach..=at + reach]
-        .iter()
-        .all(|sense| *sense == motion.sense[at])
-    {
-        velocity = [0.0; 2];
-        velocity[usize::from(motion.sense[at] < 0)] = weighted(&window.slope, x, at, x[at]);
-    }
     Row {
         at,
         place: at as f64 / grid.len() as f64 - 0.5,
         acceleration: weighted(&window.curvature, x, at, x[at]),
-        velocity,
-        positive_share,
+        velocity: weighted(&window.slope, x, at, x[at]),
+        sense: f64::from(motion.sense[at]),
     }
 }
 
@@ -197,15 +259,14 @@ impl Shape {
     }
 
     pub(super) fn coefficient(self, unknown: Unknown, row: &Row, rate: f64) -> f64 {
-        let (p, n) = (row.positive_share, 1.0 - row.positive_share);
+        let of_side = |side, value| if row.is_of(side) { value } else { 0.0 };
         match (unknown, self.is_separate) {
             (Unknown::Mass, _) => row.acceleration,
-            (Unknown::Viscous(0), false) => row.velocity[0] + row.velocity[1],
-            (Unknown::Viscous(side), _) => row.velocity[side],
-            (Unknown::Level(0), false) => p - n,
+            (Unknown::Viscous(_), false) => row.velocity,
+            (Unknown::Viscous(side), true) => of_side(side, row.velocity),
+            (Unknown::Level(0), false) => row.sense,
             (Unknown::Level(_), false) => 1.0,
-            (Unknown::Level(0), true) => p,
-            (Unknown::Level(_), true) => n,
+            (Unknown::Level(side), true) => of_side(side, 1.0),
             (Unknown::Drift, _) => row.place,
             // It is not one of the row alone.
             (Unknown::Place(_), _) => 0.0,
@@ -239,39 +300,40 @@ impl Fit {
         self.place(unknown).map(|place| self.found.values[place])
     }
 
-    /// Its standard error.
-    pub(super) fn error(&self, unknown: Unknown) -> Option<f64> {
-        self.combined_error(&[(unknown, 1.0)])
+    /// The uncertainty of an unknown of the fit.
+    pub(super) fn uncertainty_of(&self, unknown: Unknown) -> Option<Uncertainty> {
+        self.uncertainty(&[(unknown, 1.0)])
     }
 
-    /// The standard error of a sum of unknowns with factors.
-    pub(super) fn combined_error(&self, sum: &[(Unknown, f64)]) -> Option<f64> {
+    /// The uncertainty of a sum of unknowns with factors.
+    pub(super) fn uncertainty(&self, sum: &[(Unknown, f64)]) -> Option<Uncertainty> {
+        self.factors(sum).map(|factors| self.found.uncertainty(&factors))
+    }
+
+    /// A sum of unknowns with factors, as factors of all.
+    pub(super) fn factors(&self, sum: &[(Unknown, f64)]) -> Option<DVector<f64>> {
         let mut factors = DVector::zeros(self.found.values.len());
         for (unknown, factor) in sum {
             factors[self.place(*unknown)?] = *factor;
         }
-        Some(
-            (factors.transpose() * &self.found.covariance * &factors)[0]
-                .max(0.0)
-                .sqrt(),
-        )
+        Some(factors)
     }
 
-    /// The share of an unknown's own variance that noise of this standard deviation in its coefficient
-    /// makes: so much is missing from its value.
-    pub(super) fn attenuation(&self, unknown: Unknown, noise: f64) -> Option<f64> {
-        self.place(unknown)
-            .map(|place| noise * noise / self.found.own_variance[place].max(f64::MIN_POSITIVE))
+    /// By how much a sum of unknowns may be wrong as the positions' noise is not what was taken out: an encoder's steps are
+    /// noise in a fast motion alone.
+    pub(super) fn bias(&self, sum: &[(Unknown, f64)]) -> f64 {
+        self.factors(sum)
+            .map_or(0.0, |factors| NOT_NOISE * factors.dot(&self.found.noise_pull).abs())
+    }
+
+    /// The variance of the noise in an unknown's coefficients, as a share of its own variance.
+    pub(super) fn noise_share(&self, unknown: Unknown) -> Option<f64> {
+        self.place(unknown).map(|place| self.found.noise_share[place])
     }
 
     /// Its variance among the rows that the other unknowns do not explain, in its coefficient's unit.
     pub(super) fn own_variance(&self, unknown: Unknown) -> Option<f64> {
         self.place(unknown).map(|place| self.found.own_variance[place])
-    }
-
-    /// How far this factor of standard errors reaches to 95 %.
-    pub(super) fn reach_95(&self) -> f64 {
-        student_t(self.found.freedom)
     }
 
     /// The correlation of residuals whose windows do not touch: what the law misses, rather than noise.
@@ -300,6 +362,8 @@ impl Fit {
 pub(super) struct Beside<'a> {
     /// Changes of the rows' forces with time, for the shift, N/s.
     pub(super) rates: &'a [f64],
+    /// Standard deviation of the force's noise, N.
+    pub(super) force_noise_n: f64,
     /// As [`Rows::places`] gives them.
     pub(super) places: &'a [Vec<f64>],
 }
@@ -311,8 +375,10 @@ pub(super) fn fit(rows: &Rows, forces: &[f64], beside: Beside<'_>, shape: Shape)
         Unknown::Place(hat) => beside.places[i][hat],
         unknown => shape.coefficient(unknown, &rows.rows[i], beside.rates.get(i).copied().unwrap_or(0.0)),
     });
-    let mut found = robust_fit::fit(design, forces)?;
-    // Each hat is of a part of the way alone.
-    found.freedom = robust_fit::freedom(unknowns.len() - shape.hats);
+    let noise: Vec<f64> = unknowns
+        .iter()
+        .map(|unknown| rows.noise(*unknown, beside, shape))
+        .collect();
+    let found = robust_fit::fit(design, forces, &noise, &rows.parts)?;
     Ok(Fit { shape, found })
 }

@@ -1,4 +1,4 @@
-//! The fit to the slides, with what the windows around its own and the calibration add to its errors.
+//! The fit to the slides, with what the calibration and the times of steps add to its errors.
 
 use super::problem::Problem;
 use super::regression::{Fit, Rows, Shape, Unknown};
@@ -12,34 +12,48 @@ pub(in crate::identify) const CALIBRATION_SHARE: f64 = 1e-3;
 /// samples by `K T^2 / 12` times the acceleration: 1.7 g at 20 kN/m and 1 kHz.
 pub(in crate::identify) const SAMPLING_SHARE: f64 = 3e-3;
 
-/// A fit under its window, and the fits under a shorter and a longer one.
+/// A fit under its window.
 #[derive(Debug)]
 pub(super) struct Slides {
     pub(super) rows: Rows,
     pub(super) fit: Fit,
-    pub(super) neighbours: Vec<Fit>,
     /// Standard deviation of the acceleration's noise, m/s^2.
     pub(super) acceleration_noise: f64,
     /// What is not known of the times of the force's steps, in each unknown.
     steps: Option<DVector<f64>>,
+    /// By how much another fit differs, in each unknown.
+    other: Option<DVector<f64>>,
 }
 
 impl Slides {
     pub(super) fn new(problem: &Problem<'_>, rows: Rows, shape: Shape) -> Result<Self, Unfit> {
-        let neighbours = [1.0 / 1.5, 1.5]
-            .into_iter()
-            .filter_map(|factor| {
-                let rows = Rows::new(problem.grid, problem.motion, factor * rows.half_s);
-                problem.fit(&rows, shape).ok()
-            })
-            .collect();
         Ok(Self {
             fit: problem.fit(&rows, shape)?,
-            neighbours,
             acceleration_noise: problem.motion.acceleration_noise(&rows.window),
             steps: problem.change_with_steps(&rows, shape),
+            other: None,
             rows,
         })
+    }
+
+    /// Mass, viscous and dynamic friction, as far as they are in the fit.
+    pub(super) fn unknowns(&self) -> impl Iterator<Item = Unknown> {
+        let levels = if self.fit.shape.is_separate { 2 } else { 1 };
+        let (mass, viscous) = ([Unknown::Mass], [0, 1].map(Unknown::Viscous));
+        let all = mass.into_iter().chain(viscous).chain((0..levels).map(Unknown::Level));
+        let there = self.fit.shape.unknowns();
+        all.filter(move |unknown| there.contains(unknown))
+    }
+
+    /// Adds to the half of intervals.
+    pub(super) fn widen(&mut self, by: Vec<(Unknown, f64)>) {
+        let mut other = DVector::zeros(self.fit.found.values.len());
+        for (unknown, by) in by {
+            if let Some(place) = self.fit.place(unknown) {
+                other[place] = by;
+            }
+        }
+        self.other = Some(other);
     }
 
     /// A sum of unknowns with factors, and half of its 95 % interval.
@@ -50,26 +64,17 @@ impl Slides {
                 .sum::<Option<f64>>()
         };
         let value = of(&self.fit)?;
-        let all = || self.neighbours.iter().filter_map(of).chain([value]);
-        let spread = all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min);
-        let statistical = self.fit.reach_95() * self.fit.combined_error(sum)?;
-        let steps: f64 = self.steps.as_ref().map_or(0.0, |steps| {
-            let of = |(unknown, factor): &(Unknown, f64)| {
-                self.fit.place(*unknown).map_or(0.0, |place| factor * steps[place])
-            };
-            NORMAL_95 * sum.iter().map(of).sum::<f64>()
-        });
-        let bias = match sum {
-            [(Unknown::Mass, _)] => value * self.fit.attenuation(Unknown::Mass, self.acceleration_noise)?,
-            _ => 0.0,
-        };
+        let statistical = self.fit.uncertainty(sum)?.reach_95();
+        let factors = self.fit.factors(sum)?;
+        let steps = self.steps.as_ref().map_or(0.0, |steps| NORMAL_95 * factors.dot(steps));
+        let other = self.other.as_ref().map_or(0.0, |other| factors.abs().dot(other));
         let floor = match sum {
             [(Unknown::Mass, _)] => SAMPLING_SHARE,
             _ => CALIBRATION_SHARE,
         };
         Some((
             value,
-            statistical.hypot(spread / 2.0).hypot(steps) + bias.abs() + floor * value.abs(),
+            statistical.hypot(steps).hypot(floor * value) + other + self.fit.bias(sum),
         ))
     }
 }

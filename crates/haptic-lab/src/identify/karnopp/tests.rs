@@ -178,7 +178,7 @@ fn clocks_that_differ_are_aligned_and_the_shift_reported() {
         let found = identify(&late, &options).expect("a record");
         let shift_s = samples as f64 * 1e-3;
         assert!(
-            (found.shift_s - shift_s).abs() < 3e-4,
+            (found.shift_s - shift_s).abs() < 5e-4,
             "{} for {shift_s}",
             found.shift_s
         );
@@ -226,13 +226,13 @@ fn a_clock_that_drifts_is_reported_with_its_shift_and_removed() {
         let found = of(&by_another_clock(&truth, shift_s, drift_ppm), Clocks::Two);
         let reported = found.clock_drift_ppm.expect("it drifts");
         assert!(
-            (reported - drift_ppm).abs() < 30.0,
+            (reported - drift_ppm).abs() < 60.0,
             "{reported} ppm for {drift_ppm}: {found:#?}"
         );
         let [low, high] = found.intervals["clock_drift_ppm"];
         assert!(low <= drift_ppm && drift_ppm <= high, "{low} to {high}");
         assert!(
-            (found.shift_s - shift_s).abs() < 3e-4,
+            (found.shift_s - shift_s).abs() < 5e-4,
             "{} for {shift_s}",
             found.shift_s
         );
@@ -262,15 +262,13 @@ fn a_steady_motion_says_nothing_of_two_clocks() {
         };
         let found = identify(&steady, &options).expect("a record");
         assert_eq!((found.shift_s, found.clock_drift_ppm), (0.0, None), "{found:#?}");
-        let is_refused = found.refused.iter().any(|refusal| refusal.parameter == "shift_s");
-        let is_noted = found
-            .notes
-            .iter()
-            .any(|note| note.contains("about the same force is left"));
+        let refusal = found.refused.iter().find(|refusal| refusal.parameter == "shift_s");
+        let reason = &refusal.expect("the shift is refused").reason;
+        assert!(reason.contains("does not separate inertia"), "{reason}");
         assert_eq!(
-            [is_refused, is_noted],
-            [clocks == Clocks::Two, clocks != Clocks::Two],
-            "{found:#?}"
+            found.intervals.len(),
+            0,
+            "what hangs on the shift is refused with it: {found:#?}"
         );
     }
 }
@@ -423,20 +421,28 @@ fn a_real_drive_gives_the_figures_of_an_independent_fit() {
             },
         )
         .expect("a record");
-        println!("{} N left in {:?}", found.residual_rms_n, began.elapsed());
+        println!(
+            "{} N left in {:?}: {:?}",
+            found.residual_rms_n,
+            began.elapsed(),
+            found.intervals
+        );
         if directions == Directions::Separate {
             continue;
         }
-        let near = |value: Option<f64>, truth: f64| {
-            let value = value.expect("found");
-            assert!((value - truth).abs() <= 0.03 * truth.abs(), "{value} for {truth}");
-        };
-        near(found.mass_kg, 93.6);
-        for side in [|pair: Directional| pair.positive, |pair: Directional| pair.negative] {
-            near(found.viscous_ns_per_m.map(side), 211.0);
-            near(found.dynamic_force_n.map(side), 20.9);
+        // The independent fit knows no force of the place, which the record shows.
+        for (name, value) in [
+            ("mass_kg", 93.6),
+            ("viscous_Ns_per_m.positive", 211.0),
+            ("viscous_Ns_per_m.negative", 211.0),
+            ("dynamic_force_N.positive", 20.9),
+            ("dynamic_force_N.negative", 20.9),
+            ("offset_N", -3.2),
+        ] {
+            let [low, high] = found.intervals[name];
+            assert!(low <= value && value <= high, "{name}: {low} to {high} for {value}");
+            assert!(high - low <= 0.2 * value.abs(), "{name}: {low} to {high}");
         }
-        near(found.offset_n, -3.2);
         assert!(found.residual_rms_n <= 1.05 * 2.1, "{}", found.residual_rms_n);
     }
 }

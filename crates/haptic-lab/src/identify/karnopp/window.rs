@@ -16,6 +16,8 @@ const LEAST_REACH: f64 = 6.0;
 
 /// How much wider the intervals may be than under the best window, on the geometric mean.
 const LARGEST_LOSS: f64 = 1.2;
+/// The same where the shift of two clocks is fitted: it is told by what a short window lets in as well.
+const LARGEST_LOSS_WITH_SHIFT: f64 = 2.5;
 
 /// The half-lengths that are tried, s.
 pub(super) fn candidates(period_s: f64) -> Vec<f64> {
@@ -32,21 +34,14 @@ pub(super) fn choose(problem: &Problem<'_>, shape: Shape) -> Result<Rows, Unfit>
     let mut unfit = Unfit::TooFewRows(0);
     let mut fits = Vec::new();
     for half_s in candidates(problem.grid.period_s) {
-        let rows = Rows::new(problem.grid, problem.motion, half_s);
+        let rows = problem.rows(half_s);
         match problem.fit(&rows, shape) {
             Ok(fit) => {
                 let unknowns = shape.unknowns();
-                let noise = problem.motion.acceleration_noise(&rows.window);
                 let loss = |unknown: &Unknown| {
-                    let bias = match unknown {
-                        Unknown::Mass => {
-                            fit.attenuation(*unknown, noise).unwrap_or(0.0) * fit.value(*unknown).unwrap_or(0.0)
-                        }
-                        _ => 0.0,
-                    };
-                    fit.error(*unknown)
-                        .unwrap_or(0.0)
-                        .hypot(bias)
+                    fit.uncertainty_of(*unknown)
+                        .map_or(0.0, |of| of.error)
+                        .hypot(fit.bias(&[(*unknown, 1.0)]))
                         .max(f64::MIN_POSITIVE)
                         .ln()
                 };
@@ -59,8 +54,13 @@ pub(super) fn choose(problem: &Problem<'_>, shape: Shape) -> Result<Rows, Unfit>
         }
     }
     let best = fits.iter().map(|(score, _)| *score).fold(f64::INFINITY, f64::min);
+    let loss = if shape.has_shift {
+        LARGEST_LOSS_WITH_SHIFT
+    } else {
+        LARGEST_LOSS
+    };
     fits.into_iter()
-        .rfind(|(score, _)| *score <= best + LARGEST_LOSS.ln())
+        .rfind(|(score, _)| *score <= best + loss.ln())
         .map(|(_, rows)| rows)
         .ok_or(unfit)
 }

@@ -118,10 +118,7 @@ fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option
     let mut estimate = near.map(|found| found.fit.estimate.clone());
     let mut shift_s = 0.0;
     if near.is_none() {
-        shift_s = karnopp::identify(record, options).shift_s;
-        if shift_s == 0.0 {
-            return None;
-        }
+        shift_s = karnopp::rough_shift(record, options)?;
     }
     for _ in 0..ROUNDS {
         let prepared = PreparedRecord::new(record, shift_s, options)?;

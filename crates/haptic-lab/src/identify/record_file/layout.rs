@@ -1,6 +1,9 @@
 //! Where a file of text has its heading, its units and its numbers, and what separates the cells.
 
 use super::columns::is_unit;
+use jiff::civil::Time;
+use jiff::fmt::strtime::BrokenDownTime;
+use jiff::tz::Offset;
 
 /// Lines among which the numbers begin.
 const MOST_HEAD_LINES: usize = 300;
@@ -76,13 +79,13 @@ impl Layout {
     }
 
     fn with(lines: &[Line<'_>], separator: char, is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
-        let rows: Vec<Vec<&str>> = lines
+        let rows: Vec<Vec<String>> = lines
             .iter()
             .take(MOST_HEAD_LINES)
             .map(|line| cells(line.text, separator))
             .collect();
-        let numbers = |row: &[&str]| row.iter().filter(|cell| number(cell, separator).is_some()).count();
-        let missing = |row: &[&str]| row.iter().filter(|cell| is_missing(cell)).count();
+        let numbers = |row: &[String]| row.iter().filter(|cell| number(cell, separator).is_some()).count();
+        let missing = |row: &[String]| row.iter().filter(|cell| is_missing(cell)).count();
         // The numbers begin with a row of them, of which some may be missing, and go on with rows of as many cells.
         let is_data = |at: usize| {
             let (row, count) = (&rows[at], numbers(&rows[at]));
@@ -99,7 +102,6 @@ impl Layout {
         // A row may end with a separator that the heading lacks.
         let filled = |at: usize| rows[at].iter().rposition(|cell| !cell.is_empty());
         let is_alike = |at: &usize| rows[*at].len() == rows[data].len() || filled(*at) == filled(data);
-        let owned = |at: usize| rows[at].iter().map(|cell| (*cell).to_owned()).collect::<Vec<String>>();
         let named = |at: usize| rows[at].iter().filter(|cell| is_wanted(cell)).count();
         let above = || (0..data).rev().filter(is_alike);
         let best = above()
@@ -131,8 +133,8 @@ impl Layout {
             .find(|&at| numbers(&rows[at]) == 0 && rows[at].iter().any(|cell| is_unit(cell)));
         Some(Self {
             separator,
-            titles: owned(heading),
-            units: units.map_or_else(Vec::new, owned),
+            titles: rows[heading].clone(),
+            units: units.map_or_else(Vec::new, |at| rows[at].clone()),
             data,
         })
     }
@@ -145,17 +147,18 @@ fn is_missing(cell: &str) -> bool {
 }
 
 /// The cells of a line.
-pub(super) fn cells(line: &str, separator: char) -> Vec<&str> {
+pub(super) fn cells(line: &str, separator: char) -> Vec<String> {
     if separator == ' ' {
-        return line.split_whitespace().map(|cell| cell.trim_matches('"')).collect();
+        let words = line.split_whitespace();
+        return words.map(|cell| cell.trim_matches('"').to_owned()).collect();
     }
-    let mut is_quoted = false;
-    line.split(|letter: char| {
-        is_quoted ^= letter == '"';
-        letter == separator && !is_quoted
-    })
-    .map(|cell| cell.trim().trim_matches('"').trim())
-    .collect()
+    let reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .delimiter(u8::try_from(separator).unwrap_or(b','))
+        .buffer_capacity(line.len())
+        .from_reader(line.as_bytes());
+    let row = reader.into_records().next().and_then(Result::ok).unwrap_or_default();
+    row.iter().map(|cell| cell.trim().to_owned()).collect()
 }
 
 /// A finite number, or a time of day in seconds. Where commas do not separate cells, and in quotes, a comma is a
@@ -170,16 +173,24 @@ pub(super) fn number(cell: &str, separator: char) -> Option<f64> {
     parsed.filter(|value| value.is_finite())
 }
 
-/// Seconds since midnight of `12:34:56.789`, with a date before it or without one.
+/// Seconds since midnight of a time of day, in Greenwich where it says how far it is from there; a date may stand before it.
 fn time_of_day_s(cell: &str) -> Option<f64> {
-    let time = cell.rsplit(['T', ' ']).next()?.trim_end_matches('Z');
-    let mut parts = time
-        .split(':')
-        .map(|part| part.replacen(',', ".", 1).parse::<f64>().ok());
-    let (hours, minutes) = (parts.next()??, parts.next()??);
-    let seconds = parts.next().map_or(Some(0.0), |part| part)?;
-    let time_s = 3600.0 * hours + 60.0 * minutes + seconds;
-    (parts.next().is_none() && (0.0..=DAY_S).contains(&time_s)).then_some(time_s)
+    const FORMATS: [&str; 6] = [
+        "%H:%M:%S%.f",
+        "%H:%M",
+        "%I:%M:%S%.f %p",
+        "%I:%M %p",
+        "%H:%M:%S%.f%:z",
+        "%H:%M:%S%.f%z",
+    ];
+    let hours = cell[..cell.find(':')?].trim_end_matches(|letter: char| letter.is_ascii_digit());
+    let is_date = hours.is_empty() || hours.contains(|letter: char| letter.is_ascii_digit());
+    let time = cell[hours.len()..].trim_end_matches('Z').replacen(',', ".", 1);
+    let parse = |format: &&str| BrokenDownTime::parse(format, &time).ok();
+    let parsed = FORMATS.iter().find_map(parse).filter(|_| is_date)?;
+    let of_day = parsed.to_time().ok()?.duration_since(Time::midnight());
+    let ahead_s = parsed.offset().map_or(0, Offset::seconds);
+    Some(of_day.as_secs_f64() - f64::from(ahead_s))
 }
 
 /// A time of day after the one before, s: behind midnight a day is added.
@@ -242,6 +253,12 @@ mod tests {
         assert_eq!(number("2024-05-01 23:59:59,5", ';'), Some(86_399.5));
         assert_eq!(number("2024-05-01T00:00:00.25Z", ','), Some(0.25));
         assert_eq!(number("12:61:00:1", ','), None);
+        assert_eq!(number("11/27/2026 12:00:01.5 AM", ','), Some(1.5));
+        assert_eq!(number("1:00:00 PM", ','), Some(46_800.0));
+        assert_eq!(number("2026-11-27T01:00:00.5+01:00", ','), Some(0.5));
+        assert_eq!(number("2026-11-27 01:00:00-0100", ','), Some(7200.0));
+        assert_eq!(number("Started at: 12:24:01.209", ','), None);
+        assert_eq!(cells("\"a \"\"b\"\"\"; c ;", ';'), ["a \"b\"", "c", ""]);
         assert_eq!(on_the_same_day(0.25, 86_399.5), 86_400.25);
         assert_eq!(on_the_same_day(5.0, 4.0), 5.0);
     }

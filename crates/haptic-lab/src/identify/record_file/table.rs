@@ -8,6 +8,7 @@ use super::parquet_table::ParquetTable;
 use super::source::Source;
 use super::times::{Times, retain};
 use crate::identify::record::Record;
+use crate::text::decoded;
 use haptic_recording::Place;
 use std::fs::File;
 use std::io::Read;
@@ -121,10 +122,8 @@ fn at_times(times: &[f64], t_s: &[f64], values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The text of a file, up to a number of bytes: UTF-8, UTF-16 with its mark, or Latin-1.
+/// The text of a file, up to a number of bytes.
 fn text(path: &Path, most_bytes: u64) -> Result<String, RecordFileError> {
-    /// Bytes in which a file that is not text shows it.
-    const BEGINNING: usize = 4096;
     let mut bytes = Vec::new();
     File::open(path)
         .and_then(|file| file.take(most_bytes).read_to_end(&mut bytes))
@@ -132,33 +131,21 @@ fn text(path: &Path, most_bytes: u64) -> Result<String, RecordFileError> {
             path: path.to_path_buf(),
             source,
         })?;
-    let pairs = |of: fn([u8; 2]) -> u16| {
-        let units = bytes[2..].chunks_exact(2).map(|pair| of([pair[0], pair[1]]));
-        char::decode_utf16(units)
-            .map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER))
-            .collect()
-    };
-    match bytes.get(..2) {
-        None => Err(RecordFileError::Empty {
+    if bytes.is_empty() {
+        return Err(RecordFileError::Empty {
             path: path.to_path_buf(),
             reason: "the file is empty".to_owned(),
-        }),
-        Some([0xff, 0xfe]) => Ok(pairs(u16::from_le_bytes)),
-        Some([0xfe, 0xff]) => Ok(pairs(u16::from_be_bytes)),
-        Some(_) if bytes[..bytes.len().min(BEGINNING)].contains(&0) => Err(RecordFileError::NotText {
-            path: path.to_path_buf(),
-        }),
-        Some(_) => {
-            let text = String::from_utf8(bytes)
-                .unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
-            // Lines of old programs end with a carriage return alone.
-            Ok(if text.contains('\n') {
-                text
-            } else {
-                text.replace('\r', "\n")
-            })
-        }
+        });
     }
+    let text = decoded(&bytes).ok_or_else(|| RecordFileError::NotText {
+        path: path.to_path_buf(),
+    })?;
+    // Lines of old programs end with a carriage return alone.
+    Ok(if text.contains('\n') {
+        text
+    } else {
+        text.replace('\r', "\n")
+    })
 }
 
 /// The names of the columns.
@@ -515,7 +502,7 @@ impl Headings<'_> {
 fn value(
     path: &Path,
     line: usize,
-    row: &[&str],
+    row: &[String],
     place: usize,
     column: &str,
     separator: char,
@@ -532,6 +519,6 @@ fn value(
         path: path.to_path_buf(),
         place: Place::Line(line as u64),
         column: column.to_owned(),
-        value: (*text).to_owned(),
+        value: text.clone(),
     })
 }

@@ -7,6 +7,9 @@ use statrs::function::erf::erfc;
 pub const GUESS: f64 = 0.5;
 /// Largest share of lapses (Wichmann and Hill 2001 take 0.06; psignifit's prior ends at 0.1).
 pub const LARGEST_LAPSE: f64 = 0.1;
+/// What the width may be, as shares of the extent of the levels: within it answers that jump, or do not get better, run
+/// into a wall instead of away.
+pub(super) const WIDTHS: [f64; 2] = [1e-3, 1e3];
 /// Standard deviations between 5 % and 95 % of a normal distribution.
 pub(super) const DEVIATIONS_IN_WIDTH: f64 = 3.289_707_253_902_945;
 
@@ -35,6 +38,20 @@ pub struct Psychometric {
 }
 
 impl Psychometric {
+    /// Whether the answers go from chance to the ceiling within a level: any narrower function would do as well.
+    #[must_use]
+    pub fn is_step(&self, levels: &[Level]) -> bool {
+        let tested = || levels.iter().filter(|level| level.trials > 0).map(|level| level.level);
+        let extent = tested().fold(f64::MIN, f64::max) - tested().fold(f64::MAX, f64::min);
+        self.width < 2.0 * WIDTHS[0] * extent
+    }
+
+    /// Whether more answers are wrong at large differences than [`LARGEST_LAPSE`] allows.
+    #[must_use]
+    pub fn is_lapse_at_bound(&self) -> bool {
+        self.lapse > LARGEST_LAPSE - 1e-6
+    }
+
     /// Probability of a correct answer at a level.
     #[must_use]
     pub fn probability(&self, level: f64) -> f64 {

@@ -1,14 +1,11 @@
 //! The largest likelihood: the least sum of squared deviance residuals, which the solver for least squares finds.
 
-use super::function::{DEVIATIONS_IN_WIDTH, GUESS, LARGEST_LAPSE, Level, Psychometric, normal_cdf};
+use super::function::{DEVIATIONS_IN_WIDTH, GUESS, LARGEST_LAPSE, Level, Psychometric, WIDTHS, normal_cdf};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
 /// No share is taken as surer than this.
 const SURE: f64 = 1e-12;
-/// What the width may be, as shares of the extent of the levels: within it answers that jump, or do not get better, run
-/// into a wall instead of away.
-const WIDTHS: [f64; 2] = [1e-3, 1e3];
 
 /// Twice the log-likelihood that a share of correct answers loses against the share that was seen.
 pub(super) fn deviance(level: &Level, correct: f64, wrong: f64) -> f64 {
