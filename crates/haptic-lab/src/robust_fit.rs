@@ -226,14 +226,9 @@ impl WeightedRows {
             let range = begin..begin + rows.len();
             begin = range.end;
             let (own, own_right) = self.normal(range.clone());
-            let mut pull = DVector::zeros(k);
-            for row in range {
-                pull.axpy(
-                    self.weights[row] * residuals[row],
-                    &self.design.row(row).transpose(),
-                    1.0,
-                );
-            }
+            let weights = DVector::from_column_slice(&self.weights[range.clone()]);
+            let left = residuals.rows_range(range.clone()).component_mul(&weights);
+            let pull = self.design.rows_range(range).tr_mul(&left);
             parts.push(Part {
                 part: rows[0],
                 without: solve(&(&normal - &own), &(&right - own_right)).map_err(|_| Unfit::OnePart)?,
@@ -248,31 +243,30 @@ impl WeightedRows {
 
     /// The normal equations of some rows.
     fn normal(&self, rows: Range<usize>) -> (DMatrix<f64>, DVector<f64>) {
-        let k = self.design.ncols();
-        let (mut normal, mut right) = (DMatrix::zeros(k, k), DVector::zeros(k));
-        for i in rows {
-            for a in 0..k {
-                let weighted = self.weights[i] * self.design[(i, a)];
-                right[a] += weighted * self.target[i];
-                for b in 0..k {
-                    normal[(a, b)] += weighted * self.design[(i, b)];
-                }
-                normal[(a, a)] -= self.weights[i] * self.noise[a];
-            }
+        let design = self.design.rows_range(rows.clone());
+        let mut weighted = design.clone_owned();
+        let weights = &self.weights[rows.clone()];
+        for mut column in weighted.column_iter_mut() {
+            column
+                .iter_mut()
+                .zip(weights)
+                .for_each(|(cell, weight)| *cell *= weight);
         }
-        (normal, right)
+        let mut normal = weighted.tr_mul(&design);
+        let noise = weights.iter().sum::<f64>() * &self.noise;
+        normal.set_diagonal(&(normal.diagonal() - noise));
+        (normal, weighted.tr_mul(&self.target.rows_range(rows)))
     }
 }
 
 fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Result<DVector<f64>, Unfit> {
-    let eigen = normal.clone().symmetric_eigen();
-    let (least, largest) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
-    let condition = if least > 0.0 { largest / least } else { f64::INFINITY };
-    if condition.is_nan() || condition > LARGEST_CONDITION {
+    let factor = normal.clone().cholesky().ok_or(Unfit::Condition(f64::INFINITY))?;
+    let pivots = factor.l_dirty().diagonal();
+    let condition = (pivots.max() / pivots.min()).powi(2);
+    if condition > LARGEST_CONDITION {
         return Err(Unfit::Condition(condition));
     }
-    let parts = eigen.eigenvectors.transpose() * right;
-    Ok(&eigen.eigenvectors * parts.component_div(&eigen.eigenvalues))
+    Ok(factor.solve(right))
 }
 
 /// The standard deviation of normal values, from the median of their sizes.

@@ -5,7 +5,7 @@
 //! force would choose by its noise.
 
 use super::problem::Problem;
-use super::regression::{Rows, Unknown};
+use super::regression::{Fit, Rows, Unknown};
 use super::slides::Slides;
 use crate::identify::result::Identified;
 use crate::robust_fit::Uncertainty;
@@ -28,16 +28,13 @@ pub(super) fn looked_for(problem: &Problem<'_>, mut slides: Slides, found: &mut 
     if is_kept.iter().filter(|is_kept| !**is_kept).count() <= 3 {
         return slides;
     }
-    let second = Slides::new(problem, slides.rows.kept(&is_kept), slides.fit.shape).ok();
-    let reach = |of: &Slides, unknown| {
-        of.fit
-            .uncertainty_of(unknown)
-            .map_or(f64::INFINITY, Uncertainty::reach_95)
-    };
+    let rows = slides.rows.kept(&is_kept);
+    let second = problem.fit(&rows, slides.fit.shape).ok();
+    let reach = |of: &Fit, unknown| of.uncertainty_of(unknown).map_or(f64::INFINITY, Uncertainty::reach_95);
     let loss = second.as_ref().map_or(f64::INFINITY, |second| {
         let losses = slides
             .unknowns()
-            .map(|unknown| reach(second, unknown) / reach(&slides, unknown));
+            .map(|unknown| reach(second, unknown) / reach(&slides.fit, unknown));
         losses.fold(0.0, f64::max)
     });
     if loss > HARDLY_SHOWS {
@@ -53,11 +50,11 @@ pub(super) fn looked_for(problem: &Problem<'_>, mut slides: Slides, found: &mut 
     let mut most = 0.0_f64;
     let mut by = Vec::new();
     for unknown in slides.unknowns() {
-        let values = second.fit.value(unknown).zip(slides.fit.value(unknown));
+        let values = second.value(unknown).zip(slides.fit.value(unknown));
         let Some(((second_value, value), factors)) = values.zip(slides.fit.factors(&[(unknown, 1.0)])) else {
             continue;
         };
-        let error = slides.fit.found.error_of_difference(&second.fit.found, &factors);
+        let error = slides.fit.found.error_of_difference(&second.found, &factors);
         let difference = (second_value - value).abs();
         most = most.max(difference / error.max(f64::MIN_POSITIVE));
         by.push((unknown, difference));
@@ -68,7 +65,7 @@ pub(super) fn looked_for(problem: &Problem<'_>, mut slides: Slides, found: &mut 
             "where the force on the mass changes its sign the record differs, as with backlash between the encoder and \
              the mass: without {:.0} % of the windows the values differ by {most:.0} standard errors, which is in their \
              intervals",
-            100.0 * (1.0 - second.rows.rows.len() as f64 / slides.rows.rows.len() as f64)
+            100.0 * (1.0 - rows.rows.len() as f64 / slides.rows.rows.len() as f64)
         ));
     }
     slides

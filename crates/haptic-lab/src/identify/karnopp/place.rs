@@ -4,7 +4,7 @@
 //! It is a sum of hats, each a straight rise to its place and a straight fall from there.
 
 use super::problem::Problem;
-use super::regression::{Rows, Shape, Unknown};
+use super::regression::{Fit, Rows, Shape, Unknown};
 use super::slides::Slides;
 use crate::identify::result::Identified;
 use crate::median::extent;
@@ -36,16 +36,20 @@ pub(super) const LEAST_MASS_SHARE: f64 = 0.03;
 /// The slides with a force of the place in the fit, where it is certain, or where what is left shows one.
 pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Identified) -> Slides {
     let with_spring = with_hats(problem, &slides.rows, slides.fit.shape, 1).filter(|sprung| {
-        let height = sprung.fit.value(Unknown::Place(0)).unwrap_or(0.0);
-        let of = sprung.fit.uncertainty_of(Unknown::Place(0));
+        let height = sprung.value(Unknown::Place(0)).unwrap_or(0.0);
+        let of = sprung.uncertainty_of(Unknown::Place(0));
         // Under one frequency whatever the law lacks would look like one.
-        share_of_mass(sprung) >= LEAST_MASS_SHARE && of.is_some_and(|of| height.abs() > of.reach_certain())
+        share_of_mass(&slides.rows, sprung) >= LEAST_MASS_SHARE
+            && of.is_some_and(|of| height.abs() > of.reach_certain())
     });
     let plain_rms_n = slides.fit.rms_n();
     let is_sprung = with_spring.is_some();
-    let slides = with_spring.unwrap_or(slides);
+    let slides = match with_spring {
+        Some(fit) => Slides::of(problem, slides.rows, fit),
+        None => slides,
+    };
     let (slides, is_uneven) = match uneven(problem, &slides) {
-        Some(placed) => (placed, true),
+        Some((rows, fit)) => (Slides::of(problem, rows, fit), true),
         None => (slides, false),
     };
     if is_sprung || is_uneven {
@@ -68,19 +72,19 @@ pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Ident
 }
 
 /// Share of the acceleration's variance that the place, and all else, leaves to the mass; 1 where that is known.
-pub(super) fn share_of_mass(slides: &Slides) -> f64 {
-    let square: f64 = slides.rows.rows.iter().map(|row| row.acceleration.powi(2)).sum();
-    let own = slides.fit.own_variance(Unknown::Mass);
-    own.map_or(1.0, |own| own * slides.rows.rows.len() as f64 / square)
+pub(super) fn share_of_mass(rows: &Rows, fit: &Fit) -> f64 {
+    let square: f64 = rows.rows.iter().map(|row| row.acceleration.powi(2)).sum();
+    let own = fit.own_variance(Unknown::Mass);
+    own.map_or(1.0, |own| own * rows.rows.len() as f64 / square)
 }
 
 /// The fit with hats over the way; one of them is a spring.
-fn with_hats(problem: &Problem<'_>, rows: &Rows, shape: Shape, hats: usize) -> Option<Slides> {
-    Slides::new(problem, rows.clone(), Shape { hats, ..shape }).ok()
+fn with_hats(problem: &Problem<'_>, rows: &Rows, shape: Shape, hats: usize) -> Option<Fit> {
+    problem.fit(rows, Shape { hats, ..shape }).ok()
 }
 
 /// The fit with a force of the place of any form, where what is left without it is more than noise, and less with it.
-fn uneven(problem: &Problem<'_>, slides: &Slides) -> Option<Slides> {
+fn uneven(problem: &Problem<'_>, slides: &Slides) -> Option<(Rows, Fit)> {
     let shape = slides.fit.shape;
     let shorter = problem.rows(slides.rows.half_s / SHORTER);
     let shorter = problem.fit(&shorter, shape).ok().map(|fit| (shorter, fit));
@@ -95,8 +99,8 @@ fn uneven(problem: &Problem<'_>, slides: &Slides) -> Option<Slides> {
         let placed = (rows > 2.0 * hats)
             .then(|| with_hats(problem, plain_rows, shape, whole(hats)))
             .flatten()?;
-        let left = placed.fit.rms_n() / (1.0 - hats / rows).max(0.1).sqrt();
-        (left < LARGEST_LEFT * plain.rms_n()).then_some(placed)
+        let left = placed.rms_n() / (1.0 - hats / rows).max(0.1).sqrt();
+        (left < LARGEST_LEFT * plain.rms_n()).then(|| (plain_rows.clone(), placed))
     })
 }
 

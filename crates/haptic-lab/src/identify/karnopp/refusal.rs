@@ -316,7 +316,7 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) 
         withdraw(found, "mass_kg", why, instead);
         return;
     };
-    let share = place::share_of_mass(slides);
+    let share = place::share_of_mass(&slides.rows, &slides.fit);
     if slides.fit.shape.hats > 0 && share < LEAST_MASS_SHARE {
         let why = format!(
             "the force depends on the place, and {:.0} % of the acceleration's variance is given by that: a spring along \

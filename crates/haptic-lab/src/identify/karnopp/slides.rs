@@ -27,13 +27,18 @@ pub(super) struct Slides {
 
 impl Slides {
     pub(super) fn new(problem: &Problem<'_>, rows: Rows, shape: Shape) -> Result<Self, Unfit> {
-        Ok(Self {
-            fit: problem.fit(&rows, shape)?,
+        let fit = problem.fit(&rows, shape)?;
+        Ok(Self::of(problem, rows, fit))
+    }
+
+    pub(super) fn of(problem: &Problem<'_>, rows: Rows, fit: Fit) -> Self {
+        Self {
             acceleration_noise: problem.motion.acceleration_noise(&rows.window),
-            steps: problem.change_with_steps(&rows, shape),
+            steps: problem.change_with_steps(&rows, fit.shape),
             other: None,
             rows,
-        })
+            fit,
+        }
     }
 
     /// Mass, viscous and dynamic friction, as far as they are in the fit.

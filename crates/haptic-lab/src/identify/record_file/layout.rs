@@ -79,13 +79,13 @@ impl Layout {
     }
 
     fn with(lines: &[Line<'_>], separator: char, is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
-        let rows: Vec<Vec<String>> = lines
+        let rows: Vec<Vec<&str>> = lines
             .iter()
             .take(MOST_HEAD_LINES)
             .map(|line| cells(line.text, separator))
             .collect();
-        let numbers = |row: &[String]| row.iter().filter(|cell| number(cell, separator).is_some()).count();
-        let missing = |row: &[String]| row.iter().filter(|cell| is_missing(cell)).count();
+        let numbers = |row: &[&str]| row.iter().filter(|cell| number(cell, separator).is_some()).count();
+        let missing = |row: &[&str]| row.iter().filter(|cell| is_missing(cell)).count();
         // The numbers begin with a row of them, of which some may be missing, and go on with rows of as many cells.
         let is_data = |at: usize| {
             let (row, count) = (&rows[at], numbers(&rows[at]));
@@ -102,6 +102,7 @@ impl Layout {
         // A row may end with a separator that the heading lacks.
         let filled = |at: usize| rows[at].iter().rposition(|cell| !cell.is_empty());
         let is_alike = |at: &usize| rows[*at].len() == rows[data].len() || filled(*at) == filled(data);
+        let owned = |at: usize| rows[at].iter().map(|cell| (*cell).to_owned()).collect::<Vec<String>>();
         let named = |at: usize| rows[at].iter().filter(|cell| is_wanted(cell)).count();
         let above = || (0..data).rev().filter(is_alike);
         let best = above()
@@ -133,8 +134,8 @@ impl Layout {
             .find(|&at| numbers(&rows[at]) == 0 && rows[at].iter().any(|cell| is_unit(cell)));
         Some(Self {
             separator,
-            titles: rows[heading].clone(),
-            units: units.map_or_else(Vec::new, |at| rows[at].clone()),
+            titles: owned(heading),
+            units: units.map_or_else(Vec::new, owned),
             data,
         })
     }
@@ -146,19 +147,18 @@ fn is_missing(cell: &str) -> bool {
     cell.is_empty() || WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// The cells of a line.
-pub(super) fn cells(line: &str, separator: char) -> Vec<String> {
+/// The cells of a line. Blanks may stand around quotes, which the crate csv takes for a part of the cell.
+pub(super) fn cells(line: &str, separator: char) -> Vec<&str> {
     if separator == ' ' {
-        let words = line.split_whitespace();
-        return words.map(|cell| cell.trim_matches('"').to_owned()).collect();
+        return line.split_whitespace().map(|cell| cell.trim_matches('"')).collect();
     }
-    let reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .delimiter(u8::try_from(separator).unwrap_or(b','))
-        .buffer_capacity(line.len())
-        .from_reader(line.as_bytes());
-    let row = reader.into_records().next().and_then(Result::ok).unwrap_or_default();
-    row.iter().map(|cell| cell.trim().to_owned()).collect()
+    let mut is_quoted = false;
+    line.split(|letter: char| {
+        is_quoted ^= letter == '"';
+        letter == separator && !is_quoted
+    })
+    .map(|cell| cell.trim().trim_matches('"').trim())
+    .collect()
 }
 
 /// A finite number, or a time of day in seconds. Where commas do not separate cells, and in quotes, a comma is a
@@ -258,7 +258,7 @@ mod tests {
         assert_eq!(number("2026-11-27T01:00:00.5+01:00", ','), Some(0.5));
         assert_eq!(number("2026-11-27 01:00:00-0100", ','), Some(7200.0));
         assert_eq!(number("Started at: 12:24:01.209", ','), None);
-        assert_eq!(cells("\"a \"\"b\"\"\"; c ;", ';'), ["a \"b\"", "c", ""]);
+        assert_eq!(cells("\"a; b\"; \"0,5\" ;", ';'), ["a; b", "0,5", ""]);
         assert_eq!(on_the_same_day(0.25, 86_399.5), 86_400.25);
         assert_eq!(on_the_same_day(5.0, 4.0), 5.0);
     }

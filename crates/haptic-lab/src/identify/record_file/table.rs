@@ -502,7 +502,7 @@ impl Headings<'_> {
 fn value(
     path: &Path,
     line: usize,
-    row: &[String],
+    row: &[&str],
     place: usize,
     column: &str,
     separator: char,
@@ -519,6 +519,6 @@ fn value(
         path: path.to_path_buf(),
         place: Place::Line(line as u64),
         column: column.to_owned(),
-        value: text.clone(),
+        value: (*text).to_owned(),
     })
 }
