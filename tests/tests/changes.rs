@@ -283,8 +283,9 @@ fn a_ramp_moves_the_force_evenly_and_the_next_change_goes_on_from_where_it_is() 
         left_s = (left_s - (row.t_s - pair[0].t_s)).max(0.0);
         let expected = set - behind * left_s / LET_IN_S;
         let drag = -row.command_force_n / row.device_velocity_mps;
+        // A jump would be of 35 N s/m; what a stall counts for is known to a period.
         assert!(
-            (drag - expected).abs() < 1.0,
+            (drag - expected).abs() < 2.0,
             "tick {}: {drag} N s/m, not {expected} N s/m",
             row.tick
         );

@@ -341,6 +341,12 @@ fn what_can_be_read_is_kept_by_a_repair() {
         &["broken.csv", "is not a row", "recording repair"],
     );
     assert!(!exported.exists(), "half of a recording is not one");
+    for reads in [&["recording", "info"][..], &["identify"], &["replay"]] {
+        refused(
+            &[reads, &[plain(&broken)]].concat(),
+            &["broken.csv", "is not a row", "recording repair"],
+        );
+    }
 
     for (length, ending) in [(before + 10, "broken off"), (before, "without an end")] {
         let (found, told) = repair(&csv[..length]);

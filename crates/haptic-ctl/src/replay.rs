@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output::count;
+use crate::recording::file_failure::unreadable;
 use crate::scene::offline;
 use crate::table_file::TableFile;
 use crate::{complete, output, progress, set};
@@ -10,7 +11,7 @@ use clap_complete::engine::ArgValueCompleter;
 use haptic_core::Scheme;
 use haptic_ipc::{Request, WireError};
 use haptic_lab::replay::{self, Alternative, LargestDifference, Report, Summary, Tally, WhatIf, WhatIfRow};
-use haptic_recording::{Ending, Metadata, Reader, RecordingError};
+use haptic_recording::{Ending, Metadata, Reader};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -91,22 +92,12 @@ fn changes(texts: &[String]) -> Result<Vec<(haptic_core::ParameterKey, f64)>, Fa
     texts.iter().map(change).collect()
 }
 
-fn unreadable(path: &Path) -> impl Fn(RecordingError) -> Failure {
-    move |error| {
-        Failure::Usage(match error {
-            // Its text has the name of the file.
-            RecordingError::Open { .. } => error.to_string(),
-            error => format!("{}: {error}", path.display()),
-        })
-    }
-}
-
 fn unreplayable(path: &Path) -> impl Fn(replay::ReplayError) -> Failure {
     move |error| Failure::BadRecording(format!("{}: {error}", path.display()))
 }
 
 fn open(path: &Path) -> Result<(Reader, Metadata), Failure> {
-    let reader = haptic_recording::open(path).map_err(unreadable(path))?;
+    let reader = haptic_recording::open(path).map_err(|error| unreadable(path, &error))?;
     let metadata = reader.metadata().clone();
     Ok((reader, metadata))
 }
@@ -186,7 +177,7 @@ fn what_if(arguments: &Arguments, alternative: Alternative, as_json: bool) -> Re
     let mut what_if = WhatIf::new(&metadata, alternative).map_err(unreplayable(path))?;
     for entry in reader.by_ref() {
         let felt = what_if
-            .entry(&entry.map_err(unreadable(path))?)
+            .entry(&entry.map_err(|error| unreadable(path, &error))?)
             .map_err(unreplayable(path))?;
         if let (Some(felt), Some(out)) = (felt, &mut out) {
             out.write(&felt)?;

@@ -141,6 +141,27 @@ pub enum RecordingError {
     },
 }
 
+impl RecordingError {
+    /// Whether the file is a recording, of which a part cannot be read.
+    #[must_use]
+    pub fn is_damage(&self) -> bool {
+        !matches!(
+            self,
+            Self::Open { .. } | Self::NotARecording { .. } | Self::OtherProgram { .. } | Self::Version { .. }
+        )
+    }
+
+    /// What to do about it, to follow the error; empty where nothing helps.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        if self.is_damage() {
+            "; `haptic-ctl recording repair` keeps what can be read"
+        } else {
+            ""
+        }
+    }
+}
+
 /// Why a recording cannot be begun.
 #[derive(Debug, Error)]
 #[non_exhaustive]

@@ -3,7 +3,7 @@
 mod collect;
 mod cut;
 mod export;
-mod file_failure;
+pub(crate) mod file_failure;
 mod info;
 mod output;
 mod repair;

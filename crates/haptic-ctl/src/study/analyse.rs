@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
 use haptic_lab::drawing::Table;
+use haptic_lab::stats::throughput::Task;
 use haptic_studies::analysis::{self, Refusal, Thresholds, Trials};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -24,6 +25,10 @@ pub(crate) struct Arguments {
     /// Folder of a study, or a file of trials (CSV or Parquet, a row each)
     #[arg(value_name = "DIR|FILE", value_hint = ValueHint::AnyPath)]
     source: PathBuf,
+
+    /// Each movement of a targeting task begins at a place of its own, not where the one before ended
+    #[arg(long)]
+    discrete: bool,
 
     /// Folder for analysis.html, a page with all tables and figures, and for the tables as CSV
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
@@ -51,7 +56,12 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     };
     match read.map_err(|error| usage(&error))? {
         Trials::Fitts(trials) => {
-            let mut found = analysis::fitts(&trials, &Thresholds::PAPER).map_err(in_source)?;
+            let task = if arguments.discrete {
+                Task::Discrete
+            } else {
+                Task::Serial
+            };
+            let mut found = analysis::fitts(&trials, &Thresholds::PAPER, task).map_err(in_source)?;
             if arguments.out.is_some() {
                 let base = if is_folder { path } else { path.parent().unwrap_or(path) };
                 let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;

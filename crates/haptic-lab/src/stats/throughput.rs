@@ -20,6 +20,17 @@ pub struct Movement {
     pub movement_time_s: f64,
 }
 
+/// Where a movement begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Task {
+    /// Where the one before has ended: one that ended beyond its target has lengthened the way back.
+    #[default]
+    Serial,
+    /// At the centre of a place of its own.
+    Discrete,
+}
+
 /// What a sequence of movements under one condition amounts to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Throughput {
@@ -39,13 +50,12 @@ pub struct Throughput {
 
 /// Throughput of one sequence, whose movements follow one another in this order.
 ///
-/// The task is serial: a movement begins where the one before has ended. One that ended beyond its target has
-/// lengthened the way back, so the distance moved is `A + dx_i + dx_(i-1)`, where both errors are positive along their
-/// own movement. The first begins at the centre of a target: its `dx_0` is 0.
+/// The distance moved is `A + dx_i + dx_(i-1)` in a serial task, where both errors are positive along their own movement
+/// and the first begins at the centre of a target (its `dx_0` is 0), and `A + dx_i` in a discrete one.
 ///
 /// # Errors
 /// There are fewer than two movements, all end at the same place, a time is not above zero, or a value is not finite.
-pub fn throughput(movements: &[Movement]) -> Result<Throughput, StatsError> {
+pub fn throughput(movements: &[Movement], task: Task) -> Result<Throughput, StatsError> {
     check_count("movements", movements.len(), 2)?;
     check_finite("amplitude", movements.iter().map(|one| one.amplitude_m))?;
     check_finite("end error", movements.iter().map(|one| one.end_error_m))?;
@@ -59,7 +69,10 @@ pub fn throughput(movements: &[Movement]) -> Result<Throughput, StatsError> {
     let moved_m: Vec<f64> = movements
         .iter()
         .zip(before_m)
-        .map(|(one, before)| one.amplitude_m + one.end_error_m + before)
+        .map(|(one, before)| match task {
+            Task::Serial => one.amplitude_m + one.end_error_m + before,
+            Task::Discrete => one.amplitude_m + one.end_error_m,
+        })
         .collect();
     let effective_amplitude_m = mean(&moved_m);
     check_positive("effective amplitude", effective_amplitude_m, "m")?;
@@ -107,7 +120,7 @@ mod tests {
     fn a_sequence_comes_out_as_by_hand() {
         // The errors sum up to 26 mm, those of the movements before (0, then all but the last) to 22 mm: Ae = 300 + 48
         // / 8. Their squares sum up to 892 mm^2: SDx^2 = (892 - 26^2 / 8) / 7 = 115.357. The times sum up to 4998 ms.
-        let found = throughput(&worked()).expect("eight movements");
+        let found = throughput(&worked(), Task::Serial).expect("eight movements");
         for (value, by_hand, within) in [
             (found.effective_amplitude_m, 0.306, 1e-12),
             (found.end_deviation_m, 0.010_740_444, 5e-10),
@@ -118,11 +131,17 @@ mod tests {
         ] {
             assert!((value - by_hand).abs() <= within, "{value} is not {by_hand}");
         }
+        let discrete = throughput(&worked(), Task::Discrete).expect("eight movements");
+        assert!(
+            (discrete.effective_amplitude_m - 0.303_25).abs() <= 1e-12,
+            "300 + 26 / 8 mm"
+        );
+        assert_eq!(discrete.effective_width_m.to_bits(), found.effective_width_m.to_bits());
     }
 
     #[test]
     fn what_has_no_throughput_is_refused_by_name() {
-        let refused = |movements: &[Movement]| throughput(movements).expect_err("refused").to_string();
+        let refused = |movements: &[Movement]| throughput(movements, Task::Serial).expect_err("refused").to_string();
         assert_eq!(refused(&worked()[..1]), "movements: 1; at least 2 are needed");
         let same = [worked()[0]; 4];
         assert!(refused(&same).contains("every end error is -0.006 m: the effective width is 0"));
@@ -152,7 +171,7 @@ mod tests {
                     end_error_m: error * length,
                     movement_time_s: (0.5 + 10.0 * error.abs()) * time,
                 }).collect();
-                throughput(&movements)
+                throughput(&movements, Task::Serial)
             };
             let (Ok(one), Ok(longer), Ok(slower)) = (of(1.0, 1.0), of(scale, 1.0), of(1.0, scale)) else {
                 return Err(TestCaseError::reject("no spread"));

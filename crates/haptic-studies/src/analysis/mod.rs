@@ -34,6 +34,7 @@ pub use trajectories::{Trajectory, trajectories};
 
 use super::screen::ScreenSummary;
 use super::trial::{FittsTrial, Operator};
+use haptic_lab::stats::throughput::Task;
 use serde::Serialize;
 
 /// What the trials of a targeting task say.
@@ -70,13 +71,16 @@ pub struct FittsAnalysis {
 ///
 /// # Errors
 /// There are no trials, two are the same one, or a sequence has more than one target.
-pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds) -> Result<FittsAnalysis, AnalysisError> {
+pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds, task: Task) -> Result<FittsAnalysis, AnalysisError> {
     let segments = segments::segments(trials)?;
     let resistances = segments::resistances(&segments);
     let (mut refused, mut notes) = (Vec::new(), Vec::new());
-    let sequences = sequences::sequences(&segments, &mut refused);
+    let sequences = sequences::sequences(&segments, task, &mut refused);
     let differences = comparison::differences(&segments, &mut refused);
     let comparisons = comparison::comparisons(&differences, &resistances, thresholds);
+    if task == Task::Discrete {
+        notes.push("a discrete task: each movement begins at the centre of a place of its own".to_owned());
+    }
     if trials.iter().any(|trial| trial.cursor_diameter_m.is_none()) {
         notes.push("rows without cursor_diameter_m: the index of difficulty takes the cursor as a point".to_owned());
     }

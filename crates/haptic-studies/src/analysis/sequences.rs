@@ -3,7 +3,7 @@
 use super::refusal::Refusal;
 use super::segments::Segment;
 use haptic_lab::stats::mean::{clustered_mean, mean};
-use haptic_lab::stats::throughput::{Movement, throughput};
+use haptic_lab::stats::throughput::{Movement, Task, throughput};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -63,10 +63,10 @@ pub struct Summary {
 }
 
 /// The sequences that have a throughput; the others are refused by name.
-pub(super) fn sequences(segments: &[Segment<'_>], refused: &mut Vec<Refusal>) -> Vec<Sequence> {
+pub(super) fn sequences(segments: &[Segment<'_>], task: Task, refused: &mut Vec<Refusal>) -> Vec<Sequence> {
     let mut sequences = Vec::new();
     for segment in segments {
-        match sequence(segment) {
+        match sequence(segment, task) {
             Ok(sequence) => sequences.push(sequence),
             Err(error) => refused.push(Refusal {
                 what: format!("throughput of {}", segment.name()),
@@ -77,7 +77,7 @@ pub(super) fn sequences(segments: &[Segment<'_>], refused: &mut Vec<Refusal>) ->
     sequences
 }
 
-fn sequence(segment: &Segment<'_>) -> Result<Sequence, haptic_lab::stats::StatsError> {
+fn sequence(segment: &Segment<'_>, task: Task) -> Result<Sequence, haptic_lab::stats::StatsError> {
     let movements: Vec<Movement> = segment
         .trials
         .iter()
@@ -87,7 +87,7 @@ fn sequence(segment: &Segment<'_>) -> Result<Sequence, haptic_lab::stats::StatsE
             movement_time_s: trial.movement_time_s,
         })
         .collect();
-    let found = throughput(&movements)?;
+    let found = throughput(&movements, task)?;
     let is_miss = |trial: &&crate::trial::FittsTrial| trial.end_error_m.abs() > 0.5 * trial.width_m;
     Ok(Sequence {
         subject: segment.subject.to_owned(),

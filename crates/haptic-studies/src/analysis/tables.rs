@@ -44,11 +44,21 @@ fn table(caption: &str, head: &[&str], rows: impl IntoIterator<Item = Vec<String
     }
 }
 
-fn interval(interval: Option<[f64; 2]>, decimals: usize) -> String {
+fn interval(interval: Option<[f64; 2]>, least: usize) -> String {
     interval.map_or_else(
         || "-".to_owned(),
-        |[low, high]| format!("{low:.decimals$} to {high:.decimals$}"),
+        |[low, high]| {
+            let decimals = decimals(high - low, least);
+            format!("{low:.decimals$} to {high:.decimals$}")
+        },
     )
+}
+
+/// Digits behind the point that show two of a size, and at least so many.
+fn decimals(size: f64, least: usize) -> usize {
+    (least..9)
+        .find(|&digits| size.abs() * 10.0_f64.powi(digits.try_into().unwrap_or(9)) >= 10.0)
+        .unwrap_or(least)
 }
 
 /// A probability of a test.
@@ -260,7 +270,7 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
 }
 
 fn number(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.0$}", decimals(value, 3)))
 }
 
 fn case_row(case: &CaseAnalysis) -> Vec<String> {
@@ -293,6 +303,17 @@ fn subject_row(case: &CaseAnalysis, subject: &SubjectThreshold) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn small_values_have_the_digits_that_they_need() {
+        assert_eq!(interval(Some([1.1, 2.08]), 2), "1.10 to 2.08");
+        assert_eq!(interval(Some([0.0011, 0.00208]), 2), "0.00110 to 0.00208");
+        assert_eq!(interval(Some([0.0, 0.0]), 2), "0.00 to 0.00");
+        assert_eq!(
+            (number(Some(1.635)), number(Some(0.00163))),
+            ("1.635".to_owned(), "0.0016".to_owned())
+        );
+    }
 
     #[test]
     fn resistances_that_do_not_fit_stand_in_a_table_of_their_own() {

@@ -75,7 +75,7 @@ fn study() -> Vec<FittsTrial> {
 }
 
 fn analysed(trials: &[FittsTrial]) -> FittsAnalysis {
-    fitts(trials, &Thresholds::PAPER).expect("an analysis")
+    fitts(trials, &Thresholds::PAPER, Task::Serial).expect("an analysis")
 }
 
 #[test]
@@ -225,7 +225,9 @@ fn rows_that_contradict_one_another_are_refused_by_name() {
     let refused = |change: &dyn Fn(&mut Vec<FittsTrial>)| {
         let mut trials = study();
         change(&mut trials);
-        fitts(&trials, &Thresholds::PAPER).expect_err("refused").to_string()
+        fitts(&trials, &Thresholds::PAPER, Task::Serial)
+            .expect_err("refused")
+            .to_string()
     };
     assert_eq!(refused(&|trials| trials.clear()), "there are no trials");
     assert_eq!(

@@ -98,6 +98,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     report(&mut found, &problem, &slides, options);
     statics::report(&mut found, &problem, &slides, options);
     refusal::refuse_poor(&mut found, &problem, &slides, options);
+    refusal::refuse_beside_offset(&mut found, &slides, options);
     place::note_one_frequency(&problem, &slides, &mut found);
     found
 }

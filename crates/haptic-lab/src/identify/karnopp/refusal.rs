@@ -200,6 +200,32 @@ pub(super) fn refuse_offset(found: &mut Identified) {
     );
 }
 
+/// Takes back the forces of each direction where they were asked for, and a constant force that is not known may be all
+/// that makes them differ.
+pub(super) fn refuse_beside_offset(found: &mut Identified, slides: &Slides, options: &Options) {
+    let is_asked = slides.fit.shape.is_separate && options.directions == Directions::Separate;
+    let Some((twice, reach)) = slides
+        .value(&[(Unknown::Level(0), 1.0), (Unknown::Level(1), 1.0)])
+        .filter(|(twice, reach)| is_asked && options.offset_n.is_none() && twice.abs() > *reach)
+    else {
+        return;
+    };
+    let Some(dynamic) = found.dynamic_force_n else { return };
+    let reason = format!(
+        "friction and a constant force together are {:.4} N in the positive and {:.4} N in the negative direction, which is \
+         a constant force of {:.4} +- {:.4} N, a difference of friction, or both",
+        dynamic.positive,
+        dynamic.negative,
+        twice / 2.0,
+        reach / 2.0
+    );
+    let instead = "give the constant force by --offset, 0 for a sensor that was zeroed without contact on a level axis";
+    withdraw(found, "dynamic_force_N", reason.clone(), instead);
+    if found.static_force_n.is_some() {
+        withdraw(found, "static_force_N", reason, instead);
+    }
+}
+
 /// Refuses what sliding in one direction alone does not determine.
 pub(super) fn refuse_one_direction(found: &mut Identified, slides: &Slides, problem: &Problem<'_>) {
     let side = usize::from(!slides.fit.shape.sides[0]);

@@ -387,6 +387,25 @@ fn a_force_that_points_against_the_motion_is_refused_with_its_cause() {
 }
 
 #[test]
+fn directions_beside_an_offset_that_is_not_known_are_refused() {
+    let mut offset = record(alike(), 2);
+    offset.force_n.iter_mut().for_each(|force| *force += 0.4);
+    let of = |offset_n| {
+        let options = Options {
+            directions: Directions::Separate,
+            offset_n,
+            ..Options::new(ModelKind::Karnopp)
+        };
+        identify(&offset, &options).expect("a record")
+    };
+    let unknown = of(None);
+    assert_eq!(refused(&unknown), ["offset_N", "dynamic_force_N", "static_force_N"]);
+    let reason = &unknown.refused[1].reason;
+    assert!(reason.contains("a constant force of 0.39"), "{reason}");
+    held(&of(Some(0.4)), 0.5, &alike(), 0.4, 2.0);
+}
+
+#[test]
 fn a_known_mass_is_taken_and_not_identified() {
     let options = Options {
         mass_kg: Some(0.5),

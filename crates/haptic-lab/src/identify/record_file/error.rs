@@ -17,7 +17,7 @@ pub enum RecordFileError {
         source: std::io::Error,
     },
     /// A recording of hapticd is damaged.
-    #[error("{}: {source}", .path.display())]
+    #[error("{}: {source}{}", .path.display(), .source.remedy())]
     Recording {
         /// The file.
         path: PathBuf,
