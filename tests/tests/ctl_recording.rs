@@ -341,12 +341,18 @@ fn what_can_be_read_is_kept_by_a_repair() {
         &["broken.csv", "is not a row", "recording repair"],
     );
     assert!(!exported.exists(), "half of a recording is not one");
-    for reads in [&["recording", "info"][..], &["identify"], &["replay"]] {
+    for reads in [&["recording", "info"][..], &["identify"]] {
         refused(
             &[reads, &[plain(&broken)]].concat(),
             &["broken.csv", "is not a row", "recording repair"],
         );
     }
+    let replayed = offline(&["replay", plain(&broken)]);
+    let told = String::from_utf8_lossy(&replayed.stderr);
+    assert!(
+        replayed.status.code() == Some(1) && told.contains("recording repair"),
+        "{told}"
+    );
 
     for (length, ending) in [(before + 10, "broken off"), (before, "without an end")] {
         let (found, told) = repair(&csv[..length]);

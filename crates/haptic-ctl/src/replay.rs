@@ -93,7 +93,13 @@ fn changes(texts: &[String]) -> Result<Vec<(haptic_core::ParameterKey, f64)>, Fa
 }
 
 fn unreplayable(path: &Path) -> impl Fn(replay::ReplayError) -> Failure {
-    move |error| Failure::BadRecording(format!("{}: {error}", path.display()))
+    move |error| {
+        let remedy = match &error {
+            replay::ReplayError::Recording(error) => error.remedy(),
+            _ => "",
+        };
+        Failure::BadRecording(format!("{}: {error}{remedy}", path.display()))
+    }
 }
 
 fn open(path: &Path) -> Result<(Reader, Metadata), Failure> {
