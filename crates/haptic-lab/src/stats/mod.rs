@@ -5,13 +5,13 @@
 //! the reason, instead of being answered with a number that is not one.
 //!
 //! ```
-//! use haptic_lab::stats::throughput::{Movement, throughput};
+//! use haptic_lab::stats::throughput::{Movement, Task, throughput};
 //! let movements = [-0.006, 0.003, 0.011, -0.002].map(|end_error_m| Movement {
 //!     amplitude_m: 0.3,
 //!     end_error_m,
 //!     movement_time_s: 0.6,
 //! });
-//! let sequence = throughput(&movements).expect("four movements that differ");
+//! let sequence = throughput(&movements, Task::Serial).expect("four movements that differ");
 //! assert!((sequence.effective_amplitude_m - 0.3035).abs() < 1e-9);
 //! ```
 

@@ -402,7 +402,9 @@ fn directions_beside_an_offset_that_is_not_known_are_refused() {
     assert_eq!(refused(&unknown), ["offset_N", "dynamic_force_N", "static_force_N"]);
     let reason = &unknown.refused[1].reason;
     assert!(reason.contains("a constant force of 0.39"), "{reason}");
-    held(&of(Some(0.4)), 0.5, &alike(), 0.4, 2.0);
+    let mut known = of(Some(0.4));
+    assert_eq!(known.offset_n.take(), Some(0.4));
+    held(&known, 0.5, &alike(), 0.4, 2.0);
 }
 
 #[test]
