@@ -26,8 +26,12 @@ parts=("$@")
 # see it. What is not named here is not run: a whole test run for every change would take a week.
 describe() {
     case $1 in
-    limiter) package=haptic-core files=(limiter.rs) tests=(limiter) ;;
-    senses) package=haptic-core files=(sample_clock.rs position_guard.rs) tests=(sample_clock position_guard) ;;
+    # What the servo alone asks of it, its tests see.
+    limiter) package=haptic-core files=(limiter.rs) tests=(limiter servo --skip every_build_gives) ;;
+    senses)
+        package=haptic-core files=(sample_clock.rs position_guard.rs)
+        tests=(sample_clock position_guard servo --skip every_build_gives)
+        ;;
     # Without the test of one number: it turns red with every change of the forces, wanted or not.
     state) package=haptic-core files=(servo/rig.rs) tests=(servo --skip every_build_gives) ;;
     servo)

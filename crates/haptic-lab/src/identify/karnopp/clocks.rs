@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 const SEARCHED_ROWS: usize = 2000;
 
 /// Share of the variance of the force's change, as far as the other unknowns do not explain it, that may be noise.
-const LARGEST_NOISE_SHARE: f64 = 0.5;
+const LARGEST_NOISE_SHARE: f64 = 0.2;
 
 /// Fewest degrees of freedom: with fewer a few strokes alone determine the shift, which one wrong stroke would.
 const FEWEST_FREEDOM: f64 = 5.75;
