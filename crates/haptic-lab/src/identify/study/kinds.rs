@@ -11,6 +11,7 @@
 
 use crate::identify::record::Record;
 use crate::identify::sensor::{counted, noise, samples_in};
+use crate::smoothing::whole;
 use fastrand::Rng;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -384,23 +385,19 @@ pub fn record(kind: Kind, conditions: &Conditions, seed: u64) -> (Record, Values
     let first_s = MARGIN_S + period_s * random.f64();
     let samples = samples_in(conditions.duration_s - 2.0 * MARGIN_S, period_s).saturating_sub(1);
     let t_s: Vec<f64> = (0..samples).map(|sample| sample as f64 * period_s).collect();
-    let last = steps - 1;
-    let at = |t_s: f64| samples_in(t_s.max(0.0), STEP_S).min(last);
-    let position_m: Vec<f64> = t_s
-        .iter()
-        .map(|t_s| {
-            let place = (first_s + t_s) / STEP_S;
-            let left = at(STEP_S * (place - 0.5)).min(last - 1);
-            let share = (place - left as f64).clamp(0.0, 1.0);
-            places[left] * (1.0 - share) + places[left + 1] * share
-        })
-        .collect();
+    // Between two steps on a straight line; a step's force is that of its middle.
+    let at = |values: &[f64], t_s: f64| {
+        let place = (t_s / STEP_S).clamp(0.0, (steps - 2) as f64);
+        let left = whole(place);
+        values[left] + (place - left as f64) * (values[left + 1] - values[left])
+    };
+    let position_m: Vec<f64> = t_s.iter().map(|t_s| at(&places, first_s + t_s)).collect();
     let white = noise(random, conditions.noise_n, 0.0, samples);
     let slow = noise(random, conditions.slow_noise_n, (-period_s / SLOW_S).exp(), samples);
     let force_n = t_s
         .iter()
         .zip(white.iter().zip(&slow))
-        .map(|(t_s, (white, slow))| forces[at(first_s + t_s - conditions.shift_s - 0.5 * STEP_S)] + white + slow)
+        .map(|(t_s, (white, slow))| at(&forces, first_s + t_s - conditions.shift_s - 0.5 * STEP_S) + white + slow)
         .collect();
     let record = Record {
         position_m: counted(random, &position_m, conditions.resolution_m),
