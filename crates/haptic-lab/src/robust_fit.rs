@@ -15,7 +15,7 @@ const FULL_WEIGHT_DEVIATIONS: f64 = 3.0;
 
 /// Parts that are left out one after another. This number holds the slow errors of a record of a dozen strokes,
 /// and still gives a variance.
-const PARTS: usize = 24;
+pub(crate) const PARTS: usize = 24;
 
 /// Standard deviations of a normal value that its 95 % interval reaches to either side.
 pub(crate) const NORMAL_95: f64 = 1.959_964;
@@ -158,13 +158,14 @@ pub(crate) fn fit(
         design,
     };
     let (rows, values, residuals) = rows.weighted()?;
-    let mut parts = rows.parts(part_of, &residuals)?;
+    let (normal, right) = rows.normal(0..n);
+    let inverse = normal.clone().try_inverse().ok_or(Unfit::OnePart)?;
+    let mut parts = rows.parts(part_of, &residuals, (&normal, &right, &inverse))?;
     for part in &mut parts {
         part.without.component_div_assign(&scales);
         part.pull.component_div_assign(&scales);
         part.share.component_div_assign(&(&scales * scales.transpose()));
     }
-    let inverse = rows.normal(0..n).0.try_inverse().ok_or(Unfit::OnePart)?;
     let own_variance: Vec<f64> = (0..k)
         .map(|j| scales[j] * scales[j] / (inverse[(j, j)] * n as f64))
         .collect();
@@ -215,11 +216,13 @@ impl WeightedRows {
         Ok((self, values, residuals))
     }
 
-    /// Leaves out one part after another.
-    fn parts(&self, part_of: &[usize], residuals: &DVector<f64>) -> Result<Vec<Part>, Unfit> {
-        let (n, k) = self.design.shape();
-        let (normal, right) = self.normal(0..n);
-        let inverse = normal.clone().try_inverse().ok_or(Unfit::OnePart)?;
+    /// Leaves out one part after another, of all normal equations, whose inverse is given as well.
+    fn parts(
+        &self,
+        part_of: &[usize],
+        residuals: &DVector<f64>,
+        (normal, right, inverse): (&DMatrix<f64>, &DVector<f64>, &DMatrix<f64>),
+    ) -> Result<Vec<Part>, Unfit> {
         let mut parts = Vec::new();
         let mut begin = 0;
         for rows in part_of.chunk_by(|one, two| one == two) {
@@ -231,12 +234,15 @@ impl WeightedRows {
             let pull = self.design.rows_range(range).tr_mul(&left);
             parts.push(Part {
                 part: rows[0],
-                without: solve(&(&normal - &own), &(&right - own_right)).map_err(|_| Unfit::OnePart)?,
-                pull: &inverse * pull,
-                share: &inverse * own * &inverse,
+                without: solve(&(normal - &own), &(right - own_right)).map_err(|_| Unfit::OnePart)?,
+                pull: inverse * pull,
+                share: inverse * own * inverse,
             });
         }
-        let mean = parts.iter().fold(DVector::zeros(k), |sum, part| sum + &part.without) / parts.len() as f64;
+        let mean = parts
+            .iter()
+            .fold(DVector::zeros(right.len()), |sum, part| sum + &part.without)
+            / parts.len() as f64;
         parts.iter_mut().for_each(|part| part.without -= &mean);
         Ok(parts)
     }

@@ -79,12 +79,9 @@ fn keeps_its_sign(problem: &Problem<'_>, slides: &Slides) -> Vec<bool> {
     let value = |unknown| slides.fit.value(unknown).unwrap_or(0.0);
     let mass = slides.fit.value(Unknown::Mass).unwrap_or(problem.known_mass);
     let is_separate = slides.fit.shape.is_separate;
-    let places: Vec<usize> = (window.reach..problem.grid.len() - window.reach)
+    let predicted: Vec<f64> = (window.reach..problem.grid.len() - window.reach)
         .step_by(*step)
-        .collect();
-    let predicted: Vec<f64> = places
-        .iter()
-        .map(|&at| {
+        .map(|at| {
             let side = usize::from(motion.sense[at] < 0);
             let level = match (is_separate, motion.sense[at]) {
                 (true, _) => value(Unknown::Level(side)),

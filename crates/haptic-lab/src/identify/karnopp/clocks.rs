@@ -5,7 +5,7 @@
 //! viscous friction, so that many records do not determine it.
 
 use super::problem::Problem;
-use super::regression::{Row, Rows, Shape, Unknown};
+use super::regression::{OVERLAPPING, Row, Rows, Shape, Unknown};
 use crate::smoothing::{weighted, whole};
 use crate::two_clocks::{self, Change, NoShift, Shift, Shifts, stands_out};
 use nalgebra::{DMatrix, DVector};
@@ -23,33 +23,21 @@ const CLEAR_NOISE_SHARE: f64 = 0.125;
 
 /// Another shift must leave more than this by so many times the variance of what is left, times the rows that overlap.
 const CLEARLY_MORE: f64 = 25.0;
-const OVERLAPPING: f64 = 3.0;
 /// So far from the best one it is looked for, s: the same motion comes again.
 const OTHERS_WITHIN_S: f64 = 0.06;
 
 /// The shift under which the fit leaves least, within `longest_s`, however little determines it.
 pub(super) fn rough(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: f64) -> Result<Shift, NoShift> {
-    let begin_s = Search::new(problem, rows, shape, longest_s)?.best()?;
-    let shape = Shape {
-        has_shift: true,
-        ..shape
-    };
-    refine(problem, rows, shape, begin_s)
-        .map(|shifts| shifts.middle)
-        .filter(|shift| shift.value_s.abs() <= longest_s)
-        .ok_or(NoShift::OutOfReach)
+    Search::new(problem, rows, shape, longest_s)?.refined(shape, longest_s)
 }
 
 /// The shift that the record determines, within `longest_s`, s.
 pub(super) fn find(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: f64) -> Result<f64, NoShift> {
-    let shift = rough(problem, rows, shape, longest_s)?;
+    let search = Search::new(problem, rows, shape, longest_s)?;
+    let shift = search.refined(shape, longest_s)?;
     if shift.value_s.abs() + shift.reach_95_s > longest_s {
         return Err(NoShift::OutOfReach);
     }
-    let shape = Shape {
-        has_shift: true,
-        ..shape
-    };
     let fit = problem
         .with_force(problem.grid.force_shifted(shift.value_s, 0.0))
         .fit(rows, shape)
@@ -59,7 +47,7 @@ pub(super) fn find(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: 
     if noise_share > LARGEST_NOISE_SHARE || (freedom < FEWEST_FREEDOM && noise_share > CLEAR_NOISE_SHARE) {
         return Err(NoShift::Noise);
     }
-    Search::new(problem, rows, shape, longest_s)?.only(&shift)?;
+    search.only(&shift)?;
     Ok(shift.value_s)
 }
 
@@ -68,7 +56,6 @@ pub(super) fn find(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: 
 pub(super) fn growing(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: f64) -> Option<(Shift, Shift)> {
     let begin_s = Search::new(problem, rows, shape, longest_s).ok()?.best().ok()?;
     let shape = Shape {
-        has_shift: true,
         has_growing_shift: true,
         ..shape
     };
@@ -165,6 +152,14 @@ impl<'a> Search<'a> {
             return Err(NoShift::AllAlike);
         }
         Ok(best.0 as f64 * self.problem.grid.period_s)
+    }
+
+    /// The best shift within samples as well.
+    fn refined(&self, shape: Shape, longest_s: f64) -> Result<Shift, NoShift> {
+        refine(self.problem, self.rows, shape, self.best()?)
+            .map(|shifts| shifts.middle)
+            .filter(|shift| shift.value_s.abs() <= longest_s)
+            .ok_or(NoShift::OutOfReach)
     }
 
     /// Whether every other shift in the neighbourhood leaves clearly more.

@@ -4,7 +4,7 @@
 //! It is a sum of hats, each a straight rise to its place and a straight fall from there.
 
 use super::problem::Problem;
-use super::regression::{Fit, Rows, Shape, Unknown};
+use super::regression::{Fit, OVERLAPPING, Rows, Shape, Unknown};
 use super::slides::Slides;
 use crate::identify::result::Identified;
 use crate::median::extent;
@@ -26,9 +26,6 @@ const LARGEST_LEFT: f64 = 0.93;
 
 /// A window that averages over several periods of cogging does not show it: one shorter by this is tried as well.
 const SHORTER: f64 = 2.9;
-
-/// Rows that overlap, for each one that does not.
-const OVERLAPPING: f64 = 3.0;
 
 /// Share of the acceleration's variance that the place may leave, at least, for the mass to be told from a spring.
 pub(super) const LEAST_MASS_SHARE: f64 = 0.03;
@@ -73,9 +70,8 @@ pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Ident
 
 /// Share of the acceleration's variance that the place, and all else, leaves to the mass; 1 where that is known.
 pub(super) fn share_of_mass(rows: &Rows, fit: &Fit) -> f64 {
-    let square: f64 = rows.rows.iter().map(|row| row.acceleration.powi(2)).sum();
     let own = fit.own_variance(Unknown::Mass);
-    own.map_or(1.0, |own| own * rows.rows.len() as f64 / square)
+    own.map_or(1.0, |own| own / rows.acceleration_rms().powi(2))
 }
 
 /// The fit with hats over the way; one of them is a spring.

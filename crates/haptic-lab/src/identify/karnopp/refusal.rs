@@ -78,12 +78,7 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
 /// Whether the accelerations are no larger than their noise under the shortest and under long windows.
 fn is_acceleration_noise(rows: &Rows, motion: &Motion) -> bool {
     let noise = motion.acceleration_noise(&rows.window);
-    acceleration_rms(rows) < noise * 1.5 && noise < 0.05
-}
-
-fn acceleration_rms(rows: &Rows) -> f64 {
-    let square: f64 = rows.rows.iter().map(|row| row.acceleration.powi(2)).sum();
-    (square / rows.rows.len().max(1) as f64).sqrt()
+    rows.acceleration_rms() < noise * 1.5 && noise < 0.05
 }
 
 /// Speeds of the slides below which a tenth, and above which a tenth, of their time is spent, m/s.
@@ -253,7 +248,7 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
     if refuse_reversed(found, options) {
         return;
     }
-    refuse_poor_mass(found, slides, options);
+    refuse_poor_mass(found, slides, problem.motion, options);
     let (slow, fast) = speeds(problem.motion);
     if slides.fit.shape.sides != [true; 2] {
         return;
@@ -329,13 +324,13 @@ fn refuse_reversed(found: &mut Identified, options: &Options) -> bool {
     true
 }
 
-fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) {
+fn refuse_poor_mass(found: &mut Identified, slides: &Slides, motion: &Motion, options: &Options) {
     if options.mass_kg.is_some() {
         return;
     }
     let instead = "move faster: sines of 1 to 3 Hz with strokes of 20 mm or more; or weigh the mass and give --mass";
-    let acceleration = acceleration_rms(&slides.rows);
-    let noise = slides.acceleration_noise;
+    let acceleration = slides.rows.acceleration_rms();
+    let noise = motion.acceleration_noise(&slides.rows.window);
     let Some((mass, reach)) = slides.value(&[(Unknown::Mass, 1.0)]) else {
         let why =
             format!("accelerations of {acceleration:.4} m/s^2 rms do not stand out of their noise of {noise:.4} m/s^2");

@@ -3,16 +3,18 @@
 use super::motion::Motion;
 use crate::identify::grid::Grid;
 use crate::median::extent;
-use crate::robust_fit::{self, RobustFit, Uncertainty, Unfit};
+use crate::robust_fit::{self, PARTS, RobustFit, Uncertainty, Unfit};
 use crate::smoothing::{Window, weighted, whole};
 use nalgebra::{DMatrix, DVector};
 
 /// Most rows of a fit; of longer records every second, third ... is taken.
 const MOST_ROWS: usize = 8000;
 
-/// Parts of the record that err each in its own way are pairs of strokes, joined to at most so many. Of fewer pairs than
-/// the second number they are cut.
-const MOST_PARTS: usize = 24;
+/// Rows that overlap, for each one that does not.
+pub(super) const OVERLAPPING: f64 = 3.0;
+
+/// Parts of the record that err each in its own way are pairs of strokes, joined to at most [`PARTS`]. Of fewer pairs than
+/// this they are cut.
 const FEWEST_PAIRS: usize = 6;
 
 /// Share of the positions' noise that may be none.
@@ -86,6 +88,12 @@ impl Rows {
             step,
             position_noise_m: motion.noise_m,
         }
+    }
+
+    /// Root mean square of the accelerations, m/s^2.
+    pub(super) fn acceleration_rms(&self) -> f64 {
+        let square: f64 = self.rows.iter().map(|row| row.acceleration.powi(2)).sum();
+        (square / self.rows.len().max(1) as f64).sqrt()
     }
 
     /// Those of the rows that are kept.
@@ -173,14 +181,14 @@ fn parts(rows: &[Row], step: usize, motion: &Motion) -> Vec<usize> {
     if pairs < FEWEST_PAIRS {
         return robust_fit::equal_parts(rows.len());
     }
-    if pairs <= MOST_PARTS {
+    if pairs <= PARTS {
         return strokes.iter().map(|stroke| stroke / 2).collect();
     }
     // Each pair whole in the part that its middle lies in, of parts of equal size.
     let mut parts = Vec::with_capacity(rows.len());
     for pair in strokes.chunk_by(|one, two| one / 2 == two / 2) {
         let middle = parts.len() + pair.len() / 2;
-        parts.extend(pair.iter().map(|_| middle * MOST_PARTS / rows.len()));
+        parts.extend(pair.iter().map(|_| middle * PARTS / rows.len()));
     }
     parts
 }

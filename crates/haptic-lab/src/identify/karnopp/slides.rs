@@ -17,8 +17,6 @@ pub(in crate::identify) const SAMPLING_SHARE: f64 = 3e-3;
 pub(super) struct Slides {
     pub(super) rows: Rows,
     pub(super) fit: Fit,
-    /// Standard deviation of the acceleration's noise, m/s^2.
-    pub(super) acceleration_noise: f64,
     /// What is not known of the times of the force's steps, in each unknown.
     steps: Option<DVector<f64>>,
     /// By how much another fit differs, in each unknown.
@@ -33,7 +31,6 @@ impl Slides {
 
     pub(super) fn of(problem: &Problem<'_>, rows: Rows, fit: Fit) -> Self {
         Self {
-            acceleration_noise: problem.motion.acceleration_noise(&rows.window),
             steps: problem.change_with_steps(&rows, fit.shape),
             other: None,
             rows,
