@@ -2,7 +2,7 @@
 # Which faults in the parts that keep the hand safe would no test see? Each change that cargo-mutants
 # knows is planted in a clone of the tree and held against the cheapest tests that should see it
 # (tests/mutants.py); this prints those that lived. It is run on demand; docs/safety.md has the last
-# result, and why each that lived may.
+# result, and why those that matter may live.
 #
 #   tests/mutants.sh               # every part
 #   tests/mutants.sh limiter rt    # limiter, senses, state, servo, forces, motion, session, clock, rt, thread

@@ -1,4 +1,4 @@
-"""Recordings of many rigs as one set: the example of docs/recordings.md, and what Spark is known to want."""
+"""Recordings of many rigs as one set: the example of docs/how-to/record.md, and what Spark is known to want."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 import hapticd
 from hapticd.fake import binary
 
-PAGE = Path(__file__).resolve().parents[2] / "docs/recordings.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs/how-to/record.md"
 
 
 def ctl(*arguments: str, **environment: str) -> None:

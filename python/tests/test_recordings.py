@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import io
 import subprocess
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -85,23 +88,6 @@ def test_all_formats_hold_the_same_to_the_last_bit(recordings: dict[str, Path]) 
         assert (bits[0] == bits[1]).all() and (bits[0] == bits[2]).all(), name
 
 
-@pytest.mark.parametrize("ending", ["mcap", "csv"])
-def test_a_recording_that_was_broken_off_reads_as_far_as_it_goes(
-    recordings: dict[str, Path], tmp_path: Path, ending: str
-) -> None:
-    data = recordings[ending].read_bytes()
-    torn = tmp_path / f"torn.{ending}"
-    whole = hapticd.read(recordings[ending])
-    lengths = []
-    for length in range(len(data) // 2, len(data) // 2 + 200, 13):
-        torn.write_bytes(data[:length])
-        rows = hapticd.read(torn)
-        lengths.append(len(rows))
-        assert not rows.attrs["is_complete"]
-        pandas.testing.assert_frame_equal(rows, whole[: len(rows)], check_exact=True)
-    assert min(lengths) > 200
-
-
 def test_a_parquet_recording_in_the_making_is_read_from_the_file_beside_it(
     recordings: dict[str, Path], tmp_path: Path
 ) -> None:
@@ -110,33 +96,108 @@ def test_a_parquet_recording_in_the_making_is_read_from_the_file_beside_it(
     assert hapticd.read(tmp_path / "r.parquet").equals(hapticd.read(recordings["mcap"]))
 
 
-@pytest.mark.parametrize("ending", FORMATS)
-@pytest.mark.parametrize("data", [b"", b"something else\n", b"\x89MCAP0\r\n", b"# hapticd recording 2\n", b"PAR1"])
-def test_another_file_is_refused_by_its_name(tmp_path: Path, ending: str, data: bytes) -> None:
-    path = tmp_path / f"other.{ending}"
-    path.write_bytes(data)
-    with pytest.raises(hapticd.NotARecording, match="other"):
-        hapticd.read(path)
+def flipped(data: bytes) -> bytes:
+    """One bit in the middle of a row is another: behind its CDR header."""
+    place = data.index(b"\x00\x01\x00\x00", len(data) // 2) + 20
+    return data[:place] + bytes([data[place] ^ 1]) + data[place + 1 :]
 
 
-def test_a_damaged_chunk_is_told(recordings: dict[str, Path], tmp_path: Path) -> None:
-    data = bytearray(recordings["mcap"].read_bytes())
-    # In the middle of a row: behind its CDR header.
-    data[data.index(b"\x00\x01\x00\x00", len(data) // 2) + 20] ^= 1
-    damaged = tmp_path / "damaged.mcap"
-    damaged.write_bytes(data)
-    with pytest.raises(hapticd.NotARecording, match=r"the chunk at byte \d+ is damaged; .*repair"):
-        hapticd.read(damaged)
+def torn(data: bytes, off: int) -> bytes:
+    """The first half, and some bytes."""
+    return data[: len(data) // 2 + off]
 
 
-def test_a_damaged_row_of_csv_is_told(recordings: dict[str, Path], tmp_path: Path) -> None:
-    lines = recordings["csv"].read_text().splitlines(keepends=True)
+def records(data: bytes) -> list[bytes]:
+    """The records of an MCAP file, behind its magic bytes."""
+    found, at = [], 8
+    while at + 9 <= len(data):
+        length = 9 + int.from_bytes(data[at + 1 : at + 9], "little")
+        found.append(data[at : at + length])
+        at += length
+    return found
+
+
+def reordered(data: bytes, order: Callable[[list[bytes]], list[bytes]]) -> bytes:
+    """An MCAP file whose records up to the index are in another order."""
+    before = [record for record in records(data) if record[0] in (0x01, 0x03, 0x04, 0x06, 0x0C)]
+    return data[:8] + b"".join(order(before))
+
+
+def chunks_swapped(found: list[bytes]) -> list[bytes]:
+    places = [place for place, record in enumerate(found) if record[0] == 0x06]
+    one, other = places[len(places) // 2 - 1 : len(places) // 2 + 1]
+    found[one], found[other] = found[other], found[one]
+    return found
+
+
+def with_cell(data: bytes, wrong: str) -> bytes:
+    """CSV in which the fifth cell of a row is another text."""
+    lines = data.decode().splitlines(keepends=True)
     cells = lines[-100].split(",")
-    for wrong in ("", "x", "1,2"):
-        damaged = tmp_path / "damaged.csv"
-        damaged.write_text("".join([*lines[:-100], ",".join([*cells[:4], wrong, *cells[5:]]), *lines[-99:]]))
-        with pytest.raises(hapticd.NotARecording, match="damaged"):
-            hapticd.read(damaged)
+    return "".join([*lines[:-100], ",".join([*cells[:4], wrong, *cells[5:]]), *lines[-99:]]).encode()
+
+
+def of_pandas(_: bytes) -> bytes:
+    file = io.BytesIO()
+    pandas.DataFrame({"t_s": [0.0, 0.1], "x": [1.0, 2.0]}).to_parquet(file)
+    return file.getvalue()
+
+
+#: What is done to a recording, and the words of its refusal; of what is read, none.
+CASES: list[tuple[str, str, Callable[[bytes], bytes], list[str]]] = [
+    *((ending, "whole", bytes, []) for ending in FORMATS),
+    *((ending, "empty", lambda _: b"", ["broken off before its first row"]) for ending in ("mcap", "csv")),
+    *((ending, "other", lambda _: b"something else\n", ["not a recording", "something else"]) for ending in FORMATS),
+    ("mcap", "magic alone", lambda data: data[:8], ["broken off before its first row"]),
+    *(("mcap", f"torn {off}", partial(torn, off=off), []) for off in range(0, 200, 13)),
+    ("mcap", "damaged chunk", flipped, ["checksum", "recording repair"]),
+    ("mcap", "chunks swapped", lambda data: reordered(data, chunks_swapped), []),
+    (
+        "mcap",
+        "metadata last",
+        lambda data: reordered(data, lambda found: sorted(found, key=lambda record: record[0] == 0x0C)),
+        ["hapticd did not write this MCAP file", "before its messages"],
+    ),
+    (
+        "mcap",
+        "other version",
+        lambda data: data.replace(b"version\x01\0\0\x001", b"version\x01\0\0\x002"),
+        ["version 2"],
+    ),
+    *(("csv", f"torn {off}", partial(torn, off=off), []) for off in range(0, 200, 13)),
+    ("csv", "other version", lambda data: data.replace(b"recording 1", b"recording 2", 1), ["version 2"]),
+    ("csv", "head alone", lambda data: data[: data.index(b"\n") + 1], ["broken off before its first row"]),
+    *(("csv", f"cell `{wrong}`", partial(with_cell, wrong=wrong), ["recording repair"]) for wrong in ("", "x", "1,2")),
+    ("parquet", "torn", lambda data: data[: len(data) // 2], ["recording repair"]),
+    ("parquet", "of pandas", of_pandas, ["hapticd did not write this Parquet file"]),
+]
+
+
+@pytest.mark.parametrize(("ending", "name", "change", "words"), CASES, ids=[f"{case[0]} {case[1]}" for case in CASES])
+def test_rust_and_python_read_alike(
+    recordings: dict[str, Path],
+    tmp_path: Path,
+    ending: str,
+    name: str,
+    change: Callable[[bytes], bytes],
+    words: list[str],
+) -> None:
+    path, by_rust = tmp_path / f"case.{ending}", tmp_path / "exported.csv"
+    path.write_bytes(change(recordings[ending].read_bytes()))
+    export = [str(ctl()), "recording", "export", str(path), str(by_rust)]
+    exported = subprocess.run(export, check=False, capture_output=True, text=True)
+    try:
+        rows = hapticd.read(path)
+    except hapticd.NotARecording as error:
+        assert words, error
+        for said in (exported.stderr, str(error)):
+            assert all(word in said for word in [*words, path.name]), said
+        assert exported.returncode != 0
+        return
+    assert not words, name
+    assert exported.returncode == 0, exported.stderr
+    assert len(rows) > 200 and rows.attrs["is_complete"] == (not name.startswith("torn"))
+    pandas.testing.assert_frame_equal(rows, hapticd.read(by_rust), check_exact=True)
 
 
 def test_a_recording_has_a_known_name(tmp_path: Path) -> None:

@@ -93,7 +93,7 @@ sleeps() {
     # The host wakes it.
     systemctl suspend && within 90000 is_awake_again
 }
-# What was told of the fault `stalled` since the machine fell asleep, by its message id: docs/service.md.
+# What was told of the fault `stalled` since the machine fell asleep, by its message id: docs/reference/faults.md.
 stalled() {
     journalctl --quiet --no-pager --unit=hapticd --since="@$fell_asleep" MESSAGE_ID=a4b3f8073e62507aaca8c871affe9bc7 "$@"
 }

@@ -1,12 +1,11 @@
 #!/usr/bin/env bash
-# hapticd on a true kernel's USB: run.sh [--binaries DIR] [--report FILE]
+# hapticd on a true kernel's USB: run.sh [--binaries DIR]
 #
 # Boots Debian's own kernel in qemu, by software, so neither /dev/kvm nor root is needed. Inside, the kernel's dummy host controller carries gadgets whose device side is a
 # fake rig: a serial function (CDC-ACM) and a HID function. qemu adds a serial converter (FTDI). guest.sh is the guest's only program; it makes the checks and
 # prints a line for each. Only what happens is checked, never how quickly: software emulation is slow.
 #
 #   --binaries DIR  hapticd, haptic-ctl and fake-rig are there; otherwise they are built
-#   --report FILE   write what was found as a page
 #
 # Ends with 0 if every check passed, with 1 if one failed, with 77 if a program is missing.
 set -euo pipefail
@@ -15,11 +14,9 @@ root=$(cd "$here/../.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}
 cache=$target/qemu
 binaries=
-report=
 while [ $# -gt 0 ]; do
     case $1 in
         --binaries) binaries=$2 && shift 2 ;;
-        --report) report=$2 && shift 2 ;;
         *) echo "run.sh: there is no option $1" >&2 && exit 2 ;;
     esac
 done
@@ -96,25 +93,4 @@ if [ "$ended" = 0 ]; then
 fi
 echo "SUMMARY $passed passed, $failed failed, $took s in qemu of $SECONDS s in all"
 
-if [ -n "$report" ]; then
-    {
-        echo '# USB on a true kernel'
-        echo
-        echo 'What `tests/qemu/run.sh --report docs/usb-in-qemu.md` found when it was last run. It boots the kernel below in qemu by software emulation, on one processor, and runs hapticd against a fake'
-        echo "rig behind the kernel's own drivers: a CDC-ACM gadget and a HID gadget on the dummy host controller, and qemu's FTDI converter. It shows that the drivers, the nodes and hot-plug work as hapticd"
-        echo 'expects; nothing here is about time, which software emulation cannot tell.'
-        echo
-        echo '| | |'
-        echo '|---|---|'
-        echo "| date | $(date -u +%F) |"
-        echo "| kernel | $(cat "$kernel/version"), Debian |"
-        echo "| emulator | $(qemu-system-x86_64 --version | head -1) |"
-        echo "| took | $took s |"
-        echo "| checks | $passed passed, $failed failed |"
-        echo
-        echo '```text'
-        grep -E '^(PASS|FAIL|NOTE) ' "$cache/log"
-        echo '```'
-    } >"$report"
-fi
 [ "$failed" = 0 ]

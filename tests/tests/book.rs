@@ -12,7 +12,7 @@ fn root() -> PathBuf {
 }
 
 /// The pages of the book, by their paths in docs/.
-pub(crate) fn pages() -> Vec<String> {
+fn pages() -> Vec<String> {
     let docs = root().join("docs");
     let mut found = Vec::new();
     let mut folders = vec![docs.clone()];
@@ -32,7 +32,7 @@ pub(crate) fn pages() -> Vec<String> {
 }
 
 /// What a page holds, by its path in docs/.
-pub(crate) fn text(page: &str) -> String {
+fn text(page: &str) -> String {
     fs::read_to_string(root().join("docs").join(page)).expect("a page")
 }
 
@@ -76,7 +76,7 @@ fn the_panel_is_opened() {
 }
 
 #[test]
-fn a_surface_is_identified() {
+fn a_surface_is_identified_and_compared() {
     follow("how-to/identify.md");
 }
 
@@ -86,7 +86,6 @@ fn a_study_is_run() {
         return;
     }
     follow("how-to/study.md");
-    follow("studies.md");
 }
 
 #[test]
@@ -98,33 +97,13 @@ fn a_firmware_is_tried() {
 }
 
 #[test]
-fn many_rigs_are_watched() {
-    follow("how-to/many-rigs.md");
-}
-
-#[test]
-fn a_motion_is_recorded_and_replayed() {
+fn recordings_are_made_replayed_and_collected() {
     follow("how-to/record.md");
 }
 
 #[test]
-fn the_service_is_set_up() {
+fn a_service_serves_many_rigs() {
     follow("how-to/service.md");
-}
-
-#[test]
-fn the_service_in_full_serves_many_rigs() {
-    follow("service.md");
-}
-
-#[test]
-fn recordings_of_many_rigs_become_one_set() {
-    follow("recordings.md");
-}
-
-#[test]
-fn a_surface_is_identified_and_compared_in_full() {
-    follow("identification.md");
 }
 
 #[test]
@@ -132,12 +111,6 @@ fn the_protocol_is_spoken_by_hand() {
     if test_run::has(&["socat", "jq"]) {
         follow("control.md");
     }
-}
-
-#[test]
-fn a_board_is_tried_without_one() {
-    let _one = one_of_two();
-    follow("adapters.md");
 }
 
 #[test]

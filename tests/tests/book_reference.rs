@@ -1,7 +1,6 @@
 //! The reference pages are drawn from the programs: their help, what they serve, and what the core knows.
 //! `HAPTICD_UPDATE_BOOK=1 cargo test -p system-tests --test system book_reference::` draws them again.
 
-use crate::book::{pages, text};
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::parameters::TABLE;
 use haptic_core::servo::Fault;
@@ -9,7 +8,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 use std::time::Instant;
-use system_tests::console::{Step, steps};
+
 use system_tests::fake_rig::FakeRig;
 use system_tests::{Daemon, PATIENCE, binary, drawn, pause};
 
@@ -321,22 +320,22 @@ fn every_metric() {
 
 #[test]
 fn every_fault() {
-    let service = include_str!("../../docs/service.md");
-    let (_, table) = service
-        .split_once("| fault | message id |\n|---|---|\n")
+    let page = include_str!("../../docs/reference/faults.md");
+    let (_, table) = page
+        .split_once("| fault | because | message id |\n|---|---|---|\n")
         .expect("the table that is held to the code");
     let rows: Vec<(&str, &str)> = table
         .lines()
         .take_while(|line| line.starts_with('|'))
         .filter_map(|line| {
             let cells: Vec<&str> = line.split('`').collect();
-            Some((*cells.get(1)?, *cells.get(3)?))
+            Some((*cells.get(1)?, *cells.get(cells.len() - 2)?))
         })
         .collect();
     let mut page = String::from("| fault | because | message id |\n|---|---|---|\n");
     for fault in Fault::KINDS {
         let id = rows.iter().find(|(code, _)| *code == fault.code());
-        let (code, id) = id.unwrap_or_else(|| panic!("docs/service.md lacks {}", fault.code()));
+        let (code, id) = id.unwrap_or_else(|| panic!("docs/reference/faults.md lacks {}", fault.code()));
         let said = fault.to_string();
         let because = said.strip_prefix(&format!("{code}: ")).unwrap_or(&said);
         // A code, and what is wrong with a clock, differ from time to time.
@@ -347,21 +346,4 @@ fn every_fault() {
     }
     assert_eq!(page.lines().count(), rows.len() + 2);
     drawn::part("reference/faults.md", "faults", &page);
-}
-
-#[test]
-fn every_command_that_is_not_run() {
-    let mut rows = Vec::new();
-    for name in pages() {
-        for (_, step) in steps(&text(&name)) {
-            let Step::NotRun { lines, why } = step else { continue };
-            let commands: Vec<String> = lines
-                .iter()
-                .map(|line| format!("`{}`", line.command.replace('\n', " ")))
-                .collect();
-            rows.push(row(&[&format!("[{name}](../{name})"), &commands.join("<br>"), &why]));
-        }
-    }
-    let page = format!("| page | commands | why |\n|---|---|---|\n{}\n", rows.join("\n"));
-    drawn::part("reference/not-run.md", "not run", &page);
 }

@@ -138,7 +138,7 @@ fn a_surface_needs_a_block_and_sensible_sensors() {
     }
 }
 
-/// Aluminium on Teflon: what docs/identification.md claims of it.
+/// Aluminium on Teflon: what docs/how-to/identify.md claims of it.
 #[test]
 fn the_example_renders_what_a_lab_has_recorded() {
     if !test_run::has(&["bash"]) || !test_run::is_long_for("a rendering in real time against a lab's record") {

@@ -339,7 +339,7 @@ fn a_scene_is_simulated_along_a_motion_without_a_daemon() {
     );
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        text(&output.stderr).contains("device_position_m"),
+        text(&output.stderr).contains("no heading with rows of numbers"),
         "{}",
         text(&output.stderr)
     );

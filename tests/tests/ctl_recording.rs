@@ -411,27 +411,4 @@ fn a_recording_is_a_motion_for_simulate_and_for_the_hand_in_every_format() {
         assert!(device.contains(&wanted), "`{device}` lacks `{wanted}`");
         assert_eq!(status.state, RigState::Idle);
     }
-    let both = shelf.path("both.csv");
-    std::fs::write(&both, "t_s,position_m,device_position_m\n0,0,0\n1,0,0\n").expect("written");
-    let out = shelf.path("none.csv");
-    refused(
-        &["simulate", SCENE, "--motion", plain(&both), "--out", plain(&out)],
-        &[
-            "both.csv",
-            "`position_m`",
-            "`device_position_m`",
-            "either could be meant",
-        ],
-    );
-    let hand = format!("file:{}", both.display());
-    let output = Command::new(binary("hapticd"))
-        .args(["--device", "fake", "--hand", &hand])
-        .output()
-        .expect("hapticd starts");
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        text(&output.stderr).contains("either could be meant"),
-        "{}",
-        text(&output.stderr)
-    );
 }

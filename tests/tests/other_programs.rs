@@ -269,6 +269,26 @@ fn what_is_not_known_of_a_table_is_given_by_options() {
         let mass = found["mass_kg"].as_f64().expect("a mass");
         assert!((mass - 1.0).abs() < 0.05, "{arguments:?}: {found}");
     }
+    // A motion needs no force.
+    let out = base.put("out.csv", "");
+    let simulated = |arguments: &[&str]| {
+        let begin = ["simulate", "no-friction", "--out", &out, "--force", "--motion"];
+        let output = ctl(Path::new("/nonexistent"), &[&begin, arguments].concat());
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        std::fs::read_to_string(&out).expect("rows")
+    };
+    let plain = simulated(&[&base.put("plain.csv", base.plain())]);
+    assert_eq!(
+        simulated(&[&bare, "--time-column", "1", "--position-column", "2"]),
+        plain
+    );
+    assert_eq!(
+        simulated(&[&base.put("tabs.tsv", base.plain().replace(',', "\t"))]),
+        plain
+    );
+    let late = base.lines("t,x\n", |_, [t, x, _]| format!("{:.1},{x:.7}", 1e3 * t));
+    let milliseconds = simulated(&[&base.put("ms.csv", late), "--time-unit", "ms"]);
+    assert_eq!(milliseconds.lines().count(), plain.lines().count());
 }
 
 #[test]
@@ -339,20 +359,16 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
             format!("compare\n{real}\n{mcap}"),
             vec!["did not write this MCAP file", "CSV and Parquet"],
         ),
-        (
-            simulate(&tabs),
-            vec!["column `t_s` is missing", "separate the cells by commas"],
-        ),
-        (simulate(&nan), vec!["line 20", "position_m = `NaN`"]),
-        (
-            simulate(&back),
-            vec!["line 20", "t_s = 0.01 s does not come after 0.17 s"],
-        ),
         (simulate(&mcap), vec!["compressed by zstd", "without compression"]),
         (
-            simulate(&frame),
-            vec!["column `t_s` is missing", "`Time,pos (mm),force_mN,operator`"],
+            simulate(&bare),
+            vec!["no time, no position column among `1,2,3`", "--time-column"],
         ),
+        (
+            simulate(&angle),
+            vec!["unit of `position_deg`", "--position-gain", "radius"],
+        ),
+        (simulate(&json), vec!["no heading with rows of numbers"]),
         (simulate(&zero), vec!["is empty"]),
         // Without the inputs of the servo there is nothing to replay, convert or cut.
         (
@@ -400,14 +416,25 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
         let told = text(&ctl(Path::new("/nonexistent"), &["identify", file]).stdout);
         assert!(told.contains(part), "{told} lacks {part}");
     }
+    for (file, part) in [(&nan, "1 row lacks a number"), (&back, "wrong between its neighbours")] {
+        let simulate = simulate(file);
+        let told = text(
+            &ctl(
+                Path::new("/nonexistent"),
+                &simulate.split('\n').chain(["--force"]).collect::<Vec<_>>(),
+            )
+            .stdout,
+        );
+        assert!(told.contains(part), "{told} lacks {part}");
+    }
 }
 
 #[test]
 fn a_hand_from_a_table_that_is_none_is_refused_before_the_daemon_starts() {
     let base = Base::new();
-    let tabs = base.put("tabs.tsv", base.plain().replace(',', "\t"));
+    let degrees = base.put("degrees.csv", base.plain().replacen("position_m", "position_deg", 1));
     let mcap = of_program("json.mcap");
-    for (file, part) in [(&tabs, "separate the cells by commas"), (&mcap, "without compression")] {
+    for (file, part) in [(&degrees, "say so in its heading"), (&mcap, "without compression")] {
         let output: Output = Command::new(binary("hapticd"))
             .args(["--device", "fake", "--hand", &format!("file:{file}")])
             .arg("--socket")

@@ -36,7 +36,8 @@ fn the_length_of_a_motion_is_no_matter_of_memory() {
     let directory = tempfile::tempdir().expect("a directory");
     let rows = test_run::extent(200_000, 2_000_000);
     let (motion_file, out) = (directory.path().join("motion.csv"), directory.path().join("out.csv"));
-    std::fs::write(&motion_file, motion(rows)).expect("written");
+    // A recording is read row by row; a table of another program is read whole.
+    std::fs::write(&motion_file, format!("# hapticd recording 1\n{}", motion(rows))).expect("written");
     // 16 MiB of data is less than the samples of the short motion take with their rows.
     let output = Command::new("sh")
         .arg("-c")
@@ -77,16 +78,16 @@ fn a_negative_number_with_an_exponent_is_a_number() {
 fn a_wrong_motion_is_reported_before_anything_is_written() {
     for (wrong, parts) in [
         (
-            format!("{}9,0\n", motion(20_000)),
-            vec!["line 20002", "2 of 3 cells", "device_velocity_mps"],
+            format!("# hapticd recording 1\n{}9,0\n", motion(20_000)),
+            vec!["line 20003", "2 of 3 cells", "device_velocity_mps"],
         ),
         (
-            format!("{}9,0,0,7\n", motion(20_000)),
-            vec!["line 20002", "4 cells", "3 columns"],
+            format!("# hapticd recording 1\n{}9,0,0,7\n", motion(20_000)),
+            vec!["line 20003", "4 cells", "3 columns"],
         ),
         (
             "t_s,device_position_m,device_position_m\n0,0,0\n".to_owned(),
-            vec!["2 columns `device_position_m`"],
+            vec!["which is the position", "(column 2)", "(column 3)"],
         ),
     ] {
         let directory = tempfile::tempdir().expect("a directory");

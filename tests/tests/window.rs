@@ -182,7 +182,7 @@ fn kept(theme: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("pictures/panel-{theme}.png"))
 }
 
-/// The same picture in docs/panel.md.
+/// The same picture in docs/how-to/panel.md.
 fn of_documents(theme: &str) -> PathBuf {
     let name = if theme == "dark" {
         "panel.png"

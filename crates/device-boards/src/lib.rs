@@ -11,7 +11,7 @@
 //!   old forces.
 //!
 //! None of this has been tried on a real board; the fakes in [`fake`] speak the published
-//! protocols. docs/adapters.md says how to set a board up.
+//! protocols. docs/how-to/firmware.md says how to set a board up.
 //!
 //! A board is a folder with its options, its greeting and its dialect: the words of its protocol.
 //! What all boards share exists once: the conversation (questions for positions, switching on and

@@ -106,23 +106,10 @@ fn read(path: &Path) -> Result<Loaded, Failure> {
     Ok(loaded)
 }
 
-/// Why a record is not read. Of a table it takes the columns by their names, as there are two of them.
+/// Why a record is not read. No option names the columns of a table, as there are two of them.
 fn reason(error: &RecordFileError) -> String {
     match error {
-        RecordFileError::MissingColumn {
-            path,
-            what,
-            header,
-            usual,
-            ..
-        } => format!(
-            "{}: no {what} column among `{header}`: give it one of the usual names in the heading ({usual})",
-            path.display()
-        ),
-        RecordFileError::UnknownUnit { path, column, .. } => format!(
-            "{}: the unit of `{column}` is not known: write the column in s, m and N, and say so in its heading",
-            path.display()
-        ),
+        RecordFileError::Table(error) => error.by_heading(),
         error => error.to_string(),
     }
 }

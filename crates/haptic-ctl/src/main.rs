@@ -49,6 +49,7 @@ mod stop;
 mod study;
 mod surface;
 mod table_file;
+mod table_options;
 mod timing;
 mod top;
 mod undo;

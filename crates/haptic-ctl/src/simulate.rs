@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::scene::{offline, reference};
 use crate::table_file::{self, TableFile};
-use crate::{complete, output, progress};
+use crate::{complete, output, progress, table_options};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::{Scene, SceneError, Scheme};
@@ -18,9 +18,8 @@ pub(crate) struct Arguments {
     #[arg(help = reference::HELP, add = ArgValueCompleter::new(complete::scenes))]
     scene: String,
 
-    /// Motion of the device: a recording, or another table with the columns t_s, position_m or
-    /// device_position_m and, where measured, velocity_mps or device_velocity_mps; CSV, MCAP or Parquet
-    #[arg(long, value_name = "MOTION")]
+    /// Motion of the device: a recording, or a table of times, positions and perhaps velocities in CSV or Parquet
+    #[arg(id = "file", long = "motion", value_name = "MOTION")]
     motion: PathBuf,
 
     /// Output: motion of the block and force, one row a sample
@@ -46,6 +45,9 @@ pub(crate) struct Arguments {
     /// Replace existing files
     #[arg(long)]
     force: bool,
+
+    #[command(flatten)]
+    table: table_options::Arguments,
 }
 
 impl Arguments {
@@ -91,7 +93,11 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
             "events": summary.events,
             "energy_created_J": summary.energy_created_j,
             "exhausted_ticks": summary.exhausted_ticks,
+            "notes": summary.notes,
         }));
+    }
+    for note in &summary.notes {
+        output::text(&format!("note: {note}"))?;
     }
     output::text(&format!(
         "{}, {} scheme: {} ticks, {:.1} ns a tick (median), worst {:.2} us\n\
@@ -114,18 +120,20 @@ struct Summary {
     energy_created_j: f64,
     exhausted_ticks: u64,
     cost: Cost,
+    notes: Vec<String>,
 }
 
 /// Renders the motion and writes its rows, one stretch after another, so that the length of a motion
 /// does not matter to memory.
 fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary, Failure> {
     let unreadable = |error: MotionError| Failure::Usage(error.to_string());
+    let table = arguments.table.options();
     let refused = |error: SceneError| Failure::Usage(format!("{}: {error}", arguments.scene));
     // A wrong row is reported before anything is written; a pipe is read only once.
     if arguments.motion.is_file() {
-        motion::check(&arguments.motion).map_err(unreadable)?;
+        motion::check(&arguments.motion, &table).map_err(unreadable)?;
     }
-    let mut motion = MotionReader::open(&arguments.motion).map_err(unreadable)?;
+    let mut motion = MotionReader::open(&arguments.motion, &table).map_err(unreadable)?;
     let (first, period_s) = (motion.first(), motion.period_s());
     let mut simulator = Simulator::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
     let mut meter = CostMeter::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
@@ -165,6 +173,7 @@ fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary,
         energy_created_j: simulator.energy_created_j(),
         exhausted_ticks: simulator.exhausted_ticks(),
         cost: meter.cost(),
+        notes: motion.notes().to_vec(),
     })
 }
 

@@ -4,8 +4,8 @@
 //! (Fuller 1987, section 2.2). Neighbouring parts that err alike widen the errors (Newey and West 1987, of one lag), and
 //! parts that differ in what they say of a value have fewer degrees of freedom (Satterthwaite 1946).
 
-use crate::median::median;
 use crate::stats::mean::{student_t, student_t_of};
+use haptic_motion::median::median;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 

@@ -1,10 +1,10 @@
 //! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to
 //! the last bit.
 
-use crate::median::median;
 use crate::motion::{DeviceSample, usual_period_s};
 use haptic_core::block::{BlockState, Contact, EventSink};
 use haptic_core::{Renderer, Scene, SceneError, Scheme};
+use haptic_motion::median::median;
 use std::io;
 use std::time::Instant;
 

@@ -1,10 +1,9 @@
-//! Motions in CSV.
+//! Motions in recordings of hapticd in CSV.
 
 use crate::columns::{Column, Columns};
 use crate::error::{MotionError, Place};
-use crate::input::Input;
-use crate::row::Row;
 use crate::whole_lines::WholeLines;
+use crate::{Input, Row};
 use std::path::{Path, PathBuf};
 
 /// The first bytes of a recording of hapticd in CSV.
@@ -19,12 +18,12 @@ pub(crate) struct CsvTable {
 }
 
 impl CsvTable {
-    pub(crate) fn new(path: &Path, input: Input, is_recording: bool) -> Result<Self, MotionError> {
+    pub(crate) fn new(path: &Path, input: Input) -> Result<Self, MotionError> {
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .comment(Some(b'#'))
             .flexible(true)
-            .from_reader(WholeLines::new(input, is_recording));
+            .from_reader(WholeLines::new(input));
         let header = reader
             .headers()
             .map_err(|error| MotionError::format(path, error))?

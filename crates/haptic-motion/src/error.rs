@@ -1,6 +1,7 @@
 //! Why a file is not a motion.
 
-use crate::row::LARGEST;
+use crate::LARGEST;
+use crate::table::TableError;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,8 @@ use thiserror::Error;
 pub enum Place {
     /// A line of a text, from 1.
     Line(u64),
+    /// Distance from the beginning of an MCAP file, bytes.
+    Byte(u64),
     /// A row of another format, from 1.
     Row(u64),
 }
@@ -19,6 +22,7 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
             Self::Row(row) => write!(f, "row {row}"),
         }
     }
@@ -44,8 +48,11 @@ pub enum MotionError {
         /// What the reader of the format says.
         reason: String,
     },
+    /// It is a table of another program, which cannot be read.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A column is missing.
-    #[error("{}: the column `{column}` is missing; a motion has t_s, position_m or device_position_m and, where it was measured, velocity_mps or device_velocity_mps; this file has `{header}`{}", .path.display(), separators(.header))]
+    #[error("{}: the column `{column}` is missing; a motion has t_s, position_m or device_position_m and, where it was measured, velocity_mps or device_velocity_mps; this file has `{header}`", .path.display())]
     MissingColumn {
         /// The file.
         path: PathBuf,
@@ -140,15 +147,6 @@ pub enum MotionError {
         /// The file.
         path: PathBuf,
     },
-}
-
-/// What to do where a heading is that of a table whose cells are not separated by commas.
-fn separators(header: &str) -> &'static str {
-    if header.contains([';', '\t']) {
-        ": separate the cells by commas, and write decimal points"
-    } else {
-        ""
-    }
 }
 
 impl MotionError {

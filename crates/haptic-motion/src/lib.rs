@@ -1,60 +1,85 @@
-//! Motions of a hand in files, read row by row.
+//! Tables of other programs ([`table`]), and motions of a hand in files.
 //!
-//! A motion is a table with a column of times and one of positions. It is a recording of hapticd or
-//! a table of any other program, in one of three formats, which is known by the first bytes:
+//! A motion has a column of times and one of positions, and perhaps one of velocities. It is a recording of hapticd,
+//! read row by row whatever its length, or a table of another program, read whole. The first bytes tell:
 //!
 //! | format | a row |
 //! |---|---|
-//! | CSV | a line; the first line names the columns, and lines of `#` are comments |
+//! | CSV of hapticd | a line; the first line names the columns, and lines of `#` are comments |
 //! | MCAP | a message in `cdr` of the first channel whose `ros2msg` schema has a field `t_s` |
-//! | Parquet | a row |
+//! | Parquet of hapticd | a row |
+//! | other text, other Parquet | as [`table`] reads it |
 //!
-//! | column | what | unit |
+//! | column of a recording or of MCAP | what | unit |
 //! |---|---|---|
 //! | `t_s` | time; it may be irregular, but grows | s |
 //! | `position_m` or `device_position_m` | position | m |
 //! | `velocity_mps` or `device_velocity_mps` | velocity, where it was measured | m/s |
 //!
-//! Recordings have the longer names. A table with both names of a quantity is refused, since either
-//! could be meant. Other columns are ignored.
-//!
-//! A recording that was broken off reads up to its last whole row.
+//! Recordings have the longer names. A recording with both names of a quantity is refused, since either could be
+//! meant. Other columns are ignored. A recording that was broken off reads up to its last whole row.
 
 mod columns;
 mod csv_table;
 mod error;
 pub mod guard;
-mod input;
 mod mcap_table;
+pub mod median;
 pub mod numbers;
 mod parquet_table;
-mod row;
+pub mod table;
+pub mod text;
 mod whole_lines;
 
 pub use error::{MotionError, Place};
-pub use row::{LARGEST, Row};
 
 use columns::Columns;
 use csv_table::CsvTable;
+use guard::guarded;
 use mcap_table::McapTable;
+use parquet::file::reader::SerializedFileReader;
 use parquet_table::ParquetTable;
 use std::fs::File;
-use std::io::{Cursor, Read};
+use std::io::{Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
+use table::{Quantity, TableOptions};
+
+/// One row of a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Time, s.
+    pub t_s: f64,
+    /// Position, m.
+    pub position_m: f64,
+    /// Velocity, m/s; every row of a file has one, or none.
+    pub velocity_mps: Option<f64>,
+}
+
+/// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are
+/// made of leave the range of numbers.
+pub const LARGEST: f64 = 1e12;
+
+/// A file whose first bytes have been looked at. A pipe cannot be wound back.
+type Input = Chain<Cursor<Vec<u8>>, File>;
 
 /// A motion file: an iterator over its rows. After an error nothing follows.
 #[expect(missing_debug_implementations, reason = "the readers of the formats have none")]
 pub struct Rows {
     path: PathBuf,
-    table: Table,
+    source: Source,
+    notes: Vec<String>,
     before_s: Option<f64>,
     failed: bool,
 }
 
-enum Table {
+enum Source {
     Csv(CsvTable),
     Mcap(McapTable),
     Parquet(ParquetTable),
+    Table {
+        rows: std::vec::IntoIter<(Place, Row)>,
+        has_velocity: bool,
+    },
 }
 
 /// The file that holds a motion. A recording in Parquet that is being made, or was broken off, is an MCAP file
@@ -80,48 +105,65 @@ impl Rows {
     /// # Errors
     /// The file cannot be read, or is not a motion.
     pub fn open(path: &Path) -> Result<Self, MotionError> {
+        Self::open_with(path, &TableOptions::default())
+    }
+
+    /// The same where `options` say how a table of another program is read.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_with(path: &Path, options: &TableOptions) -> Result<Self, MotionError> {
         let path = &file_of(path);
         let file = File::open(path).map_err(|source| MotionError::open(path, source))?;
-        Self::new(path, file)
+        Self::new(path, file, options)
     }
 
     /// The same for a [file](file_of) that the caller has opened; `path` is its name.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn new(path: &Path, mut file: File) -> Result<Self, MotionError> {
+    pub fn new(path: &Path, mut file: File, options: &TableOptions) -> Result<Self, MotionError> {
         const MAGIC_BYTES: u64 = 20;
+        let unreadable = |source| MotionError::open(path, source);
         let mut first = Vec::new();
         (&mut file)
             .take(MAGIC_BYTES)
             .read_to_end(&mut first)
-            .map_err(|source| MotionError::open(path, source))?;
+            .map_err(unreadable)?;
         if first.is_empty() {
             return Err(MotionError::format(path, "the file is empty"));
         }
-        let table = if first.starts_with(parquet_table::MAGIC) {
-            Table::Parquet(ParquetTable::new(path, file)?)
+        let options = &TableOptions {
+            is_of_device: true,
+            ..options.clone()
+        };
+        let mut notes = Vec::new();
+        let mut of_table = |table| Source::of_table(table, &mut notes);
+        let source = if first.starts_with(parquet_table::MAGIC) {
+            let reader =
+                guarded(|| SerializedFileReader::new(file)).map_err(|error| MotionError::format(path, error))?;
+            match table::ParquetTable::of_other(path, reader) {
+                Ok(file) => of_table(table::Table::of_parquet(&file, options, &MOTION)?),
+                Err(reader) => Source::Parquet(ParquetTable::new(path, *reader)?),
+            }
         } else {
-            let (is_mcap, is_recording) = (
-                first.starts_with(mcap::MAGIC),
-                first.starts_with(csv_table::RECORDING_TITLE),
-            );
-            // A character may continue beyond the first bytes.
-            let is_text = std::str::from_utf8(&first).map_or_else(|error| error.error_len().is_none(), |_| true)
-                && !first.contains(&0);
-            let input = Cursor::new(first).chain(file);
+            let is_recording = first.starts_with(csv_table::RECORDING_TITLE);
+            let is_mcap = first.starts_with(mcap::MAGIC);
+            let mut input = Cursor::new(first).chain(file);
             if is_mcap {
-                Table::Mcap(McapTable::new(path, input)?)
-            } else if !is_text {
-                let reason = "not a table: it is neither MCAP nor Parquet, nor text in UTF-8, as CSV is";
-                return Err(MotionError::format(path, reason));
+                Source::Mcap(McapTable::new(path, input)?)
+            } else if is_recording {
+                Source::Csv(CsvTable::new(path, input)?)
             } else {
-                Table::Csv(CsvTable::new(path, input, is_recording)?)
+                let mut bytes = Vec::new();
+                input.read_to_end(&mut bytes).map_err(unreadable)?;
+                of_table(table::Table::of_text(path, &bytes, options, &MOTION)?)
             }
         };
         Ok(Self {
             path: path.to_path_buf(),
-            table,
+            source,
+            notes,
             before_s: None,
             failed: false,
         })
@@ -130,34 +172,43 @@ impl Rows {
     /// Whether its rows have velocities.
     #[must_use]
     pub fn has_velocity(&self) -> bool {
-        self.columns().velocity.is_some()
+        match self.source {
+            Source::Table { has_velocity, .. } => has_velocity,
+            _ => self.columns().is_some_and(|columns| columns.velocity.is_some()),
+        }
     }
 
-    fn columns(&self) -> &Columns {
-        match &self.table {
-            Table::Csv(table) => table.columns(),
-            Table::Mcap(table) => table.columns(),
-            Table::Parquet(table) => table.columns(),
+    /// What was read of a table of another program, and what was left out.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn columns(&self) -> Option<&Columns> {
+        match &self.source {
+            Source::Csv(table) => Some(table.columns()),
+            Source::Mcap(table) => Some(table.columns()),
+            Source::Parquet(table) => Some(table.columns()),
+            Source::Table { .. } => None,
         }
     }
 
     fn row(&mut self) -> Result<Option<Row>, MotionError> {
-        let next = match &mut self.table {
-            Table::Csv(table) => table.row()?,
-            Table::Mcap(table) => table.row()?,
-            Table::Parquet(table) => table.row()?,
+        let next = match &mut self.source {
+            Source::Csv(table) => table.row()?,
+            Source::Mcap(table) => table.row()?,
+            Source::Parquet(table) => table.row()?,
+            Source::Table { rows, .. } => rows.next(),
         };
         let Some((place, row)) = next else { return Ok(None) };
-        let columns = self.columns();
-        let velocity = columns.velocity.as_ref().zip(row.velocity_mps);
-        let cells = [
-            Some((&columns.time, row.t_s)),
-            Some((&columns.position, row.position_m)),
-            velocity,
-        ];
-        for (column, value) in cells.into_iter().flatten() {
-            if value.is_nan() || value.abs() > LARGEST {
-                return Err(MotionError::not_a_number(&self.path, place, column.name, value));
+        let names = self.columns().map_or(["time", "position", "velocity"], |columns| {
+            let velocity = columns.velocity.map_or("", |column| column.name);
+            [columns.time.name, columns.position.name, velocity]
+        });
+        let cells = [Some(row.t_s), Some(row.position_m), row.velocity_mps];
+        for (name, value) in names.into_iter().zip(cells) {
+            if let Some(value) = value.filter(|value| value.is_nan() || value.abs() > LARGEST) {
+                return Err(MotionError::not_a_number(&self.path, place, name, value));
             }
         }
         if let Some(before) = self.before_s.filter(|&before| row.t_s <= before) {
@@ -170,6 +221,31 @@ impl Rows {
         }
         self.before_s = Some(row.t_s);
         Ok(Some(row))
+    }
+}
+
+/// What a motion has besides its times.
+const MOTION: [Quantity; 2] = [Quantity::Position, Quantity::Velocity];
+
+impl Source {
+    fn of_table(mut table: table::Table, notes: &mut Vec<String>) -> Self {
+        let velocities = table.values.pop().unwrap_or_default();
+        let positions = table.values.pop().unwrap_or_default();
+        let rows: Vec<(Place, Row)> = (0..table.t_s.len())
+            .map(|at| {
+                let row = Row {
+                    t_s: table.t_s[at],
+                    position_m: positions[at],
+                    velocity_mps: velocities.get(at).copied(),
+                };
+                (table.places[at], row)
+            })
+            .collect();
+        *notes = table.notes;
+        Self::Table {
+            has_velocity: !velocities.is_empty(),
+            rows: rows.into_iter(),
+        }
     }
 }
 

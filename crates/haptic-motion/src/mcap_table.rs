@@ -2,8 +2,7 @@
 
 use crate::columns::{Column, Columns, TIME};
 use crate::error::{MotionError, Place};
-use crate::input::Input;
-use crate::row::Row;
+use crate::{Input, Row};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};

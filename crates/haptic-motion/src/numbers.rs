@@ -114,12 +114,12 @@ impl Numbers {
         })
     }
 
-    /// Adds further cells to `cells`, none at the end. Gives the place among them of the first that is empty.
+    /// Adds further cells to `cells`, none at the end. An empty one is not a number.
     ///
     /// # Errors
     /// The column holds something else than numbers, or is damaged.
     #[expect(clippy::cast_precision_loss, reason = "a whole number beyond 2^53 is rounded")]
-    pub fn read(&mut self, cells: &mut Vec<f64>) -> Result<Option<usize>, NumbersError> {
+    pub fn read(&mut self, cells: &mut Vec<f64>) -> Result<(), NumbersError> {
         use ColumnReader as Reader;
         let (before, is_unsigned) = (cells.len(), self.meaning == Meaning::Unsigned);
         let is_decimal = matches!(self.meaning, Meaning::Decimal(_));
@@ -161,18 +161,26 @@ fn whole(bytes: &[u8]) -> f64 {
     bytes.iter().fold(sign, |high, byte| 256.0 * high + f64::from(*byte))
 }
 
-/// Reads a batch of cells. Gives the place in the batch of the first that is empty.
+/// Reads a batch of cells.
 fn read<T: DataType>(
     reader: &mut ColumnReaderImpl<T>,
     cells: &mut Vec<f64>,
     number: impl Fn(T::T) -> f64,
-) -> Result<Option<usize>, ParquetError> {
+) -> Result<(), ParquetError> {
     let (mut levels, mut values) = (Vec::new(), Vec::new());
     let (rows, read, _) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
-    cells.extend(values.into_iter().map(number));
+    let mut numbers = values.into_iter().map(number);
+    if read == rows {
+        cells.extend(numbers);
+        return Ok(());
+    }
     // Levels are given where a cell may be empty; the highest is that of a cell that is not.
-    let full = levels.iter().max().copied().unwrap_or(0);
-    Ok((read < rows).then(|| levels.iter().position(|level| *level < full.max(1)).unwrap_or(0)))
+    let full = levels.iter().max().copied().unwrap_or(0).max(1);
+    cells.extend(levels.iter().map(|level| {
+        let is_full = *level == full;
+        is_full.then(|| numbers.next()).flatten().unwrap_or(f64::NAN)
+    }));
+    Ok(())
 }
 
 #[cfg(test)]

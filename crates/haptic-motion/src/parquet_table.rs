@@ -1,10 +1,10 @@
-//! Motions in Parquet.
+//! Motions in recordings of hapticd in Parquet.
 
+use crate::Row;
 use crate::columns::{Column, Columns};
 use crate::error::{MotionError, Place};
 use crate::guard::guarded;
 use crate::numbers::{Numbers, NumbersError};
-use crate::row::Row;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
@@ -30,8 +30,7 @@ struct Group {
 }
 
 impl ParquetTable {
-    pub(crate) fn new(path: &Path, file: File) -> Result<Self, MotionError> {
-        let reader = guarded(|| SerializedFileReader::new(file)).map_err(|error| MotionError::format(path, error))?;
+    pub(crate) fn new(path: &Path, reader: SerializedFileReader<File>) -> Result<Self, MotionError> {
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let header: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
         let columns = Columns::find(path, &header.iter().map(String::as_str).collect::<Vec<_>>())?;
@@ -52,7 +51,7 @@ impl ParquetTable {
     pub(crate) fn row(&mut self) -> Result<Option<(Place, Row)>, MotionError> {
         loop {
             if let Some(group) = &mut self.group
-                && group.fill(&self.path, self.rows)?
+                && group.fill(&self.path)?
             {
                 self.rows += 1;
                 let at = group.taken;
@@ -91,25 +90,21 @@ impl Group {
     }
 
     /// Reads further cells where all have been taken; says whether there is one.
-    fn fill(&mut self, path: &Path, rows_before: u64) -> Result<bool, MotionError> {
+    fn fill(&mut self, path: &Path) -> Result<bool, MotionError> {
         if self.taken < self.cells[0].len() {
             return Ok(true);
         }
         self.taken = 0;
         for ((column, reader), cells) in self.readers.iter_mut().zip(&mut self.cells) {
             cells.clear();
-            let read = reader.read(cells).map_err(|error| match error {
+            reader.read(cells).map_err(|error| match error {
                 NumbersError::Type(found) => MotionError::ColumnType {
                     path: path.to_path_buf(),
                     column: column.name,
                     found: found.to_owned(),
                 },
                 NumbersError::Damaged(reason) => MotionError::format(path, reason),
-            });
-            if let Some(empty) = read? {
-                let place = Place::Row(rows_before + 1 + empty as u64);
-                return Err(MotionError::not_a_number(path, place, column.name, ""));
-            }
+            })?;
         }
         let count = self.cells[0].len();
         if self.cells.iter().any(|cells| cells.len() != count) {

@@ -221,11 +221,16 @@ fn a_column_that_could_be_two_is_refused() {
         ("t_s,x", vec!["`position_m` is missing", "device_position_m", "`t_s,x`"]),
         ("time,position_m", vec!["`t_s` is missing", "`time,position_m`"]),
     ] {
-        let message = error_of(format!("{header}\n0,0,0,0\n").as_bytes());
+        let message = error_of(format!("# hapticd recording 1\n{header}\n0,0,0,0\n").as_bytes());
         for part in parts {
             assert!(message.contains(part), "{message} lacks {part}");
         }
     }
+}
+
+/// A recording in CSV with these rows of times and positions.
+fn csv(rows: &str) -> Vec<u8> {
+    format!("# hapticd recording 1\nt_s,position_m\n{rows}\n").into_bytes()
 }
 
 #[test]
@@ -250,26 +255,30 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
         ),
         (mcap(3, SCHEMA, |row| cdr(row)[..20].to_vec()), vec!["row 1", "shorter"]),
         (mcap(3, SCHEMA, |_| vec![9]), vec!["row 1", "not in CDR"]),
-        (parquet(2000, COLUMNS, true), vec!["row 10", "position_m = ``"]),
+        (parquet(2000, COLUMNS, true), vec!["row 10", "position_m = `NaN`"]),
         (
-            parquet(1, &COLUMNS.replace("t_s", "time"), false),
-            vec!["`t_s` is missing", "`tick,time,position_m,velocity_mps`"],
+            parquet(2000, &COLUMNS.replace("t_s", "clock"), false),
+            vec![
+                "no time column among `tick,clock,position_m,velocity_mps`",
+                "--time-column",
+            ],
         ),
         (b"PAR1 and nothing else".to_vec(), vec!["Parquet"]),
         (
             by_zstandard(parquet(3, COLUMNS, false)),
             vec!["compressed by zstd", "gzip", "pandas.read_parquet"],
         ),
-        (b"t_s,position_m\n0,inf\n".to_vec(), vec!["line 2", "inf"]),
+        (csv("0,inf"), vec!["line 3", "inf"]),
+        (csv("0,2e12"), vec!["line 3", "2000000000000"]),
+        (csv("0,0\n1"), vec!["line 4", "1 of 2 cells", "position_m"]),
+        (csv("0,0,7"), vec!["line 3", "3 cells", "2 columns"]),
+        (csv("0,0\n0,1"), vec!["line 4", "t_s = 0 s"]),
         (b"t_s,position_m\n0,2e12\n".to_vec(), vec!["line 2", "2000000000000"]),
         (
-            b"t_s,position_m,force_N\n0,0,1\n1,0\n".to_vec(),
-            vec!["line 3", "2 of 3 cells", "force_N"],
+            b"t_s,position_m\n0,0\n1,one\n".to_vec(),
+            vec!["line 3", "position_m = `one`"],
         ),
-        (
-            b"t_s,position_m\n0,0,7\n".to_vec(),
-            vec!["line 2", "3 cells", "2 columns"],
-        ),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec(), vec!["not a table"]),
     ] {
         let message = error_of(&bytes);
         for part in parts {
@@ -284,10 +293,44 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
 }
 
 #[test]
+fn a_table_of_another_program_is_a_motion_by_its_names_and_units() {
+    let rows: String = (0..100)
+        .map(|k| {
+            format!(
+                "{};{};{}\n",
+                2 * k,
+                f64::from(k) * 0.5,
+                if k == 7 { "NaN" } else { "0" }
+            )
+            .replace('.', ",")
+        })
+        .collect();
+    let text = format!("Rig 7\nZeit;device_position;block_position_m\nms;mm;m\n{rows}");
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("hand.csv");
+    std::fs::write(&path, text).expect("written");
+    let found = Rows::open(&path).expect("a motion");
+    assert!(
+        !found.has_velocity() && !found.notes().is_empty(),
+        "{:?}",
+        found.notes()
+    );
+    let found: Vec<Row> = found.collect::<Result<_, _>>().expect("a motion");
+    assert_eq!(found.len(), 100);
+    assert_eq!((found[3].t_s, found[3].position_m), (0.006, 0.0015));
+    let options = TableOptions {
+        position_gain: Some(1.0),
+        ..TableOptions::default()
+    };
+    let row = Rows::open_with(&path, &options).expect("a motion").nth(3);
+    assert_eq!(row.expect("a row").expect("a motion").position_m, 1.5);
+}
+
+#[test]
 fn nothing_follows_an_error() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("motion.csv");
-    std::fs::write(&path, "t_s,position_m\n0,0\n1,no\n2,0\n").expect("written");
+    std::fs::write(&path, csv("0,0\n1,no\n2,0")).expect("written");
     let found: Vec<bool> = Rows::open(&path).expect("a motion").map(|row| row.is_ok()).collect();
     assert_eq!(found, [true, false]);
 }
@@ -295,7 +338,7 @@ fn nothing_follows_an_error() {
 proptest! {
     #[test]
     fn no_damage_panics_a_reader(
-        format in 0..3_usize,
+        format in 0..4_usize,
         places in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
         end in any::<prop::sample::Index>(),
         is_cut in any::<bool>(),
@@ -303,7 +346,8 @@ proptest! {
         let mut bytes = match format {
             0 => mcap(20, SCHEMA, cdr),
             1 => parquet(20, COLUMNS, false),
-            _ => b"# hapticd recording 1\nt_s,position_m\n0,0\n1,1\n2,4\n".to_vec(),
+            2 => csv("0,0\n1,1\n2,4"),
+            _ => b"time (ms);x [mm]\n0;0\n1;1\n2;4\n".to_vec(),
         };
         for (place, byte) in places {
             let place = place.index(bytes.len());

@@ -8,10 +8,9 @@ const CHUNK: usize = 1 << 16;
 /// Longest line, bytes: a damaged file is not read into memory whole.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// Reads whole lines only, if that is asked for; otherwise everything.
+/// Reads whole lines only.
 pub(crate) struct WholeLines<R> {
     input: R,
-    only_whole: bool,
     ready: Vec<u8>,
     taken: usize,
     /// The beginning of a line whose end has not been read.
@@ -19,10 +18,9 @@ pub(crate) struct WholeLines<R> {
 }
 
 impl<R: Read> WholeLines<R> {
-    pub(crate) fn new(input: R, only_whole: bool) -> Self {
+    pub(crate) fn new(input: R) -> Self {
         Self {
             input,
-            only_whole,
             ready: Vec::new(),
             taken: 0,
             partial: Vec::new(),
@@ -32,9 +30,6 @@ impl<R: Read> WholeLines<R> {
 
 impl<R: Read> Read for WholeLines<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if !self.only_whole {
-            return self.input.read(buffer);
-        }
         while self.taken == self.ready.len() {
             let begun = self.partial.len();
             if begun > LONGEST_LINE {

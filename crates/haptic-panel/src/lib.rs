@@ -11,6 +11,35 @@
 //!
 //! The thread of the window waits for nothing: connection, recorder and files have threads of their own.
 //! [`App`] ties them together.
+//!
+//! Its files point one way:
+//!
+//! ```text
+//! theme, page, tape/      the list of pages; samples in chunks, the min/max pyramid, marks, and the list of signals
+//! measure/                statistics, spectrum, and the difference of two runs: pure functions of a tape
+//! settings                what is remembered, and its file
+//! study/                  a study with a person: the subject's screen as data, the rig's part of a session, its thread
+//! subject/                draws the subject's window
+//! recording/, identification/   content and list of recordings; a question of identification and its answer
+//! intent, update          what the panel says and hears
+//! update_sender           sends updates to the window and limits its frames
+//! stop_path/              stops alone; uses nothing else but `update` and `update_sender`
+//! recorder, connection/   threads towards disk and daemon
+//! model/                  daemon (facts), tapes (samples, recordings), view (what the user looks at, types and was told)
+//! plots/, scene/, bars    draw a part of the model; plots/labels finds places for labels
+//! dialogs                 the desktop's dialogs for files, each on the thread of the file
+//! export/, files          files, on threads of their own
+//! pages/                  what each page shows
+//! shell, app              keys, Stop, messages and the places of everything; ties it all together
+//! ```
+//!
+//! The shell takes the keys and draws top bar, messages and timing before the page, which gets what is left of the
+//! window; so no page can lose Stop. A new page is a variant in `page.rs` and a function in `pages/`;
+//! `tests/panel/stop.rs` then types into each of its fields and stops.
+//!
+//! A plot is drawn from `(&Tape, &[Trace], &[Overlay])` (`plots/chart.rs`), in the window and in an SVG alike. A
+//! new signal is an entry in `tape/signal.rs`. A limit, a reference, a cursor, the mark of a change, a fit or a trial is an
+//! overlay.
 
 mod app;
 mod browse;

@@ -3,31 +3,11 @@
 use crate::csv;
 use crate::format::UnknownFormat;
 use crate::version::VERSION;
+pub use haptic_motion::Place;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
-
-/// A place in a recording's file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// A line of CSV, from 1.
-    Line(u64),
-    /// Distance from the beginning of an MCAP file, bytes.
-    Byte(u64),
-    /// A row of Parquet, from 1.
-    Row(u64),
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Line(line) => write!(f, "line {line}"),
-            Self::Byte(byte) => write!(f, "byte {byte}"),
-            Self::Row(row) => write!(f, "row {row}"),
-        }
-    }
-}
 
 /// Where a table without the inputs of the servo is of use.
 const OTHER_TABLES: &str = "tables of other programs are read by `haptic-ctl identify`, `compare` and `simulate \

@@ -1,7 +1,7 @@
 //! How late, and how often, the subject's screen showed the cursor, over the trials of a study.
 
 use super::trial::FittsTrial;
-use haptic_lab::median::median;
+use haptic_motion::median::median;
 use serde::Serialize;
 
 /// How it is measured, for the metadata of a study.

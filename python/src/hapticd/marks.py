@@ -1,7 +1,7 @@
 """Marks: what happened between the rows of a recording.
 
 A mark is an object with its kind in `mark` (`scene`, `state`, `lost`, `missed`, `marker`, `link`, `end`), as
-docs/recordings.md has them, and in `row` the number of rows before it.
+docs/how-to/record.md has them, and in `row` the number of rows before it.
 """
 
 from __future__ import annotations

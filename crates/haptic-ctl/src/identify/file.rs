@@ -2,11 +2,12 @@
 
 use super::report;
 use crate::failure::Failure;
-use crate::progress;
+use crate::{progress, table_options};
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use haptic_lab::identify::record_file::{self, Columns, MovingMass, Source};
+use haptic_lab::identify::record_file::{self, MovingMass, Source};
 use haptic_lab::identify::{self, Clocks, Directions, Identified, ModelKind, Options};
+use haptic_motion::table::{Columns, TableOptions};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -31,27 +32,6 @@ enum Moving {
     Auto,
     Block,
     Device,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum TimeUnit {
-    S,
-    Ms,
-    Us,
-    Ns,
-    Min,
-}
-
-impl TimeUnit {
-    fn seconds(self) -> f64 {
-        match self {
-            Self::S => 1.0,
-            Self::Ms => 1e-3,
-            Self::Us => 1e-6,
-            Self::Ns => 1e-9,
-            Self::Min => 60.0,
-        }
-    }
 }
 
 /// A shift of the clocks: found by the fit, or known, ms.
@@ -108,18 +88,8 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE", required_unless_present_any = ["run", "rig"], conflicts_with_all = ["run", "rig"])]
     file: Option<PathBuf>,
 
-    /// Column of times, in s or in the unit at the end of its name (ms, us, ns); without a heading the columns are
-    /// named by their numbers, from 1 [default: t_s, time, ...]
-    #[arg(long, value_name = "NAME", requires = "file")]
-    time_column: Option<String>,
-
-    /// Column of positions [default: block_position_m, position_m, device_position_m, ...]
-    #[arg(long, value_name = "NAME", requires = "file")]
-    position_column: Option<String>,
-
-    /// Column of velocities, which is only held against the positions [default: velocity_mps, ...]
-    #[arg(long, value_name = "NAME", requires = "file")]
-    velocity_column: Option<String>,
+    #[command(flatten)]
+    table: table_options::Arguments,
 
     /// Column of the force that drives the moving mass [default: coupling_force_N, force_N, ...]
     #[arg(long, value_name = "NAME", requires = "file")]
@@ -130,11 +100,6 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "file")]
     force_gain: Option<f64>,
 
-    /// Metres a unit of the position column [default: the unit at the end of its name, as in x_mm or "x (um)", else
-    /// 1]
-    #[arg(long, value_name = "M", allow_hyphen_values = true, requires = "file")]
-    position_gain: Option<f64>,
-
     /// File of another recorder with its own clock, which holds the forces
     #[arg(long, value_name = "OTHER.csv", requires = "file")]
     force_file: Option<PathBuf>,
@@ -143,10 +108,6 @@ pub(super) struct Arguments {
     /// [default: 0 for one file, auto for two]
     #[arg(long, value_name = "MS|auto", allow_hyphen_values = true, requires = "file")]
     shift_ms: Option<ShiftMs>,
-
-    /// Unit of the time column [default: the one at the end of its name, else s]
-    #[arg(long, value_enum, requires = "file")]
-    time_unit: Option<TimeUnit>,
 
     /// Moving mass of a recording: the block by its coupling, or the device by its motor [default: the device where
     /// the recording is of identify --run, else the block]
@@ -181,18 +142,18 @@ impl Arguments {
     }
 
     fn source(&self, path: &Path) -> Source {
+        let table = self.table.options();
         Source {
             path: path.to_path_buf(),
             force_path: self.force_file.clone(),
-            columns: Columns {
-                time: self.time_column.clone(),
-                position: self.position_column.clone(),
-                velocity: self.velocity_column.clone(),
-                force: self.force_column.clone(),
+            table: TableOptions {
+                columns: Columns {
+                    force: self.force_column.clone(),
+                    ..table.columns
+                },
+                force_gain: self.force_gain,
+                ..table
             },
-            force_gain: self.force_gain,
-            position_gain: self.position_gain,
-            time_unit_s: self.time_unit.map(TimeUnit::seconds),
             moving: match self.moving {
                 Moving::Auto => MovingMass::Auto,
                 Moving::Block => MovingMass::Block,

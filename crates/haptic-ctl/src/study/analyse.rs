@@ -15,7 +15,7 @@ columns subject, block, resistance, condition, trial, amplitude_m, width_m, end_
 cursor_diameter_m and error_size_m are used where they are there. end_error_m is where the movement ended beyond the \
 target's centre, positive along that movement, whichever way it went. A sequence is the rows of one subject, block, \
 resistance and condition; the order of the rows does not matter. A file with the column level_N holds answers of a \
-perception test. docs/studies.md says what each table and figure is.";
+perception test. docs/how-to/study.md says what each table and figure is.";
 
 /// Seed of the intervals: the same trials give the same ones.
 const SEED: u64 = 1;

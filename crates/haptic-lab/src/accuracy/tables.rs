@@ -6,8 +6,8 @@ use super::hands::{HANDS, laws_under_hands};
 use super::report::{Measurement, schemes};
 use super::targets::Target;
 use crate::cost::SceneCost;
-use crate::median::median;
 use haptic_core::Scheme;
+use haptic_motion::median::median;
 use std::fmt::Write;
 
 /// All that was measured.

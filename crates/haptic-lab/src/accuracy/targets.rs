@@ -3,12 +3,12 @@
 use super::cases::{self, OscillatingHand};
 use super::compare;
 use super::reference;
-use crate::median::median;
 use crate::motion::DeviceSample;
 use crate::simulate::{Start, measure_cost, renderer, simulate};
 use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Directional, ParameterKey, Renderer, Scene, SceneError, Scheme};
+use haptic_motion::median::median;
 use std::time::Instant;
 
 /// A figure and its target.

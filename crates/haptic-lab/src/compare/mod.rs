@@ -17,10 +17,10 @@ pub use levels::{Level, Levels};
 pub use plot::{page, summary, table};
 
 use crate::identify::{Interval, Record};
-use crate::median::usual_period_s;
 use align::Alignment;
 use clocks::AlignedRecords;
 use error::LEAST_AGREEMENT;
+use haptic_motion::median::usual_period_s;
 use serde::Serialize;
 use signal::Signal;
 use std::collections::BTreeMap;

@@ -3,8 +3,8 @@
 use super::error::{CompareError, Side};
 use crate::derivatives::{less_inertia, velocity};
 use crate::identify::Record;
-use crate::median::extent;
 use crate::smoothing::encoder_step;
+use haptic_motion::median::extent;
 
 /// Shortest record, s.
 pub(super) const LEAST_S: f64 = 1.0;

@@ -1,8 +1,8 @@
 //! A record on an even grid of times, with the samples marked that hold no information.
 
 use super::record::Record;
-use crate::median::extent;
 use crate::smoothing::{white_noise, whole};
+use haptic_motion::median::extent;
 
 /// A grid point farther than this from a sample of the record, in periods, lies in a gap.
 pub(super) const GAP_PERIODS: f64 = 2.5;

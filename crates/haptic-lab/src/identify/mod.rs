@@ -38,9 +38,9 @@ pub use result::{Identified, Interval, ModelKind, Refusal};
 pub use scene::IdentifiedScene;
 pub use values::{FoundValue, in_words};
 
-use crate::median::usual_period_s;
 use crate::two_clocks::Drift;
 use clocks::without_drift;
+use haptic_motion::median::usual_period_s;
 use progress::Progress;
 use std::ops::ControlFlow;
 

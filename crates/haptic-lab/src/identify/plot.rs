@@ -4,9 +4,9 @@ use super::record::Record;
 use super::result::Identified;
 use crate::derivatives::{less_inertia, velocity};
 use crate::drawing::{Chart, Trace};
-use crate::median::usual_period_s;
 use crate::smoothing::{Window, weighted};
 use haptic_core::Directional;
+use haptic_motion::median::usual_period_s;
 
 /// Force against velocity and against position, force over time, and what the fit leaves below.
 /// `fitted_force` is the force of the fit at each sample of the record, N.

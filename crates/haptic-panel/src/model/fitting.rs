@@ -8,7 +8,8 @@ use crate::update::Answer;
 use haptic_core::Scene;
 use haptic_ipc::{Advice, WireError};
 use haptic_lab::identify::ModelKind;
-use haptic_lab::identify::record_file::{Columns, MovingMass};
+use haptic_lab::identify::record_file::MovingMass;
+use haptic_motion::table::Columns;
 use std::path::{Path, PathBuf};
 
 /// Where the samples come from.

@@ -8,6 +8,7 @@ use crate::identification::{Data, Question, Samples};
 use haptic_ipc::quantity;
 use haptic_lab::identify::Options;
 use haptic_lab::identify::record_file::Source;
+use haptic_motion::table::TableOptions;
 use std::path::Path;
 
 /// The question that the user's choices make.
@@ -32,9 +33,12 @@ pub(crate) fn question(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Qu
     let data = match choice.origin {
         Origin::File if choice.path.trim().is_empty() => return Err("Choose a file".to_owned()),
         Origin::File => Data::File(Source {
-            columns: choice.columns.clone(),
-            position_gain: number("Position gain", &choice.position_gain, "1")?,
-            force_gain: number("Force gain", &choice.force_gain, "1")?,
+            table: TableOptions {
+                columns: choice.columns.clone(),
+                position_gain: number("Position gain", &choice.position_gain, "1")?,
+                force_gain: number("Force gain", &choice.force_gain, "1")?,
+                ..TableOptions::default()
+            },
             moving: choice.moving,
             ..Source::new(Path::new(choice.path.trim()))
         }),

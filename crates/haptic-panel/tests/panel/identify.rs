@@ -91,8 +91,11 @@ fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
     choose(&mut panel, "model", "Karnopp");
     let (number, question) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
     let source = question.file().expect("a file");
-    assert_eq!(source.columns.position.as_deref(), Some("Weg"));
-    assert_eq!((source.position_gain, source.force_gain), (Some(1e-3), None));
+    assert_eq!(source.table.columns.position.as_deref(), Some("Weg"));
+    assert_eq!(
+        (source.table.position_gain, source.table.force_gain),
+        (Some(1e-3), None)
+    );
     assert_eq!(
         (question.options.model, question.options.mass_kg),
         (ModelKind::Karnopp, None)
@@ -160,8 +163,11 @@ fn the_columns_the_gains_the_mass_that_moves_and_where_from_are_chosen() {
         panic!("nothing is asked");
     };
     let source = question.file().expect("a file");
-    assert_eq!(source.columns.velocity.as_deref(), Some("Weg"));
-    assert_eq!((source.force_gain, source.moving), (Some(9.81), MovingMass::Device));
+    assert_eq!(source.table.columns.velocity.as_deref(), Some("Weg"));
+    assert_eq!(
+        (source.table.force_gain, source.moving),
+        (Some(9.81), MovingMass::Device)
+    );
 }
 
 #[test]

@@ -32,8 +32,7 @@ use crate::metadata::Metadata;
 /// What a Parquet file begins and ends with.
 pub(super) const MAGIC: &[u8] = b"PAR1";
 
-/// What our keys begin with; no key of another program does.
-pub const KEY: &str = "hapticd.";
+pub use haptic_motion::table::RECORDING_KEY as KEY;
 
 /// Key of the marks.
 const MARKS: &str = "hapticd.marks";

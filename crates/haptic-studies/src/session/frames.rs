@@ -1,6 +1,6 @@
 //! How late, and how often, the cursor was shown during a trial.
 
-use haptic_lab::median::median;
+use haptic_motion::median::median;
 
 /// A frame that showed the cursor.
 #[derive(Clone, Copy, Debug, PartialEq)]

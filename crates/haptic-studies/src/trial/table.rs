@@ -2,7 +2,7 @@
 
 use super::row::{OutOfRange, Trial};
 use csv::DeserializeErrorKind;
-use haptic_lab::text::decoded;
+use haptic_motion::text::decoded;
 use std::io::Write;
 
 /// Why a file of trials cannot be used.

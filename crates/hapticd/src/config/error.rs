@@ -26,7 +26,7 @@ pub(crate) enum ConfigError {
     Scene { path: PathBuf, source: SceneError },
     #[error(transparent)]
     StartScene(SceneError),
-    #[error(transparent)]
+    #[error("{}", of_motion(.0))]
     Motion(#[from] MotionError),
     #[error(transparent)]
     ShortMotion(#[from] TooShort),
@@ -117,5 +117,13 @@ pub(super) fn within(
             max,
             unit,
         })
+    }
+}
+
+/// Why a motion is not read. No option names the columns of a table.
+fn of_motion(error: &MotionError) -> String {
+    match error {
+        MotionError::Table(error) => error.by_heading(),
+        error => error.to_string(),
     }
 }

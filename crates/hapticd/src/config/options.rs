@@ -56,7 +56,7 @@ pub(crate) struct Options {
     /// Rig: `fake` is simulated in this process; `serial:/dev/ttyACM0` speaks the link protocol on
     /// a serial line, at 1000000 baud unless `?baud=N` follows, and `hid:VID:PID[:SERIAL]` on USB
     /// HID; `haptic-ctl devices` lists them. `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1`
-    /// speaks to an ODrive in its maker's protocol, see docs/adapters.md; not tested on a real board
+    /// speaks to an ODrive in its maker's protocol, see docs/how-to/firmware.md; not tested on a real board
     #[arg(long, value_name = "DEVICE")]
     pub(super) device: Option<Named<Address>>,
 
@@ -123,7 +123,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "POLICY")]
     pub(super) late_policy: Option<Named<LatePolicy>>,
 
-    /// Scene to start with, a TOML file [default: the paper's block, 0.5 kg on 4 N of stiction]
+    /// Scene to start with, a TOML file [default: a light block, 0.1 kg on 4 N of stiction]
     #[arg(long, value_name = "FILE")]
     pub(super) scene: Option<PathBuf>,
 

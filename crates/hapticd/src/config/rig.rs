@@ -6,6 +6,7 @@ use device_io::fake::{EndBehaviour, FakeRig, Hand, Motion, Recording, RigPropert
 use device_io::link::Connector;
 use haptic_core::compensation::LARGEST_SHARE;
 use haptic_ipc::regular_file;
+use haptic_motion::table::TableOptions;
 use haptic_motion::{MotionError, Rows};
 use std::path::Path;
 use std::sync::Arc;
@@ -121,7 +122,7 @@ fn samples_of(path: &Path) -> Result<Vec<(f64, f64)>, MotionError> {
         path: path.to_path_buf(),
         source,
     })?;
-    Rows::new(path, file)?
+    Rows::new(path, file, &TableOptions::default())?
         .map(|row| row.map(|row| (row.t_s, row.position_m)))
         .collect()
 }

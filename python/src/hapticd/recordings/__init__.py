@@ -1,4 +1,4 @@
-"""Recordings: files with every tick of a rig (docs/recordings.md has their formats)."""
+"""Recordings: files with every tick of a rig (docs/how-to/record.md has their formats)."""
 
 from __future__ import annotations
 

@@ -7,7 +7,6 @@ import mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticd.errors import NotARecording
 from hapticd.frame import annotated
 from hapticd.recordings import metadata
 from hapticd.sample import COLUMNS, DTYPES, STATES
@@ -27,8 +26,10 @@ def read(path: Path) -> pandas.DataFrame:
 
     with path.open("rb") as file:
         title = file.readline(100)
+        if not title:
+            raise metadata.broken_off(path)
         if not title.startswith(_TITLE):
-            raise NotARecording(f"{path} is not a recording of hapticd: it begins with {metadata.shown(title)}")
+            raise metadata.not_a_recording(path, title)
         metadata.check_version(path, title[len(_TITLE) :].decode("utf-8", "replace").strip())
         # It is closed with the last buffer that looks into it.
         text = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -40,7 +41,7 @@ def read(path: Path) -> pandas.DataFrame:
         about.update(_object(path, line) or {})
         at = after
     if at == end:
-        raise NotARecording(f"{path}: the recording was broken off before its first row")
+        raise metadata.broken_off(path)
     at = _line_end(text, at, end)
     names = line.decode().strip().split(",")
     _check_columns(path, names)
@@ -72,7 +73,7 @@ def _rows(path: Path, names: list[str], stretch: Any) -> Any:
             pyarrow.csv.ConvertOptions(column_types=types, null_values=[], strings_can_be_null=False),
         )
     except pyarrow.ArrowInvalid as error:
-        raise NotARecording(f"{path}: {error}") from error
+        raise metadata.damaged(path, error) from error
 
 
 def _frame(path: Path, names: list[str], tables: list[Any]) -> pandas.DataFrame:
@@ -89,7 +90,7 @@ def _frame(path: Path, names: list[str], tables: list[Any]) -> pandas.DataFrame:
     frame: pandas.DataFrame = whole.to_pandas(split_blocks=True, self_destruct=True)
     unknown = set(frame["state"].cat.categories) - set(STATES)
     if unknown:
-        raise NotARecording(f"{path}: `{unknown.pop()}` is not a state of the rig")
+        raise metadata.damaged(path, f"`{unknown.pop()}` is not a state of the rig")
     frame["state"] = frame["state"].cat.set_categories(list(STATES))
     return frame
 
@@ -107,7 +108,7 @@ def _object(path: Path, line: bytes) -> dict[str, Any] | None:
     try:
         found: dict[str, Any] = json.loads(line)
     except ValueError as error:
-        raise NotARecording(f"{path}: a line of `#` is damaged: {error}: {metadata.shown(line)}") from error
+        raise metadata.damaged(path, f"a line of `#` is damaged: {error}: {metadata.shown(line)}") from error
     return found
 
 
@@ -116,4 +117,4 @@ def _check_columns(path: Path, names: list[str]) -> None:
     for place, name in enumerate(wanted):
         found = names[place] if place < len(names) else ""
         if found != name:
-            raise NotARecording(f"{path}: column {place + 1} is `{found}` in place of `{name}`")
+            raise metadata.damaged(path, f"column {place + 1} is `{found}` in place of `{name}`")

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 _MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _METADATA, _DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0C, 0x0F
 
+_METADATA_NAME = "hapticd recording"
+
 #: Opcode and length of a record.
 _HEADER = struct.Struct("<BQ")
 #: A message's record up to its data: opcode, length, channel, sequence, two times.
@@ -53,9 +55,11 @@ _NAMES = {name.lower(): name for name in COLUMNS}
 def read(path: Path) -> pandas.DataFrame:
     """Reads a recording in MCAP."""
     with path.open("rb") as file:
-        if file.read(len(_MAGIC)) != _MAGIC:
+        if (magic := file.read(len(_MAGIC))) != _MAGIC:
+            if not magic:
+                raise metadata.broken_off(path)
             file.seek(0)
-            raise NotARecording(f"{path} is not an MCAP file: it begins with {metadata.shown(file.read(60))}")
+            raise metadata.not_a_recording(path, file.read(60))
         # It is closed with the last array that looks into it.
         data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
     reader = _Reader(path)
@@ -64,7 +68,7 @@ def read(path: Path) -> pandas.DataFrame:
     except (struct.error, ValueError, KeyError) as error:
         if isinstance(error, NotARecording):
             raise
-        raise NotARecording(f"{path} is damaged: {error}") from error
+        raise metadata.damaged(path, f"it is damaged: {error}") from error
     return reader.frame()
 
 
@@ -86,39 +90,45 @@ class _Reader:
             opcode, length = _HEADER.unpack_from(data, at)
             body = at + _HEADER.size
             # What comes after the rows is an index, or was torn off.
-            if opcode in (0, _DATA_END) or body + length > end:
+            is_torn = body + length > end
+            if opcode in (0, _DATA_END) or (is_torn and opcode != _CHUNK):
                 return
+            if opcode in (_CHUNK, _MESSAGE) and self._metadata is None:
+                lacking = f"the record `{_METADATA_NAME}` before its messages"
+                raise metadata.of_another_program(self._path, "MCAP", lacking)
             if opcode == _CHUNK:
-                self._chunk(data, at, body, length)
+                self._chunk(data, at, body, min(length, end - body), is_torn)
             elif opcode == _METADATA:
                 name, rest = _text(bytes(data[body : body + length]))
-                if name == "hapticd recording":
+                if name == _METADATA_NAME:
                     self._metadata = metadata.of_fields(self._path, _map(rest))
             else:
                 self._record(opcode, bytes(data[body : body + length]))
             at = body + length
 
-    def _chunk(self, data: memoryview, at: int, body: int, length: int) -> None:
+    def _chunk(self, data: memoryview, at: int, body: int, length: int, is_torn: bool) -> None:
+        if is_torn and length < _CHUNK_HEADER.size + 8:
+            return
         _, _, _, checksum, name_length = _CHUNK_HEADER.unpack_from(data, body)
         compression_at = body + _CHUNK_HEADER.size
         compression = bytes(data[compression_at : compression_at + name_length]).decode()
         if compression:
-            raise NotARecording(
-                f"{self._path}: a chunk is compressed by {compression}; "
-                "`haptic-ctl recording export` writes one that is not"
-            )
+            reason = f"a chunk is compressed with {compression}, which hapticd never does: `mcap decompress` undoes it"
+            raise NotARecording(f"{self._path}: byte {at}: {reason}")
         records_at = compression_at + name_length + 8
         records = data[records_at : body + length]
-        if checksum and zlib.crc32(records) != checksum:
-            raise NotARecording(
-                f"{self._path}: the chunk at byte {at} is damaged; `haptic-ctl recording repair` writes what is left"
-            )
+        if checksum and not is_torn and zlib.crc32(records) != checksum:
+            reason = f"byte {at}: the checksum of a chunk of {len(records)} bytes is wrong"
+            raise metadata.damaged(self._path, reason)
         self._records(records)
 
     def _records(self, records: memoryview) -> None:
         at = 0
-        while at < len(records):
+        while at + _HEADER.size <= len(records):
             opcode, length = _HEADER.unpack_from(records, at)
+            # The last record of a torn chunk.
+            if at + _HEADER.size + length > len(records):
+                return
             if opcode != _MESSAGE:
                 self._record(opcode, bytes(records[at + _HEADER.size : at + _HEADER.size + length]))
                 at += _HEADER.size + length
@@ -171,7 +181,7 @@ class _Reader:
         import numpy
 
         if stride < self._stride or records[_MESSAGE_HEADER.size : _MESSAGE_HEADER.size + 4] != _CDR_HEADER:
-            raise NotARecording(f"{self._path}: a row of {stride} bytes in place of {self._stride}")
+            raise metadata.damaged(self._path, f"a row of {stride} bytes in place of {self._stride}")
         if stride > self._stride:
             # Padding at the end of a row.
             self._record_type = _widened(self._record_type, stride)
@@ -200,13 +210,13 @@ class _Reader:
 
     def frame(self) -> pandas.DataFrame:
         if self._metadata is None or self._samples is None:
-            raise NotARecording(f"{self._path} is not a recording of hapticd: it lacks metadata or rows")
+            raise metadata.broken_off(self._path)
         self._make_room(0 if self._columns else 1)
         known = [name for name in COLUMNS if name in self._columns]
         names = known + [name for name in self._fields if name not in known]
         columns = {name: self._columns[name][: self._rows] for name in names}
         if self._rows and columns["state"].max() >= len(STATES):
-            raise NotARecording(f"{self._path}: state = {columns['state'].max()} is out of range")
+            raise metadata.damaged(self._path, f"state = {columns['state'].max()} is out of range")
         return frame(columns, self._metadata, self._found)
 
 

@@ -15,10 +15,34 @@ VERSION = "1"
 _TEXTS = ("server", "device", "notes")
 
 
+#: What keeps the rest of a recording of which a part cannot be read.
+REMEDY = "`haptic-ctl recording repair` keeps what can be read"
+
+
+def not_a_recording(path: Path, beginning: bytes) -> NotARecording:
+    """The error for a file that is something else."""
+    return NotARecording(f"{path}: not a recording: it begins with {shown(beginning)}")
+
+
+def of_another_program(path: Path, form: str, lacking: str) -> NotARecording:
+    """The error for a file of a format that recordings have."""
+    return NotARecording(f"{path}: not a recording: hapticd did not write this {form} file, which lacks {lacking}")
+
+
+def broken_off(path: Path) -> NotARecording:
+    """The error for a recording without a row."""
+    return NotARecording(f"{path}: the recording was broken off before its first row")
+
+
+def damaged(path: Path, reason: object) -> NotARecording:
+    """The error for a recording of which a part cannot be read."""
+    return NotARecording(f"{path}: {reason}; {REMEDY}")
+
+
 def check_version(path: Path, found: object) -> None:
     """Refuses a recording of another version."""
     if found != VERSION:
-        raise NotARecording(f"{path}: the recording has version {found}; this package reads version {VERSION}")
+        raise NotARecording(f"{path}: a recording of version {found}; this package reads version {VERSION}")
 
 
 def of_fields(path: Path, fields: Mapping[str, str]) -> dict[str, Any]:
@@ -29,7 +53,7 @@ def of_fields(path: Path, fields: Mapping[str, str]) -> dict[str, Any]:
             name: text if name in _TEXTS else json.loads(text) for name, text in fields.items() if name != "version"
         }
     except ValueError as error:
-        raise NotARecording(f"{path}: the metadata are damaged: {error}") from error
+        raise damaged(path, f"the metadata cannot be read: {error}") from error
 
 
 def shown(data: bytes) -> str:

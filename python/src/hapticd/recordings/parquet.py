@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticd.errors import NotARecording
 from hapticd.frame import annotated
 from hapticd.recordings import metadata
 from hapticd.sample import DTYPES, STATES
@@ -20,16 +19,21 @@ def read(path: Path) -> pandas.DataFrame:
     import pyarrow
     import pyarrow.parquet
 
+    with path.open("rb") as file:
+        if (beginning := file.read(60))[:4] != b"PAR1":
+            raise metadata.not_a_recording(path, beginning)
     try:
         table = pyarrow.parquet.read_table(path, read_dictionary=["state"])
     except pyarrow.ArrowInvalid as error:
-        raise NotARecording(f"{path}: {error}") from error
+        raise metadata.damaged(path, error) from error
     about: dict[bytes, bytes] = table.schema.metadata or {}
     fields = {
         key.decode().removeprefix("hapticd."): value.decode()
         for key, value in about.items()
         if key.startswith(b"hapticd.")
     }
+    if not fields:
+        raise metadata.of_another_program(path, "Parquet", "the keys `hapticd.*`")
     marks: list[dict[str, Any]] = [{"row": row, **mark} for row, mark in json.loads(fields.pop("marks", "[]"))]
     for place, name in enumerate(table.column_names):
         if name in DTYPES and name != "state":

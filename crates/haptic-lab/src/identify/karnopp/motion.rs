@@ -1,8 +1,8 @@
 //! Where the mass slides, which way, and where it rests.
 
 use crate::identify::grid::Grid;
-use crate::median::extent;
 use crate::smoothing::{Window, encoder_step, slope, slope_noise, white_noise, whole};
+use haptic_motion::median::extent;
 use std::ops::Range;
 
 /// Longest time over which velocity is taken as even, s.

@@ -7,9 +7,9 @@ use super::problem::Problem;
 use super::regression::{Fit, OVERLAPPING, Rows, Shape, Unknown};
 use super::slides::Slides;
 use crate::identify::result::Identified;
-use crate::median::extent;
 use crate::robust_fit;
 use crate::smoothing::{weighted, whole};
+use haptic_motion::median::extent;
 use nalgebra::DMatrix;
 
 /// Times its noise that a fit must leave before a force of the place is looked for: records without one leave 1.03 to

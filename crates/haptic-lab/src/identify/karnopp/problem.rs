@@ -5,9 +5,9 @@ use super::regression::{Beside, Fit, Rows, Shape, Unknown, fit};
 use super::slides::SAMPLING_SHARE;
 use crate::identify::grid::Grid;
 use crate::identify::options::Options;
-use crate::median::median;
 use crate::robust_fit::{Unfit, robust_deviation};
 use crate::smoothing::white_noise;
+use haptic_motion::median::median;
 use nalgebra::DVector;
 
 /// A change from one sample to the next is a step beyond so many deviations of its noise, and this share of the forces'

@@ -9,9 +9,9 @@ use super::window;
 use crate::identify::grid::Grid;
 use crate::identify::options::{Directions, Options};
 use crate::identify::result::{Identified, Refusal};
-use crate::median::extent;
 use crate::robust_fit::Unfit;
 use crate::two_clocks::NoShift;
+use haptic_motion::median::extent;
 
 /// Fewest windows in a direction.
 const FEWEST_ROWS: usize = 12;

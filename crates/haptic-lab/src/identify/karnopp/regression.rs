@@ -2,9 +2,9 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
-use crate::median::extent;
 use crate::robust_fit::{self, PARTS, RobustFit, Uncertainty, Unfit};
 use crate::smoothing::{Window, weighted, whole};
+use haptic_motion::median::extent;
 use nalgebra::{DMatrix, DVector};
 
 /// Most rows of a fit; of longer records every second, third ... is taken.

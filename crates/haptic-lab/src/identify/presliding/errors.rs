@@ -11,7 +11,7 @@
 //! `k` is the slope of the friction over the position under the test function.
 
 use super::path::Path;
-use crate::median::median;
+use haptic_motion::median::median;
 
 /// Root mean square of where a turn was, in steps of the encoder: anywhere within one.
 const TURN_STEPS: f64 = 0.29;

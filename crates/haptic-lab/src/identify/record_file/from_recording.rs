@@ -1,12 +1,12 @@
 //! A recording of hapticd as a record to identify from.
 
+use super::Loaded;
 use super::error::RecordFileError;
-use super::loaded::Loaded;
-use super::parquet_table::ParquetTable;
 use super::source::{MovingMass, Source};
 use crate::identify::record::Record;
 use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
+use haptic_motion::table::{ParquetTable, TableError};
 use haptic_recording::{Mark, Recording, RecordingError};
 use std::fs::File;
 use std::io::Read;
@@ -26,7 +26,7 @@ pub(super) fn beginning(path: &Path) -> Result<Option<Beginning>, RecordFileErro
     let mut beginning = Vec::new();
     File::open(path)
         .and_then(|file| file.take(32).read_to_end(&mut beginning))
-        .map_err(|source| RecordFileError::Open {
+        .map_err(|source| TableError::Open {
             path: path.to_path_buf(),
             source,
         })?;
@@ -80,10 +80,10 @@ pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, Rec
     }
     let velocities = record.velocity_mps.iter_mut().flatten();
     for length in record.position_m.iter_mut().chain(velocities) {
-        *length *= source.position_gain.unwrap_or(1.0);
+        *length *= source.table.position_gain.unwrap_or(1.0);
     }
     for force in &mut record.force_n {
-        *force *= source.force_gain.unwrap_or(1.0);
+        *force *= source.table.force_gain.unwrap_or(1.0);
     }
     let what = if is_block {
         "the block: block_position_m, driven by coupling_force_N; its offset is 0, since the force is computed"

@@ -1,10 +1,6 @@
 //! Reads a record of any laboratory: columns by name, units by gains, two recorders by two files.
 //!
-//! A file of text has a heading, perhaps a line of units, then a row of numbers for each sample. Cells are separated by
-//! commas, semicolons, tabs or spaces; lines of `#`, `%` or `//` and whatever a program writes above the heading are
-//! remarks. A comma is a decimal point where it does not separate. Times may be times of day. Columns are found by
-//! their usual names, or named; without a heading they are named by their numbers, from 1. A data frame in Parquet is
-//! read as such a table, with numbers of any type and moments as times.
+//! Tables of other programs are read as [`haptic_motion::table`] says.
 //!
 //! A recording of hapticd is read as one, in any of its formats. What moves is then
 //! - the block, in a scene with one, while the rig was engaged: the columns `block_position_m` and
@@ -15,25 +11,32 @@
 //!
 //! Of a recording in which the scene changed, the longest stretch under one scene is read.
 
-mod columns;
 mod error;
 mod from_recording;
-mod layout;
-mod loaded;
-mod parquet_table;
 mod source;
-mod table;
-mod times;
+mod tables;
 
-pub use columns::Columns;
 pub use error::RecordFileError;
-pub use loaded::Loaded;
 pub use source::{MovingMass, Source};
 
 use super::record::Record;
 use from_recording::Beginning;
+use haptic_motion::table::{self, Columns};
 use haptic_recording::Recording;
 use std::path::Path;
+
+/// A record with what was seen while it was read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loaded {
+    /// The record.
+    pub record: Record,
+    /// The constant force, N, where it is known: that of a computed force is 0.
+    pub offset_n: Option<f64>,
+    /// Whether positions and forces are known to be of one clock.
+    pub has_one_clock: bool,
+    /// Which columns were read, and what was left out.
+    pub notes: Vec<String>,
+}
 
 /// Reads a record.
 ///
@@ -42,7 +45,7 @@ use std::path::Path;
 pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     check_gains(source)?;
     let beginning = from_recording::beginning(&source.path)?;
-    let is_recording = beginning.is_some() && source.columns == Columns::default();
+    let is_recording = beginning.is_some() && source.table.columns == Columns::default();
     let no_meaning = |option, reason| {
         Err(RecordFileError::NoMeaning {
             option,
@@ -57,14 +60,14 @@ pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         return no_meaning("--moving", "it chooses between the masses of a recording of hapticd");
     }
     Ok(with_velocity_note(match beginning {
-        Some(Beginning::Text) if source.columns != Columns::default() => table::read(source)?,
-        Some(Beginning::Binary) if source.columns != Columns::default() => {
+        Some(Beginning::Text) if source.table.columns != Columns::default() => tables::read(source)?,
+        Some(Beginning::Binary) if source.table.columns != Columns::default() => {
             return Err(RecordFileError::NoTable {
                 path: source.path.clone(),
             });
         }
         Some(_) => from_recording::read(source)?,
-        None => table::read(source)?,
+        None => tables::read(source)?,
     }))
 }
 
@@ -84,14 +87,14 @@ pub fn take(recording: &Recording, source: &Source) -> Result<Loaded, RecordFile
 pub fn headings(path: &Path) -> Result<Option<Vec<String>>, RecordFileError> {
     match from_recording::beginning(path)? {
         Some(_) => Ok(None),
-        None => table::headings(path).map(Some),
+        None => Ok(Some(table::headings(path)?)),
     }
 }
 
 fn check_gains(source: &Source) -> Result<(), RecordFileError> {
     for (option, value) in [
-        ("--force-gain", source.force_gain),
-        ("--position-gain", source.position_gain),
+        ("--force-gain", source.table.force_gain),
+        ("--position-gain", source.table.position_gain),
     ] {
         if let Some(value) = value.filter(|value| !value.is_finite() || *value == 0.0) {
             return Err(RecordFileError::Gain { option, value });

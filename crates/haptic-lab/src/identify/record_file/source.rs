@@ -1,6 +1,6 @@
 //! Where a record is, and how it is read: files, columns, gains, and which mass of a recording.
 
-use super::columns::Columns;
+use haptic_motion::table::TableOptions;
 use std::path::{Path, PathBuf};
 
 /// Which mass of a recording of hapticd is read.
@@ -22,15 +22,8 @@ pub struct Source {
     pub path: PathBuf,
     /// Another file that holds the forces, on a clock of its own.
     pub force_path: Option<PathBuf>,
-    /// Names of columns.
-    pub columns: Columns,
-    /// Newtons a unit of the force column; negative where the sensor points the other way. `None` for
-    /// the unit in the column's name, or N.
-    pub force_gain: Option<f64>,
-    /// Metres a unit of the position column; `None` for the unit in the column's name, or m.
-    pub position_gain: Option<f64>,
-    /// Seconds a unit of the time column; `None` for the unit in the column's name, or s.
-    pub time_unit_s: Option<f64>,
+    /// Names of columns, gains and the unit of times.
+    pub table: TableOptions,
     /// The mass of a recording of hapticd.
     pub moving: MovingMass,
 }
@@ -42,10 +35,7 @@ impl Source {
         Self {
             path: path.to_path_buf(),
             force_path: None,
-            columns: Columns::default(),
-            force_gain: None,
-            position_gain: None,
-            time_unit_s: None,
+            table: TableOptions::default(),
             moving: MovingMass::Auto,
         }
     }

@@ -40,11 +40,11 @@ fn columns_are_found_by_their_usual_names_whatever_separates_them() {
 #[test]
 fn gains_and_names_say_what_a_column_is() {
     let loaded = read_text("clock,encoder,cell,force\n0,4000,2,9\n0.001,4001,2.5,9\n", |source| {
-        source.columns.time = Some("clock".to_owned());
-        source.columns.position = Some("encoder".to_owned());
-        source.columns.force = Some("cell".to_owned());
-        source.position_gain = Some(-1e-5);
-        source.force_gain = Some(35.15);
+        source.table.columns.time = Some("clock".to_owned());
+        source.table.columns.position = Some("encoder".to_owned());
+        source.table.columns.force = Some("cell".to_owned());
+        source.table.position_gain = Some(-1e-5);
+        source.table.force_gain = Some(35.15);
     })
     .expect("a record");
     assert!((loaded.record.position_m[0] + 0.04).abs() < 1e-12);
@@ -56,10 +56,10 @@ fn the_unit_in_a_name_counts_unless_a_gain_says_otherwise() {
     let text = "Zeit (ms);Weg [mm];load_kN\n0;4,5;0,002\n1;4,6;0,002\n";
     let read = |position_gain| {
         let loaded = read_text(text, |source| {
-            source.columns.time = Some("Zeit (ms)".to_owned());
-            source.columns.position = Some("Weg [mm]".to_owned());
-            source.columns.force = Some("load_kN".to_owned());
-            source.position_gain = position_gain;
+            source.table.columns.time = Some("Zeit (ms)".to_owned());
+            source.table.columns.position = Some("Weg [mm]".to_owned());
+            source.table.columns.force = Some("load_kN".to_owned());
+            source.table.position_gain = position_gain;
         });
         let Loaded { record, notes, .. } = loaded.expect("a record");
         assert!(notes[0].contains("load_kN (x 1000)"), "{notes:?}");
@@ -94,7 +94,7 @@ fn a_bad_file_is_refused_by_line_and_column() {
             assert!(message.contains(part), "{message} lacks {part}");
         }
     }
-    let message = read_text("t,x,f\n0,1,2\n", |source| source.force_gain = Some(0.0))
+    let message = read_text("t,x,f\n0,1,2\n", |source| source.table.force_gain = Some(0.0))
         .expect_err("a gain")
         .to_string();
     assert!(message.contains("--force-gain = 0"), "{message}");
@@ -137,7 +137,7 @@ fn the_columns_of_a_binary_recording_cannot_be_named() {
     let (_folder, path) = write("r.mcap", "\u{89}MCAP0\r\n");
     std::fs::write(&path, b"\x89MCAP0\r\n").expect("written");
     let mut source = Source::new(&path);
-    source.columns.force = Some("command_force_N".to_owned());
+    source.table.columns.force = Some("command_force_N".to_owned());
     let message = read(&source).expect_err("no table").to_string();
     assert!(
         message.contains("MCAP or Parquet") && message.contains("recording export"),
@@ -210,10 +210,7 @@ fn text_of_other_encodings_is_read_and_what_is_no_text_is_said() {
         assert!((loaded.record.position_m[0] - 250e-6).abs() < 1e-12);
     }
     for (bytes, part) in [
-        (
-            &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..],
-            "neither a table of text nor a recording",
-        ),
+        (&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "not a table"),
         (b"", "is empty"),
         (b"0,1,2\n1,2,3\n", "no heading"),
     ] {
@@ -229,8 +226,8 @@ fn a_unit_that_is_not_known_wants_a_gain() {
     let text = "t,x,bridge (mV/V)\n0,1,2\n";
     let read = |force_gain| {
         read_text(text, |source| {
-            source.columns.force = Some("bridge (mV/V)".to_owned());
-            source.force_gain = force_gain;
+            source.table.columns.force = Some("bridge (mV/V)".to_owned());
+            source.table.force_gain = force_gain;
         })
     };
     let message = read(None).expect_err("no unit of force").to_string();
@@ -335,7 +332,7 @@ fn times_without_a_unit_are_seconds_only_where_they_can_be() {
         "{message}"
     );
     for (unit, time_unit_s) in [("_ms", None), ("", Some(1e-3))] {
-        let loaded = read_text(&text(unit), |source| source.time_unit_s = time_unit_s).expect("a record");
+        let loaded = read_text(&text(unit), |source| source.table.time_unit_s = time_unit_s).expect("a record");
         let t_s = &loaded.record.t_s;
         assert!((t_s[399] - t_s[0] - 1.596).abs() < 1e-6, "{unit}");
     }

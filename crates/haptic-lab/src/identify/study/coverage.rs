@@ -2,7 +2,7 @@
 
 use super::kinds::{Conditions, Kind, Values, record};
 use crate::identify::{Clocks, Identified, ModelKind, Options, identify};
-use crate::median::median;
+use haptic_motion::median::median;
 use std::ops::Range;
 use std::thread;
 

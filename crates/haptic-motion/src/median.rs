@@ -11,7 +11,7 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 }
 
 /// The least and the greatest; infinite, and the other way round, if there are no values.
-pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+pub fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values
         .into_iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -20,7 +20,7 @@ pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
 }
 
 /// The median time between samples, s; 1 ms if there are fewer than two.
-pub(crate) fn usual_period_s(t_s: impl Iterator<Item = f64> + Clone) -> f64 {
+pub fn usual_period_s(t_s: impl Iterator<Item = f64> + Clone) -> f64 {
     let mut periods: Vec<f64> = t_s.clone().skip(1).zip(t_s).map(|(end, start)| end - start).collect();
     median(&mut periods).unwrap_or(1e-3)
 }

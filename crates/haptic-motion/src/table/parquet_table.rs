@@ -1,33 +1,54 @@
 //! A table that another program has written as Parquet.
 
-use super::error::RecordFileError;
-use haptic_motion::guard::guarded;
-use haptic_motion::numbers::{Numbers, NumbersError, is_in_seconds};
-use haptic_recording::{Place, parquet::KEY};
+use super::error::TableError;
+use crate::guard::guarded;
+use crate::numbers::{Numbers, NumbersError, is_in_seconds};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+/// How the keys begin that a recording of hapticd has in its footer.
+pub const RECORDING_KEY: &str = "hapticd.";
+
 /// A table, open for reading.
-pub(super) struct ParquetTable {
+#[expect(missing_debug_implementations, reason = "the library's reader has none")]
+pub struct ParquetTable {
     path: PathBuf,
     reader: SerializedFileReader<File>,
 }
 
 impl ParquetTable {
     /// Opens a file; `None` where it is something else, damaged, or a recording of hapticd.
-    pub(super) fn open(path: &Path) -> Result<Option<Self>, RecordFileError> {
-        let file = File::open(path).map_err(|source| RecordFileError::Open {
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    pub fn open(path: &Path) -> Result<Option<Self>, TableError> {
+        let file = File::open(path).map_err(|source| TableError::Open {
             path: path.to_path_buf(),
             source,
         })?;
         let Ok(reader) = guarded(|| SerializedFileReader::new(file)) else {
             return Ok(None);
         };
+        Ok(Self::of_other(path, reader).ok())
+    }
+
+    /// Takes an opened file; gives it back where it is a recording of hapticd.
+    pub(crate) fn of_other(
+        path: &Path,
+        reader: SerializedFileReader<File>,
+    ) -> Result<Self, Box<SerializedFileReader<File>>> {
         let pairs = reader.metadata().file_metadata().key_value_metadata();
-        let is_ours = pairs.into_iter().flatten().any(|pair| pair.key.starts_with(KEY));
+        let is_ours = |key: &str| key.starts_with(RECORDING_KEY);
+        if pairs.into_iter().flatten().any(|pair| is_ours(&pair.key)) {
+            return Err(Box::new(reader));
+        }
         let path = path.to_path_buf();
-        Ok((!is_ours).then_some(Self { path, reader }))
+        Ok(Self { path, reader })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The names of its columns.
@@ -43,10 +64,10 @@ impl ParquetTable {
     }
 
     /// All cells of a column.
-    pub(super) fn column(&self, index: usize) -> Result<Vec<f64>, RecordFileError> {
+    pub(super) fn column(&self, index: usize) -> Result<Vec<f64>, TableError> {
         let descriptor = self.reader.metadata().file_metadata().schema_descr_ptr().column(index);
         let name = descriptor.path().string();
-        let failed = |reason: String| RecordFileError::Parquet {
+        let failed = |reason: String| TableError::Parquet {
             path: self.path.clone(),
             column: name.clone(),
             reason,
@@ -60,17 +81,9 @@ impl ParquetTable {
             let mut numbers = opened.map_err(failed)?;
             loop {
                 let before = cells.len();
-                let empty = numbers
+                numbers
                     .read(&mut cells)
                     .map_err(|error: NumbersError| failed(error.to_string()))?;
-                if let Some(empty) = empty {
-                    return Err(RecordFileError::NotANumber {
-                        path: self.path.clone(),
-                        place: Place::Row((before + empty + 1) as u64),
-                        column: name.clone(),
-                        value: String::new(),
-                    });
-                }
                 if cells.len() == before {
                     break;
                 }

@@ -1,21 +1,29 @@
-//! A table of text or Parquet: a heading, and rows of numbers.
+//! One reader of the tables of other programs, in text or Parquet: columns by name, units by gains, one model of time.
+//!
+//! A file of text has a heading, perhaps a line of units, then a row of numbers for each sample. Cells are separated by
+//! commas, semicolons, tabs or spaces; lines of `#`, `%` or `//` and whatever a program writes above the heading are
+//! remarks. A comma is a decimal point where it does not separate. Times may be times of day. Columns are found by
+//! their usual names, or named; without a heading they are named by their numbers, from 1. A data frame in Parquet is
+//! read as such a table, with numbers of any type and moments as times.
 
-use super::columns::{Quantity, in_brackets};
-use super::error::RecordFileError;
-use super::layout::{Layout, Line, cells, lines, number, on_the_same_day};
-use super::loaded::Loaded;
-use super::parquet_table::ParquetTable;
-use super::source::Source;
-use super::times::{Times, retain};
-use crate::identify::record::Record;
+mod columns;
+mod error;
+mod layout;
+mod parquet_table;
+mod times;
+
+pub use columns::{Columns, Quantity};
+pub use error::TableError;
+pub use parquet_table::{ParquetTable, RECORDING_KEY};
+
+use crate::error::Place;
 use crate::text::decoded;
-use haptic_recording::Place;
+use columns::in_brackets;
+use layout::{Layout, Line, cells, lines, number, on_the_same_day};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-
-/// Shortest time that two files must have in common, s.
-const SHORTEST_COMMON_S: f64 = 1.0;
+use times::{Times, retain};
 
 /// What is read of a file for its heading, bytes.
 const LONGEST_HEAD_BYTES: u64 = 1 << 16;
@@ -26,118 +34,61 @@ const ROWS_A_MISSING_ONE: usize = 20;
 /// Slowest motion that times without a unit may be of, s between two rows: slower ones are not in seconds.
 const SLOWEST_WITHOUT_UNIT_S: f64 = 0.5;
 
+/// How a table is read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TableOptions {
+    /// Names of columns.
+    pub columns: Columns,
+    /// Newtons a unit of the force column; negative where the sensor points the other way. `None` for
+    /// the unit in the column's name, or N.
+    pub force_gain: Option<f64>,
+    /// Metres a unit of the position column; `None` for the unit in the column's name, or m.
+    pub position_gain: Option<f64>,
+    /// Seconds a unit of the time column; `None` for the unit in the column's name, or s.
+    pub time_unit_s: Option<f64>,
+    /// Whether the motion is a device's: columns that say so are then likelier than others.
+    pub is_of_device: bool,
+}
+
 /// Columns of one file; times in seconds, growing.
 #[derive(Debug, Default)]
-struct Table {
-    t_s: Vec<f64>,
+pub struct Table {
+    /// Times, s.
+    pub t_s: Vec<f64>,
     /// The columns asked for after the time; empty where an optional one is not there.
-    values: Vec<Vec<f64>>,
-    notes: Vec<String>,
+    pub values: Vec<Vec<f64>>,
+    /// Which columns were read, what was left out, and what the times are.
+    pub notes: Vec<String>,
     /// Where each row is in its file.
-    places: Vec<Place>,
+    pub places: Vec<Place>,
     /// Why the first row that lacks a number does.
-    no_number: Option<RecordFileError>,
+    no_number: Option<TableError>,
     is_time_of_day: bool,
     /// Whether the title of the times, or the file, says their unit.
     has_time_unit: bool,
 }
 
-/// Reads a file, or one of positions and another of forces.
-pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
-    use Quantity::{Force, Position, Velocity};
-    let Some(force_path) = &source.force_path else {
-        let mut table = Table::read(&source.path, source, &[Position, Velocity, Force])?;
-        let force_n = table.values.pop().unwrap_or_default();
-        return Ok(loaded(table, force_n));
-    };
-    let mut forces = Table::read(force_path, source, &[Force])?;
-    let mut table = Table::read(&source.path, source, &[Position, Velocity])?;
-    let (begin, end) = common(&table.t_s, &forces.t_s);
-    if end - begin < SHORTEST_COMMON_S {
-        // Clocks that count from their own starts: the starts are taken as the same instant.
-        let ahead = forces.t_s.first().unwrap_or(&0.0) - table.t_s.first().unwrap_or(&0.0);
-        forces.t_s.iter_mut().for_each(|t| *t -= ahead);
-        table.notes.push(format!(
-            "the files have no time in common: the forces begin {ahead} s later, and are moved to the beginning"
-        ));
-    }
-    let (begin, end) = common(&table.t_s, &forces.t_s);
-    if end - begin < SHORTEST_COMMON_S {
-        return Err(RecordFileError::Apart {
-            path: source.path.clone(),
-            force_path: force_path.clone(),
-        });
-    }
-    let is_common: Vec<bool> = table.t_s.iter().map(|t| (begin..=end).contains(t)).collect();
-    table.retain(&is_common);
-    table.notes.append(&mut forces.notes);
-    let force_n = at_times(&table.t_s, &forces.t_s, &forces.values[0]);
-    Ok(loaded(table, force_n))
-}
-
-fn loaded(mut table: Table, force_n: Vec<f64>) -> Loaded {
-    let velocity = table.values.pop().filter(|values| !values.is_empty());
-    Loaded {
-        record: Record {
-            t_s: table.t_s,
-            position_m: table.values.pop().unwrap_or_default(),
-            velocity_mps: velocity,
-            force_n,
-            resolution_m: None,
-        },
-        offset_n: None,
-        has_one_clock: false,
-        notes: table.notes,
-    }
-}
-
-/// The time that two records have in common, s.
-fn common(a: &[f64], b: &[f64]) -> (f64, f64) {
-    let of = |t: &[f64]| (t.first().copied().unwrap_or(0.0), t.last().copied().unwrap_or(0.0));
-    let ((a_begin, a_end), (b_begin, b_end)) = (of(a), of(b));
-    (a_begin.max(b_begin), a_end.min(b_end))
-}
-
-/// Values at other times. Where several lie between two of those, their mean: a faster recorder's noise is
-/// not taken for its signal.
-fn at_times(times: &[f64], t_s: &[f64], values: &[f64]) -> Vec<f64> {
-    let mut next = 0;
-    times
-        .iter()
-        .enumerate()
-        .map(|(index, t)| {
-            let half = |other: Option<&f64>| other.map_or(0.0, |other| (other - t).abs() / 2.0);
-            let before = half(index.checked_sub(1).and_then(|before| times.get(before)));
-            let low = t_s.partition_point(|other| *other < t - before);
-            let high = t_s.partition_point(|other| *other < t + half(times.get(index + 1)));
-            if high >= low + 2 {
-                return values[low..high].iter().sum::<f64>() / (high - low) as f64;
-            }
-            while next + 2 < t_s.len() && t_s[next + 1] <= *t {
-                next += 1;
-            }
-            let share = ((t - t_s[next]) / (t_s[next + 1] - t_s[next])).clamp(0.0, 1.0);
-            values[next] + share * (values[next + 1] - values[next])
-        })
-        .collect()
-}
-
-/// The text of a file, up to a number of bytes.
-fn text(path: &Path, most_bytes: u64) -> Result<String, RecordFileError> {
+/// The bytes of a file, up to a number of them.
+fn bytes(path: &Path, most: u64) -> Result<Vec<u8>, TableError> {
     let mut bytes = Vec::new();
     File::open(path)
-        .and_then(|file| file.take(most_bytes).read_to_end(&mut bytes))
-        .map_err(|source| RecordFileError::Open {
+        .and_then(|file| file.take(most).read_to_end(&mut bytes))
+        .map_err(|source| TableError::Open {
             path: path.to_path_buf(),
             source,
         })?;
+    Ok(bytes)
+}
+
+/// The text that bytes of a file are.
+fn text(path: &Path, bytes: &[u8]) -> Result<String, TableError> {
     if bytes.is_empty() {
-        return Err(RecordFileError::Empty {
+        return Err(TableError::Empty {
             path: path.to_path_buf(),
             reason: "the file is empty".to_owned(),
         });
     }
-    let text = decoded(&bytes).ok_or_else(|| RecordFileError::NotText {
+    let text = decoded(bytes).ok_or_else(|| TableError::NotText {
         path: path.to_path_buf(),
     })?;
     // Lines of old programs end with a carriage return alone.
@@ -148,26 +99,28 @@ fn text(path: &Path, most_bytes: u64) -> Result<String, RecordFileError> {
     })
 }
 
-/// The names of the columns.
-pub(super) fn headings(path: &Path) -> Result<Vec<String>, RecordFileError> {
+/// The names of the columns of a file.
+///
+/// # Errors
+/// It cannot be read, or has no heading.
+pub fn headings(path: &Path) -> Result<Vec<String>, TableError> {
     if let Some(table) = ParquetTable::open(path)? {
         return Ok(table.names());
     }
-    let text = text(path, LONGEST_HEAD_BYTES)?;
-    let source = Source::new(path);
-    layout(path, &lines(&text), &source).map(|layout| layout.titles)
+    let text = text(path, &bytes(path, LONGEST_HEAD_BYTES)?)?;
+    layout(path, &lines(&text), &TableOptions::default()).map(|layout| layout.titles)
 }
 
-fn layout(path: &Path, lines: &[Line<'_>], source: &Source) -> Result<Layout, RecordFileError> {
+fn layout(path: &Path, lines: &[Line<'_>], options: &TableOptions) -> Result<Layout, TableError> {
     let is_wanted = |title: &str| {
         Quantity::ALL
             .into_iter()
-            .any(|quantity| match source.columns.named(quantity) {
+            .any(|quantity| match options.columns.named(quantity) {
                 Some(name) => name == title,
                 None => quantity.rank(title).is_some(),
             })
     };
-    Layout::find(lines, &is_wanted).ok_or_else(|| RecordFileError::Empty {
+    Layout::find(lines, &is_wanted).ok_or_else(|| TableError::Empty {
         path: path.to_path_buf(),
         reason: "there is no heading with rows of numbers below it, as in `t_s,position_m,force_N`".to_owned(),
     })
@@ -187,18 +140,28 @@ struct Headings<'a> {
 }
 
 impl Table {
-    fn read(path: &Path, source: &Source, quantities: &[Quantity]) -> Result<Self, RecordFileError> {
-        let mut table = match ParquetTable::open(path)? {
-            Some(file) => Self::of_parquet(&file, path, source, quantities)?,
-            None => Self::of_text(path, source, quantities)?,
-        };
-        table.leave_out_no_numbers(quantities)?;
-        table.time(path)?;
-        Ok(table)
+    /// Reads the times and some quantities of a file.
+    ///
+    /// # Errors
+    /// A file or a cell of it cannot be read, or a column is missing; the error says where.
+    pub fn read(path: &Path, options: &TableOptions, quantities: &[Quantity]) -> Result<Self, TableError> {
+        match ParquetTable::open(path)? {
+            Some(file) => Self::of_parquet(&file, options, quantities),
+            None => Self::of_text(path, &bytes(path, u64::MAX)?, options, quantities),
+        }
     }
 
-    fn of_text(path: &Path, source: &Source, quantities: &[Quantity]) -> Result<Self, RecordFileError> {
-        let text = text(path, u64::MAX)?;
+    /// The same of a text that has been read; `path` is its name.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn of_text(
+        path: &Path,
+        bytes: &[u8],
+        options: &TableOptions,
+        quantities: &[Quantity],
+    ) -> Result<Self, TableError> {
+        let text = text(path, bytes)?;
         let lines = lines(&text);
         let Layout {
             separator,
@@ -206,7 +169,7 @@ impl Table {
             units,
             data,
             ..
-        } = layout(path, &lines, source)?;
+        } = layout(path, &lines, options)?;
         let titles: Vec<String> = names
             .iter()
             .enumerate()
@@ -221,7 +184,7 @@ impl Table {
             titles,
             in_seconds: Vec::new(),
         };
-        let (mut table, wanted) = Self::new(&headings, source, quantities)?;
+        let (mut table, wanted) = Self::new(&headings, options, quantities)?;
         let names = headings.names;
         for Line { number, text, .. } in lines.into_iter().skip(data).filter(|line| !line.is_remark) {
             let row = cells(text, separator);
@@ -240,15 +203,19 @@ impl Table {
             }
             table.push(Place::Line(number as u64), &values, text.contains(':'));
         }
-        Ok(table)
+        table.finished(path, quantities)
     }
 
-    fn of_parquet(
+    /// The same of an opened table in Parquet.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn of_parquet(
         file: &ParquetTable,
-        path: &Path,
-        source: &Source,
+        options: &TableOptions,
         quantities: &[Quantity],
-    ) -> Result<Self, RecordFileError> {
+    ) -> Result<Self, TableError> {
+        let path = file.path();
         let names = file.names();
         let headings = Headings {
             path,
@@ -256,12 +223,12 @@ impl Table {
             names,
             in_seconds: file.in_seconds(),
         };
-        let (mut table, wanted) = Self::new(&headings, source, quantities)?;
+        let (mut table, wanted) = Self::new(&headings, options, quantities)?;
         let names = headings.names;
         let columns = wanted
             .iter()
             .map(|column| column.map(|(place, unit)| Ok((file.column(place)?, unit))).transpose())
-            .collect::<Result<Vec<_>, RecordFileError>>()?;
+            .collect::<Result<Vec<_>, TableError>>()?;
         let rows = columns.iter().flatten().map(|(cells, _)| cells.len()).min();
         for row in 0..rows.unwrap_or(0) {
             let values: Vec<Option<f64>> = columns
@@ -273,7 +240,7 @@ impl Table {
                 .iter()
                 .position(|value| value.is_some_and(|value| !value.is_finite()))
             {
-                table.no_number.get_or_insert_with(|| RecordFileError::NotANumber {
+                table.no_number.get_or_insert_with(|| TableError::NotANumber {
                     path: path.to_path_buf(),
                     place,
                     column: wanted[at].map_or_else(String::new, |(place, _)| names[place].clone()),
@@ -282,22 +249,22 @@ impl Table {
             }
             table.push(place, &values, false);
         }
-        Ok(table)
+        table.finished(path, quantities)
     }
 
     /// An empty table, and the columns that go into it: the time and the others.
     fn new(
         headings: &Headings<'_>,
-        source: &Source,
+        options: &TableOptions,
         quantities: &[Quantity],
-    ) -> Result<(Self, Vec<WantedColumn>), RecordFileError> {
+    ) -> Result<(Self, Vec<WantedColumn>), TableError> {
         let all: Vec<Quantity> = std::iter::once(Quantity::Time)
             .chain(quantities.iter().copied())
             .collect();
-        headings.have(source, &all)?;
+        headings.have(options, &all)?;
         let wanted = all
             .iter()
-            .map(|quantity| headings.find(source, *quantity))
+            .map(|quantity| headings.find(options, *quantity))
             .collect::<Result<Vec<_>, _>>()?;
         let names = &headings.names;
         let shown: Vec<String> = wanted
@@ -315,7 +282,7 @@ impl Table {
         let table = Self {
             values: vec![Vec::new(); quantities.len()],
             notes: vec![format!("{}: columns {}", headings.path.display(), shown.join(", "))],
-            has_time_unit: has_time_unit || source.time_unit_s.is_some(),
+            has_time_unit: has_time_unit || options.time_unit_s.is_some(),
             ..Self::default()
         };
         Ok((table, wanted))
@@ -338,7 +305,7 @@ impl Table {
     }
 
     /// Leaves out a column that may be missing and holds no numbers, and then rows without numbers, where they are few.
-    fn leave_out_no_numbers(&mut self, quantities: &[Quantity]) -> Result<(), RecordFileError> {
+    fn leave_out_no_numbers(&mut self, quantities: &[Quantity]) -> Result<(), TableError> {
         let Some(error) = self.no_number.take() else {
             return Ok(());
         };
@@ -377,26 +344,32 @@ impl Table {
         Ok(())
     }
 
-    fn retain(&mut self, keeps: &[bool]) {
+    /// Leaves out the rows that are not kept.
+    pub fn retain(&mut self, keeps: &[bool]) {
         for values in self.values.iter_mut().chain([&mut self.t_s]) {
             retain(values, keeps);
         }
         retain(&mut self.places, keeps);
     }
 
+    fn finished(mut self, path: &Path, quantities: &[Quantity]) -> Result<Self, TableError> {
+        self.leave_out_no_numbers(quantities)?;
+        self.time(path)?;
+        Ok(self)
+    }
+
     /// Makes times of the stamps.
-    fn time(&mut self, path: &Path) -> Result<(), RecordFileError> {
-        let times = Times::of(&self.t_s, |row| self.places[row].to_string()).map_err(|disorder| {
-            RecordFileError::TimeGoesBack {
+    fn time(&mut self, path: &Path) -> Result<(), TableError> {
+        let times =
+            Times::of(&self.t_s, |row| self.places[row].to_string()).map_err(|disorder| TableError::TimeGoesBack {
                 path: path.to_path_buf(),
                 place: self.places[disorder.at],
                 t_s: self.t_s[disorder.at],
                 before_s: self.t_s[disorder.at.saturating_sub(1)],
                 falls: disorder.falls,
-            }
-        })?;
+            })?;
         if !self.has_time_unit && !self.is_time_of_day && times.period_s > SLOWEST_WITHOUT_UNIT_S {
-            return Err(RecordFileError::NoTimeUnit {
+            return Err(TableError::NoTimeUnit {
                 path: path.to_path_buf(),
                 first: self.t_s.first().copied().unwrap_or(0.0),
                 step: times.period_s,
@@ -416,24 +389,24 @@ impl Table {
 
 impl Headings<'_> {
     /// Place and SI units a unit of a column; `None` where a velocity is not there.
-    fn find(&self, source: &Source, quantity: Quantity) -> Result<WantedColumn, RecordFileError> {
-        let Some(place) = self.place(source, quantity)? else {
+    fn find(&self, options: &TableOptions, quantity: Quantity) -> Result<WantedColumn, TableError> {
+        let Some(place) = self.place(options, quantity)? else {
             return Ok(None);
         };
         // A gain that is given is what a unit of the column is, whatever its name says.
         let gain = match quantity {
             Quantity::Time => match self.in_seconds.get(place) {
                 Some(true) => Some(1.0),
-                _ => source.time_unit_s,
+                _ => options.time_unit_s,
             },
-            Quantity::Position | Quantity::Velocity => source.position_gain,
-            Quantity::Force => source.force_gain,
+            Quantity::Position | Quantity::Velocity => options.position_gain,
+            Quantity::Force => options.force_gain,
         };
         let unit = gain.or_else(|| quantity.unit(&self.titles[place]));
         let unit = unit.or((quantity == Quantity::Velocity).then_some(1.0));
         match unit {
             Some(unit) => Ok(Some((place, unit))),
-            None => Err(RecordFileError::UnknownUnit {
+            None => Err(TableError::UnknownUnit {
                 path: self.path.to_path_buf(),
                 column: self.titles[place].clone(),
                 instead: quantity.instead_of_unit(),
@@ -442,19 +415,19 @@ impl Headings<'_> {
     }
 
     /// Whether all columns are there; every one that is missing is named.
-    fn have(&self, source: &Source, quantities: &[Quantity]) -> Result<(), RecordFileError> {
+    fn have(&self, options: &TableOptions, quantities: &[Quantity]) -> Result<(), TableError> {
         let missing: Vec<Quantity> = quantities
             .iter()
             .copied()
-            .filter(|&quantity| quantity != Quantity::Velocity || source.columns.velocity.is_some())
-            .filter(|&quantity| self.places(source, quantity).is_empty())
+            .filter(|&quantity| quantity != Quantity::Velocity || options.columns.velocity.is_some())
+            .filter(|&quantity| self.places(options, quantity).is_empty())
             .collect();
         let joined =
             |of: fn(Quantity) -> String, by: &str| missing.iter().map(|&one| of(one)).collect::<Vec<_>>().join(by);
         if missing.is_empty() {
             return Ok(());
         }
-        Err(RecordFileError::MissingColumn {
+        Err(TableError::MissingColumn {
             path: self.path.to_path_buf(),
             what: joined(|one| one.what().to_owned(), ", no "),
             option: joined(|one| one.option().to_owned(), ", "),
@@ -464,10 +437,14 @@ impl Headings<'_> {
     }
 
     /// The places of the columns that are named, or have the likeliest name.
-    fn places(&self, source: &Source, quantity: Quantity) -> Vec<usize> {
+    fn places(&self, options: &TableOptions, quantity: Quantity) -> Vec<usize> {
         let all = 0..self.names.len();
-        let Some(name) = source.columns.named(quantity) else {
-            let rank = |place: &usize| quantity.rank(&self.titles[*place]);
+        let Some(name) = options.columns.named(quantity) else {
+            let is_other = |title: &str| options.is_of_device && !columns::is_of_device(title);
+            let rank = |place: &usize| {
+                let title = &self.titles[*place];
+                quantity.rank(title).map(|rank| (is_other(title), rank))
+            };
             let best = all.clone().filter_map(|place| rank(&place)).min();
             return all.filter(|place| best.is_some() && rank(place) == best).collect();
         };
@@ -481,11 +458,11 @@ impl Headings<'_> {
     }
 
     /// The place of the column that is named, or has a usual name; of a velocity perhaps none.
-    fn place(&self, source: &Source, quantity: Quantity) -> Result<Option<usize>, RecordFileError> {
-        match self.places(source, quantity)[..] {
+    fn place(&self, options: &TableOptions, quantity: Quantity) -> Result<Option<usize>, TableError> {
+        match self.places(options, quantity)[..] {
             [] => Ok(None),
             [place] => Ok(Some(place)),
-            ref several => Err(RecordFileError::AmbiguousColumn {
+            ref several => Err(TableError::AmbiguousColumn {
                 path: self.path.to_path_buf(),
                 what: quantity.what(),
                 option: quantity.option(),
@@ -506,16 +483,16 @@ fn value(
     place: usize,
     column: &str,
     separator: char,
-) -> Result<f64, RecordFileError> {
+) -> Result<f64, TableError> {
     let Some(text) = row.get(place) else {
-        return Err(RecordFileError::ShortRow {
+        return Err(TableError::ShortRow {
             path: path.to_path_buf(),
             line,
             cells: row.len(),
             column: column.to_owned(),
         });
     };
-    number(text, separator).ok_or_else(|| RecordFileError::NotANumber {
+    number(text, separator).ok_or_else(|| TableError::NotANumber {
         path: path.to_path_buf(),
         place: Place::Line(line as u64),
         column: column.to_owned(),

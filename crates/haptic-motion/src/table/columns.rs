@@ -35,10 +35,14 @@ pub(super) enum Dimension {
 
 /// A quantity of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Quantity {
+pub enum Quantity {
+    /// The clock.
     Time,
+    /// Where it is.
     Position,
+    /// How fast it moves; may be missing.
     Velocity,
+    /// The force that drives it.
     Force,
 }
 
@@ -210,6 +214,11 @@ pub(super) fn in_brackets(title: &str) -> Option<&str> {
     Some(title[begin..title.len() - 1].trim()).filter(|unit| !unit.is_empty())
 }
 
+/// Whether a title is that of a device's column, as our recordings have them beside those of the block.
+pub(super) fn is_of_device(title: &str) -> bool {
+    plain(title).starts_with("device_")
+}
+
 /// Whether a text is the name of a unit, with brackets or without them.
 pub(super) fn is_unit(text: &str) -> bool {
     let unit = in_brackets(text).map_or_else(|| plain(text), plain);
@@ -233,7 +242,7 @@ impl Columns {
 }
 
 /// A name as it is compared: small letters, words joined by `_`, and units in brackets as a last word.
-pub(super) fn plain(name: &str) -> String {
+fn plain(name: &str) -> String {
     let words: Vec<String> = name
         .trim()
         .trim_matches('"')

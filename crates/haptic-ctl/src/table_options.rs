@@ -1,0 +1,69 @@
+//! How a table of another program is read, by options.
+
+use clap::ValueEnum;
+use haptic_motion::table::{Columns, TableOptions};
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum TimeUnit {
+    S,
+    Ms,
+    Us,
+    Ns,
+    Min,
+}
+
+impl TimeUnit {
+    fn seconds(self) -> f64 {
+        match self {
+            Self::S => 1.0,
+            Self::Ms => 1e-3,
+            Self::Us => 1e-6,
+            Self::Ns => 1e-9,
+            Self::Min => 60.0,
+        }
+    }
+}
+
+/// Columns and units of a table of motion. The argument with the id `file` names it.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Options of the table")]
+pub(crate) struct Arguments {
+    /// Column of times, in s or in the unit at the end of its name (ms, us, ns); without a heading the columns are
+    /// named by their numbers, from 1 [default: t_s, time, ...]
+    #[arg(long, value_name = "NAME", requires = "file")]
+    time_column: Option<String>,
+
+    /// Unit of the time column [default: the one at the end of its name, else s]
+    #[arg(long, value_enum, requires = "file")]
+    time_unit: Option<TimeUnit>,
+
+    /// Column of positions [default: block_position_m, position_m, device_position_m, ...]
+    #[arg(long, value_name = "NAME", requires = "file")]
+    position_column: Option<String>,
+
+    /// Metres a unit of the position column [default: the unit at the end of its name, as in x_mm or "x (um)", else
+    /// 1]
+    #[arg(long, value_name = "M", allow_hyphen_values = true, requires = "file")]
+    position_gain: Option<f64>,
+
+    /// Column of velocities [default: velocity_mps, ...]
+    #[arg(long, value_name = "NAME", requires = "file")]
+    velocity_column: Option<String>,
+}
+
+impl Arguments {
+    /// What they say of a table without forces.
+    pub(crate) fn options(&self) -> TableOptions {
+        TableOptions {
+            columns: Columns {
+                time: self.time_column.clone(),
+                position: self.position_column.clone(),
+                velocity: self.velocity_column.clone(),
+                force: None,
+            },
+            position_gain: self.position_gain,
+            time_unit_s: self.time_unit.map(TimeUnit::seconds),
+            ..TableOptions::default()
+        }
+    }
+}
