@@ -33,7 +33,6 @@ mod timed;
 pub mod transcript;
 
 pub use held::{HeldThread, real_time_thread};
-pub use test_run::binary;
 pub use timed::{count_logged, excused, timed};
 
 use haptic_ipc::{Client, Request, RigState, StateReply, Status};
@@ -43,6 +42,19 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Output, Stdio};
 use std::time::{Duration, Instant};
+
+/// The path of a program that the tests were built with. What this thread starts from here on goes before other work of
+/// the machine, where that is permitted: a rig's clock does not wait for it.
+///
+/// # Panics
+/// The program is not there.
+#[must_use]
+pub fn binary(name: &str) -> PathBuf {
+    const NICE: i32 = -10;
+    // Without the right, everything is as it was.
+    rustix::process::setpriority_process(None, NICE).ok();
+    test_run::binary(name)
+}
 
 /// Longest that anything may take on a busy machine before a test gives up.
 pub const PATIENCE: Duration = Duration::from_secs(60);

@@ -121,7 +121,7 @@ struct Documented {
 
 fn documented(help: &str) -> Vec<Documented> {
     let mut found: Vec<Documented> = Vec::new();
-    let mut is_option = false;
+    let (mut is_option, mut is_new_paragraph) = (false, false);
     for line in help.lines() {
         let trimmed = line.trim_start();
         // Options of a single letter, help and version, are no options of the daemon.
@@ -129,6 +129,7 @@ fn documented(help: &str) -> Vec<Documented> {
             is_option = line.starts_with("      --");
         }
         if !is_option || trimmed.is_empty() {
+            is_new_paragraph = true;
             continue;
         }
         if let Some(option) = trimmed.strip_prefix("--").filter(|_| line.starts_with("      --")) {
@@ -140,8 +141,13 @@ fn documented(help: &str) -> Vec<Documented> {
             });
         } else if line.starts_with("          ") {
             let last = found.last_mut().expect("an option above it");
-            last.text = format!("{} {trimmed}", last.text).trim().to_owned();
+            // A help's first paragraph ends without a point.
+            let ends =
+                is_new_paragraph && !last.text.is_empty() && !last.text.ends_with('.') && !trimmed.starts_with('[');
+            let point = if ends { "." } else { "" };
+            last.text = format!("{}{point} {trimmed}", last.text).trim().to_owned();
         }
+        is_new_paragraph = false;
     }
     found
 }

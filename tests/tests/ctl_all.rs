@@ -75,7 +75,7 @@ fn all_rigs_answer_and_a_dead_one_is_a_line_and_keeps_nobody_waiting() {
         }
     }
 
-    let output = ctl(rigs, &["--json=rig,status.state,error.code", "--all", "status"]);
+    let output = ctl(rigs, &["--json", "--all", "status"]);
     let said: Vec<Value> = serde_json::from_slice(&output.stdout).expect("a list");
     let of = |rig: &str| {
         let found = said.iter().find(|answer| answer["rig"] == rig);
@@ -107,7 +107,6 @@ fn all_rigs_answer_and_a_dead_one_is_a_line_and_keeps_nobody_waiting() {
     for (arguments, part) in [
         (&["--all", "engage"][..], "--all goes with `status` and `stop` alone"),
         (&["--all", "--rig", "left", "status"], "--rig"),
-        (&["--all", "--json=rig,state", "status"], "has no field `state`"),
     ] {
         let refused = ctl(rigs, arguments);
         assert_eq!(refused.status.code(), Some(2), "{refused:?}");
@@ -127,11 +126,9 @@ fn a_rig_behind_a_forwarded_socket_is_one_like_the_others_and_its_client_is_the_
         &["--socket", socket.to_str().expect("a plain path"), "engage", "--wait"],
     );
     assert!(by_path.status.success(), "{by_path:?}");
-    let by_name = ctl(rigs, &["--rig", "bench", "--json=state", "status"]);
-    assert_eq!(
-        String::from_utf8_lossy(&by_name.stdout).trim(),
-        r#"{"state":"engaged"}"#
-    );
+    let by_name = ctl(rigs, &["--rig", "bench", "--json", "status"]);
+    let by_name: Value = serde_json::from_slice(&by_name.stdout).expect("an object");
+    assert_eq!(by_name["state"], "engaged");
     let all = ctl(rigs, &["--json", "--all", "stop"]);
     let said: Vec<Value> = serde_json::from_slice(&all.stdout).expect("a list");
     let bench = said

@@ -1,5 +1,4 @@
-//! The command line beside the protocol: requests that are shown, lines that are sent as they are,
-//! and what shells and readers get.
+//! The command line beside the protocol: lines that are sent as they are, and what shells and readers get.
 
 use serde_json::{Value, json};
 use std::io::Write;
@@ -15,90 +14,6 @@ fn lines(text: &str) -> Vec<Value> {
     text.lines()
         .map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}")))
         .collect()
-}
-
-#[test]
-fn every_subcommand_shows_what_it_would_send() {
-    let all = json!(["state", "timing", "samples"]);
-    let recorded = json!(["state", "log", "timing", "samples"]);
-    for (arguments, requests) in [
-        ("status", json!([{"id":1,"op":"status"}])),
-        ("describe", json!([{"id":1,"op":"describe"}])),
-        ("get", json!([{"id":1,"op":"get"}])),
-        ("get @3", json!([{"id":1,"op":"get","scene":3}])),
-        (
-            "set mass=500g Fs+=4",
-            json!([{"id":1,"op":"set","params":{"mass":0.5,"Fs+":4.0}}]),
-        ),
-        (
-            "set M=1 --if-revision 4 --ramp 2s --dry-run",
-            json!([{"id":1,"op":"set","params":{"M":1.0},"if_revision":4,"ramp_ms":2000.0,"dry_run":true}]),
-        ),
-        ("undo --if-revision 4", json!([{"id":1,"op":"undo","if_revision":4}])),
-        ("redo --ramp 5ms", json!([{"id":1,"op":"redo","ramp_ms":5.0}])),
-        ("scene list", json!([{"id":1,"op":"scene.list"}])),
-        ("scene load lugre", json!([{"id":1,"op":"scene.load","scene":"lugre"}])),
-        (
-            "scene save a --replace",
-            json!([{"id":1,"op":"scene.save","name":"a","replace":true}]),
-        ),
-        (
-            "scene diff lugre @2",
-            json!([{"id":1,"op":"scene.diff","from":"lugre","to":2}]),
-        ),
-        ("scene show 2", json!([{"id":1,"op":"get","scene":2}])),
-        ("log -n 5", json!([{"id":1,"op":"log","limit":5}])),
-        (
-            "events log --past 20",
-            json!([{"id":1,"op":"subscribe","topics":["log"]},{"id":2,"op":"log","limit":20}]),
-        ),
-        ("events", json!([{"id":1,"op":"subscribe","topics":["state","log"]}])),
-        (
-            "simulate mine --motion m.csv --out o.csv",
-            json!([{"id":1,"op":"get","scene":"mine"}]),
-        ),
-        ("engage --wait", json!([{"id":1,"op":"engage"}])),
-        ("release", json!([{"id":1,"op":"release"}])),
-        ("stop", json!([{"id":1,"op":"stop"}])),
-        ("reset", json!([{"id":1,"op":"reset"}])),
-        (
-            "wait --until contact=0",
-            json!([{"id":1,"op":"subscribe","topics":["state","samples"]}]),
-        ),
-        (
-            "lease --timeout 1s -- true",
-            json!([{"id":1,"op":"lease","timeout_ms":1000}]),
-        ),
-        (
-            "events samples --rate 50",
-            json!([{"id":1,"op":"subscribe","topics":["samples"],"rate_hz":50.0}]),
-        ),
-        (
-            "record x.csv",
-            json!([{"id":1,"op":"status"},{"id":2,"op":"subscribe","topics":recorded,"batch_ms":20},{"id":3,"op":"get"}]),
-        ),
-        (
-            "top",
-            json!([{"id":1,"op":"subscribe","topics":all,"rate_hz":50.0,"batch_ms":40},{"id":2,"op":"status"}]),
-        ),
-        ("timing", json!([{"id":1,"op":"timing"}])),
-        ("advise", json!([{"id":1,"op":"advise"}])),
-        ("advise --at-speed 5mm/s", json!([{"id":1,"op":"get"}])),
-        (
-            "devices --probe serial:x",
-            json!([{"id":1,"op":"devices","probe":"serial:x"}]),
-        ),
-        ("doctor", json!([{"id":1,"op":"status"},{"id":2,"op":"devices"}])),
-        (r#"raw {"op":"get"}"#, json!([{"id":1,"op":"get"}])),
-    ] {
-        let words: Vec<&str> = ["--print-request"].into_iter().chain(arguments.split(' ')).collect();
-        // Nobody is there: nothing is sent.
-        let output = ctl(Path::new("/nonexistent/control.sock"), &words);
-        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
-        assert_eq!(Value::from(lines(&text(&output.stdout))), requests, "{arguments}");
-    }
-    let output = ctl(Path::new("/nonexistent"), &["--print-request", "cost"]);
-    assert_eq!(output.status.code(), Some(2), "it asks nothing of the daemon");
 }
 
 #[test]

@@ -1,7 +1,6 @@
-//! What haptic-ctl prints, and no more: chosen fields of JSON, advice that is new, `--quiet`; and the guesses in its
-//! refusals.
+//! What haptic-ctl prints, and no more: advice that is new, `--quiet`; and the guesses in its refusals.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 use system_tests::{Daemon, binary, ctl};
@@ -20,108 +19,6 @@ fn refused(daemon: &Daemon, arguments: &[&str]) -> String {
     assert!(!output.status.success(), "{arguments:?}");
     assert!(output.stdout.is_empty(), "{arguments:?}: {}", text(&output.stdout));
     text(&output.stderr)
-}
-
-#[test]
-fn fields_are_chosen_by_their_path_through_objects_and_lists() {
-    let daemon = Daemon::start(&[]);
-    for (arguments, expected) in [
-        // What an answer may have and has not is null.
-        ("--json=state,fault status", json!({"state": "idle", "fault": null})),
-        (
-            "status --json=device.force_limit_by,revision",
-            json!({"device": {"force_limit_by": "configuration"}, "revision": 1}),
-        ),
-        ("status --json=device.link.age_us", json!({"device": {"link": null}})),
-        (
-            "get --json=params.mass,scene.block.mass",
-            json!({"params": {"mass": 0.5}, "scene": {"block": {"mass": 0.5}}}),
-        ),
-        ("get mass --json=value", json!({"value": 0.5})),
-        (
-            "scene show lugre --json=friction.law",
-            json!({"friction": {"law": "lugre"}}),
-        ),
-        (
-            "set Fs=5 --json=applied.static_force,advice.finding.check",
-            json!({"applied": {"static_force": 5.0}}),
-        ),
-        ("engage --json=state", json!({"state": "engaging"})),
-        ("doctor --json=failed", json!({"failed": 0})),
-    ] {
-        let words: Vec<&str> = arguments.split(' ').collect();
-        let output = daemon.ctl(&words);
-        let mut said = parsed(text(&output.stdout).trim());
-        if let Value::Object(said) = &mut said {
-            said.remove("advice");
-        }
-        if words.contains(&"doctor") {
-            assert!(
-                said["failed"].is_number() && said.as_object().is_some_and(|said| said.len() == 1),
-                "{said}"
-            );
-        } else {
-            assert_eq!(said, expected, "{arguments}: {}", text(&output.stderr));
-        }
-    }
-    let listed = parsed(&daemon.ctl_ok(&["scene", "list", "--json=scenes.name"]));
-    assert_eq!(listed["scenes"][1], json!({"name": "no-friction"}));
-    let streamed = daemon.ctl_ok(&["events", "samples", "--count", "3", "--json=tick,state"]);
-    let keys = |line: &str| {
-        parsed(line)
-            .as_object()
-            .map(|line| line.keys().cloned().collect::<Vec<_>>())
-    };
-    assert!(
-        streamed
-            .lines()
-            .all(|line| keys(line) == Some(vec!["tick".into(), "state".into()])),
-        "{streamed}"
-    );
-    assert_eq!(streamed.lines().count(), 3);
-    // Alone it takes no word after it for fields.
-    assert_eq!(parsed(&daemon.ctl_ok(&["--json", "status"]))["revision"], 2);
-}
-
-#[test]
-fn a_field_that_there_never_is_is_refused_with_a_guess_before_anything_is_done() {
-    let daemon = Daemon::start(&[]);
-    for (arguments, parts) in [
-        (
-            "engage --json=stat",
-            &["the answer has no field `stat`, did you mean `state`? its fields are state, tick"][..],
-        ),
-        ("set mass=2 --json=aplied", &["did you mean `applied`?"]),
-        (
-            "status --json=device.forcelimit_N",
-            &["`device` has no field `forcelimit_N`, did you mean `force_limit_N`?"],
-        ),
-        ("status --json=state.name", &["`state` has no fields"]),
-        (
-            "get --json=params.msas",
-            &["`params` has no field `msas`, did you mean `mass`?"],
-        ),
-        ("events samples --json=force", &["did you mean `command_force_N`?"]),
-        ("log --json=who", &["its fields are at_tick, by, changes"]),
-        ("status --json=", &["joined by commas"]),
-        ("status --json=state,,tick", &["joined by commas"]),
-    ] {
-        let words: Vec<&str> = arguments.split(' ').collect();
-        let said = refused(&daemon, &words);
-        let error = parsed(&said);
-        let message = error["error"]["message"].as_str().unwrap_or_default();
-        assert!(
-            parts.iter().all(|part| message.contains(part)),
-            "{arguments}: {message}"
-        );
-        assert_eq!(daemon.ctl(&words).status.code(), Some(2), "{arguments}");
-    }
-    let status = parsed(&daemon.ctl_ok(&["status", "--json"]));
-    assert_eq!(
-        (&status["state"], &status["revision"]),
-        (&json!("idle"), &json!(1)),
-        "nothing was done"
-    );
 }
 
 #[test]
@@ -242,7 +139,6 @@ fn every_unknown_word_is_answered_with_the_one_that_was_meant() {
         (&["wait", "--until", "weight=1"], "mass"),
         (&["wait", "--until", "devic_position_m>1"], "device_position_m"),
         (&["wait", "--until", "law=karnop"], "karnopp"),
-        (&["status", "--json=sheme"], "scheme"),
         (&["raw", r#"{"op":"subscribe","topics":["sampels"]}"#], "samples"),
         (
             &["simulate", "lurge", "--motion", motion, "--out", "/nonexistent/o.csv"],

@@ -215,15 +215,6 @@ fn a_wrong_study_is_refused_with_the_reason() {
         assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
         assert!(text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
     }
-    for (set, message) in [
-        ("delay=1", "`delay` is not a constant of the operator"),
-        ("visual_delay_s=9", "visual_delay_s = 9 is out of range: 0.01 to 1"),
-        ("visual_delay_s", "expected NAME=VALUE"),
-    ] {
-        let refused = run(&study("fitts", &folder, &["--set", set]));
-        assert_eq!(refused.status.code(), Some(2), "{set}");
-        assert!(text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
-    }
     assert!(!folder.exists(), "nothing was made");
 }
 

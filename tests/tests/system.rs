@@ -14,7 +14,6 @@ mod commission_pulse;
 mod compare;
 mod control;
 mod copied_command;
-mod cost;
 mod ctl;
 mod ctl_all;
 mod ctl_change;

@@ -1,12 +1,10 @@
 //! `accuracy`: what each scheme costs and how far it is from the true motion, on easy and hard
 //! scenes.
 
-use crate::cost;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::Args;
-use haptic_lab::accuracy::{self, Extent, LawMeasurement, Measurement, Tables, Target, cases};
-use haptic_lab::cost::{Probe, SceneCost};
+use haptic_lab::accuracy::{self, Extent, LawMeasurement, Measurement, cases};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
@@ -18,75 +16,33 @@ pub(crate) struct Arguments {
     /// accuracy.json; cases.csv; laws.csv
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-
-    /// Document whose tables are replaced in place
-    #[arg(long, value_name = "FILE.md", requires = "out")]
-    document: Option<PathBuf>,
-
-    /// Show only the targets of the exact scheme, and what it reaches here
-    #[arg(long, conflicts_with = "out")]
-    targets: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
-    if arguments.targets {
-        let targets = measured_targets(&measured_laws(None)?, karnopp_instructions(&measured_scenes()?))?;
-        return if as_json {
-            output::json(&target_values(&targets))
-        } else {
-            show_targets(&targets)
-        };
-    }
     let cases = measured_cases(as_json)?;
-    let bar = progress::busy("counting the instructions of every law under every hand");
-    let counted = cost::count(Probe::Hands)?;
-    bar.finish_and_clear();
-    let laws = measured_laws(counted.as_deref())?;
-    let scenes = measured_scenes()?;
-    let targets = measured_targets(&laws, karnopp_instructions(&scenes))?;
+    let laws = measured_laws()?;
     let values = json!({
         "laws": laws.iter().map(law_value).collect::<Value>(),
         "cases": cases.iter().map(value).collect::<Value>(),
-        "targets": target_values(&targets),
     });
     if let Some(directory) = &arguments.out {
         write(directory, &laws, &cases, &values)
             .map_err(|error| Failure::Usage(format!("{}: {error}", directory.display())))?;
     }
-    if let Some(path) = &arguments.document {
-        let tables = Tables {
-            cases: &cases,
-            laws: &laws,
-            scenes: &scenes,
-            targets: &targets,
-        };
-        refresh(path, &tables)?;
-    }
     if as_json {
         return output::json(&values);
     }
     output::line("")?;
-    show_laws(&laws)?;
-    output::line("")?;
-    show_targets(&targets)
-}
-
-fn refresh(path: &Path, tables: &Tables<'_>) -> Result<(), Failure> {
-    let failed = |reason: String| Failure::Usage(format!("{}: {reason}", path.display()));
-    let document = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
-    let document = accuracy::refresh(&document, &tables.all()).map_err(failed)?;
-    std::fs::write(path, document).map_err(|error| failed(error.to_string()))
+    show_laws(&laws)
 }
 
 fn measured_cases(as_json: bool) -> Result<Vec<Measurement>, Failure> {
-    let counted = cost::count(Probe::Cases)?;
     let mut measurements = Vec::new();
     if !as_json {
         output::line(&row([
             "case",
             "scheme",
             "ns a tick",
-            "instructions",
             "position m",
             "force N",
             "events s",
@@ -94,14 +50,12 @@ fn measured_cases(as_json: bool) -> Result<Vec<Measurement>, Failure> {
         ]
         .map(str::to_owned)))?;
     }
-    let schemes = accuracy::schemes().len();
     let cases = cases::all();
     let bar = progress::steps(cases.len());
-    for (index, case) in cases.into_iter().enumerate() {
+    for case in cases {
         bar.set_message(case.name.clone());
-        let counted = counted.as_ref().and_then(|totals| totals.chunks(schemes).nth(index));
         let measured =
-            accuracy::measure(&case, counted).map_err(|error| Failure::Usage(format!("{}: {error}", case.name)))?;
+            accuracy::measure(&case, None).map_err(|error| Failure::Usage(format!("{}: {error}", case.name)))?;
         bar.inc(1);
         for measurement in &measured {
             if !as_json {
@@ -114,36 +68,11 @@ fn measured_cases(as_json: bool) -> Result<Vec<Measurement>, Failure> {
     Ok(measurements)
 }
 
-fn measured_laws(counted: Option<&[u64]>) -> Result<Vec<LawMeasurement>, Failure> {
+fn measured_laws() -> Result<Vec<LawMeasurement>, Failure> {
     let bar = progress::busy("laws under hands");
-    let measured = accuracy::measure_laws(Extent::REPORT, counted, |law| bar.set_message(law.to_owned()));
+    let measured = accuracy::measure_laws(Extent::REPORT, None, |law| bar.set_message(law.to_owned()));
     bar.finish_and_clear();
     measured.map_err(|error| Failure::Usage(error.to_string()))
-}
-
-fn measured_scenes() -> Result<Vec<SceneCost>, Failure> {
-    let bar = progress::busy("measuring scenes");
-    let counted = cost::count(Probe::Scenes)?;
-    let scenes = haptic_lab::cost::measure(counted.as_deref());
-    bar.finish_and_clear();
-    scenes.map_err(|error| Failure::Usage(error.to_string()))
-}
-
-fn karnopp_instructions(scenes: &[SceneCost]) -> Option<f64> {
-    scenes
-        .iter()
-        .find(|scene| scene.scene == "Karnopp behind a block")?
-        .instructions
-}
-
-fn measured_targets(laws: &[LawMeasurement], karnopp_instructions: Option<f64>) -> Result<Vec<Target>, Failure> {
-    let bar = progress::busy("measuring what the exact scheme is held to");
-    let targets = accuracy::targets().and_then(|mut targets| {
-        targets.extend(accuracy::curve_targets(laws, karnopp_instructions)?);
-        Ok(targets)
-    });
-    bar.finish_and_clear();
-    targets.map_err(|error| Failure::Usage(error.to_string()))
 }
 
 fn show_laws(laws: &[LawMeasurement]) -> Result<(), Failure> {
@@ -161,7 +90,6 @@ fn show_laws(laws: &[LawMeasurement]) -> Result<(), Failure> {
         "changes",
         "median ns",
         "dearest ns",
-        "instructions",
     ];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     rows.extend(laws.iter().map(|one| {
@@ -187,7 +115,6 @@ fn show_laws(laws: &[LawMeasurement]) -> Result<(), Failure> {
                 .to_owned(),
             number(one.cost.map(|cost| cost.median_ns)),
             number(one.cost.map(|cost| cost.dearest_ns)),
-            number(one.instructions),
         ]
     }));
     output::line(&output::table(&rows))
@@ -212,50 +139,15 @@ fn law_value(one: &LawMeasurement) -> Value {
         "reference_error_N": e.uncertainty_n,
         "tick_ns_median": one.cost.map(|cost| cost.median_ns),
         "tick_ns_dearest": one.cost.map(|cost| cost.dearest_ns),
-        "tick_instructions": one.instructions,
     })
 }
 
-fn show_targets(targets: &[Target]) -> Result<(), Failure> {
-    let mut rows = vec![
-        ["target of the exact scheme", "to be", "measured", ""]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
-    rows.extend(targets.iter().map(|target| {
-        vec![
-            target.what.to_owned(),
-            target.target.to_owned(),
-            target.measured.clone(),
-            if target.met { String::new() } else { "MISSED".to_owned() },
-        ]
-    }));
-    output::line(&output::table(&rows))
-}
-
-fn target_values(targets: &[Target]) -> Value {
-    targets
-        .iter()
-        .map(|target| {
-            json!({
-                "what": target.what,
-                "target": target.target,
-                "measured": target.measured,
-                "met": target.met,
-            })
-        })
-        .collect()
-}
-
-fn cells(measurement: &Measurement) -> [String; 8] {
+fn cells(measurement: &Measurement) -> [String; 7] {
     let error = &measurement.error;
     [
         measurement.case.clone(),
         measurement.scheme.to_string(),
         format!("{:.1}", measurement.cost.median_ns),
-        measurement
-            .instructions
-            .map_or_else(|| "-".to_owned(), |count| format!("{count:.0}")),
         if measurement.blew_up {
             "blew up".to_owned()
         } else {
@@ -267,8 +159,8 @@ fn cells(measurement: &Measurement) -> [String; 8] {
     ]
 }
 
-fn row([case, scheme, cost, instructions, position, force, events, energy]: [String; 8]) -> String {
-    format!("{case:36} {scheme:12} {cost:>10} {instructions:>12} {position:>11} {force:>9} {events:>9} {energy:>9}")
+fn row([case, scheme, cost, position, force, events, energy]: [String; 7]) -> String {
+    format!("{case:36} {scheme:12} {cost:>10} {position:>11} {force:>9} {events:>9} {energy:>9}")
 }
 
 fn value(measurement: &Measurement) -> Value {
@@ -277,7 +169,6 @@ fn value(measurement: &Measurement) -> Value {
         "case": measurement.case,
         "scheme": measurement.scheme.to_string(),
         "tick_ns_median": measurement.cost.median_ns,
-        "tick_instructions": measurement.instructions,
         "position_error_m": error.position_m,
         "force_error_N": error.force_n,
         "relative_force_error": error.relative_force,

@@ -2,7 +2,6 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::scene::offline;
 use crate::{complete, output, units};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
@@ -21,17 +20,6 @@ pub(crate) struct Arguments {
     /// Which stiffness, or which static force, gives this frequency, as in 30Hz
     #[arg(long, value_name = "FREQUENCY", value_parser = |text: &str| units::value_in("frequency", text, "1/s"), requires = "at_speed", allow_hyphen_values = true)]
     pub(crate) for_frequency: Option<f64>,
-}
-
-impl Arguments {
-    /// What the daemon is asked for: nothing, where the scene is known without it.
-    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
-        match (&self.scene, self.at_speed) {
-            (_, None) => Ok(vec![Request::Advise {}]),
-            (None, Some(_)) => Ok(vec![Request::get()]),
-            (Some(scene), Some(_)) => offline::requests(scene),
-        }
-    }
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {

@@ -3,7 +3,6 @@
 use crate::command_line::Command;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::fields::Schema;
 use crate::output;
 use crate::stop;
 use haptic_ipc::socket_path::{Environment, NamedSocket};
@@ -110,11 +109,6 @@ fn request(command: &Command) -> Option<Request> {
         Command::Stop => Some(Request::Stop {}),
         _ => None,
     }
-}
-
-/// What stands in the JSON that is printed.
-pub(crate) fn schema(command: &Command) -> Option<Schema> {
-    request(command).as_ref().map(Schema::of_each_rig)
 }
 
 async fn status_of(socket: &Path) -> Result<Status, Failure> {

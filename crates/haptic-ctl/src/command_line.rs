@@ -2,12 +2,10 @@
 
 use crate::change::ChangeArguments;
 use crate::failure::Failure;
-use crate::fields::{Fields, Schema};
 use crate::rig_name::rig_name;
 use crate::{
-    accuracy, advise, commission, compare, completions, cost, devices, doctor, drive, events, examples, get, identify,
-    lease, log, man, raw, record, recording, reload, replay, scene, schedule, set, simulate, study, surface, top, undo,
-    wait,
+    accuracy, advise, commission, compare, completions, devices, drive, events, examples, get, identify, lease, log,
+    man, raw, record, recording, reload, replay, scene, schedule, set, simulate, study, surface, undo, wait,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;
@@ -15,7 +13,7 @@ use std::path::PathBuf;
 
 /// Controls a running hapticd: shows and changes how the rig feels.
 #[derive(Debug, Parser)]
-#[command(name = "haptic-ctl", version, max_term_width = 110, after_help = EXIT_CODES)]
+#[command(name = "haptic-ctl", version, max_term_width = 110, after_long_help = EXIT_CODES, disable_help_subcommand = true)]
 pub(crate) struct Arguments {
     /// Control socket of the daemon [default: $HAPTICD_SOCKET, else the first that exists of
     /// hapticd/control.sock in the user's runtime directory, in ~/.local/state and in /run]
@@ -31,19 +29,14 @@ pub(crate) struct Arguments {
     #[arg(long, conflicts_with = "rig_name")]
     pub(crate) all: bool,
 
-    /// Print JSON, with the field names of the control protocol; or only some fields of it, as in
-    /// --json=state,device.description
-    #[arg(long, global = true, value_name = "FIELDS", require_equals = true, help_heading = GLOBAL)]
-    pub(crate) json: Option<Option<Fields>>,
+    /// Print JSON, with the field names of the control protocol
+    #[arg(long, global = true, help_heading = GLOBAL)]
+    pub(crate) json: bool,
 
     /// Print only what was asked for, and errors: no advice, no progress, no heading, no word of an
     /// action that was done
     #[arg(long, short, global = true, help_heading = GLOBAL)]
     pub(crate) quiet: bool,
-
-    /// Print the requests to the daemon instead of sending them
-    #[arg(long, global = true, help_heading = GLOBAL)]
-    pub(crate) print_request: bool,
 
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -67,11 +60,11 @@ pub(crate) enum Command {
     Status,
     /// Show the rig live, with keys to stop, engage and release it
     Top,
-    /// Show the scene's law and its parameters: symbols, units, ranges, and what each makes the hand feel
+    /// Show the parameters of the scene: units, ranges, what each feels like
     Describe,
     /// Show the active scene, or another
     Get(get::Arguments),
-    /// Set parameters: all of them or none, between two ticks
+    /// Set parameters, all in one tick or none
     #[command(after_help = set::parameter_help())]
     Set(set::Arguments),
     /// Undo the newest change, of any client
@@ -81,93 +74,96 @@ pub(crate) enum Command {
     /// List, load, save, compare and show whole scenes
     #[command(subcommand)]
     Scene(scene::Command),
-    /// Change the scene in ticks to come: a list of changes from a file, all of them or none
+    /// Change the scene at given ticks, by a list in a file
     #[command(after_help = schedule::HELP)]
     Schedule(schedule::Arguments),
-    /// Show who changed what, and when, since the daemon began; `events` shows what is still to come
+    /// Show who changed what, and when, since the daemon started
     Log(log::Arguments),
     /// Ramp the force up
     Engage(drive::EngageArguments),
     /// Ramp the force down
     Release(drive::WaitArguments),
-    /// Set zero force at once, of every rig in reach or of one that is named; exits 0 only when all
-    /// have confirmed it
+    /// Set zero force at once on every rig, or on the one that is named
+    ///
+    /// Exits with 0 only when every rig has confirmed zero force.
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,
-    /// Read the limits in the daemon's configuration again, and look through the library, while force flows on
+    /// Reload the limits from the configuration; force flows on
+    ///
+    /// Also looks for changes in the library of scenes.
     #[command(after_help = reload::HELP)]
     Reload,
-    /// Commission the rig: find the direction of its motor, its range and its friction by small
-    /// pulses, and store them. A rig engages only after that
+    /// Find and store the rig's direction, range and friction by small pulses
+    ///
+    /// A rig engages only after that.
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
-    /// Identify mass and friction from a record of motion and force, of what the rig moves, or of the rig itself
+    /// Identify mass and friction from a record, or from the rig itself
     Identify(Box<identify::Arguments>),
     /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
     Wait(wait::Arguments),
-    /// Run a command; release the rig if the command fails, or if haptic-ctl dies or hangs
+    /// Run a command; release the rig if it fails or haptic-ctl dies
     #[command(after_help = lease::HELP)]
     Lease(lease::Arguments),
-    /// Show what happens, live, until interrupted: states, the journal, samples, timing; with --json one
-    /// object a line
+    /// Show states, journal, samples or timing live, until interrupted
+    ///
+    /// With --json one object a line.
     #[command(after_help = events::HELP)]
     Events(events::Arguments),
-    /// Record every tick to a file, with what happens meanwhile, until interrupted
+    /// Record every tick and event to a file, until interrupted
     #[command(after_help = record::HELP)]
     Record(record::Arguments),
-    /// Show, repair, convert and cut recordings; works without a daemon
+    /// Show, repair, convert and cut recordings; needs no daemon
     #[command(subcommand)]
     Recording(recording::Command),
-    /// Compute a recording's forces again, offline, and compare them to the last bit; or render its
-    /// motion with another scene
+    /// Recompute a recording's forces and compare them bit by bit
+    ///
+    /// Or render its motion with another scene. Needs no daemon.
     #[command(after_help = replay::HELP)]
     Replay(replay::Arguments),
     /// Show how well the loop keeps time
     Timing,
-    /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
-    /// each; or reckon the stick-slip of a scene at a speed
+    /// Check the scene against the rig: stability, passivity, chatter
+    ///
+    /// Each broken bound comes with a fix. Or compute the stick-slip of a scene at a speed.
     Advise(advise::Arguments),
-    /// List the devices that are plugged in, their addresses, and problems that keep one from use;
-    /// works without a daemon
+    /// List the devices that are plugged in; needs no daemon
+    ///
+    /// With their addresses, and the problems that keep one from use.
     Devices(devices::Arguments),
-    /// Check everything between you and the rig, with a fix for each problem; works without a
-    /// daemon
+    /// Check everything between you and the rig, with a fix for each problem
+    ///
+    /// Needs no daemon.
     Doctor,
     /// Send raw lines of the control protocol, and print the answers
     Raw(raw::Arguments),
-    /// Render a scene along a recorded motion, offline, with the code of the daemon
+    /// Render a scene along a recorded motion, with the daemon's code
     Simulate(simulate::Arguments),
-    /// Measure the cost and the error of each scheme, offline, on easy and hard scenes
+    /// Measure cost and error of each scheme, on easy and hard scenes
     Accuracy(accuracy::Arguments),
-    /// Measure the cost of a tick of each kind of scene, offline: instructions, bytes of state,
-    /// nanoseconds
-    Cost,
-    /// Compare the recording of a rendered surface with the record of the real one
+    /// Compare a recording of a rendered surface with a record of the real one
     #[command(after_help = compare::HELP)]
     Compare(compare::Arguments),
-    /// Record a simulated surface as a lab records a real one, offline: strokes at 0.5 to 3 Hz and slow
-    /// ramps, a force sensor's noise, an encoder's steps
+    /// Simulate a lab's record of a surface
+    ///
+    /// Strokes at 0.5 to 3 Hz and slow ramps, with a force sensor's noise and an encoder's steps.
     Surface(surface::Arguments),
-    /// Run studies (the targeting task and the perception tests) and analyse them; works without a daemon
+    /// Run and analyse studies: targeting and perception
     #[command(subcommand)]
     Study(study::Command),
     /// Print the completion script of a shell
     Completions { shell: completions::Shell },
     /// Write the manual pages
+    #[command(hide = true)]
     Man(man::Arguments),
-    /// The code that callgrind counts
-    #[command(hide = true, name = cost::PROBE)]
-    Probe { probe: haptic_lab::cost::Probe },
 }
 
 impl Command {
-    /// The requests of the subcommand, in order; none where it works offline.
-    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
-        Ok(vec![match self {
-            Self::Status => Request::Status {},
-            Self::Top => return Ok(top::requests()),
+    /// The request of the subcommand, or the first of several. None of those that work offline gets here.
+    pub(crate) fn request(&self) -> Result<Request, Failure> {
+        Ok(match self {
             Self::Describe => Request::Describe {},
             Self::Get(get) => get.request()?,
             Self::Set(set) => set.request()?,
@@ -181,56 +177,11 @@ impl Command {
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
             Self::Reload => Request::Reload {},
-            Self::Commission(_) => return Ok(commission::Arguments::requests()),
-            Self::Identify(identify) => return Ok(identify.requests()),
-            Self::Wait(wait) => return Ok(wait.requests()),
             Self::Lease(lease) => lease.request()?,
-            Self::Events(events) => return events.requests(),
-            Self::Record(record) => return record.requests(),
-            Self::Replay(replay) => return replay.requests(),
-            Self::Simulate(simulate) => return simulate.requests(),
-            Self::Surface(surface) => return surface.requests(),
-            Self::Timing => Request::Timing {},
-            Self::Advise(advise) => return advise.requests(),
+            Self::Events(events) => events.subscription()?,
+            Self::Record(record) => record.request()?,
             Self::Devices(devices) => devices.request(),
-            Self::Doctor => return Ok(doctor::requests()),
-            Self::Raw(_)
-            | Self::Recording(_)
-            | Self::Accuracy(_)
-            | Self::Cost
-            | Self::Compare(_)
-            | Self::Study(_)
-            | Self::Completions { .. }
-            | Self::Man(_)
-            | Self::Probe { .. } => return Ok(Vec::new()),
-        }])
-    }
-
-    /// What stands in the JSON that is printed, where the protocol says it.
-    pub(crate) fn schema(&self) -> Option<Schema> {
-        Some(match self {
-            Self::Events(_) => events::Arguments::schema(),
-            Self::Log(_) => Schema::of_types(&["JournalEntry"], &[]),
-            Self::Get(get) if get.is_one_value() => return None,
-            Self::Advise(advise) if advise.at_speed.is_some() => return None,
-            Self::Scene(scene::Command::Show(_)) => Schema::of_types(&["Scene"], &[]),
-            Self::Status
-            | Self::Describe
-            | Self::Get(_)
-            | Self::Set(_)
-            | Self::Undo(_)
-            | Self::Redo(_)
-            | Self::Scene(_)
-            | Self::Engage(_)
-            | Self::Release(_)
-            | Self::Stop
-            | Self::Reset
-            | Self::Reload
-            | Self::Timing
-            | Self::Advise(_)
-            | Self::Devices(_) => Schema::of_answer_to(self.requests().ok()?.first()?),
-            Self::Schedule(_) => Schema::of_types(&["ScheduleReply", "ScheduleCancelReply", "JournalEntry"], &[]),
-            _ => return None,
+            _ => Request::Status {},
         })
     }
 
@@ -240,8 +191,30 @@ impl Command {
     }
 }
 
-/// The command line, with its help.
+/// The command line, with its help. That of a subcommand does not repeat the options that all have, nor does the short
+/// one.
 pub(crate) fn command_line() -> clap::Command {
+    fn is_common(option: &clap::Arg) -> bool {
+        option.get_help_heading() == Some(GLOBAL)
+    }
+    fn without_common_options(command: clap::Command) -> clap::Command {
+        let command = command.mut_args(|option| {
+            let hide = option.is_hide_set() || is_common(&option);
+            option.hide(hide)
+        });
+        command.mut_subcommands(without_common_options)
+    }
+    let mut command = complete_command_line();
+    // Hands the options to the subcommands.
+    command.build();
+    command.mut_subcommands(without_common_options).mut_args(|option| {
+        let hide = is_common(&option) || ["rig_name", "all"].contains(&option.get_id().as_str());
+        option.hide_short_help(hide)
+    })
+}
+
+/// The same with every option in every place, for what completes them.
+pub(crate) fn complete_command_line() -> clap::Command {
     examples::add(Arguments::command())
 }
 

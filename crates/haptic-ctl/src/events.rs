@@ -2,10 +2,9 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::fields::Schema;
 use crate::{log, output, sample_table};
 use clap::ValueEnum;
-use haptic_ipc::{Event, LogReply, Request, SAMPLE_COLUMNS, SamplesEvent, StateEvent, SubscribeReply};
+use haptic_ipc::{Event, LogReply, Request, SamplesEvent, StateEvent, SubscribeReply};
 use serde_json::{Value, json};
 
 /// For the help text.
@@ -14,7 +13,7 @@ Examples:
   haptic-ctl events                          changes of state and entries of the journal
   haptic-ctl events log --past 20            the newest 20 entries, and those that come
   haptic-ctl events samples --rate 100       a table of samples
-  haptic-ctl events samples --rate all --json=tick,t_s,command_force_N | head
+  haptic-ctl events samples --rate all --json | head
 
 With --json each line is an object whose `event` is state, servo, timing, samples or log. A line of samples is one \
 sample by the names of its columns; `dropped` in it counts the samples that were lost before it.";
@@ -71,8 +70,8 @@ impl std::str::FromStr for Rate {
 }
 
 impl Arguments {
-    /// The subscription, and then the question for past entries.
-    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
+    /// What it subscribes to.
+    pub(crate) fn subscription(&self) -> Result<Request, Failure> {
         let mut topics = self.topics.clone();
         if topics.is_empty() {
             topics.extend([Topic::State, Topic::Log]);
@@ -84,27 +83,14 @@ impl Arguments {
                 self.past, self.past
             )));
         }
-        let mut requests = vec![Request::Subscribe {
+        Ok(Request::Subscribe {
             topics: topics.into_iter().map(Topic::of_protocol).collect(),
             rate_hz: match self.rate {
                 Rate::Hz(rate) if has_samples => Some(rate),
                 _ => None,
             },
             batch_ms: None,
-        }];
-        if self.past > 0 {
-            requests.push(Request::Log {
-                after: None,
-                limit: Some(self.past),
-            });
-        }
-        Ok(requests)
-    }
-
-    /// What stands in a line of JSON.
-    pub(crate) fn schema() -> Schema {
-        let types = ["StateEvent", "ServoEvent", "Timing", "JournalEntry"];
-        Schema::of_types(&types, &[&["event", "dropped"], SAMPLE_COLUMNS].concat())
+        })
     }
 }
 
@@ -120,11 +106,8 @@ impl Topic {
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
-    let mut requests = arguments.requests()?.into_iter();
     // Subscribed first: nothing falls between what was and what comes.
-    if let Some(subscribe) = requests.next() {
-        let _: SubscribeReply = daemon.ask(subscribe).await?;
-    }
+    let _: SubscribeReply = daemon.ask(arguments.subscription()?).await?;
     let mut printer = Printer {
         json,
         left: arguments.count.unwrap_or(u64::MAX),
@@ -134,8 +117,12 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     if !json && arguments.topics.contains(&Topic::Samples) {
         output::unless_quiet(&sample_table::header())?;
     }
-    for log in requests {
-        let reply: LogReply = daemon.ask(log).await?;
+    if arguments.past > 0 {
+        let past = Request::Log {
+            after: None,
+            limit: Some(arguments.past),
+        };
+        let reply: LogReply = daemon.ask(past).await?;
         for entry in reply.entries {
             printer.print(&Event::Log(Box::new(entry)))?;
         }

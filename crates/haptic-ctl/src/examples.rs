@@ -4,14 +4,7 @@ use clap::Command;
 
 /// Subcommands, and what one could type. Those that are not here have examples among their other help.
 const EXAMPLES: &[(&str, &[&str])] = &[
-    (
-        "status",
-        &[
-            "haptic-ctl status",
-            "haptic-ctl status --json=state,device.description",
-            "haptic-ctl --all status",
-        ],
-    ),
+    ("status", &["haptic-ctl status --json", "haptic-ctl --all status"]),
     ("top", &["haptic-ctl top"]),
     ("describe", &["haptic-ctl describe"]),
     ("get", &["haptic-ctl get", "haptic-ctl get mass", "haptic-ctl get @3"]),
@@ -89,10 +82,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
             "haptic-ctl replay rig.mcap --set Fs=6 --out felt.csv",
         ],
     ),
-    (
-        "timing",
-        &["haptic-ctl timing", "haptic-ctl timing --json=last_10_s.overruns"],
-    ),
+    ("timing", &["haptic-ctl timing"]),
     (
         "advise",
         &[
@@ -111,7 +101,6 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &["haptic-ctl simulate lugre --motion hand.csv --out felt.csv"],
     ),
     ("accuracy", &["haptic-ctl accuracy"]),
-    ("cost", &["haptic-ctl cost"]),
     ("compare", &["haptic-ctl compare real.csv rig.mcap --plot both.svg"]),
     ("surface", &["haptic-ctl surface aluminium-on-teflon --out real.csv"]),
     (
@@ -138,8 +127,6 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     ("study resume", &["haptic-ctl study resume study"]),
     ("study plan", &["haptic-ctl study plan fitts"]),
-    ("study operator", &["haptic-ctl study operator"]),
-    ("study sensitivity", &["haptic-ctl study sensitivity fitts"]),
     ("completions", &["haptic-ctl completions bash"]),
     ("man", &["haptic-ctl man ~/.local/share/man/man1"]),
 ];
@@ -161,6 +148,7 @@ fn add_to(command: Command, path: &[&str], examples: &[&str]) -> Command {
     if let Some(before) = command.get_after_help() {
         help = format!("{before}\n\n{help}");
     }
+    help.push_str("\n\nOptions of every subcommand: haptic-ctl --help");
     command.after_help(help)
 }
 

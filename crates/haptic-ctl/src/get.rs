@@ -27,11 +27,6 @@ impl Arguments {
         Ok(Request::Get { scene })
     }
 
-    /// Whether the value of a parameter is asked for, and not a scene.
-    pub(crate) fn is_one_value(&self) -> bool {
-        self.parameter().is_some()
-    }
-
     /// The parameter that is asked for.
     fn parameter(&self) -> Option<ParameterKey> {
         self.scene.as_ref()?.parse().ok()

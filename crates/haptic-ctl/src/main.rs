@@ -13,7 +13,6 @@ mod complete;
 mod completions;
 mod condition;
 mod console;
-mod cost;
 mod daemon;
 mod describe;
 mod devices;
@@ -23,7 +22,6 @@ mod duration;
 mod events;
 mod examples;
 mod failure;
-mod fields;
 mod get;
 mod identify;
 mod known_advice;
@@ -62,12 +60,12 @@ use clap::FromArgMatches;
 use command_line::{Arguments, Command, command_line};
 use daemon::Daemon;
 use failure::Failure;
-use haptic_ipc::{Envelope, RigState};
+use haptic_ipc::RigState;
 use std::process::ExitCode;
 use stop::NamedRig;
 
 fn main() -> ExitCode {
-    clap_complete::CompleteEnv::with_factory(command_line).complete();
+    clap_complete::CompleteEnv::with_factory(command_line::complete_command_line).complete();
     let words = words::in_order(std::env::args_os().collect());
     let parsed = command_line()
         .try_get_matches_from(&words)
@@ -83,13 +81,8 @@ fn main() -> ExitCode {
         }
         Err(error) => return usage::end(error, &command_line()),
     };
-    let json = arguments.json.is_some();
-    if arguments.print_request {
-        return ended(print_requests(&arguments.command), json);
-    }
-    if let Err(failure) = choose_output(&arguments) {
-        return failure.report(json);
-    }
+    let json = arguments.json;
+    output::choose(arguments.quiet);
     let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
         Ok(runtime) => runtime,
         Err(error) => return Failure::from(error).report(json),
@@ -108,28 +101,6 @@ fn main() -> ExitCode {
     ended(result, json)
 }
 
-/// Says to all output what is wanted of it.
-///
-/// # Errors
-/// A field is wanted that is never printed.
-fn choose_output(arguments: &Arguments) -> Result<(), Failure> {
-    let fields = arguments.json.clone().flatten();
-    let schema = match &fields {
-        Some(_) if arguments.all => all::schema(&arguments.command),
-        Some(_) => arguments.command.schema(),
-        None => None,
-    };
-    if let (Some(fields), Some(schema)) = (&fields, &schema) {
-        fields.check(schema)?;
-    }
-    output::choose(output::Choice {
-        fields,
-        schema,
-        quiet: arguments.quiet,
-    });
-    Ok(())
-}
-
 fn ended(result: Result<(), Failure>, json: bool) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -137,22 +108,8 @@ fn ended(result: Result<(), Failure>, json: bool) -> ExitCode {
     }
 }
 
-fn print_requests(command: &Command) -> Result<(), Failure> {
-    if let Command::Raw(raw) = command {
-        return raw::print_requests(raw);
-    }
-    let requests = command.requests()?;
-    if requests.is_empty() {
-        return Err(Failure::Usage("this subcommand sends the daemon no request".to_owned()));
-    }
-    for (id, request) in (1..).zip(requests) {
-        output::json(&Envelope { id, request })?;
-    }
-    Ok(())
-}
-
 async fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (json, command) = (arguments.json.is_some(), &arguments.command);
+    let (json, command) = (arguments.json, &arguments.command);
     if arguments.all {
         return all::run(command, arguments.socket.as_deref(), json).await;
     }
@@ -174,21 +131,18 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
                 return stick_slip::run(socket, arguments, speed, json).await;
             }
         }
-        Command::Cost => return cost::run(json),
         Command::Compare(compare) => return compare::run(compare, json),
         Command::Surface(surface) => return surface::run(socket, surface, json).await,
         Command::Study(study) => return study::run(study, json).await,
         Command::Completions { shell } => return completions::run(*shell),
         Command::Man(man) => return man::run(man, command_line()),
-        Command::Probe { probe } => return cost::run_probe(*probe),
         _ => {}
     }
     if let Command::Raw(raw) = command {
         return raw::run(named.one_path()?.as_deref(), raw).await;
     }
     // A wrong command line is refused before the daemon is asked.
-    let mut requests = command.requests()?;
-    let request = requests.remove(0);
+    let request = command.request()?;
     if let Command::Stop = command {
         return stop::run(&named, json).await;
     }

@@ -1,7 +1,6 @@
 //! Writing to standard output. A reader that goes away is an error to pass on, not a panic.
 
 use crate::failure::Failure;
-use crate::fields::{Fields, Schema};
 use haptic_core::Directional;
 use haptic_ipc::quantity::{self, readable};
 use rustix::termios::tcgetwinsize;
@@ -9,27 +8,17 @@ use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::sync::OnceLock;
 
-/// What the command line says of everything that is printed.
-#[derive(Debug, Default)]
-pub(crate) struct Choice {
-    /// The fields of JSON; none are all.
-    pub(crate) fields: Option<Fields>,
-    /// What may stand in the JSON, where that is known.
-    pub(crate) schema: Option<Schema>,
-    /// Nothing is printed but what was asked for.
-    pub(crate) quiet: bool,
-}
-
-static CHOICE: OnceLock<Choice> = OnceLock::new();
+/// Whether nothing is printed but what was asked for.
+static IS_QUIET: OnceLock<bool> = OnceLock::new();
 
 /// Takes what the command line says, once.
-pub(crate) fn choose(choice: Choice) {
-    CHOICE.get_or_init(|| choice);
+pub(crate) fn choose(quiet: bool) {
+    IS_QUIET.get_or_init(|| quiet);
 }
 
 /// Whether nothing is printed but what was asked for.
 pub(crate) fn is_quiet() -> bool {
-    CHOICE.get().is_some_and(|choice| choice.quiet)
+    IS_QUIET.get().is_some_and(|quiet| *quiet)
 }
 
 /// Writes what nobody asked for, in a line: that an action was done, advice, a heading. Not with --quiet.
@@ -103,25 +92,14 @@ pub(crate) fn count(number: u64, what: &str) -> String {
     format!("{number} {what}{plural}")
 }
 
-/// Writes a value as one line of JSON, or the fields of it that are wanted.
+/// Writes a value as one line of JSON.
 pub(crate) fn json<T: Serialize>(value: &T) -> Result<(), Failure> {
     line(&json_text(value)?)
 }
 
 /// The same as a text.
 pub(crate) fn json_text<T: Serialize>(value: &T) -> Result<String, Failure> {
-    let text = match CHOICE.get() {
-        Some(Choice {
-            fields: Some(fields),
-            schema,
-            ..
-        }) => {
-            let value = serde_json::to_value(value).map_err(std::io::Error::other)?;
-            fields.of(&value, schema.as_ref())?.to_string()
-        }
-        _ => serde_json::to_string(value).map_err(std::io::Error::other)?,
-    };
-    Ok(text)
+    Ok(serde_json::to_string(value).map_err(std::io::Error::other)?)
 }
 
 /// A computed number with as many digits as people read: four, or all of a whole number.

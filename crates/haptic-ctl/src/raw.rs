@@ -53,21 +53,6 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments) -> Result<
     }
 }
 
-/// The lines that would be sent.
-pub(crate) fn print_requests(arguments: &Arguments) -> Result<(), Failure> {
-    let mut next_id = 1;
-    let mut print = |line: &str| match line.trim() {
-        "" => Ok(()),
-        line => output::line(&with_id(line, &mut next_id)),
-    };
-    if arguments.lines.is_empty() {
-        for line in std::io::stdin().lines() {
-            print(&line?)?;
-        }
-    }
-    arguments.lines.iter().try_for_each(|line| print(line))
-}
-
 struct Conversation {
     lines: Lines<BufReader<OwnedReadHalf>>,
     /// The exit code: that of the first refusal.

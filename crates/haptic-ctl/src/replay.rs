@@ -9,7 +9,7 @@ use crate::{complete, output, progress, set};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::Scheme;
-use haptic_ipc::{Request, WireError};
+use haptic_ipc::WireError;
 use haptic_lab::replay::{self, Alternative, LargestDifference, Report, Summary, Tally, WhatIf, WhatIfRow};
 use haptic_recording::{Ending, Metadata, Reader};
 use serde_json::{Value, json};
@@ -53,11 +53,6 @@ pub(crate) struct Arguments {
 impl Arguments {
     fn is_what_if(&self) -> bool {
         self.scene.is_some() || !self.set.is_empty() || self.scheme.is_some()
-    }
-
-    /// The request for a scene that only the daemon has.
-    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
-        self.scene.as_deref().map_or(Ok(Vec::new()), offline::requests)
     }
 }
 

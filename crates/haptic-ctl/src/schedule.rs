@@ -18,9 +18,9 @@ pub(crate) const HELP: &str = r#"The file is JSON: a list of changes in the orde
   [{"at_tick":5000,"params":{"Fs":5}},
    {"at_tick":5500,"params":{"Fs":{"plus":0.5}},"ramp_ms":50},
    {"at_tick":6000,"scene":"viscous-drag"}]
-or an object with that list as `changes`, and `name`, `keep`, `if_revision`, `dry_run` and `anyway` as the control
-protocol has them (docs/control.md). All of the changes are accepted or none. haptic-ctl waits until the last is
-rendered; an interrupt takes back those that wait."#;
+or an object with that list as `changes`, and the fields of `schedule` in docs/control.md.
+All of the changes are accepted or none. haptic-ctl waits until the last one is rendered;
+an interrupt cancels those that wait."#;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Take back what waits of a schedule and of those after it
+    /// Cancel a schedule and those after it
     Cancel {
         /// Name of the schedule [default: all]
         name: Option<String>,
@@ -166,9 +166,7 @@ pub(crate) async fn until_rendered(daemon: &mut Daemon, last_revision: u64, json
 }
 
 fn taken_back(entry: JournalEntry) -> Failure {
-    let message = entry
-        .message
-        .unwrap_or_else(|| "the schedule was taken back".to_owned());
+    let message = entry.message.unwrap_or_else(|| "the schedule was cancelled".to_owned());
     ClientError::Refused(WireError::new(ErrorCode::NoSuchSchedule, message)).into()
 }
 

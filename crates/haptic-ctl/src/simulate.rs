@@ -7,7 +7,6 @@ use crate::{complete, output, progress, table_options};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::{Scene, SceneError, Scheme};
-use haptic_ipc::Request;
 use haptic_lab::motion::{self, MotionError, MotionReader};
 use haptic_lab::simulate::{self, Cost, CostMeter, Row, Simulator, Start};
 use serde_json::json;
@@ -48,13 +47,6 @@ pub(crate) struct Arguments {
 
     #[command(flatten)]
     table: table_options::Arguments,
-}
-
-impl Arguments {
-    /// The request for a scene that only the daemon has.
-    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
-        offline::requests(&self.scene)
-    }
 }
 
 pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: bool) -> Result<(), Failure> {

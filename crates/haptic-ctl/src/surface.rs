@@ -6,7 +6,6 @@ use crate::table_file::{self, TableFile};
 use crate::{complete, output, progress};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
-use haptic_ipc::Request;
 use haptic_lab::identify::study::Sensors;
 use haptic_lab::surface;
 use serde_json::json;
@@ -47,13 +46,6 @@ pub(crate) struct Arguments {
     /// Replace existing files
     #[arg(long)]
     force: bool,
-}
-
-impl Arguments {
-    /// The request for a scene that only the daemon has.
-    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
-        offline::requests(&self.scene)
-    }
 }
 
 pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: bool) -> Result<(), Failure> {

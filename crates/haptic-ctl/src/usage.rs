@@ -24,7 +24,7 @@ pub(crate) fn end(mut error: clap::Error, commands: &Command) -> ExitCode {
 pub(crate) fn wants_json() -> bool {
     std::env::args()
         .take_while(|word| word != "--")
-        .any(|word| word == "--json" || word.starts_with("--json="))
+        .any(|word| word == "--json")
 }
 
 /// Names the subcommand that an unknown one was probably meant to be, where another word for it says so.

@@ -33,16 +33,6 @@ pub(crate) fn help() -> String {
     )
 }
 
-impl Arguments {
-    pub(crate) fn requests(&self) -> Vec<Request> {
-        let mut requests = vec![subscription(&self.until)];
-        if self.until.topics().contains(&Topic::Timing) {
-            requests.push(Request::Timing {});
-        }
-        requests
-    }
-}
-
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
     subscribe(daemon, &arguments.until).await?;
     let began = Instant::now();

@@ -17,7 +17,6 @@ pub mod random;
 mod resume;
 pub mod run;
 pub mod screen;
-pub mod sensitivity;
 pub mod session;
 #[cfg(test)]
 mod small_plans;

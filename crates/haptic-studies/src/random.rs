@@ -15,8 +15,6 @@ pub enum Purpose {
     Order = 1,
     /// Which interval has the comparison.
     Interval = 2,
-    /// What a simulated operator is like.
-    Person = 3,
     /// The noise of a simulated operator.
     Noise = 4,
 }

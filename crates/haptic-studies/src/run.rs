@@ -3,7 +3,7 @@
 //! No subject depends on another, and no trial on where the study was broken off before it: the data are the same
 //! however many threads run it, and however often it was killed.
 
-use super::operator::{self, Constants, OperatorError};
+use super::operator::{self, OperatorError};
 use super::session::{FinishedTrial, News, Row, Session, Task};
 use super::store::{Keeper, RigDescription, StoreError, Study};
 use super::subject::Subject;
@@ -89,14 +89,9 @@ impl Progress {
 /// # Errors
 /// It cannot be stored, or the operator cannot continue. What is done by then is on the disk.
 pub fn run(study: &Study, threads: usize, progress: &Progress) -> Result<(), RunError> {
-    let Some(constants) = study
-        .about()
-        .constants
-        .as_ref()
-        .filter(|_| study.about().operator == Operator::Simulated)
-    else {
+    if study.about().operator != Operator::Simulated {
         return Err(RunError::NeedsPeople);
-    };
+    }
     let subjects: Vec<Subject> = study.subjects().collect();
     let (next, failed) = (AtomicUsize::new(0), Mutex::new(None));
     std::thread::scope(|scope| {
@@ -106,7 +101,7 @@ pub fn run(study: &Study, threads: usize, progress: &Progress) -> Result<(), Run
                     if progress.is_stopped() {
                         return;
                     }
-                    if let Err(error) = run_subject(study, constants, subject, progress) {
+                    if let Err(error) = run_subject(study, subject, progress) {
                         progress.stop();
                         let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
                         failed.get_or_insert(error);
@@ -125,9 +120,8 @@ pub fn run(study: &Study, threads: usize, progress: &Progress) -> Result<(), Run
     Ok(())
 }
 
-fn run_subject(study: &Study, constants: &Constants, subject: &Subject, progress: &Progress) -> Result<(), RunError> {
+fn run_subject(study: &Study, subject: &Subject, progress: &Progress) -> Result<(), RunError> {
     let seed = study.about().seed;
-    let person = operator::person(constants, seed, subject);
     let (mut keeper, mut session) = Keeper::open(study, subject, rig(study))?;
     while !session.is_done() {
         if progress.is_stopped() {
@@ -137,7 +131,7 @@ fn run_subject(study: &Study, constants: &Constants, subject: &Subject, progress
         // beginning, and what is on the disk by then must come out again.
         let mut known = rows_of_segment(&keeper, &session);
         let mut result = Ok(());
-        operator::run_next(&mut session, &person, seed, subject, |finished| {
+        operator::run_next(&mut session, seed, subject, |finished| {
             result = match known.pop_front() {
                 Some(row) => is_again(&row, &finished.row),
                 None => keep(&mut keeper, finished, progress),

@@ -97,17 +97,6 @@ enum Range {
     Skip,
 }
 
-impl Arguments {
-    pub(crate) fn requests() -> Vec<Request> {
-        vec![
-            Request::Lease {
-                timeout_ms: LONGEST_COMMISSION_LEASE_MS,
-            },
-            Request::CommissionBegin {},
-        ]
-    }
-}
-
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
     if arguments.yes && arguments.range == Range::ByHand {
         return Err(Failure::Usage(

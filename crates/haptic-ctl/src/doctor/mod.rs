@@ -15,10 +15,6 @@ use check::{Check, Level};
 use haptic_ipc::{DevicesReply, Request, Status, socket_path};
 use std::path::Path;
 
-pub(crate) fn requests() -> Vec<Request> {
-    vec![Request::Status {}, Request::Devices { probe: None }]
-}
-
 pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure> {
     let path = socket_path::for_client(socket);
     let mut checks = Vec::new();

@@ -50,8 +50,7 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "N", default_value_t = 2, conflicts_with = "file")]
     ramps: u32,
 
-    /// Times that a motion is repeated by itself after the machine or the link did not keep time, where the handle
-    /// lies still in its place; beyond them, and with 0 at once, the person is asked
+    /// Retries after a timing fault while the handle lies still in its place, before you are asked
     #[arg(
         long,
         value_name = "N",

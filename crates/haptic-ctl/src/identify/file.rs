@@ -81,11 +81,11 @@ pub(super) struct Wanted {
 
 /// A record in a file, and how it is read.
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Options of FILE")]
+#[command(next_help_heading = "Options of the table")]
 #[group(id = "of_file")]
 pub(super) struct Arguments {
     /// Record of motion and force: CSV or Parquet of any laboratory, or a recording
-    #[arg(value_name = "FILE", required_unless_present_any = ["run", "rig"], conflicts_with_all = ["run", "rig"])]
+    #[arg(help_heading = "Arguments", value_name = "FILE", required_unless_present_any = ["run", "rig"], conflicts_with_all = ["run", "rig"])]
     file: Option<PathBuf>,
 
     #[command(flatten)]

@@ -11,7 +11,6 @@ mod ticks;
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use haptic_ipc::Request;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -49,13 +48,6 @@ impl Arguments {
     /// Whether no daemon is needed.
     pub(crate) fn is_offline(&self) -> bool {
         self.file.path().is_some()
-    }
-
-    pub(crate) fn requests(&self) -> Vec<Request> {
-        if self.is_offline() {
-            return Vec::new();
-        }
-        session::Session::requests(self.excite.range_m())
     }
 }
 

@@ -57,16 +57,6 @@ pub(super) struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// The requests that begin it.
-    pub(super) fn requests(range_m: Option<f64>) -> Vec<Request> {
-        vec![
-            Request::Lease {
-                timeout_ms: LONGEST_COMMISSION_LEASE_MS,
-            },
-            Request::IdentifyBegin { range_m },
-        ]
-    }
-
     /// Takes the rig alone; from here on the end of the connection ends it.
     pub(super) async fn begin(
         daemon: &'a mut Daemon,

@@ -87,8 +87,8 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// The requests, in order; a wrong command line is refused.
-    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
+    /// What it subscribes to; a wrong command line is refused.
+    pub(crate) fn request(&self) -> Result<Request, Failure> {
         if self.length == Some(Duration::ZERO) {
             return Err(Failure::Usage(
                 "--for = 0 s: a recording of no time holds nothing; give it a longer one, as in 10s".to_owned(),
@@ -98,7 +98,7 @@ impl Arguments {
             Some(format) => check_stream(format)?,
             None => self.check_file()?,
         }
-        Ok(vec![Request::Status {}, self.subscription(), Request::get()])
+        Ok(self.subscription())
     }
 
     /// The format on standard output, where the recording goes there.

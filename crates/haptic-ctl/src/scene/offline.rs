@@ -10,16 +10,6 @@ use haptic_core::scene::SceneFile;
 use haptic_ipc::{BUILT_IN_SCENES, ClientError, Request, SceneRef, SceneReply};
 use std::path::Path;
 
-/// The request for a scene, where only the daemon has it.
-pub(crate) fn requests(text: &str) -> Result<Vec<Request>, Failure> {
-    let scene = match reference::read(text)? {
-        SceneRef::Name(name) if built_in(&name).is_some() => return Ok(Vec::new()),
-        SceneRef::Scene(_) => return Ok(Vec::new()),
-        asked => asked,
-    };
-    Ok(vec![Request::Get { scene: Some(scene) }])
-}
-
 /// Finds a scene: built in, from a file, or of the daemon.
 pub(crate) async fn find(socket: Option<&Path>, text: &str) -> Result<Scene, Failure> {
     let scene = match reference::read(text)? {

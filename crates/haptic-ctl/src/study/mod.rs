@@ -4,7 +4,6 @@ mod analyse;
 mod new;
 mod plan;
 mod run;
-mod sensitivity;
 
 use crate::failure::Failure;
 use clap::{Args, Subcommand};
@@ -22,10 +21,6 @@ pub(crate) enum Command {
     Resume(Resume),
     /// Print a plan, to be changed and run
     Plan(plan::Arguments),
-    /// List the constants of the simulated operator, each with its range and where it comes from
-    Operator,
-    /// Show which constants of the simulated operator turn the result of a study
-    Sensitivity(sensitivity::Arguments),
     /// Show what a study's trials say: the paper's tables and figures, throughput by ISO 9241-411, thresholds
     #[command(after_help = analyse::HELP)]
     Analyse(analyse::Arguments),
@@ -44,8 +39,6 @@ pub(crate) async fn run(command: &Command, as_json: bool) -> Result<(), Failure>
         Command::Run(arguments) => run::run(arguments, as_json).await,
         Command::Resume(resume) => run::resume(&resume.folder, as_json).await,
         Command::Plan(arguments) => plan::run(arguments),
-        Command::Operator => plan::operator(as_json),
-        Command::Sensitivity(arguments) => sensitivity::run(arguments, as_json),
         Command::Analyse(arguments) => analyse::run(arguments, as_json),
     }
 }

@@ -1,12 +1,10 @@
-//! `study plan` and `study operator`: what a study can be made of.
+//! `study plan`: what a study can be made of.
 
 use crate::failure::Failure;
 use crate::output;
 use clap::Args;
 use haptic_ipc::regular_file;
-use haptic_studies::operator::Constants;
 use haptic_studies::plan::{Plan, Task};
-use serde_json::json;
 use std::path::Path;
 
 #[derive(Debug, Args)]
@@ -43,27 +41,4 @@ pub(super) fn panel(task: Task, folder: &Path) -> String {
         Task::Perception => "perception",
     };
     format!("haptic-gui --page {page} --study {}", folder.display())
-}
-
-/// Lists the constants of the simulated operator.
-pub(crate) fn operator(as_json: bool) -> Result<(), Failure> {
-    if as_json {
-        let constants = Constants::ALL.iter().map(|constant| {
-            json!({
-                "name": constant.name,
-                "usual": constant.usual,
-                "low": constant.low,
-                "high": constant.high,
-                "source": constant.source,
-            })
-        });
-        return output::json(&json!({ "constants": constants.collect::<Vec<_>>() }));
-    }
-    for constant in Constants::ALL {
-        output::text(&format!(
-            "{:<24} {:>6}   {} to {}   {}",
-            constant.name, constant.usual, constant.low, constant.high, constant.source
-        ))?;
-    }
-    Ok(())
 }

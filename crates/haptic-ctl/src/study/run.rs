@@ -4,7 +4,6 @@ use super::plan;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::{Args, ValueEnum};
-use haptic_studies::operator::Constants;
 use haptic_studies::run::{self, Progress, RunError};
 use haptic_studies::store::{StoreError, Study, StudyDescription};
 use haptic_studies::trial;
@@ -50,10 +49,6 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Set a constant of the operator, as in --set visual_delay_s=0.2; `haptic-ctl study operator` lists them
-    #[arg(long, value_name = "NAME=VALUE")]
-    set: Vec<String>,
-
     /// Keep the rows alone, and not every tick of each trial: 100 kB a trial
     #[arg(long)]
     no_recordings: bool,
@@ -71,17 +66,8 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
             plan::panel(plan.task(), &arguments.out)
         )));
     }
-    let mut constants = Constants::default();
-    for set in &arguments.set {
-        let wrong = |why: &dyn std::fmt::Display| Failure::Usage(format!("--set {set}: {why}"));
-        let Some((name, value)) = set.split_once('=') else {
-            return Err(wrong(&"expected NAME=VALUE"));
-        };
-        let value: f64 = value.trim().parse().map_err(|error| wrong(&error))?;
-        constants.set(name.trim(), value).map_err(|error| wrong(&error))?;
-    }
     let recordings = !arguments.no_recordings;
-    let about = StudyDescription::simulated(&plan, &text, arguments.seed, arguments.subjects, constants, recordings);
+    let about = StudyDescription::simulated(&plan, &text, arguments.seed, arguments.subjects, recordings);
     let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
     go_on(study, &arguments.out, as_json).await
 }

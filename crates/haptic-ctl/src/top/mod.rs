@@ -30,17 +30,6 @@ use tokio::sync::mpsc;
 /// How often it is asked for what no event reports: the link, the thread, the clients.
 const STATUS_EVERY: Duration = Duration::from_millis(500);
 
-pub(crate) fn requests() -> Vec<Request> {
-    vec![
-        Request::Subscribe {
-            topics: vec![Topic::State, Topic::Timing, Topic::Samples],
-            rate_hz: Some(model::RATE_HZ),
-            batch_ms: Some(40),
-        },
-        Request::Status {},
-    ]
-}
-
 /// What was answered.
 enum Answer {
     Status(Box<Status>),
@@ -55,9 +44,13 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<()
         ));
     }
     let mut signals = Signals::new()?;
-    for request in requests().into_iter().take(1) {
-        let _: SubscribeReply = daemon.ask(request).await?;
-    }
+    let _: SubscribeReply = daemon
+        .ask(Request::Subscribe {
+            topics: vec![Topic::State, Topic::Timing, Topic::Samples],
+            rate_hz: Some(model::RATE_HZ),
+            batch_ms: Some(40),
+        })
+        .await?;
     let mut screen = Screen::start(daemon, socket).await?;
     let ended = screen.follow(daemon, &mut signals).await;
     screen.picture.end().await;

@@ -1,19 +1,15 @@
-//! A simulated operator: a model of a person at the rig, which shows that a study runs and how its analysis reads, and
-//! nothing about people.
+//! A simulated subject: a script that moves the handle by minimum jerk with noise, which shows that a study runs and how
+//! its analysis reads, and nothing about people.
 //!
 //! The rig is the daemon's [servo](haptic_core::servo::Servo) on the fake rig's
-//! [carriage](device_io::fake::Plant), a tick after the other without waiting. The operator is an arm that follows
-//! movements of minimum jerk, with noise, a visual delay and corrections; every constant is in [`Constants`]. A subject
-//! is a draw of these around the usual ones. A segment, or a trial of a perception test, depends on the plan, the seed,
-//! the subject and its own number alone, so that it can be run anywhere, and again.
+//! [carriage](device_io::fake::Plant), a tick after the other without waiting. A segment, or a trial of a perception
+//! test, depends on the plan, the seed, the subject and its own number alone, so that it can be run anywhere, and again.
 
-mod arm;
-mod constants;
 mod feel;
+mod hand;
 mod reach;
 mod rig;
 
-pub use constants::{Constant, ConstantError, Constants};
 pub use rig::{PERIOD_S, setup};
 
 use super::fitts::Segment;
@@ -23,7 +19,6 @@ use super::session::{FinishedTrial, News, Phase, Session, Settings, Task};
 use super::subject::Subject;
 use super::trial::Operator;
 use feel::{Sensation, Strokes};
-use haptic_core::friction::Friction;
 use haptic_core::{Scene, SceneError};
 use reach::Reach;
 use rig::{Load, Rig};
@@ -43,7 +38,7 @@ pub enum OperatorError {
     /// No valid click came.
     #[error(
         "subject {subject}, block {block}, {resistance}, condition {condition}: no valid click within {LONGEST_TRIAL_S} s; the \
-         operator's constants do not allow for this target"
+         simulated subject cannot hit this target"
     )]
     NoHit {
         /// The subject's code.
@@ -57,57 +52,13 @@ pub enum OperatorError {
     },
 }
 
-/// The constants of a subject: those of the study, each of arm, noise and delay with a factor of its own.
-#[must_use]
-pub fn person(constants: &Constants, seed: u64, subject: &Subject) -> Constants {
-    let mut random = Random::new(seed, subject.number, Purpose::Person, 0);
-    let mut person = constants.clone();
-    for value in [
-        &mut person.arm_mass_kg,
-        &mut person.arm_stiffness_n_per_m,
-        &mut person.arm_damping_ns_per_m,
-        &mut person.endpoint_noise_s,
-        &mut person.force_noise,
-        &mut person.visual_delay_s,
-        &mut person.sliding_noise,
-        &mut person.breakaway_noise,
-    ] {
-        // Three deviations at most, so that with the widest spread no factor comes near 0.
-        *value *= 1.0 + constants.person_spread * random.normal().clamp(-3.0, 3.0);
-    }
-    person
-}
-
-/// What a resistance is to a hand that knows it. Of laws other than Karnopp's and drag it knows nothing.
-fn load(resistance: &Resistance) -> Load {
-    match (&resistance.scene, resistance.mounted) {
-        (_, Some(mounted)) => Load {
-            mass_kg: mounted.mass_kg,
-            static_n: mounted.static_force_n,
-            dynamic_n: mounted.dynamic_force_n,
-            viscous_ns_per_m: 0.0,
-        },
-        (Some(scene), None) => load_of(scene),
-        (None, None) => Load::default(),
-    }
-}
-
-fn load_of(scene: &Scene) -> Load {
-    let mass_kg = scene.block.map_or(0.0, |block| block.mass);
-    let load = match &scene.friction {
-        Friction::Karnopp(law) => Load {
-            static_n: law.static_force.greatest(),
-            dynamic_n: law.dynamic_force.greatest(),
-            viscous_ns_per_m: law.viscous.greatest(),
-            ..Load::default()
-        },
-        Friction::Viscous(law) => Load {
-            viscous_ns_per_m: law.viscous.greatest(),
-            ..Load::default()
-        },
-        _ => Load::default(),
-    };
-    Load { mass_kg, ..load }
+/// What a resistance mounts on the rig.
+fn mounted(resistance: &Resistance) -> Load {
+    resistance.mounted.as_ref().map_or_else(Load::default, |mounted| Load {
+        mass_kg: mounted.mass_kg,
+        static_n: mounted.static_force_n,
+        dynamic_n: mounted.dynamic_force_n,
+    })
 }
 
 /// A session of a simulated operator that continues where the task is, without files.
@@ -130,7 +81,6 @@ pub fn session(task: Task, subject: &Subject) -> Session {
 /// A surface cannot be rendered, or a target is not hit.
 pub fn run_next(
     session: &mut Session,
-    person: &Constants,
     seed: u64,
     subject: &Subject,
     mut done: impl FnMut(FinishedTrial) -> bool,
@@ -145,15 +95,14 @@ pub fn run_next(
         return Ok(());
     };
     match session.task() {
-        Task::Fitts(_) => run_segment(session, &scene, person, seed, subject, &mut done),
-        Task::Perception(_) => run_trial(session, &scene, person, seed, subject, &mut done),
+        Task::Fitts(_) => run_segment(session, &scene, seed, subject, &mut done),
+        Task::Perception(_) => run_trial(session, &scene, seed, subject, &mut done),
     }
 }
 
 fn run_segment(
     session: &mut Session,
     scene: &Scene,
-    person: &Constants,
     seed: u64,
     subject: &Subject,
     done: &mut impl FnMut(FinishedTrial) -> bool,
@@ -162,16 +111,10 @@ fn run_segment(
         return Ok(());
     };
     let start_m = mapping.rig_m(-0.5 * segment.condition.amplitude_m);
-    let load = load(&segment.resistance);
-    let mounted = if segment.resistance.mounted.is_some() {
-        load
-    } else {
-        Load::default()
-    };
-    let mut rig = Rig::new(scene, mounted, person.arm_mass_kg, start_m)?;
+    let mut rig = Rig::new(scene, mounted(&segment.resistance), start_m)?;
     session.rendered(rig.revision(), 0);
     let random = Random::new(seed, subject.number, Purpose::Noise, number as u64);
-    let mut operator = Reach::new(person, mapping, load, start_m, random);
+    let mut operator = Reach::new(mapping, start_m, random);
     let mut ticks = 0;
     while let Task::Fitts(task) = session.task()
         && task.place().0 == number
@@ -214,7 +157,6 @@ fn no_hit(subject: &Subject, segment: &Segment) -> OperatorError {
 fn run_trial(
     session: &mut Session,
     base: &Scene,
-    person: &Constants,
     seed: u64,
     subject: &Subject,
     done: &mut impl FnMut(FinishedTrial) -> bool,
@@ -222,14 +164,11 @@ fn run_trial(
     let Task::Perception(task) = session.task() else {
         return Ok(());
     };
-    let Some(case) = task.upcoming().map(|upcoming| upcoming.case) else {
-        return Ok(());
-    };
     let (number, _) = task.progress();
-    let mut rig = Rig::new(base, Load::default(), person.arm_mass_kg, 0.0)?;
+    let mut rig = Rig::new(base, Load::default(), 0.0)?;
     session.rendered(rig.revision(), 0);
     let random = Random::new(seed, subject.number, Purpose::Noise, number as u64);
-    let mut strokes = Strokes::new(person, load_of(base), random);
+    let mut strokes = Strokes::new(random);
     let mut felt = [Sensation::default(); 2];
     let asked_tick = loop {
         let phase = session.view().phase;
@@ -246,7 +185,7 @@ fn run_trial(
             session.rendered(rig.revision(), row.tick + ticks(CHANGE_S) + 1);
         }
     };
-    let answer = strokes.answer(person, case, felt);
+    let answer = strokes.answer(felt);
     session.answer(answer, asked_tick + ticks(ANSWER_S));
     if let Some(News::Finished(finished)) = session.take_news() {
         done(*finished);

@@ -1,6 +1,7 @@
 //! The rig of a simulated operator: the daemon's servo on the fake rig's carriage, tick by tick and as fast as the
 //! machine computes.
 
+use super::hand;
 use device_io::fake::{Hand, Plant, RigProperties};
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
@@ -28,8 +29,6 @@ pub(super) struct Load {
     pub(super) static_n: f64,
     /// Friction of its motion, N.
     pub(super) dynamic_n: f64,
-    /// Drag, N s/m.
-    pub(super) viscous_ns_per_m: f64,
 }
 
 /// The daemon's usual settings.
@@ -75,18 +74,17 @@ pub(super) struct Rig {
 }
 
 impl Rig {
-    /// A rig at rest at a position, m, that renders a scene and moves what is mounted on it, and an arm of a mass,
-    /// kg. It engages once it has settled.
+    /// A rig at rest at a position, m, that renders a scene and moves what is mounted on it, and the hand. It engages once it has settled.
     ///
     /// # Errors
     /// The scene cannot be rendered.
-    pub(super) fn new(scene: &Scene, mounted: Load, arm_mass_kg: f64, origin_m: f64) -> Result<Self, SceneError> {
+    pub(super) fn new(scene: &Scene, mounted: Load, origin_m: f64) -> Result<Self, SceneError> {
         let setup = setup();
         let renderer = Renderer::new(scene, setup.scheme, PERIOD_S)?;
         let bare = RigProperties::default();
         let friction_n = bare.friction_n + mounted.dynamic_n;
         let properties = RigProperties {
-            mass_kg: bare.mass_kg + mounted.mass_kg + arm_mass_kg,
+            mass_kg: bare.mass_kg + mounted.mass_kg + hand::MASS_KG,
             friction_n,
             breakaway_ratio: (bare.friction_n + mounted.static_n) / friction_n,
             ..bare

@@ -16,7 +16,7 @@ use super::perception::Answer;
 use super::session::{Frame, Interruption, Mounting, News, Row, Session, Task, View};
 use super::store::{Keeper, RigDescription, StoreError, Study};
 use super::subject::Subject;
-use super::trial::VoidedTrial;
+use super::trial::{Operator, VoidedTrial};
 use haptic_core::Scene;
 use haptic_ipc::Event;
 use haptic_recording::StateMarks;
@@ -88,7 +88,7 @@ impl PersonSession {
     /// of the plan.
     pub fn open(folder: &Path, code: &str, rig: RigDescription) -> Result<Self, PersonError> {
         let study = Study::open(folder)?;
-        if study.about().constants.is_some() {
+        if study.about().operator == Operator::Simulated {
             return Err(PersonError::Simulated);
         }
         let subject = study.subject_of(code)?;

@@ -476,7 +476,7 @@ fn people_do_not_do_a_simulated_study_nor_a_model_that_of_people() {
     let (_parent, folder) = a_folder();
     let text = small_fitts();
     let plan = Plan::read(&text).expect("a plan");
-    let about = StudyDescription::simulated(&plan, &text, 1, 1, Default::default(), false);
+    let about = StudyDescription::simulated(&plan, &text, 1, 1, false);
     drop(Study::create(&folder, &text, &about).expect("created"));
     let error = PersonSession::open(&folder, "01", rig())
         .expect_err("a model's")

@@ -1,6 +1,5 @@
 //! What a study is beside its plan.
 
-use super::super::operator::Constants;
 use super::super::plan::{Plan, Task};
 use super::super::subject::{Subject, numbered_codes};
 use super::super::trial::Operator;
@@ -22,9 +21,6 @@ pub struct StudyDescription {
     pub subjects: Vec<String>,
     /// Who takes part.
     pub operator: Operator,
-    /// Constants of a simulated operator.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub constants: Option<Constants>,
     /// Whether the ticks of each trial are kept.
     pub recordings: bool,
     /// CRC-32 of the plan.
@@ -42,7 +38,6 @@ impl StudyDescription {
             seed,
             subjects,
             operator: Operator::Human,
-            constants: None,
             recordings: true,
             plan_crc32: crc32fast::hash(plan_text.as_bytes()),
         }
@@ -50,17 +45,9 @@ impl StudyDescription {
 
     /// A study by simulated operators.
     #[must_use]
-    pub fn simulated(
-        plan: &Plan,
-        plan_text: &str,
-        seed: u64,
-        subjects: u32,
-        constants: Constants,
-        recordings: bool,
-    ) -> Self {
+    pub fn simulated(plan: &Plan, plan_text: &str, seed: u64, subjects: u32, recordings: bool) -> Self {
         Self {
             operator: Operator::Simulated,
-            constants: Some(constants),
             recordings,
             ..Self::people(plan, plan_text, seed, numbered_codes(subjects))
         }

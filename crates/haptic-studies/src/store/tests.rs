@@ -1,4 +1,3 @@
-use super::super::operator::Constants;
 use super::super::run::{Progress, run};
 use super::super::small_plans::{small_fitts, small_perception};
 use super::*;
@@ -6,7 +5,7 @@ use std::collections::BTreeMap;
 
 fn about(text: &str, seed: u64, recordings: bool) -> StudyDescription {
     let plan = Plan::read(text).expect("a plan");
-    StudyDescription::simulated(&plan, text, seed, 2, Constants::default(), recordings)
+    StudyDescription::simulated(&plan, text, seed, 2, recordings)
 }
 
 /// Every file of a folder, but the lock.

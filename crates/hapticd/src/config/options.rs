@@ -39,9 +39,10 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) demo: bool,
 
-    /// Measure how well this machine keeps time: the loop on the fake rig and a bare loop that only
-    /// waits, in turn on the same processor, five turns of 2 s each, or of SECONDS. No socket, no
-    /// clients
+    /// Measure how well this machine keeps time
+    ///
+    /// The loop on the fake rig and a bare loop that only waits, in turn on the same processor, five turns of 2 s
+    /// each, or of SECONDS. No socket, no clients.
     #[arg(
         long,
         value_name = "SECONDS",
@@ -53,10 +54,12 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) self_test: Option<u64>,
 
-    /// Rig: `fake` is simulated in this process; `serial:/dev/ttyACM0` speaks the link protocol on
-    /// a serial line, at 1000000 baud unless `?baud=N` follows, and `hid:VID:PID[:SERIAL]` on USB
-    /// HID; `haptic-ctl devices` lists them. `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1`
-    /// speaks to an ODrive in its maker's protocol, see docs/how-to/firmware.md; not tested on a real board
+    /// Rig: `fake`, or an address as `haptic-ctl devices` lists them
+    ///
+    /// `fake` is simulated in this process. `serial:/dev/ttyACM0` speaks the link protocol on a serial line, at 1000000
+    /// baud unless `?baud=N` follows, `hid:VID:PID[:SERIAL]` on USB HID.
+    /// `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1` speaks to an ODrive in its maker's protocol, see
+    /// docs/how-to/firmware.md; not tested on a real board.
     #[arg(long, value_name = "DEVICE")]
     pub(super) device: Option<Named<Address>>,
 
@@ -67,27 +70,27 @@ pub(crate) struct Options {
 
     /// Group, by name or number, that the control socket serves beside the daemon's own user and
     /// root [default: none]
-    #[arg(long, value_name = "GROUP")]
+    #[arg(long, value_name = "GROUP", hide_short_help = true)]
     pub(super) socket_group: Option<String>,
 
     /// Path of a second socket for watchers: its clients may read everything and stop the rig, and
     /// nothing else [default: none]
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", hide_short_help = true)]
     pub(super) watch_socket: Option<PathBuf>,
 
     /// Serve metrics for Prometheus (OpenMetrics, at /metrics) on an address of this machine, as in
     /// 127.0.0.1:9664 [default: none]
-    #[arg(long, value_name = "ADDRESS:PORT")]
+    #[arg(long, value_name = "ADDRESS:PORT", hide_short_help = true)]
     pub(super) metrics: Option<SocketAddr>,
 
     /// Let --metrics name an address that other machines can reach. Every program that can reach it may read
     /// the metrics; nobody can change anything there [default: false]
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) metrics_beyond_this_machine: Option<bool>,
 
     /// Write the metrics into a file every 5 s, for the textfile collector of node_exporter
     /// [default: none]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
     pub(super) metrics_file: Option<PathBuf>,
 
     /// Rate of the loop, Hz, from 100 to 20000 [default: 1000]
@@ -95,27 +98,27 @@ pub(crate) struct Options {
     pub(super) rate: Option<f64>,
 
     /// Processor for the real-time thread [default: the last one, where there are several]
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) cpu: Option<usize>,
 
     /// Scheduling of the real-time thread: `fifo`, or `deadline`, which guarantees it half of every
     /// period but does not pin it [default: fifo]
-    #[arg(long, value_name = "POLICY")]
+    #[arg(long, value_name = "POLICY", hide_short_help = true)]
     pub(super) policy: Option<PolicyName>,
 
     /// SCHED_FIFO priority of the real-time thread, from 1 to 99 [default: 80]
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) priority: Option<i64>,
 
     /// Wake up this long before each tick and spin until it is due, us, from 0 to 1000; at most
     /// half a period [default: 100 where the thread has a priority and a processor of its own, else
     /// 0]
-    #[arg(long, value_name = "US", allow_hyphen_values = true)]
+    #[arg(long, value_name = "US", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) spin_us: Option<f64>,
 
     /// Keep the processors out of deep sleep, from which they wake up late; costs power [default:
     /// true]
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) keep_cpus_awake: Option<bool>,
 
     /// Policy for missed periods: `warn`, or `fault:N` to take the force away at the Nth within any
@@ -129,12 +132,12 @@ pub(crate) struct Options {
 
     /// Directory of saved scenes [default: scenes in the service's state directory, else
     /// hapticd/scenes in the user's data directory, else /var/lib/hapticd/scenes]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", hide_short_help = true)]
     pub(super) scene_dir: Option<PathBuf>,
 
     /// Directory of what `haptic-ctl commission` found of rigs [default: the service's state
     /// directory, else hapticd in the user's state directory, else /var/lib/hapticd]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", hide_short_help = true)]
     pub(super) state_dir: Option<PathBuf>,
 
     /// Engage a rig that was never commissioned (`haptic-ctl commission`), or has changed since:
@@ -144,17 +147,17 @@ pub(crate) struct Options {
 
     /// Engage a device that does not switch its motor off by itself within 200 ms when hapticd dies
     /// [default: false]
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) allow_no_watchdog: Option<bool>,
 
     /// Integration of the block: `exact`, `literal` as the paper prints it, or `literal:N` with N
     /// steps a tick [default: exact]
-    #[arg(long, value_name = "SCHEME")]
+    #[arg(long, value_name = "SCHEME", hide_short_help = true)]
     pub(super) scheme: Option<Named<Scheme>>,
 
     /// Estimator of velocity from positions: finite-difference, low-pass, alpha-beta-gamma,
     /// foaw-end-fit or foaw-best-fit [default: alpha-beta-gamma]
-    #[arg(long, value_name = "METHOD")]
+    #[arg(long, value_name = "METHOD", hide_short_help = true)]
     pub(super) velocity: Option<Named<Method>>,
 
     /// Largest force on the hand, N, from 0.1 to 1000; a larger force is clamped [default: 20]
@@ -163,7 +166,7 @@ pub(crate) struct Options {
 
     /// Fastest change of the force on the hand, N/s, from 10 to 1000000000; a fall to zero is not
     /// limited [default: 5000]
-    #[arg(long, value_name = "N/S", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N/S", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) slew_limit_n_per_s: Option<f64>,
 
     /// Speed of the device at which the force is taken away, m/s, from 0.01 to 100 [default: 5]
@@ -172,26 +175,26 @@ pub(crate) struct Options {
 
     /// Acceleration of the device that counts as a jump of its encoder and takes the force away,
     /// m/s^2, from 10 to 1000000 [default: 2000]
-    #[arg(long, value_name = "M/S^2", allow_hyphen_values = true)]
+    #[arg(long, value_name = "M/S^2", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) acceleration_limit_mps2: Option<f64>,
 
     /// Largest force of passivity control, which takes out the energy that the sampled loop
     /// creates, N, from 0 to 100; 0 only observes [default: 0]
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) passivity_control_n: Option<f64>,
 
     /// Duration of engaging and releasing, ms, from 1 to 10000 [default: 200]
-    #[arg(long, value_name = "MS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) ramp_ms: Option<f64>,
 
     /// Time without a new sample of the device, or without a tick of the loop, at which the force
     /// is taken away, ms, from 1 to 1000 [default: 20; 500 in the demo]
-    #[arg(long, value_name = "MS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) stale_ms: Option<f64>,
 
     /// Time without a beat of the control thread, which hears stops, at which the rig is released,
     /// ms, from 50 to 10000 [default: 250]
-    #[arg(long, value_name = "MS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) control_timeout_ms: Option<f64>,
 
     /// Stop button of the rig, by its number from 1 to 8: zero force until a reset [default: none]
@@ -200,61 +203,105 @@ pub(crate) struct Options {
 
     /// Enable button of the rig (dead man's switch), by its number from 1 to 8: zero force at once
     /// unless it is held [default: none]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", hide_short_help = true)]
     pub(super) enable_button: Option<u8>,
 
     /// Coulomb friction of the rig itself, N, which helps to keep it stable [default: what was
     /// identified; else 0.8 on the fake rig, and 0 on others]
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) rig_friction_n: Option<f64>,
 
     /// Viscous damping of the rig itself, N s/m [default: what was identified; else 12 on the fake
     /// rig, and 0 on others]
-    #[arg(long, value_name = "NS/M", allow_hyphen_values = true)]
+    #[arg(long, value_name = "NS/M", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) rig_damping_ns_per_m: Option<f64>,
 
     /// Compensate part of the rig's own friction, as `haptic-ctl identify --rig` has found it,
     /// below the scene: a share from 0 to 0.8 [default: 0]
-    #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) compensate: Option<f64>,
 
-    /// Hand on the fake rig: `sine` moves the handle to and fro, `arm` pulls it likewise through a
-    /// spring and damper, `free` lets it go, `file:MOTION` follows a recording or another table of
-    /// t_s and position_m in CSV, MCAP or Parquet, `arm:file:MOTION` pulls along it [default: sine]
+    /// Hand on the fake rig: sine, arm or free [default: sine]
+    ///
+    /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `free` lets it go.
+    /// `file:MOTION` follows a recording, or a table as `haptic-ctl simulate --motion` reads it, and `arm:file:MOTION`
+    /// pulls along it.
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
     pub(super) hand: Option<Named<HandName>>,
 
     /// Amplitude of a sine hand, m [default: 0.03]
-    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "M",
+        help_heading = "Fake rig",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     pub(super) hand_amplitude_m: Option<f64>,
 
     /// Frequency of a sine hand, Hz [default: 0.5]
-    #[arg(long, value_name = "HZ", help_heading = "Fake rig", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "HZ",
+        help_heading = "Fake rig",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     pub(super) hand_frequency_hz: Option<f64>,
 
     /// Factor on the positions of a recorded motion [default: 1]
-    #[arg(long, value_name = "FACTOR", help_heading = "Fake rig", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        help_heading = "Fake rig",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     pub(super) hand_scale: Option<f64>,
 
     /// Behaviour after the end of a recorded motion: `hold` the last position, or `loop` [default:
     /// hold]
-    #[arg(long, value_name = "ACTION", help_heading = "Fake rig")]
+    #[arg(long, value_name = "ACTION", help_heading = "Fake rig", hide_short_help = true)]
     pub(super) hand_after_end: Option<AfterEndName>,
 
     /// Stiffness of the arm, N/m [default: 500]
-    #[arg(long, value_name = "N/M", help_heading = "Fake rig", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "N/M",
+        help_heading = "Fake rig",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     pub(super) arm_stiffness_n_per_m: Option<f64>,
 
     /// Damping of the arm, N s/m [default: 5]
-    #[arg(long, value_name = "NS/M", help_heading = "Fake rig", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "NS/M",
+        help_heading = "Fake rig",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     pub(super) arm_damping_ns_per_m: Option<f64>,
 
     /// Mass of the fake rig's moving part, kg [default: 1.4]
-    #[arg(long, value_name = "KG", help_heading = "Fake rig", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "KG",
+        help_heading = "Fake rig",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     pub(super) rig_mass_kg: Option<f64>,
 
     /// Distance between two counts of the fake encoder, m; 0 for a perfect one [default: 0.00001]
-    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "M",
+        help_heading = "Fake rig",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     pub(super) encoder_resolution_m: Option<f64>,
 }
 

@@ -190,6 +190,9 @@ impl Course {
             ExcitationEnd::Speed
         } else if lag_m.abs() > REACHED * excitation.lag_limit_m {
             ExcitationEnd::Lag
+        } else if self.duration_s() < REACHED * excitation.duration_s() {
+            // The loop stood still, so that the reference was out of reach at once.
+            ExcitationEnd::Interrupted
         } else {
             ExcitationEnd::Time
         }
