@@ -39,7 +39,7 @@ describe() {
         files=(servo/{mod,inputs,sensing,transition,force_offset,fault,state}.rs)
         ;;
     forces)
-        package=haptic-core files=(servo/{force,ramp}.rs compensation.rs)
+        package=haptic-core files=(servo/{force,compile}.rs compensation.rs)
         tests=(servo compensation --skip every_build_gives)
         ;;
     motion)

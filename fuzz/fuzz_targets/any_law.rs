@@ -3,7 +3,7 @@
 #![no_main]
 
 use arbitrary::Arbitrary;
-use haptic_core::friction::Friction;
+use haptic_core::friction::{Friction, LAWS, Reseat};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{ParameterKey, Renderer, Scene, Scheme};
 use libfuzzer_sys::fuzz_target;
@@ -26,20 +26,13 @@ struct Case {
     change_after: u8,
 }
 
-const LAWS: [&str; 9] = [
-    r#"{"law":"viscous","viscous":1}"#,
-    r#"{"law":"karnopp","static_force":4,"dynamic_force":3}"#,
-    r#"{"law":"dahl","dynamic_force":3,"contact_stiffness":1000}"#,
-    r#"{"law":"hayward-armstrong","dynamic_force":3,"contact_stiffness":1000}"#,
-    r#"{"law":"reset-integrator","static_force":4,"dynamic_force":3,"contact_stiffness":1000}"#,
-    r#"{"law":"reset-integrator","static_force":4,"dynamic_force":3,"contact_stiffness":1000,"reseat":"slides"}"#,
-    r#"{"law":"lugre","static_force":4,"dynamic_force":3,"contact_stiffness":1000,"stribeck_velocity":0.01}"#,
-    r#"{"law":"elasto-plastic","static_force":4,"dynamic_force":3,"contact_stiffness":1000,"stribeck_velocity":0.01}"#,
-    r#"{"law":"salcudean-vlaar","static_force":4,"contact_stiffness":1000}"#,
-];
-
 fn scene(made: &Made) -> Option<Scene> {
-    let friction: Friction = serde_json::from_str(LAWS[usize::from(made.law) % LAWS.len()]).expect("a law");
+    let mut friction = Friction::usual(LAWS[usize::from(made.law / 2) % LAWS.len()]).expect("a law");
+    if let Friction::ResetIntegrator(law) = &mut friction
+        && made.law % 2 == 1
+    {
+        law.reseat = Reseat::Slides;
+    }
     let mut scene = Scene {
         name: String::new(),
         block: made.has_block.then_some(Block { mass: 1.0 }),

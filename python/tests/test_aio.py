@@ -30,7 +30,7 @@ def test_a_rig_is_scripted_with_asyncio(daemon: hapticd.Fake) -> None:
         assert rig.status().leases == 0
 
 
-def test_samples_and_events_come_while_the_loop_does_other_things(daemon: hapticd.Fake) -> None:
+def test_samples_and_events_come_beside_other_work(daemon: hapticd.Fake) -> None:
     async def script() -> None:
         async with hapticd.aio.connect(daemon.path, lease="2s") as rig, rig.samples() as samples:
             ticks = [(await anext(samples)).tick]

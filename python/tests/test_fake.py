@@ -38,7 +38,7 @@ def test_the_binary_is_the_one_that_is_named(monkeypatch: pytest.MonkeyPatch, tm
     assert hapticd.binary() == built
 
 
-def test_the_daemon_and_its_folder_end_with_the_program_that_started_it() -> None:
+def test_daemon_and_folder_end_with_their_program() -> None:
     program = (
         "import sys, hapticd\n"
         "daemon = hapticd.fake()\n"

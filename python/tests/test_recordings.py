@@ -88,9 +88,7 @@ def test_all_formats_hold_the_same_to_the_last_bit(recordings: dict[str, Path]) 
         assert (bits[0] == bits[1]).all() and (bits[0] == bits[2]).all(), name
 
 
-def test_a_parquet_recording_in_the_making_is_read_from_the_file_beside_it(
-    recordings: dict[str, Path], tmp_path: Path
-) -> None:
+def test_unfinished_parquet_is_read_from_its_partial_file(recordings: dict[str, Path], tmp_path: Path) -> None:
     (tmp_path / "r.parquet").touch()
     (tmp_path / "r.parquet.partial.mcap").write_bytes(recordings["mcap"].read_bytes())
     assert hapticd.read(tmp_path / "r.parquet").equals(hapticd.read(recordings["mcap"]))

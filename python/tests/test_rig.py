@@ -45,7 +45,7 @@ def test_a_dry_run_changes_nothing(rig: hapticd.Rig) -> None:
     assert rig.get() == before
 
 
-def test_a_refusal_has_the_field_the_value_the_limits_and_the_unit(rig: hapticd.Rig) -> None:
+def test_refusal_has_field_value_limits_and_unit(rig: hapticd.Rig) -> None:
     before = rig.get()
     with pytest.raises(hapticd.InvalidValue, match="mass = -1 kg is out of range") as refused:
         rig.set(mass=-1, Fs=5)

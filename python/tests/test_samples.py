@@ -39,7 +39,7 @@ def test_the_columns_are_those_of_the_daemon(rig: hapticd.Rig) -> None:
     assert tuple(columns[: len(hapticd.COLUMNS)]) == hapticd.COLUMNS
 
 
-def test_a_program_that_does_not_read_loses_nothing_for_longer_than_the_daemon_waits(
+def test_a_slow_reader_loses_no_sample(
     rig: hapticd.Rig,
 ) -> None:
     with rig.samples() as samples:

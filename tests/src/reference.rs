@@ -12,7 +12,7 @@ pub const MARKS: [&str; 2] = [
 ];
 
 /// Longest line of an example, letters.
-const LONGEST_LINE: usize = 300;
+const MAX_LINE: usize = 200;
 
 /// Draws it.
 ///
@@ -23,6 +23,10 @@ pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
     let definitions = &schema["$defs"];
     let examples = examples(transcripts);
     let mut page = String::from("### Operations\n");
+    page.push_str(&format!(
+        "\n#### {CHANGE}\n\nThe fields of every change:\n\n{}",
+        change_options(definitions)
+    ));
     for operation in list(&definitions["FromClient"]["Envelope"]["oneOf"]) {
         let op = text(&operation["properties"]["op"]["const"]);
         page.push_str(&format!("\n#### `{op}`\n\n{}\n\n", text(&operation["description"])));
@@ -99,11 +103,13 @@ fn fields(object: &Value, but: &str) -> String {
     };
     let needed: Vec<&str> = object["required"].as_array().into_iter().flatten().map(text).collect();
     let mut drawn = String::new();
-    for (name, field) in properties.iter().filter(|(name, _)| *name != but) {
+    let is_change = CHANGE_OPTIONS.iter().all(|name| properties.contains_key(*name));
+    let is_own = |name: &str| name != but && !(is_change && CHANGE_OPTIONS.contains(&name));
+    for (name, field) in properties.iter().filter(|(name, _)| is_own(name)) {
         let presence = if needed.contains(&name.as_str()) {
             "always"
         } else {
-            "may be absent"
+            "optional"
         };
         let about = field["description"].as_str().unwrap_or_default();
         drawn.push_str(&row(&[&format!("`{name}`"), &type_of(field), presence, about]));
@@ -119,10 +125,47 @@ fn fields(object: &Value, but: &str) -> String {
             ]));
         }
     }
-    if drawn.is_empty() {
-        return drawn;
+    let mut drawn = table(&drawn);
+    if is_change {
+        let anchor = CHANGE.to_lowercase().replace(' ', "-");
+        drawn.push_str(&format!("And the [{}](#{anchor}).\n\n", CHANGE.to_lowercase()));
     }
-    format!("| field | type | | meaning |\n|---|---|---|---|\n{drawn}\n")
+    drawn
+}
+
+fn table(rows: &str) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!("| field | type | | meaning |\n|---|---|---|---|\n{rows}\n")
+}
+
+/// The fields that every change has.
+const CHANGE_OPTIONS: [&str; 5] = ["if_revision", "ramp_ms", "dry_run", "at_tick", "anyway"];
+
+/// The heading above them.
+const CHANGE: &str = "Options of a change";
+
+/// The table of the fields that every change has.
+fn change_options(definitions: &Value) -> String {
+    let operations = list(&definitions["FromClient"]["Envelope"]["oneOf"]);
+    let undo = operations
+        .iter()
+        .find(|operation| operation["properties"]["op"]["const"] == "undo");
+    let properties = &undo.expect("it is an operation")["properties"];
+    let rows: String = CHANGE_OPTIONS
+        .iter()
+        .map(|name| {
+            let field = &properties[name];
+            row(&[
+                &format!("`{name}`"),
+                &type_of(field),
+                "optional",
+                text(&field["description"]),
+            ])
+        })
+        .collect();
+    table(&rows)
 }
 
 fn row(cells: &[&str]) -> String {
@@ -215,7 +258,7 @@ fn examples(transcripts: &[Transcript]) -> BTreeMap<String, (String, String)> {
 }
 
 fn cut(line: &str) -> String {
-    match line.char_indices().nth(LONGEST_LINE) {
+    match line.char_indices().nth(MAX_LINE) {
         Some((end, _)) => format!("{}...", &line[..end]),
         None => line.to_owned(),
     }

@@ -222,7 +222,7 @@ fn a_daemon_that_is_killed_leaves_no_force() {
 }
 
 #[test]
-fn a_board_that_is_unplugged_is_disconnected_and_comes_back_idle() {
+fn unplugged_board_disconnects_and_comes_back_idle() {
     for kind in &KINDS {
         let mut setup = Setup::new(kind);
         setup.pull();

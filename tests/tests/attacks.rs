@@ -338,7 +338,7 @@ fn after_all_attacks(daemon: &Daemon, descriptors: usize, time: impl Fn(&Attack)
 }
 
 #[test]
-fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
+fn attacks_leave_others_served_and_nothing_behind() {
     let _alone = crate::alone();
     let daemon = Daemon::start(&[]);
     // What is taken once stays: places for clients, the runtime's and the allocator's.
@@ -509,7 +509,7 @@ fn stops_in_a_crowd(crowd: &Attack, descriptors: &str) {
 
 // hazard: H24
 #[test]
-fn a_socket_that_was_lost_is_bound_again_and_one_that_was_taken_ends_the_force() {
+fn lost_socket_is_rebound_and_taken_socket_ends_the_force() {
     let _alone = crate::alone();
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");

@@ -125,7 +125,7 @@ fn a_stop_and_a_signal_work_with_both_outputs_a_full_pipe() {
 
 // hazard: H1
 #[test]
-fn a_stop_and_a_signal_work_with_both_outputs_a_terminal_that_is_held() {
+fn stop_and_signal_work_with_a_held_terminal() {
     holds(
         "--device fake, a held terminal",
         &["--device", "fake"],
@@ -135,13 +135,13 @@ fn a_stop_and_a_signal_work_with_both_outputs_a_terminal_that_is_held() {
 
 // hazard: H1
 #[test]
-fn a_stop_and_a_signal_work_in_a_demo_with_both_outputs_a_full_pipe() {
+fn stop_and_signal_work_in_a_demo_with_a_full_pipe() {
     holds("--demo, a full pipe", &["--demo"], Blocked::pipe);
 }
 
 // hazard: H1
 #[test]
-fn a_stop_and_a_signal_work_in_a_demo_with_both_outputs_a_terminal_that_is_held() {
+fn stop_and_signal_work_in_a_demo_with_a_held_terminal() {
     holds("--demo, a held terminal", &["--demo"], Blocked::terminal);
 }
 

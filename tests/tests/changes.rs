@@ -36,7 +36,7 @@ fn log(client: &mut Client) -> Vec<JournalEntry> {
 }
 
 #[test]
-fn one_client_takes_back_what_another_did_and_the_journal_says_who_did_what() {
+fn undo_reverts_another_clients_change() {
     let daemon = Daemon::start(&[]);
     let (mut ada, mut bob) = (daemon.client(), daemon.client());
     let first = change(&mut ada, Request::set(params(&[("M", 1.5), ("Fs+", 5.0)])));
@@ -135,7 +135,7 @@ fn what_is_so_already_is_no_change() {
 }
 
 #[test]
-fn a_change_on_an_older_revision_is_refused_and_one_that_is_only_tried_changes_nothing() {
+fn change_on_an_old_revision_is_refused() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     let set = |if_revision, dry_run, mass| Request::Set {
@@ -161,7 +161,7 @@ fn a_change_on_an_older_revision_is_refused_and_one_that_is_only_tried_changes_n
 }
 
 #[test]
-fn a_thousand_changes_sent_without_waiting_are_each_answered_in_order() {
+fn thousand_pipelined_changes_are_answered_in_order() {
     let daemon = Daemon::start(&[]);
     let mut raw = daemon.raw();
     let mut client = daemon.client();
@@ -194,7 +194,7 @@ fn a_thousand_changes_sent_without_waiting_are_each_answered_in_order() {
 }
 
 #[test]
-fn a_client_that_goes_in_the_middle_of_its_changes_leaves_them_in_the_journal() {
+fn changes_of_a_vanished_client_stay_in_the_journal() {
     let daemon = Daemon::start(&["--rate", "100"]);
     let mut watcher = daemon.client();
     let mut raw = daemon.raw();
@@ -212,7 +212,7 @@ fn a_client_that_goes_in_the_middle_of_its_changes_leaves_them_in_the_journal() 
 }
 
 #[test]
-fn a_ramp_moves_the_force_evenly_and_the_next_change_goes_on_from_where_it_is() {
+fn ramp_moves_force_evenly_and_next_change_continues_from_it() {
     // The hand goes steadily for eight seconds and more, one way.
     let daemon = Daemon::start(&[
         "--hand-frequency-hz",
@@ -319,7 +319,7 @@ fn whoever_listens_to_the_log_hears_every_change_and_the_stops() {
 }
 
 #[test]
-fn a_stop_of_a_rig_that_is_stopped_pushes_nothing_out_of_the_journal() {
+fn stops_of_stopped_rig_push_nothing_out_of_journal() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     change(&mut client, Request::set(params(&[("M", 1.0)])));

@@ -133,7 +133,7 @@ fn a_surface_that_leaves_its_coupling_to_the_rig_has_a_calm_one() {
 
 // hazard: H30
 #[test]
-fn behind_a_late_link_hapticd_begins_with_a_softer_grip_or_engages_not_at_all() {
+fn late_link_softens_coupling_or_prevents_engagement() {
     let begun_on = |delay: &str, until: fn(&Status) -> bool| {
         let rig = FakeRig::start(&["--fault", delay]);
         let daemon = Daemon::start_on(&rig.address(), &[]);

@@ -16,7 +16,7 @@ use system_tests::{Daemon, binary, engage, status, wait_for, wait_for_state};
 
 // hazard: H13
 #[test]
-fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_the_same() {
+fn custom_rig_engages_only_once_commissioned_and_unchanged() {
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("rig");
     let mut rig = FakeRig::start_at(&link, &[&OWN[..], &["--stops-mm", "15"]].concat());
@@ -142,7 +142,7 @@ fn plugged_in(rig: FakeRig, link: &Path, other: &[&str], client: &mut Client) ->
 
 // hazard: H27
 #[test]
-fn a_board_without_a_serial_number_is_asked_for_at_each_connection() {
+fn board_without_serial_number_is_confirmed_at_each_connection() {
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("rig");
     let rig = FakeRig::start_at(&link, &OWN);
@@ -182,7 +182,7 @@ fn a_board_without_a_serial_number_is_asked_for_at_each_connection() {
 
 // hazard: H27
 #[test]
-fn a_chip_in_the_name_is_a_serial_number_and_a_change_is_asked_once() {
+fn chip_in_name_serves_as_serial_number() {
     const CHIP: [&str; 4] = ["--firmware-name", "mine 1.0#A1b2", "--hand", "free"];
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("rig");
@@ -262,7 +262,7 @@ fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
 
 // hazard: H8
 #[test]
-fn a_device_that_gives_no_force_is_not_engaged_whatever_is_allowed() {
+fn device_without_force_is_never_engaged() {
     let rig = FakeRig::start(&["--force-limit-n", "0"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned", "--allow-no-watchdog"]);
     let error = refused(&mut client, Request::engage());
@@ -277,7 +277,7 @@ fn a_device_that_gives_no_force_is_not_engaged_whatever_is_allowed() {
 
 // hazard: H9
 #[test]
-fn a_device_without_a_watchdog_or_with_a_long_one_engages_only_where_that_is_allowed() {
+fn missing_or_long_watchdog_engages_only_when_allowed() {
     for (watchdog_ms, told) in [("0", "watchdog_ms = 0 ms"), ("1000", "watchdog_ms = 1000 ms")] {
         let rig = FakeRig::start(&["--watchdog-ms", watchdog_ms]);
         let (_strict, mut client) = daemon(&rig, &[]);
@@ -305,7 +305,7 @@ fn on_a_terminal(daemon: &Daemon, arguments: &[&str]) -> Terminal {
 }
 
 #[test]
-fn on_a_terminal_it_asks_before_each_step_and_nothing_is_kept_without_a_yes() {
+fn commissioning_asks_before_each_step_and_before_keeping() {
     let start = || FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
     let rig = start();
     let (daemon, mut client) = daemon(&rig, &[]);

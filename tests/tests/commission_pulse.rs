@@ -11,7 +11,7 @@ use system_tests::{binary, status, wait_for, wait_for_state};
 
 // hazard: H13
 #[test]
-fn a_motor_that_is_wired_the_other_way_ends_in_zero_force_and_is_not_kept() {
+fn reversed_motor_ends_in_zero_force_and_is_not_kept() {
     let rig = FakeRig::start(&[&OWN[..], &["--reversed"]].concat());
     let (daemon, mut client) = daemon(&rig, &[]);
     let ticks = Ticks::of(&daemon);
@@ -51,7 +51,7 @@ fn a_motor_that_is_wired_the_other_way_ends_in_zero_force_and_is_not_kept() {
 
 // hazard: H13
 #[test]
-fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes_back() {
+fn stop_in_pulse_acts_at_once_and_ends_commissioning() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut commissioner = begun(&daemon);
@@ -115,7 +115,7 @@ fn a_client_that_dies_in_a_pulse_takes_its_force_with_it() {
 
 // hazard: H13
 #[test]
-fn haptic_ctl_killed_in_a_pulse_leaves_no_force_and_nothing_kept() {
+fn haptic_ctl_killed_in_pulse_leaves_no_force() {
     let mut rig = FakeRig::start(&OWN);
     let (daemon, mut client) = daemon(&rig, &[]);
     let mut child = Command::new(binary("haptic-ctl"))
@@ -139,7 +139,7 @@ fn haptic_ctl_killed_in_a_pulse_leaves_no_force_and_nothing_kept() {
 
 // hazard: H13
 #[test]
-fn nobody_else_moves_the_rig_or_its_scene_meanwhile_and_is_told_by_whom() {
+fn commissioning_locks_out_other_clients_and_names_the_holder() {
     let rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut other) = daemon(&rig, &["--uncommissioned"]);
     let error = refused(&mut other, Request::CommissionBegin {});

@@ -32,7 +32,7 @@ fn record(directory: &Path, name: &str, seed: &str) -> String {
 }
 
 #[test]
-fn a_surface_that_is_stiffer_is_so_by_the_difference_of_its_levels() {
+fn stiffer_surface_differs_by_its_force_levels() {
     let directory = tempfile::tempdir().expect("a directory");
     let (real, other) = (
         record(directory.path(), "aluminium-on-teflon.toml", "1"),

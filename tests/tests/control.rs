@@ -12,7 +12,7 @@ fn set(changes: &[(&str, f64)]) -> Request {
 }
 
 #[test]
-fn a_change_is_answered_with_the_tick_that_applied_it_and_both_clients_see_it() {
+fn change_reports_its_tick_and_reaches_both_clients() {
     let daemon = Daemon::start(&[]);
     let (mut one, mut other) = (daemon.client(), daemon.client());
     let description: Description = one.request(Request::Describe {}).expect("the table");
@@ -86,7 +86,7 @@ fn engage_stop_and_reset_go_through_their_states() {
 }
 
 #[test]
-fn every_bad_request_gets_its_documented_error_and_the_loop_goes_on() {
+fn bad_requests_get_documented_errors_and_loop_goes_on() {
     let daemon = Daemon::start(&[]);
     let mut raw = daemon.raw();
     let mut watcher = daemon.client();
@@ -156,7 +156,7 @@ fn every_bad_request_gets_its_documented_error_and_the_loop_goes_on() {
 }
 
 #[test]
-fn a_number_that_no_type_holds_has_the_limits_of_one_that_is_only_too_small() {
+fn unrepresentable_number_reports_same_limits_as_too_small_one() {
     let daemon = Daemon::start(&[]);
     let mut raw = daemon.raw();
     for (op, field, small, others) in [
@@ -199,7 +199,7 @@ fn an_overlong_line_is_refused_and_the_next_one_is_served() {
 }
 
 #[test]
-fn a_client_that_dies_in_the_middle_of_a_request_leaves_no_trace() {
+fn client_dying_in_mid_request_leaves_no_trace() {
     let daemon = Daemon::start(&[]);
     let mut watcher = daemon.client();
     let before = status(&mut watcher);

@@ -73,7 +73,7 @@ fn copied_commands_lead_another_daemon_to_the_same_scene() {
 }
 
 #[test]
-fn another_law_is_copied_by_its_revision_which_the_same_daemon_remembers() {
+fn copied_command_restores_other_law_by_its_revision() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     let wanted = scene(&mut client).with_law("dahl").expect("a law").expect("a scene");

@@ -172,7 +172,7 @@ fn exit_codes_tell_what_went_wrong() {
 }
 
 #[test]
-fn a_socket_of_another_user_is_no_permission_and_the_doctor_says_whose_it_is() {
+fn foreign_socket_denies_permission_and_doctor_names_owner() {
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");
     let daemon = Daemon::start_at(&socket, &[]);
@@ -257,7 +257,7 @@ fn a_stop_that_nobody_confirms_is_no_success() {
 }
 
 #[test]
-fn events_are_interrupted_with_130_and_end_quietly_when_their_reader_has_had_enough() {
+fn interrupted_events_exit_130_and_closed_pipe_ends_quietly() {
     let daemon = Daemon::start(&[]);
     let mut events = Command::new(binary("haptic-ctl"))
         .arg("--socket")

@@ -43,7 +43,7 @@ fn lines<'a>(output: &'a str, rigs: &[&str]) -> Vec<&'a str> {
 }
 
 #[test]
-fn all_rigs_answer_and_a_dead_one_is_a_line_and_keeps_nobody_waiting() {
+fn all_option_lists_every_rig_without_waiting_for_dead_ones() {
     let directory = tempfile::tempdir().expect("a directory");
     let rigs = directory.path();
     let one = Daemon::start_at(&socket_of(rigs, "hapticd"), &["--ramp-ms", "10"]);
@@ -115,7 +115,7 @@ fn all_rigs_answer_and_a_dead_one_is_a_line_and_keeps_nobody_waiting() {
 }
 
 #[test]
-fn a_rig_behind_a_forwarded_socket_is_one_like_the_others_and_its_client_is_the_forwarder() {
+fn forwarded_rig_acts_like_a_local_one() {
     let directory = tempfile::tempdir().expect("a directory");
     let rigs = directory.path();
     let far = Daemon::start(&["--ramp-ms", "10"]);

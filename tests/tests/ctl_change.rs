@@ -64,7 +64,7 @@ fn values_are_taken_in_the_units_that_people_write() {
 }
 
 #[test]
-fn a_change_can_depend_on_the_revision_take_its_time_or_only_be_tried() {
+fn change_accepts_if_revision_ramp_and_dry_run() {
     let daemon = Daemon::start(&[]);
     let tried = json(&daemon, &["set", "mass=2kg", "--dry-run"]);
     assert_eq!((&tried["dry_run"], &tried["revision"]), (&true.into(), &1.into()));
@@ -136,7 +136,7 @@ fn a_scene_is_a_name_a_revision_or_a_file() {
 }
 
 #[test]
-fn a_scene_that_is_not_there_is_answered_with_the_one_that_was_meant() {
+fn missing_scene_suggests_the_nearest_name() {
     let daemon = Daemon::start(&[]);
     let said = refused(&daemon, &["scene", "load", "viscus-drag"], 1);
     assert!(said.contains("did you mean `viscous-drag`"), "{said}");

@@ -60,7 +60,7 @@ fn a_stopped_rig_is_pointed_out_with_what_clears_it() {
 }
 
 #[test]
-fn without_a_daemon_it_says_so_and_what_to_do_and_looks_at_the_rest() {
+fn doctor_without_daemon_names_fix_and_checks_the_rest() {
     let output = ctl(Path::new("/nonexistent/control.sock"), &["doctor", "--json"]);
     assert_eq!(output.status.code(), Some(1));
     let found = checks(&output);

@@ -143,7 +143,7 @@ fn what_cannot_be_determined_is_refused_by_name_and_ends_with_1() {
 }
 
 #[test]
-fn a_wrong_file_or_column_is_wrong_usage_and_no_input_is_written_over() {
+fn wrong_file_or_column_is_usage_error_and_keeps_input() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("wrong.csv");
     std::fs::write(&file, "t_s,position_m,force_N\n0,0,1\n0.001,zero,1\n").expect("written");

@@ -37,7 +37,7 @@ fn code(mut child: Child) -> Option<i32> {
 }
 
 #[test]
-fn the_rig_stays_engaged_for_as_long_as_the_command_runs_and_beyond_if_that_ends_well() {
+fn rig_stays_engaged_while_command_runs_and_after_success() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
     let holder = held(&daemon, TIMEOUT);
@@ -73,7 +73,7 @@ fn the_rig_is_released_when_haptic_ctl_is_killed_or_hangs() {
 }
 
 #[test]
-fn the_exit_code_is_the_commands_and_a_command_that_fails_releases_the_rig() {
+fn lease_passes_on_exit_code_and_failure_releases_rig() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
     for (script, expected) in [("exit 7", 7), ("kill -TERM $$", 143)] {
@@ -96,7 +96,7 @@ fn the_exit_code_is_the_commands_and_a_command_that_fails_releases_the_rig() {
 }
 
 #[test]
-fn a_command_that_ends_well_is_no_success_when_the_daemon_has_gone_meanwhile() {
+fn successful_command_fails_when_daemon_has_gone() {
     let daemon = Daemon::start(&[]);
     let holder = held(&daemon, TIMEOUT);
     drop(daemon);

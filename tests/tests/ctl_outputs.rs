@@ -43,7 +43,7 @@ fn file(directory: &Path, name: &str) -> (PathBuf, String) {
 }
 
 #[test]
-fn no_file_is_replaced_unless_that_is_asked_for_nor_written_under_another_ending() {
+fn existing_file_is_kept_unless_force_option_is_given() {
     let directory = tempfile::tempdir().expect("a directory");
     let (there, name) = file(directory.path(), "there.csv");
     for arguments in commands(&name) {
@@ -92,7 +92,7 @@ fn a_name_that_cannot_be_is_wrong_usage_and_a_full_disk_is_not() {
 }
 
 #[test]
-fn what_is_no_motion_and_what_cannot_be_repaired_is_said_plainly() {
+fn unreadable_motion_and_failed_repair_give_plain_errors() {
     let directory = tempfile::tempdir().expect("a directory");
     let (_, out) = file(directory.path(), "out.csv");
     let scene = format!("{ROOT}/scenes/lugre.toml");

@@ -91,7 +91,7 @@ fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
 }
 
 #[test]
-fn an_interrupt_ends_it_as_it_should_be_and_changes_stand_before_their_rows() {
+fn interrupt_completes_recording_with_marks_before_their_rows() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let (_directory, file) = somewhere("csv");
     let recorder = daemon.recorder(&file, &[]);
@@ -126,7 +126,7 @@ fn an_interrupt_ends_it_as_it_should_be_and_changes_stand_before_their_rows() {
 }
 
 #[test]
-fn an_interrupt_before_the_time_that_was_asked_for_is_no_success() {
+fn interrupt_before_requested_duration_exits_130() {
     let daemon = Daemon::start(&[]);
     let (_directory, file) = somewhere("csv");
     let recorder = daemon.recorder(&file, &["--for", "1h"]);
@@ -397,7 +397,7 @@ fn a_program_sets_markers_by_lines_where_that_is_asked_for() {
 }
 
 #[test]
-fn the_end_of_the_markers_does_not_cut_the_time_that_was_asked_for() {
+fn end_of_markers_does_not_cut_requested_duration() {
     let daemon = Daemon::start(&[]);
     let (_directory, file) = somewhere("csv");
     let recorder = daemon.recorder(&file, &["--markers-from-stdin", "--for", "400ms"]);
@@ -414,7 +414,7 @@ fn the_end_of_the_markers_does_not_cut_the_time_that_was_asked_for() {
 }
 
 #[test]
-fn a_rig_that_is_unplugged_is_marked_when_it_goes_and_when_it_comes_back() {
+fn unplugging_and_return_are_marked_in_recording() {
     let _one = crate::one_of_two();
     let mut rig = FakeRig::start(&[]);
     let daemon = Daemon::start_on(&rig.address(), &[]);

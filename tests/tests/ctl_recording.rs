@@ -216,7 +216,7 @@ fn nothing_is_replaced_that_was_not_to_be() {
 }
 
 #[test]
-fn a_part_is_a_recording_that_begins_with_what_its_first_row_had() {
+fn cut_part_begins_with_state_of_its_first_row() {
     let shelf = Shelf::new();
     let file = shelf.session();
     let (path, whole) = (plain(&file), read(&file));
@@ -372,7 +372,7 @@ fn what_can_be_read_is_kept_by_a_repair() {
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/simulated-friction.toml");
 
 #[test]
-fn a_recording_is_a_motion_for_simulate_and_for_the_hand_in_every_format() {
+fn recording_in_any_format_drives_simulate_and_hand() {
     let shelf = Shelf::new();
     let file = shelf.session();
     let whole = read(&file);

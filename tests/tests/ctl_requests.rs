@@ -17,7 +17,7 @@ fn lines(text: &str) -> Vec<Value> {
 }
 
 #[test]
-fn lines_are_sent_as_they_are_and_answered_with_the_exit_code_of_the_first_refusal() {
+fn raw_lines_go_verbatim_and_first_refusal_sets_exit_code() {
     let daemon = Daemon::start(&[]);
     let raw = |input: &str| -> Output {
         let mut child = Command::new(binary("haptic-ctl"))

@@ -18,7 +18,7 @@ fn json(said: &str) -> Vec<Value> {
 }
 
 #[test]
-fn a_schedule_from_a_file_is_waited_for_and_one_that_is_kept_is_taken_back_by_name() {
+fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
     let daemon = Daemon::start(&[]);
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("steps.json");
@@ -54,14 +54,14 @@ fn a_schedule_from_a_file_is_waited_for_and_one_that_is_kept_is_taken_back_by_na
     let said = refused(&daemon, &["set", "b=9"], 1);
     assert!(said.contains("schedule.cancel"), "{said}");
     let said = daemon.ctl_ok(&["schedule", "cancel", "later"]);
-    assert!(said.starts_with("2 scheduled changes were taken back"), "{said}");
+    assert!(said.starts_with("2 scheduled changes were cancelled"), "{said}");
     refused(&daemon, &["schedule", "cancel", "later"], 1);
     let said = refused(&daemon, &["set", "b=9", "--at-tick", "1"], 1);
     assert!(said.contains("at_tick = 1 is out of range"), "{said}");
 }
 
 #[test]
-fn values_are_multiplied_and_added_to_and_scenes_renamed_and_deleted() {
+fn set_scales_and_adds_and_scenes_are_renamed_and_deleted() {
     let daemon = Daemon::start(&[]);
     let said = daemon.ctl_ok(&["set", "mass*=3", "Fs+*=2", "--json"]);
     let applied = &json(&said)[0]["applied"];

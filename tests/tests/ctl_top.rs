@@ -25,7 +25,7 @@ fn top_at(socket: &Path, no_color: &str) -> Terminal {
 }
 
 #[test]
-fn everything_that_moves_is_on_a_small_screen_and_keys_drive_the_rig() {
+fn top_fits_a_small_screen_and_keys_drive_rig() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
     let mut top = top(&daemon, "");

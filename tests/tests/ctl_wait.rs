@@ -66,7 +66,7 @@ fn a_stop_ends_what_waits_for_another_state_with_6() {
 }
 
 #[test]
-fn what_does_not_come_in_time_ends_with_5_and_a_daemon_that_goes_with_3() {
+fn wait_exits_5_on_timeout_and_3_when_daemon_goes() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     let engaged = waiting(&daemon, &mut client, "state=engaged");
@@ -102,7 +102,7 @@ fn what_is_so_already_needs_no_time() {
 }
 
 #[test]
-fn a_condition_that_cannot_be_read_is_wrong_usage_and_names_the_fields() {
+fn unreadable_condition_is_usage_error_naming_fields() {
     let daemon = Daemon::start(&[]);
     for (condition, named) in [
         ("colour=red", "device_position_m"),

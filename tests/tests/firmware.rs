@@ -229,7 +229,7 @@ fn it_keeps_time_while_commands_come_in_bursts() {
 }
 
 #[test]
-fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
+fn hung_main_loop_releases_motor_in_promised_time() {
     for encoder in ENCODERS {
         // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the
         // loop that hangs kicks it, the interrupt's after 50.

@@ -17,7 +17,7 @@ fn log() -> (Vec<Row>, Vec<Test>) {
 }
 
 #[test]
-fn every_row_names_tests_that_exist_and_every_marked_test_has_its_row() {
+fn hazard_rows_and_marked_tests_match() {
     let (rows, tests) = log();
     assert!(tests.len() > 500, "only {} tests were found", tests.len());
     let found = disagreements(&rows, &tests);
@@ -25,7 +25,7 @@ fn every_row_names_tests_that_exist_and_every_marked_test_has_its_row() {
 }
 
 #[test]
-fn the_log_has_every_hazard_that_was_seen_and_every_fault_that_was_planted() {
+fn log_lists_every_seen_hazard_and_planted_fault() {
     let (rows, _) = log();
     for (kind, most) in [('H', 20), ('P', 16)] {
         for number in 1..=most {

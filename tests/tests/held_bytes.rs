@@ -32,7 +32,7 @@ fn waited(daemon: &Daemon) -> usize {
 
 // hazard: H20
 #[test]
-fn events_that_wait_for_a_client_that_does_not_read_are_bounded_in_bytes() {
+fn backlog_of_client_that_does_not_read_is_bounded() {
     let _alone = crate::alone();
     timed("what the daemon holds for a client that does not read", || {
         let daemon = Daemon::start(&["--rate", &RATE_HZ.to_string()]);

@@ -69,7 +69,7 @@ fn agree(terminal: &mut Terminal) {
 
 // hazard: F20
 #[test]
-fn a_motion_is_repeated_by_itself_as_often_as_was_agreed_and_then_with_consent() {
+fn motion_repeats_as_often_as_agreed_then_needs_consent() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &STALE);
     let mut terminal = identifying(&daemon, "1");
@@ -93,7 +93,7 @@ fn a_motion_is_repeated_by_itself_as_often_as_was_agreed_and_then_with_consent()
 
 // hazard: F20
 #[test]
-fn a_control_thread_that_was_kept_waiting_interrupts_a_motion_and_does_not_end_the_identification() {
+fn delayed_control_thread_interrupts_motion_not_identification() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     // Lost before the lease lapses, of which at least two thirds are left: that would end it.
     let (daemon, _client) = daemon(&rig, &[&STALE[..], &["--control-timeout-ms", "1000"]].concat());
@@ -111,7 +111,7 @@ fn a_control_thread_that_was_kept_waiting_interrupts_a_motion_and_does_not_end_t
 
 // hazard: F20
 #[test]
-fn a_handle_that_lies_elsewhere_after_an_interruption_is_not_moved_without_consent() {
+fn displaced_handle_is_not_moved_without_consent() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &STALE);
     let mut terminal = identifying(&daemon, "100");

@@ -101,7 +101,7 @@ fn a_longer_lease_ends_the_identification_and_its_force() {
 
 // hazard: F20
 #[test]
-fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
+fn stop_in_excitation_acts_at_once_and_scene_returns() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut identifier = pulling(&mut rig, &daemon);
@@ -150,7 +150,7 @@ fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
 
 // hazard: H13
 #[test]
-fn a_motor_of_the_wrong_sign_ends_an_excitation_within_millimetres() {
+fn reversed_motor_ends_excitation_within_millimetres() {
     let mut rig = FakeRig::start(&["--hand", "free", "--reversed"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut identifier = begun(&daemon);
@@ -169,7 +169,7 @@ fn a_motor_of_the_wrong_sign_ends_an_excitation_within_millimetres() {
 
 // hazard: F20
 #[test]
-fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() {
+fn hand_taking_handle_away_feels_at_most_the_force_limit() {
     // It moves 30 mm to and fro whatever the motor does.
     let mut rig = FakeRig::start(&["--hand", "sine"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
@@ -190,7 +190,7 @@ fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() 
 }
 
 #[test]
-fn the_first_answer_says_where_the_handle_lies_and_how_far_it_may_go_from_there() {
+fn identify_reply_gives_handle_position_and_travel_limit() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     // Farther from the encoder's zero than half of the range.
@@ -212,7 +212,7 @@ fn the_first_answer_says_where_the_handle_lies_and_how_far_it_may_go_from_there(
 
 // hazard: F20
 #[test]
-fn a_rig_that_is_unplugged_in_an_excitation_ends_it_and_comes_back_without_force() {
+fn unplugged_rig_ends_excitation_and_returns_without_force() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
     let mut identifier = pulling(&mut rig, &daemon);
@@ -252,7 +252,7 @@ fn only_a_commissioned_rig_of_a_known_range_is_identified() {
 
 // hazard: F20
 #[test]
-fn nobody_else_moves_the_rig_meanwhile_and_bounds_are_refused_by_name() {
+fn identification_locks_out_others_and_names_exceeded_bound() {
     let daemon = Daemon::start(&["--hand=free"]);
     let mut other = daemon.client();
     let error = refused(&mut other, Request::IdentifyBegin { range_m: Some(0.1) });
@@ -372,7 +372,7 @@ fn haptic_ctl_measures_the_rig_itself_and_keeps_it() {
 }
 
 #[test]
-fn haptic_ctl_measures_the_rig_with_what_is_on_it_and_records_that() {
+fn haptic_ctl_identifies_rig_with_its_load_and_records_run() {
     timed("a rig that measures what is on it for half a minute", || {
         let daemon = known_rig();
         let directory = tempfile::tempdir().expect("a directory");

@@ -152,7 +152,7 @@ fn mass_friction_by_direction_and_cogging_of_a_rig_are_found() {
 }
 
 #[test]
-fn a_rig_that_breaks_away_above_its_friction_has_its_static_limits_and_no_cogging() {
+fn breakaway_above_friction_gives_static_limits_not_cogging() {
     let truth = RigProperties {
         friction_n: 0.8,
         breakaway_ratio: 1.4,
@@ -177,7 +177,7 @@ fn a_rig_that_breaks_away_above_its_friction_has_its_static_limits_and_no_coggin
 }
 
 #[test]
-fn what_gives_way_before_it_slides_is_found_by_the_motions_of_a_run() {
+fn identification_motions_find_stiffness_before_sliding() {
     if !test_run::is_long_for("the stiffness before sliding, found by the motions of a run") {
         return;
     }

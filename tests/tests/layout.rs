@@ -64,7 +64,7 @@ fn has_example(source: &str) -> bool {
 }
 
 #[test]
-fn a_library_is_without_tests_of_its_documents_where_no_example_is_in_them() {
+fn library_without_examples_has_no_doctests() {
     assert!(has_example("//! ```text\n//! ```\n/// ```\n/// f();\n/// ```"));
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut libraries: BTreeMap<String, Vec<String>> = BTreeMap::new();

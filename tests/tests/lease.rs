@@ -33,7 +33,7 @@ fn lapsed(client: &mut Client) -> Vec<String> {
 }
 
 #[test]
-fn a_silent_client_lets_the_force_out_in_its_time_and_not_before() {
+fn silent_client_releases_force_at_its_timeout_not_before() {
     let (_daemon, mut watcher, mut holder) = engaged();
     // So long that a busy machine does not keep this thread silent for it.
     const TIMEOUT: Duration = Duration::from_secs(2);
@@ -83,7 +83,7 @@ fn releases(client: &mut Client, count: usize) -> Vec<(Option<String>, bool)> {
 }
 
 #[test]
-fn a_release_is_journalled_as_that_of_the_lease_or_of_the_client_and_not_of_a_button() {
+fn journal_attributes_release_to_lease_or_client_not_button() {
     // A ramp that is shorter than a tick: force is gone from one tick to the next, as by an enable button.
     let daemon = Daemon::start(&["--rate=100", "--ramp-ms=1", "--scene", LIGHT_BLOCK]);
     let mut watcher = daemon.client();
@@ -114,7 +114,7 @@ fn a_release_is_journalled_as_that_of_the_lease_or_of_the_client_and_not_of_a_bu
 }
 
 #[test]
-fn a_client_that_dies_while_it_is_sent_samples_lets_the_force_out_at_once_and_another_one_engages() {
+fn client_dying_while_subscribed_releases_force_at_once() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut watcher = daemon.client();
     for _ in 0..5 {
@@ -132,7 +132,7 @@ fn a_client_that_dies_while_it_is_sent_samples_lets_the_force_out_at_once_and_an
 
 // hazard: F4, F20
 #[test]
-fn a_client_that_dies_while_its_requests_wait_for_a_disk_lets_the_force_out_at_once() {
+fn client_dying_during_disk_stall_releases_force_at_once() {
     let Some(daemon) = stalled::daemon(&["--hand=free", "--ramp-ms", "20"]) else {
         return;
     };
@@ -166,7 +166,7 @@ fn a_client_that_dies_while_its_requests_wait_for_a_disk_lets_the_force_out_at_o
 
 // hazard: F4
 #[test]
-fn an_engagement_that_waited_while_the_lease_of_its_client_expired_is_refused() {
+fn engagement_queued_past_lease_expiry_is_refused() {
     let Some(daemon) = stalled::daemon(&[]) else {
         return;
     };

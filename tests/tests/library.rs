@@ -50,7 +50,7 @@ fn every_scene_that_comes_with_the_daemon_loads_and_goes_back() {
 }
 
 #[test]
-fn a_scene_that_was_saved_is_there_for_the_next_daemon_and_as_a_file_that_it_starts_with() {
+fn saved_scene_is_listed_and_starts_another_daemon() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     let params = [("M", 2.5), ("Fs+", 6.0)].into_iter().collect();

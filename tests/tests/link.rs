@@ -107,7 +107,7 @@ fn unplugged_it_is_disconnected_and_plugged_in_again_it_is_idle() {
 
 // hazard: H18
 #[test]
-fn a_loss_is_in_the_journal_also_after_a_reset_while_the_device_was_silent() {
+fn loss_is_journalled_even_after_reset_of_silent_device() {
     let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected_with(&[], &STALE);
     pull(&mut rig, &mut client);
@@ -176,7 +176,7 @@ fn stop_unheard(client: &mut Client) {
 }
 
 #[test]
-fn a_stop_without_a_device_is_answered_truly_and_holds_nothing_up() {
+fn stop_without_device_reports_truth_and_blocks_nothing() {
     let _one = crate::one_of_two();
     let directory = tempfile::tempdir().expect("a directory");
     let daemon = Daemon::start_on(&format!("serial:{}", directory.path().join("rig").display()), &[]);
@@ -184,7 +184,7 @@ fn a_stop_without_a_device_is_answered_truly_and_holds_nothing_up() {
 }
 
 #[test]
-fn a_rig_that_is_stopped_while_it_is_unplugged_comes_back_stopped() {
+fn rig_stopped_while_unplugged_returns_stopped() {
     let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[]);
     pull(&mut rig, &mut client);
@@ -278,7 +278,9 @@ fn a_rig_that_takes_no_command_any_more_is_let_go_of() {
     rig.fail("no-echo");
     let faulted = wait_for(&mut client, "a fault", |status| status.state != RigState::Engaged);
     let fault = faulted.fault.clone().unwrap_or_default();
-    assert!(fault.starts_with("commands_ignored"), "{fault}");
+    // Where this machine stands still, the device hears no command for as long, and its own watchdog is the first.
+    let is_let_go = fault.starts_with("commands_ignored") || fault.contains("watchdog has switched its motor off");
+    assert!(is_let_go, "{fault}");
     wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
 }
 
@@ -406,7 +408,7 @@ fn a_line_that_loses_doubles_damages_and_delays_is_ridden_out() {
 }
 
 #[test]
-fn unplugged_a_thousand_times_it_leaks_nothing_and_never_pulls_by_itself() {
+fn repeated_unplugging_leaks_nothing_and_never_pulls() {
     let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&["--sample-rate-hz", "1000"]);
     let began = Instant::now();

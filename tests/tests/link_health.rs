@@ -43,7 +43,7 @@ fn stiffest(reply: &AdviceReply) -> f64 {
 
 // hazard: H10
 #[test]
-fn advice_reckons_with_the_rate_of_the_rig_and_the_delay_of_the_link() {
+fn advice_accounts_for_rig_rate_and_link_delay() {
     let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&["--sample-rate-hz", "60"], "200");
     let measured = advice_until(&mut client, |reply| {
@@ -110,7 +110,7 @@ fn an_error_of_the_device_is_told_with_its_code_and_its_detail() {
 }
 
 #[test]
-fn a_jump_of_the_sequence_or_of_the_clock_is_not_counted_as_a_million_lost_samples() {
+fn sequence_or_clock_jump_does_not_inflate_loss_or_drift() {
     let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[], "200");
     rig.fail("sequence-jump 1000000000");
@@ -154,7 +154,7 @@ fn a_clock_that_lies_is_told_while_idle_and_refused() {
 }
 
 #[test]
-fn a_rig_that_is_back_and_silent_is_told_apart_from_one_that_is_gone() {
+fn silent_rig_is_told_apart_from_missing_one() {
     let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[], "200");
     let says = |client: &mut Client, what: &str| {

@@ -34,7 +34,7 @@ fn count(entries: &[JournalEntry], op: &str) -> usize {
 
 // hazard: H18
 #[test]
-fn faults_disconnects_and_stops_are_in_the_journal_and_on_standard_error_in_the_same_words() {
+fn journal_and_stderr_word_faults_disconnects_and_stops_alike() {
     let mut rig = FakeRig::start(&[]);
     let daemon = Daemon::start_on(&rig.address(), &["--ramp-ms", "20", "--stale-ms", "200"]);
     let mut client = daemon.client();

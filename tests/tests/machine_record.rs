@@ -5,7 +5,7 @@ use haptic_ipc::{ChangeReply, Event, Request, RigState, StateReply, SubscribeRep
 use system_tests::{Daemon, machine_record, wait_for_state};
 
 #[test]
-fn every_tick_of_a_real_motion_reaches_a_subscriber_while_the_scene_changes() {
+fn every_tick_of_real_motion_reaches_subscriber() {
     let Some(path) = machine_record() else {
         test_run::skip("emps-pulses.csv", "the real machine's record, in ../shared/data");
         return;

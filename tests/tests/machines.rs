@@ -46,7 +46,7 @@ fn rigs_on_usb_are_found_driven_unplugged_and_found_again() {
 
 // hazard: H7
 #[test]
-fn on_a_booted_debian_rigs_are_plugged_in_pulled_out_and_put_to_sleep() {
+fn booted_debian_handles_plugging_unplugging_and_sleep() {
     let _alone = crate::alone();
     if !test_run::is_long_for("the package on a booted Debian") {
         return;
@@ -66,7 +66,7 @@ fn on_a_booted_debian_rigs_are_plugged_in_pulled_out_and_put_to_sleep() {
 }
 
 #[test]
-fn piuparts_finds_that_both_packages_come_and_go_without_a_trace() {
+fn piuparts_finds_both_packages_leave_no_trace() {
     let _alone = crate::alone();
     if !test_run::is_long_for("the packages under piuparts") {
         return;

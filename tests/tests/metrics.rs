@@ -110,7 +110,7 @@ fn a_fault_is_counted_by_its_code() {
 }
 
 #[test]
-fn what_is_no_request_for_metrics_is_answered_or_dropped_and_holds_nobody_up() {
+fn bad_metrics_requests_are_refused_and_block_nothing() {
     let (daemon, address) = daemon(&[]);
     assert!(get(address, "/").0.starts_with("HTTP/1.1 404"));
     assert!(
@@ -145,7 +145,7 @@ fn get_status(address: SocketAddr) -> String {
 }
 
 #[test]
-fn the_file_for_node_exporter_is_whole_readable_and_kept_up_to_date() {
+fn node_exporter_file_is_whole_readable_and_current() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("hapticd.prom");
     let daemon = Daemon::start(&["--metrics-file", path.to_str().expect("a plain path")]);
@@ -225,7 +225,7 @@ fn queries() -> Vec<String> {
 }
 
 #[test]
-fn promtool_has_nothing_to_say_and_rules_and_dashboard_name_only_what_is_scraped() {
+fn promtool_accepts_metrics_and_rules_use_only_scraped_names() {
     let Some(promtool) = program("promtool") else { return };
     let rig = system_tests::fake_rig::FakeRig::start(&[]);
     let daemon = Daemon::start_on(&rig.address(), &["--metrics", "127.0.0.1:0"]);
@@ -359,7 +359,7 @@ impl Prometheus {
 }
 
 #[test]
-fn a_real_prometheus_sees_both_rigs_by_their_names_and_that_one_faults() {
+fn prometheus_sees_both_rigs_by_name_and_the_fault_of_one() {
     let _one = one_of_two();
     let Some(program) = program("prometheus") else { return };
     let (daemon, address) = daemon(&["--hand", "sine", "--speed-limit-mps", "0.01"]);

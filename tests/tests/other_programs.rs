@@ -430,7 +430,7 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
 }
 
 #[test]
-fn a_hand_from_a_table_that_is_none_is_refused_before_the_daemon_starts() {
+fn unreadable_hand_is_refused_at_start() {
     let base = Base::new();
     let degrees = base.put("degrees.csv", base.plain().replacen("position_m", "position_deg", 1));
     let mcap = of_program("json.mcap");

@@ -40,7 +40,7 @@ fn lay_traps(directory: &Path) -> UnixListener {
 
 // hazard: H14
 #[test]
-fn what_is_no_scene_in_the_library_is_refused_at_once_and_the_daemon_ends() {
+fn bad_scene_files_are_refused_at_once() {
     let daemon = Daemon::start(&["--ramp-ms", "20"]);
     let _socket = lay_traps(&daemon.scene_dir());
     let mut client = daemon.client();
@@ -135,7 +135,7 @@ fn what_is_no_configuration_scene_or_motion_is_refused_at_once() {
 
 // hazard: H14
 #[test]
-fn a_disk_that_does_not_answer_holds_up_neither_a_stop_nor_the_end() {
+fn stalled_disk_delays_neither_stop_nor_shutdown() {
     let Some(daemon) = stalled::daemon(&["--ramp-ms", "20"]) else {
         return;
     };

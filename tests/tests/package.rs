@@ -31,7 +31,7 @@ fn state_of(machine: &Machine, unit: &str) -> String {
 }
 
 #[test]
-fn one_command_installs_it_the_first_client_starts_the_rig_and_systemctl_says_what_it_does() {
+fn package_installs_in_one_command_and_first_client_starts_rig() {
     let _one = one_of_two();
     let Some(machine) = Machine::boot_bare() else { return };
     let began = Instant::now();
@@ -84,7 +84,7 @@ fn one_command_installs_it_the_first_client_starts_the_rig_and_systemctl_says_wh
 }
 
 #[test]
-fn a_client_of_a_daemon_that_cannot_start_is_told_and_does_not_start_it_again_and_again() {
+fn client_learns_of_failed_start_and_does_not_repeat_it() {
     let _one = one_of_two();
     let Some(machine) = Machine::boot("rate = 1") else {
         return;
@@ -115,7 +115,7 @@ fn a_client_of_a_daemon_that_cannot_start_is_told_and_does_not_start_it_again_an
 }
 
 #[test]
-fn an_upgrade_lets_the_force_down_first_keeps_the_configuration_and_comes_back_idle() {
+fn upgrade_ramps_force_down_first_and_returns_idle() {
     let _one = one_of_two();
     let Some(machine) = Machine::boot("ramp-ms = 300\nstale-ms = 500") else {
         return;
@@ -144,7 +144,7 @@ fn an_upgrade_lets_the_force_down_first_keeps_the_configuration_and_comes_back_i
 }
 
 #[test]
-fn two_rigs_are_two_instances_and_one_knows_nothing_of_the_other() {
+fn two_rigs_run_as_independent_instances() {
     let _one = one_of_two();
     let Some(machine) = Machine::boot("") else { return };
     let shipped = fs::read_to_string(machine.path("/etc/hapticd/hapticd.toml")).expect("it was installed");

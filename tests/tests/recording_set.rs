@@ -26,7 +26,7 @@ fn files(set: &Path) -> Vec<String> {
 }
 
 #[test]
-fn recordings_are_collected_by_rig_and_date_and_none_is_ever_replaced() {
+fn recordings_are_collected_by_rig_and_date_never_replaced() {
     let directory = tempfile::tempdir().expect("a directory");
     let set = directory.path().join("set");
     let first = directory.path().join("a b.csv");

@@ -62,7 +62,7 @@ fn refused(clone: &Path, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn a_release_is_prepared_in_a_clone_and_refused_where_something_is_missing() {
+fn release_is_prepared_in_clone_and_refused_if_incomplete() {
     if !test_run::is_long_for("the preparation of a release") {
         return;
     }

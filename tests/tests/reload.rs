@@ -122,7 +122,7 @@ fn session(file: &Path) -> (Recording, ReloadReply) {
 
 // hazard: H21
 #[test]
-fn limits_that_change_under_a_hand_make_no_step_and_a_recording_across_them_replays_to_the_last_bit() {
+fn limit_change_under_hand_makes_no_step_and_replays_exactly() {
     let directory = tempfile::tempdir().expect("a directory");
     let (recording, lower) = session(&directory.path().join("session.mcap"));
     assert!(recorded::is_whole(&recording), "rows are lost");
@@ -132,7 +132,7 @@ fn limits_that_change_under_a_hand_make_no_step_and_a_recording_across_them_repl
 
     // Beside the ramp of engaging and of the release: from 2 N to 10 N in 200 ms is the fastest of all.
     const FASTEST_N_PER_S: f64 = 8.0 / 0.2;
-    const LONGEST_STEP_S: f64 = 5e-3;
+    const MAX_STEP_S: f64 = 5e-3;
     /// What the force of the surface itself may do in a tick that comes late, N.
     const OWN_STEP_N: f64 = 0.3;
     let rows = &recording.rows;
@@ -150,7 +150,7 @@ fn limits_that_change_under_a_hand_make_no_step_and_a_recording_across_them_repl
     let mut since_s = 0.0;
     for index in &engaged[begun..] {
         let (before, now) = (&rows[index - 1], &rows[*index]);
-        let elapsed_s = (now.elapsed_ns as f64 * 1e-9).min(LONGEST_STEP_S);
+        let elapsed_s = (now.elapsed_ns as f64 * 1e-9).min(MAX_STEP_S);
         let step_n = (now.command_force_n - before.command_force_n).abs();
         assert!(
             step_n <= FASTEST_N_PER_S * elapsed_s + OWN_STEP_N,
@@ -282,7 +282,7 @@ fn a_reload_goes_through_in_every_state_and_engages_nothing() {
 }
 
 #[test]
-fn a_flood_of_signals_keeps_nobody_waiting_and_ends_with_the_newest_file() {
+fn signal_flood_delays_nobody_and_ends_with_newest_file() {
     let rig = Reloaded::start("force-limit-n = 12\n");
     let mut client = rig.daemon.client();
     pull(&mut client);
@@ -302,7 +302,7 @@ fn a_flood_of_signals_keeps_nobody_waiting_and_ends_with_the_newest_file() {
 }
 
 #[test]
-fn the_active_scene_stays_when_its_file_changes_and_files_without_a_scene_are_named() {
+fn active_scene_stays_when_its_file_changes() {
     let rig = Reloaded::start("");
     let mut client = rig.daemon.client();
     rig.daemon.ctl_ok(&["scene", "save", "mine"]);

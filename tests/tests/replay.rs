@@ -174,7 +174,7 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
 }
 
 #[test]
-fn a_rig_behind_a_link_gives_its_forces_again_also_after_another_one_came() {
+fn rig_behind_link_replays_its_forces_after_device_swap() {
     let _one = crate::one_of_two();
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("rig");
@@ -247,7 +247,7 @@ fn a_recording_of_an_earlier_build_gives_its_forces_again() {
 }
 
 #[test]
-fn a_recording_by_another_servo_is_said_to_be_one_and_is_rendered_all_the_same() {
+fn recording_by_other_servo_is_named_and_still_rendered() {
     for file in recordings_of("0.1.0") {
         let output = ctl(&file, &[]);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -111,7 +111,7 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
 
 // hazard: F21
 #[test]
-fn a_share_beyond_the_largest_or_of_nothing_identified_is_refused() {
+fn excessive_or_unidentified_compensation_share_is_refused() {
     let refused_at_start = |share: &str| {
         let output = Command::new(binary("hapticd"))
             .args(["--device", "fake", "--compensate", share])

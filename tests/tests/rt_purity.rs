@@ -304,7 +304,7 @@ impl Load {
 }
 
 #[test]
-fn the_loop_sleeps_once_a_tick_never_faults_and_accounts_for_every_period() {
+fn loop_sleeps_once_a_tick_and_accounts_for_every_period() {
     let _alone = crate::alone();
     let each = watched() / u32::try_from(SCENES.len()).expect("few");
     for scene in SCENES {

@@ -75,7 +75,7 @@ fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) {
 
 // hazard: H2
 #[test]
-fn a_control_thread_that_a_debugger_stops_ends_in_a_released_rig() {
+fn control_thread_held_by_debugger_ends_in_released_rig() {
     let _one = crate::one_of_two();
     hang_it("stopped by a debugger", None, HeldThread::control);
 }
@@ -83,7 +83,7 @@ fn a_control_thread_that_a_debugger_stops_ends_in_a_released_rig() {
 // hazard: H2
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn a_control_thread_that_goes_round_and_round_ends_in_a_released_rig() {
+fn spinning_control_thread_ends_in_released_rig() {
     let _one = crate::one_of_two();
     hang_it("a busy loop", None, |daemon| {
         HungThread::control(daemon, Hang::Spinning)
@@ -93,7 +93,7 @@ fn a_control_thread_that_goes_round_and_round_ends_in_a_released_rig() {
 // hazard: H1, H2
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn a_control_thread_that_stands_in_a_write_ends_in_a_released_rig() {
+fn control_thread_stuck_in_write_ends_in_released_rig() {
     let _one = crate::one_of_two();
     let full = Blocked::pipe();
     hang_it("a write to a full pipe", Some(&full), |daemon| {
@@ -232,7 +232,7 @@ fn the_devices_own_force_limit_is_the_limit_and_is_said() {
 
 // hazard: H7
 #[test]
-fn a_daemon_that_was_stopped_while_force_flowed_comes_back_without_force() {
+fn daemon_suspended_under_force_resumes_without_force() {
     let _one = crate::one_of_two();
     let daemon = Daemon::start(&["--ramp-ms", "20", "--stale-ms", "100"]);
     let mut client = daemon.client();

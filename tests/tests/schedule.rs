@@ -179,7 +179,7 @@ fn a_staircase_is_rendered_tick_by_tick_beside_subscribers() {
 }
 
 #[test]
-fn nothing_comes_between_scheduled_changes_and_every_client_may_take_them_back() {
+fn nothing_interleaves_schedule_and_any_client_may_cancel_it() {
     let daemon = Daemon::start(&[]);
     let (mut ada, mut bob) = (daemon.client(), daemon.client());
     let first = status(&mut ada).tick + FAR;
@@ -312,7 +312,7 @@ fn a_schedule_is_taken_whole_or_not_at_all() {
 }
 
 #[test]
-fn a_stop_and_the_end_of_its_client_take_a_schedule_back_and_a_release_does_not() {
+fn stop_or_client_end_cancels_schedule_but_release_does_not() {
     let daemon = Daemon::start(&[]);
     let mut watcher = daemon.client();
     let first = status(&mut watcher).tick + FAR;
@@ -360,7 +360,7 @@ fn a_stop_and_the_end_of_its_client_take_a_schedule_back_and_a_release_does_not(
 }
 
 #[test]
-fn a_fault_and_an_unplugged_rig_take_a_schedule_back_and_the_next_one_is_rendered() {
+fn fault_or_unplugging_cancels_schedule_and_next_one_runs() {
     let mut rig = FakeRig::start(&[]);
     let daemon = Daemon::start_on(&rig.address(), &["--ramp-ms", "20", "--stale-ms", "200"]);
     let mut client = daemon.client();

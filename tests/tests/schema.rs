@@ -86,7 +86,7 @@ fn the_page_lists_every_error_code_and_no_other() {
 }
 
 #[test]
-fn what_the_daemon_takes_is_in_the_schema_and_what_it_refuses_is_not() {
+fn schema_and_daemon_accept_the_same_requests() {
     let Some(request) = Validator::of(Part::Request) else {
         return;
     };

@@ -155,7 +155,7 @@ fn a_study_that_is_killed_at_any_moment_resumes_at_that_trial() {
 }
 
 #[test]
-fn an_interrupt_ends_a_study_cleanly_and_two_programs_cannot_run_it() {
+fn interrupt_ends_study_cleanly_and_second_program_is_refused() {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
     let mut program = start(&study("perception", &folder, &["--no-recordings"]));
@@ -219,7 +219,7 @@ fn a_wrong_study_is_refused_with_the_reason() {
 }
 
 #[test]
-fn a_study_of_people_is_made_by_one_command_and_never_called_a_models() {
+fn human_study_is_made_by_one_command_and_reported_as_human() {
     let parent = tempfile::tempdir().expect("a folder");
     let plan = small_plan(parent.path(), 1);
     let (people, model) = (parent.path().join("people"), parent.path().join("model"));

@@ -47,7 +47,7 @@ fn said(output: &Output) -> (Option<i32>, String) {
 }
 
 #[test]
-fn trials_from_elsewhere_give_the_throughput_by_hand_in_any_order_of_the_rows() {
+fn foreign_trials_give_hand_computed_throughput_in_any_order() {
     let directory = tempfile::tempdir().expect("a directory");
     let mut all = rows("x", "drag");
     let name = file(directory.path(), "trials.csv", HEADING, &all);
@@ -181,7 +181,7 @@ fn a_folder_under_way_is_analysed_as_far_as_it_goes() {
 }
 
 #[test]
-fn a_simulated_study_is_analysed_with_a_movement_under_each_resistance() {
+fn simulated_study_analysis_shows_movement_per_resistance() {
     let parent = tempfile::tempdir().expect("a directory");
     let plan = crate::study::small_plan(parent.path(), 2).display().to_string();
     let [study, out] = ["study", "out"].map(|name| parent.path().join(name).display().to_string());

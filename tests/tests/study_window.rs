@@ -76,7 +76,7 @@ fn click_until(screen: &Screen, client: &mut Client, folder: &Path, wanted: usiz
 }
 
 #[test]
-fn a_subject_does_a_study_in_a_window_of_its_own_and_a_killed_panel_goes_on() {
+fn subject_does_study_in_own_window_and_killed_panel_resumes() {
     if !test_run::is_long_for("a subject's study in windows that are drawn without a graphics card") {
         return;
     }

@@ -359,7 +359,7 @@ fn a_wrong_configuration_is_not_tried_again() {
 }
 
 #[test]
-fn metrics_are_scraped_from_the_hardened_unit_with_its_drop_in_and_without_one_the_unit_says_why_not() {
+fn hardened_unit_serves_metrics_only_with_its_drop_in() {
     let _one = crate::one_of_two();
     let Some(machine) = Machine::boot("metrics = \"127.0.0.1:0\"") else {
         return;
@@ -390,7 +390,7 @@ fn metrics_are_scraped_from_the_hardened_unit_with_its_drop_in_and_without_one_t
 
 // hazard: H18
 #[test]
-fn the_managers_journal_tells_who_stopped_the_rig_and_how_urgent_that_is() {
+fn system_journal_gives_author_and_urgency_of_a_stop() {
     let _one = crate::one_of_two();
     let Some(machine) = machine_with_unit("") else { return };
     pull(&machine);

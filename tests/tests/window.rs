@@ -30,7 +30,7 @@ use system_tests::{Daemon, PATIENCE, bring_to, status, until, wait_for, wait_for
 const TOLERANCE: u8 = 48;
 
 /// A word of ten letters in small type covers as many pixels of the window.
-const MOST_DIFFERENT: f64 = 0.001;
+const MAX_DIFFERENT: f64 = 0.001;
 
 /// Where the field of the mass is, pixels.
 const MASS_FIELD: (usize, usize) = (262, 243);
@@ -232,11 +232,11 @@ fn the_window_looks_as_it_did_in_both_themes() {
         }
         let expected = read(&kept(theme));
         // On a busy machine it may look settled while the panel has yet to hear or to draw something.
-        while seen.difference(&expected, TOLERANCE) > MOST_DIFFERENT && began.elapsed() < PATIENCE {
+        while seen.difference(&expected, TOLERANCE) > MAX_DIFFERENT && began.elapsed() < PATIENCE {
             seen = screen.settled(is_drawn);
         }
         let different = seen.difference(&expected, TOLERANCE);
-        if different > MOST_DIFFERENT {
+        if different > MAX_DIFFERENT {
             let path = std::env::temp_dir().join(format!("panel-{theme}-now.png"));
             write(&path, &seen);
             panic!(
@@ -406,7 +406,7 @@ fn a_slider_that_is_dragged_is_one_step_of_undo() {
 }
 
 #[test]
-fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
+fn user_tunes_and_stops_rig_and_panel_outlives_daemon() {
     let Some(screen) = Screen::open() else {
         return;
     };

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_of_device_io_is_one_here_and_an_error_lists_all_kinds() {
+    fn device_address_parses_every_kind_and_error_lists_them() {
         for text in ["fake", "serial:/dev/ttyACM0?baud=500000", "hid:1209:000a:17"] {
             let address: Address = text.parse().expect(text);
             assert_eq!(Ok(address.clone()), text.parse().map(Address::Native));

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn switching_off_is_taken_once_the_line_has_it_or_the_controller_says_so() {
+    fn switch_off_counts_once_sent_or_confirmed() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("board");
         let board = Terminal::plug_in(&path).expect("a terminal");

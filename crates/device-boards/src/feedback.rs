@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn questions_wait_for_answers_and_those_that_were_lost_make_room() {
+    fn lost_answers_make_room_for_new_questions() {
         let mut feedback = feedback();
         for k in 0..WINDOW as u64 {
             assert!(feedback.may_ask(k * MS));

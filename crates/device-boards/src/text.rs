@@ -1,11 +1,11 @@
 //! Lines of text without allocation: incoming lines in pieces, outgoing lines, and the numbers in
 //! them.
 
-use device_io::link::MOST_AT_ONCE;
+use device_io::link::MAX_AT_ONCE;
 use std::fmt;
 
 /// Longest incoming line, bytes; a controller's answers are shorter than 64.
-const LONGEST_LINE: usize = 128;
+const MAX_LINE: usize = 128;
 
 /// A line that is longer than any answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub(crate) struct TooLong;
 /// Cuts incoming bytes into lines.
 #[derive(Debug)]
 pub(crate) struct Lines {
-    bytes: [u8; LONGEST_LINE],
+    bytes: [u8; MAX_LINE],
     length: usize,
     /// The rest of a line that was too long is left out, too.
     skipping: bool,
@@ -23,7 +23,7 @@ pub(crate) struct Lines {
 impl Default for Lines {
     fn default() -> Self {
         Self {
-            bytes: [0; LONGEST_LINE],
+            bytes: [0; MAX_LINE],
             length: 0,
             skipping: false,
         }
@@ -43,7 +43,7 @@ impl Lines {
                 }
                 self.length = 0;
                 self.skipping = false;
-            } else if self.length == LONGEST_LINE {
+            } else if self.length == MAX_LINE {
                 self.skipping = true;
             } else {
                 self.bytes[self.length] = byte;
@@ -56,14 +56,14 @@ impl Lines {
 /// Lines to be sent at once.
 #[derive(Debug)]
 pub(crate) struct Text {
-    bytes: [u8; MOST_AT_ONCE],
+    bytes: [u8; MAX_AT_ONCE],
     length: usize,
 }
 
 impl Default for Text {
     fn default() -> Self {
         Self {
-            bytes: [0; MOST_AT_ONCE],
+            bytes: [0; MAX_AT_ONCE],
             length: 0,
         }
     }
@@ -175,7 +175,7 @@ mod tests {
         #[test]
         fn any_bytes_are_cut_into_short_lines(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
             for line in lines(&[&bytes]).into_iter().flatten() {
-                prop_assert!(!line.is_empty() && line.len() <= LONGEST_LINE);
+                prop_assert!(!line.is_empty() && line.len() <= MAX_LINE);
                 prop_assert!(!line.contains(&b'\n') && !line.contains(&b'\r'));
             }
         }

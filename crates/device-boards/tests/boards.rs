@@ -105,7 +105,7 @@ impl Drop for RunningBoard {
 }
 
 #[test]
-fn a_tick_on_a_board_allocates_nothing_and_the_last_word_switches_it_off() {
+fn tick_on_board_does_not_allocate() {
     let properties = ODriveProperties::default();
     let board = Box::new(ODriveBoard::new(RigProperties::default(), Hand::Free, properties)) as Box<dyn FakeBoard>;
     let directory = tempfile::tempdir().expect("a directory");

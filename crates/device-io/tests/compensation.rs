@@ -85,7 +85,7 @@ fn error_n(scene: &Scene, friction_n: f64, share: Option<f64>) -> f64 {
 }
 
 #[test]
-fn a_hand_feels_the_scene_more_closely_where_the_rigs_friction_is_compensated() {
+fn friction_compensation_brings_felt_force_nearer_scene() {
     let nothing = Scene {
         block: None,
         coupling: None,

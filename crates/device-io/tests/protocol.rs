@@ -1,7 +1,7 @@
 //! The link protocol: what is written is read again, what is damaged is not, and the document says
 //! what the code does.
 
-use device_io::protocol::frame::{Decoder, Frame, FrameError, LONGEST_FRAME};
+use device_io::protocol::frame::{Decoder, Frame, FrameError, MAX_FRAME};
 use device_io::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, WideChannels};
 use device_io::protocol::view::{Kind, LONGEST, View, ViewError};
 use proptest::prelude::*;
@@ -131,7 +131,7 @@ proptest! {
         let before = decoded(&stream).len();
         for message in &messages {
             let frame = Frame::of(message);
-            prop_assert!(frame.as_slice().len() <= LONGEST_FRAME);
+            prop_assert!(frame.as_slice().len() <= MAX_FRAME);
             let (zero, stuffed) = frame.as_slice().split_last().expect("it ends");
             prop_assert!(*zero == 0 && !stuffed.contains(&0));
             stream.extend(frame.as_slice());

@@ -28,7 +28,7 @@ use crate::rig_friction::RigFriction;
 
 /// Largest share of the rig's friction that may be compensated. The rest is more than identified
 /// friction differs between two directions, two places and two days.
-pub const LARGEST_SHARE: f64 = 0.8;
+pub const MAX_SHARE: f64 = 0.8;
 
 /// Share of the identified friction that counts as taken up by the rig. A guide that has become warm
 /// or was lubricated may have half of its friction left; a handle that is left alone must come to
@@ -45,7 +45,7 @@ const RESERVE_SPEED_MPS: f64 = 0.1;
 const SLACK_COUNTS: f64 = 2.0;
 
 /// The same, m: the noise of an encoder that counts more finely than it measures.
-const LEAST_SLACK_M: f64 = 10e-6;
+const MIN_SLACK_M: f64 = 10e-6;
 
 /// Time without a way after which the handle rests, s.
 const REST_S: f64 = 0.1;
@@ -57,14 +57,14 @@ const DEAD_COUNTS: f64 = 0.25;
 const FULL_COUNTS: f64 = 1.0;
 
 /// The least of the former, m/s: friction below it is rather presliding than dynamic.
-const LEAST_DEAD_MPS: f64 = 1e-3;
+const MIN_DEAD_MPS: f64 = 1e-3;
 
 /// What is compensated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Compensation {
-    /// Share of the friction, from 0 to [`LARGEST_SHARE`]; a larger one counts as that.
+    /// Share of the friction, from 0 to [`MAX_SHARE`]; a larger one counts as that.
     pub share: f64,
     /// What was identified of the rig.
     pub friction: RigFriction,
@@ -82,7 +82,7 @@ impl Compensation {
     }
 
     fn bounded_share(&self) -> f64 {
-        self.share.clamp(0.0, LARGEST_SHARE)
+        self.share.clamp(0.0, MAX_SHARE)
     }
 }
 
@@ -181,7 +181,7 @@ impl Compensator {
             });
             return;
         };
-        let slack = (SLACK_COUNTS * motion.resolution).max(LEAST_SLACK_M);
+        let slack = (SLACK_COUNTS * motion.resolution).max(MIN_SLACK_M);
         let dragged = before.dragged.max(motion.position - slack).min(motion.position + slack);
         let way = (dragged - before.dragged).abs();
         let given_j = before.motor_n * (motion.position - before.position);
@@ -208,8 +208,8 @@ impl Compensator {
     fn wanted(&self, motion: Motion) -> f64 {
         let speed = motion.velocity.abs();
         let count_mps = motion.resolution / motion.period_s;
-        let dead = (DEAD_COUNTS * count_mps).max(LEAST_DEAD_MPS);
-        let full = (FULL_COUNTS * count_mps).max(4.0 * LEAST_DEAD_MPS);
+        let dead = (DEAD_COUNTS * count_mps).max(MIN_DEAD_MPS);
+        let full = (FULL_COUNTS * count_mps).max(4.0 * MIN_DEAD_MPS);
         let moving = ((speed - dead) / (full - dead)).clamp(0.0, 1.0);
         let direction = if motion.velocity > 0.0 {
             Direction::Positive

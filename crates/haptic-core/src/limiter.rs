@@ -38,7 +38,7 @@ impl Default for Limits {
 const COUNTS_OF_DOUBT: f64 = 4.0;
 
 /// Longest time in which a force is taken down to a lower limit, s.
-pub const LONGEST_LOWERING_S: f64 = 0.2;
+pub const MAX_LOWERING_S: f64 = 0.2;
 
 /// Clamps forces and lets nothing through that is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +73,7 @@ impl SafetyLimiter {
 
     /// Continues with other limits. Each holds at once but for the limit of force: a higher one takes effect over
     /// `ramp_s`. A lower one lets no force grow beyond it from now on, and takes a force that is beyond it already
-    /// down to it in that time, at most [`LONGEST_LOWERING_S`].
+    /// down to it in that time, at most [`MAX_LOWERING_S`].
     pub fn set_limits(&mut self, limits: Limits, ramp_s: f64) {
         if limits == self.limits {
             return;
@@ -83,7 +83,7 @@ impl SafetyLimiter {
         self.configured_n = self.configured_n.min(to_n.max(self.last_n.abs()));
         let way_n = to_n - self.configured_n;
         let time_s = if way_n < 0.0 {
-            ramp_s.min(LONGEST_LOWERING_S)
+            ramp_s.min(MAX_LOWERING_S)
         } else {
             ramp_s
         };
@@ -302,7 +302,7 @@ mod tests {
 
     // hazard: H21
     #[test]
-    fn a_limit_of_force_that_changes_makes_no_step_and_a_lower_one_holds_in_time() {
+    fn changed_force_limit_ramps_without_a_step() {
         let with = |force_n| Limits {
             force_n,
             slew_n_per_s: 1e9,

@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn the_controller_adds_no_more_than_it_may_and_only_against_the_motion() {
+    fn passivity_force_is_capped_and_opposes_motion() {
         let mut observer = PassivityObserver::new(NONE, 2.0);
         assert_eq!(observer.observe(T, 0.0, 0.3, 10.0), 0.0, "nothing is known of what was");
         let added = observer.observe(T, 0.01, 0.3, -10.0);

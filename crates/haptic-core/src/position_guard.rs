@@ -23,7 +23,7 @@ const DOUBT_COUNTS: f64 = 4.0;
 const WRONG: u32 = 20;
 
 /// A sensor with such a score is not to be believed at all: it means five wrong samples within twenty or so.
-const MOST_WRONG: u32 = 100;
+const MAX_WRONG: u32 = 100;
 
 /// What to do with a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +146,7 @@ impl PositionGuard {
         if !(speaks_for_held && is_nearer_to_held) && before.allows(moved, before.velocity, since_s, limits) {
             self.forgotten += 1;
             self.score += WRONG;
-            return if self.score > MOST_WRONG {
+            return if self.score > MAX_WRONG {
                 Verdict::Jumped
             } else {
                 Verdict::Believed { elapsed_s: since_s }
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_stays_is_believed_one_sample_late_and_a_jump_is_not() {
+    fn lasting_step_is_believed_one_sample_late() {
         let step: Vec<f64> = (0..10).map(|k| if k < 5 { 0.0 } else { 0.8e-3 }).collect();
         let (seen, jumped, _) = rendered(0.0, &step);
         assert_eq!((seen[4..6].to_vec(), jumped), (vec![0.0, 0.8e-3], None));
@@ -286,7 +286,7 @@ mod tests {
 
     // hazard: H6
     #[test]
-    fn a_hand_that_is_pulled_is_believed_when_the_next_sample_confirms_its_speed() {
+    fn pulled_hand_is_believed_once_next_sample_confirms() {
         // From rest to 0.8 m/s within a sample, and on at that speed.
         let pulled = [0.0, 0.0, 0.8e-3, 1.6e-3, 2.4e-3];
         let (seen, jumped, guard) = rendered(0.0, &pulled);
@@ -311,7 +311,7 @@ mod tests {
 
     // hazard: H25
     #[test]
-    fn a_stiff_surface_doubts_what_would_be_a_step_of_force_and_no_more_than_a_hand_makes() {
+    fn stiff_surface_doubts_samples_making_a_force_step() {
         let judged = |felt: f64, resolution: f64, moved: f64, elapsed_s: f64| {
             let at_rest = Motion {
                 position: 0.0,
@@ -348,7 +348,7 @@ mod tests {
 
     // hazard: H25
     #[test]
-    fn what_a_stiff_surface_doubts_is_believed_where_the_next_sample_speaks_for_it_however_roughly() {
+    fn held_sample_is_believed_when_next_roughly_agrees() {
         // A hand that hits something: 0.25 mm aside, and from there nearly as far aside again.
         for second in [0.0, 0.2e-3, 0.29e-3] {
             let at_rest = Motion {

@@ -9,7 +9,7 @@ use crate::bound_error::BoundError;
 use crate::direction::Direction;
 
 /// Longest pulse with its edges, s.
-pub const LONGEST_PULSE_S: f64 = 0.3;
+pub const MAX_PULSE_S: f64 = 0.3;
 /// Farthest that a pulse may let the handle go, m.
 pub const FARTHEST_PULSE_M: f64 = 0.02;
 /// Fastest that a pulse may let the handle go, m/s.
@@ -59,10 +59,10 @@ impl PulseShape {
     /// The first quantity that is out of range, or no number.
     pub fn check(&self) -> Result<(), BoundError> {
         let within = |field, value, max, unit| BoundError::check(field, value, 0.0, max, unit);
-        within("rise", self.rise_s, LONGEST_PULSE_S, "s")?;
-        within("hold", self.hold_s, LONGEST_PULSE_S, "s")?;
-        within("fall", self.fall_s, LONGEST_PULSE_S, "s")?;
-        within("duration", self.duration_s(), LONGEST_PULSE_S, "s")?;
+        within("rise", self.rise_s, MAX_PULSE_S, "s")?;
+        within("hold", self.hold_s, MAX_PULSE_S, "s")?;
+        within("fall", self.fall_s, MAX_PULSE_S, "s")?;
+        within("duration", self.duration_s(), MAX_PULSE_S, "s")?;
         within("travel", self.travel_limit_m, FARTHEST_PULSE_M, "m")?;
         within("wrong way", self.wrong_way_limit_m, FARTHEST_PULSE_M, "m")?;
         within("speed", self.speed_limit_mps, FASTEST_PULSE_MPS, "m/s")?;

@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_no_rig_has_is_refused_by_field_value_limits_and_unit() {
+    fn impossible_rig_value_is_refused_with_field_and_limits() {
         let cogging = |change: fn(&mut Cogging)| {
             let mut cogging = COGGING;
             change(&mut cogging);

@@ -17,7 +17,7 @@ const WINDOW_SAMPLES: u32 = 8;
 
 /// Share by which the device's clock may run faster or slower than ours. A quartz keeps to 1e-4 and
 /// a microcontroller's RC oscillator to 3 %; a wrong prescaler is off by a factor.
-const MOST_DRIFT: f64 = 0.05;
+const MAX_DRIFT: f64 = 0.05;
 
 /// What the quickest samples of two windows may differ by in their time on the way, s.
 const JITTER_S: f64 = 0.003;
@@ -27,10 +27,10 @@ const AGREEMENT: f64 = 0.4;
 
 /// Samples in a row that may have the same stamp: a clock that counts milliseconds gives two the
 /// same now and then.
-const MOST_EQUAL: u32 = 2;
+const MAX_EQUAL: u32 = 2;
 
 /// Steps of the sequence up to which the sampling period foretells a time.
-const LONGEST_STEP: u32 = 1000;
+const MAX_STEP: u32 = 1000;
 
 /// When a sample was taken and when it came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,7 +149,7 @@ impl SampleClock {
             let device_ns = stamp.device_ns.saturating_sub(last.last_device_ns);
             let steps = stamp.sequence.wrapping_sub(last.last_sequence);
             let foretold_s = f64::from(steps) * self.period_s;
-            foretold_s > 0.0 && steps <= LONGEST_STEP && agree(seconds(device_ns), foretold_s)
+            foretold_s > 0.0 && steps <= MAX_STEP && agree(seconds(device_ns), foretold_s)
         })
     }
 
@@ -202,7 +202,7 @@ impl Running {
             self.equal = 0;
         } else {
             self.equal += 1;
-            if self.equal > MOST_EQUAL {
+            if self.equal > MAX_EQUAL {
                 return Err(ClockError::StoodStill);
             }
         }
@@ -222,7 +222,7 @@ impl Running {
     fn end_window(&mut self, stamp: Stamp, period_s: &mut f64) -> Result<(), ClockError> {
         let window = replace(&mut self.window, Window::new(stamp));
         let (steps, quickest) = (stamp.sequence.wrapping_sub(window.first_sequence), window.quickest);
-        if (1..=LONGEST_STEP * WINDOW_SAMPLES).contains(&steps) {
+        if (1..=MAX_STEP * WINDOW_SAMPLES).contains(&steps) {
             *period_s = seconds(stamp.host_ns.saturating_sub(window.first_host_ns)) / f64::from(steps);
         }
         let Some(before) = self.before.replace(quickest) else {
@@ -230,7 +230,7 @@ impl Running {
         };
         let between_s = seconds(quickest.host_ns.saturating_sub(before.host_ns));
         let gained_s = seconds(quickest.offset_ns.abs_diff(before.offset_ns));
-        if gained_s > MOST_DRIFT * between_s + JITTER_S {
+        if gained_s > MAX_DRIFT * between_s + JITTER_S {
             return Err(ClockError::Drifts);
         }
         Ok(())
@@ -247,7 +247,7 @@ fn agree(device_s: f64, other_s: f64) -> bool {
 #[cold]
 fn believed_s(device_s: f64, host_s: f64, steps: u32, period_s: f64) -> f64 {
     let foretold_s = f64::from(steps) * period_s;
-    if period_s <= 0.0 || steps > LONGEST_STEP || agree(device_s, foretold_s) {
+    if period_s <= 0.0 || steps > MAX_STEP || agree(device_s, foretold_s) {
         return device_s;
     }
     device_s.clamp(foretold_s.min(host_s), foretold_s.max(host_s))
@@ -354,7 +354,7 @@ mod tests {
 
     // hazard: H3
     #[test]
-    fn a_lying_clock_is_an_error_and_no_wrong_time_is_believed_before() {
+    fn lying_clock_errors_before_any_wrong_time_is_believed() {
         let counts = 65_536_000;
         type Lie<'a> = (&'a str, ClockError, u64, &'a dyn Fn(u64) -> u32);
         let lies: [Lie<'_>; 9] = [
@@ -450,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn the_period_is_known_after_a_tenth_of_a_second_and_eight_samples() {
+    fn period_is_known_after_100_ms_and_8_samples() {
         // Period of the device and of reading, ns; the sample with which the period is known.
         for (period_ns, every, known) in [
             (MS, 1, 100_u64),
@@ -473,7 +473,7 @@ mod tests {
     }
 
     #[test]
-    fn the_period_foretells_a_time_over_a_thousand_samples_and_no_more() {
+    fn period_predicts_time_over_at_most_1000_samples() {
         for (steps, believed_s) in [(1000, 0.02), (1001, 0.005)] {
             let mut clock = SampleClock::new(20 * MS);
             for k in 0..=100 {

@@ -144,3 +144,21 @@ fn assignment(name: &str, value: f64) -> String {
     let unit = name.parse::<ParameterKey>().map_or("", |key| key.parameter.info().unit);
     format!("{name} = {} {unit}", readable(value))
 }
+
+pub(crate) fn undo(change: &ChangeArguments) -> Request {
+    Request::Undo {
+        options: change.options(),
+    }
+}
+
+pub(crate) fn redo(change: &ChangeArguments) -> Request {
+    Request::Redo {
+        options: change.options(),
+    }
+}
+
+pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    let change = Change::prepare(daemon, &request, ChangeView::Differences, json).await?;
+    let reply: ChangeReply = daemon.ask(request).await?;
+    change.finish(daemon, &reply).await
+}

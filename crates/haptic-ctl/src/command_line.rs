@@ -2,13 +2,13 @@
 
 use crate::change::ChangeArguments;
 use crate::failure::Failure;
-use crate::rig_name::rig_name;
 use crate::{
-    accuracy, advise, commission, compare, completions, devices, drive, events, examples, get, identify, lease, log,
-    man, raw, record, recording, reload, replay, scene, schedule, set, simulate, study, surface, undo, wait,
+    accuracy, advise, change, commission, compare, completions, devices, drive, events, examples, get, identify, lease,
+    log, man, raw, record, recording, reload, replay, scene, schedule, set, simulate, study, surface, wait,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;
+use haptic_ipc::socket_path::is_rig_name;
 use std::path::PathBuf;
 
 /// Controls a running hapticd: shows and changes how the rig feels.
@@ -167,8 +167,8 @@ impl Command {
             Self::Describe => Request::Describe {},
             Self::Get(get) => get.request()?,
             Self::Set(set) => set.request()?,
-            Self::Undo(change) => undo::undo(change),
-            Self::Redo(change) => undo::redo(change),
+            Self::Undo(change) => change::undo(change),
+            Self::Redo(change) => change::redo(change),
             Self::Scene(scene) => scene.request()?,
             Self::Schedule(schedule) => schedule.request()?,
             Self::Log(log) => log.request(),
@@ -216,6 +216,14 @@ pub(crate) fn command_line() -> clap::Command {
 /// The same with every option in every place, for what completes them.
 pub(crate) fn complete_command_line() -> clap::Command {
     examples::add(Arguments::command())
+}
+
+/// Reads the name of a rig.
+pub(crate) fn rig_name(given: &str) -> Result<String, String> {
+    if is_rig_name(given) {
+        return Ok(given.to_owned());
+    }
+    Err("the name of a rig has 1 to 64 letters, digits, `_`, `.` and `-`".to_owned())
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Asks the person before each step.
 
 use crate::failure::Failure;
+use clap::builder::styling::{AnsiColor, Style};
 use std::io::{BufRead, IsTerminal, Write};
 use tokio::sync::mpsc;
 
@@ -61,4 +62,21 @@ impl Console {
             None => None,
         }
     }
+}
+
+pub(crate) const GOOD: Style = AnsiColor::Green.on_default();
+pub(crate) const DOUBTFUL: Style = AnsiColor::Yellow.on_default();
+pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
+
+/// Whether colour was forbidden.
+pub(crate) fn is_forbidden() -> bool {
+    std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
+}
+
+/// The text in a style, where standard output shows it.
+pub(crate) fn paint(text: &str, style: Style) -> String {
+    if is_forbidden() || !std::io::stdout().is_terminal() {
+        return text.to_owned();
+    }
+    format!("{style}{text}{style:#}")
 }

@@ -5,7 +5,6 @@ mod advise;
 mod all;
 mod beginning;
 mod change;
-mod colour;
 mod command_line;
 mod commission;
 mod compare;
@@ -35,7 +34,6 @@ mod record;
 mod recording;
 mod reload;
 mod replay;
-mod rig_name;
 mod sample_table;
 mod scene;
 mod schedule;
@@ -50,7 +48,6 @@ mod table_file;
 mod table_options;
 mod timing;
 mod top;
-mod undo;
 mod units;
 mod usage;
 mod wait;
@@ -161,7 +158,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Describe => describe::run(daemon, json).await,
         Command::Get(get) => get::run(daemon, get, request, json).await,
         Command::Set(_) => set::run(daemon, request, json).await,
-        Command::Undo(_) | Command::Redo(_) => undo::run(daemon, request, json).await,
+        Command::Undo(_) | Command::Redo(_) => change::run(daemon, request, json).await,
         Command::Scene(scene) => scene.run(daemon, request, json).await,
         Command::Schedule(_) => schedule::run(daemon, request, json).await,
         Command::Log(log) => log::run(daemon, log, json).await,

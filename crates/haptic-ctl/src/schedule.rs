@@ -96,7 +96,7 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
         return if json {
             output::json(&reply)
         } else {
-            output::unless_quiet(&format!("{} scheduled changes were taken back", reply.cancelled))
+            output::unless_quiet(&format!("{} scheduled changes were cancelled", reply.cancelled))
         };
     };
     let stays = !keep && !dry_run;
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_a_list_or_an_object_and_what_is_wrong_in_it_is_named() {
+    fn schedule_file_is_a_list_or_object_and_errors_name_the_part() {
         let list = r#"[{"at_tick":5,"params":{"Fs":{"plus":0.5}}}]"#;
         for (text, name, expected) in [
             (list.to_owned(), Some("b"), Some("b")),

@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_relative_change_is_a_factor_or_a_summand_and_a_direction_is_neither() {
+    fn relative_change_is_a_factor_or_summand() {
         let read = |text: &str, by| change_of(text, by).map_err(|failure| failure.to_string());
         assert_eq!(
             read("mass*=2", false),

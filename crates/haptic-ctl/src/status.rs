@@ -2,7 +2,7 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{colour, output};
+use crate::{console, output};
 use haptic_ipc::{LinkStatus, Request, RigFrictionStatus, RigState, ScheduleStatus, Status};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
@@ -169,11 +169,11 @@ fn loop_rows(status: &Status) -> Vec<(&'static str, String)> {
 
 fn state(state: RigState) -> String {
     let style = match state {
-        RigState::Stopped | RigState::Faulted => colour::BAD,
-        _ if state.is_live() => colour::GOOD,
+        RigState::Stopped | RigState::Faulted => console::BAD,
+        _ if state.is_live() => console::GOOD,
         _ => return state.to_string(),
     };
-    colour::paint(&state.to_string(), style)
+    console::paint(&state.to_string(), style)
 }
 
 /// The link to the rig: its device, its delays and its errors.

@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_of_something_else_is_refused_by_those_that_are_accepted() {
+    fn wrong_unit_is_refused_with_the_accepted_ones() {
         for (name, text, parts) in [
             ("mass", "5N", vec!["kg, g or mg", "`N`"]),
             ("Fs", "5kg", vec!["N, mN or kN"]),

@@ -234,7 +234,7 @@ mod tests {
     /// The subject's window comes and goes while the panel runs. It has no text field.
     // hazard: H28
     #[test]
-    fn a_key_stops_in_every_window_that_the_panel_opens_later_and_in_no_other() {
+    fn stop_key_works_in_later_panel_windows_only() {
         let Some((_server, display)) = server() else { return };
         let (client, screen) = x11rb::connect(Some(&display)).expect("a connection");
         let (stranger, _) = x11rb::connect(Some(&display)).expect("a connection");

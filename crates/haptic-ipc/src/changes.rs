@@ -190,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_relative_change_starts_from_the_value_of_the_scene_in_each_direction() {
+    fn relative_change_starts_from_scene_value_per_direction() {
         let two_sided = Scene::paper()
             .with(&[("Fs+".parse().expect("a key"), 5.0)])
             .expect("a valid scene");

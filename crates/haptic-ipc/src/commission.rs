@@ -4,7 +4,7 @@ use crate::journal::Peer;
 use serde::{Deserialize, Serialize};
 
 /// Longest lease of a client that commissions a rig, ms.
-pub const LONGEST_COMMISSION_LEASE_MS: u32 = 2000;
+pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 
 /// Answer to the operations `commission.*`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -252,7 +252,6 @@ impl From<SceneError> for WireError {
                     info.unit,
                 )
             }
-            other => Self::new(ErrorCode::BadRequest, other.to_string()),
         }
     }
 }

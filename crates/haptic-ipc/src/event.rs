@@ -5,7 +5,7 @@ use crate::journal::JournalEntry;
 use crate::object::{Field, FieldValue, Limits};
 use crate::replay::{SceneArrival, ServoSetup};
 use crate::sample::Sample;
-use crate::state::RigState;
+use crate::status::RigState;
 use crate::timing::Timing;
 use crate::values::{word, words};
 use haptic_core::Directional;

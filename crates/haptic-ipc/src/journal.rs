@@ -1,7 +1,7 @@
 //! The journal on the wire: who changed what, and when.
 
 use crate::scene::Difference;
-use crate::state::RigState;
+use crate::status::RigState;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

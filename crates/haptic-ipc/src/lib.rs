@@ -22,7 +22,6 @@ mod line;
 mod link;
 mod object;
 mod parameter;
-mod problem;
 pub mod quantity;
 mod refusal;
 pub mod regular_file;
@@ -37,7 +36,6 @@ mod schedule;
 pub mod schema;
 pub mod socket_path;
 pub mod socket_permission;
-mod state;
 mod status;
 mod timing;
 mod unknown_word;
@@ -50,7 +48,7 @@ pub use change_options::ChangeOptions;
 pub use changes::{Changes, ParameterChange, RelativeChange};
 pub use client::{Client, ClientError, Receiver, Sender};
 pub use command_line::set_command;
-pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
+pub use commission::{CommissionReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
 pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
 pub use error::{ErrorCode, WireError};
@@ -59,7 +57,6 @@ pub use identification::{ExcitationEnd, ExcitationReport, IdentificationReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
-pub use problem::Problem;
 pub use reload::{LimitsChange, ReloadReply};
 pub use replay::{SceneArrival, SceneRamp, ServoSetup};
 pub use request::Request;
@@ -70,11 +67,12 @@ pub use scene::{
     differences, params_of,
 };
 pub use schedule::{
-    AcceptedChange, MOST_SCHEDULED_CHANGES, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduleStatus,
+    AcceptedChange, MAX_SCHEDULED_CHANGES, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduleStatus,
     ScheduledChange,
 };
-pub use state::{RigState, StateReply};
+pub use status::Problem;
 pub use status::{DeviceStatus, ForceLimitBy, LibraryScene, RealTimeStatus, Status};
+pub use status::{RigState, StateReply};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 pub use unknown_word::meant_in;
 

@@ -1,6 +1,6 @@
 //! The link to a rig, and the devices that are plugged in.
 
-use crate::problem::Problem;
+use crate::status::Problem;
 use haptic_core::rig_friction::RigFriction;
 use serde::{Deserialize, Serialize};
 

@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_written_exactly_and_short_or_without_an_error_of_rounding() {
+    fn numbers_are_written_exactly_or_without_rounding_error() {
         for (value, text) in [
             (0.0, "0"),
             (0.5, "0.5"),

@@ -2,7 +2,7 @@
 //!
 //! A FIFO without a writer is waited for for ever, /dev/zero has no end, and to open a device is to
 //! do something to it. So only regular files are read, and of those that are held in memory no more
-//! than [`LARGEST_BYTES`]. What this does not help against is a mount that does not answer: a
+//! than [`MAX_BYTES`]. What this does not help against is a mount that does not answer: a
 //! daemon reads on a thread that nobody waits for.
 
 use rustix::fs::OFlags;
@@ -12,10 +12,10 @@ use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
 /// Largest file that is read into memory, bytes. A scene takes about one thousand.
-pub const LARGEST_BYTES: u64 = 1024 * 1024;
+pub const MAX_BYTES: u64 = 1024 * 1024;
 
 /// Longest line of a file that an error shows, bytes.
-const LONGEST_LINE_BYTES: usize = 200;
+const MAX_LINE_BYTES: usize = 200;
 
 /// Opens a regular file for reading, without waiting.
 ///
@@ -32,12 +32,12 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Reads a regular file of at most [`LARGEST_BYTES`] as text.
+/// Reads a regular file of at most [`MAX_BYTES`] as text.
 ///
 /// # Errors
 /// As [`open`], or it is larger, or not UTF-8; the message does not name the path.
 pub fn read_text(path: &Path) -> io::Result<String> {
-    read_text_of(path, LARGEST_BYTES)
+    read_text_of(path, MAX_BYTES)
 }
 
 /// Reads a regular file of at most a number of bytes as text.
@@ -83,7 +83,7 @@ fn accept(found: FileType) -> io::Result<()> {
 pub fn with_short_lines(message: &str) -> String {
     let cut = |line: &str| {
         let (text, end) = line.split_at(line.trim_end_matches('\n').len());
-        let kept = text.floor_char_boundary(LONGEST_LINE_BYTES);
+        let kept = text.floor_char_boundary(MAX_LINE_BYTES);
         let mark = if kept < text.len() { "..." } else { "" };
         format!("{}{mark}{end}", &text[..kept])
     };
@@ -109,7 +109,7 @@ mod tests {
 
     // hazard: H14
     #[test]
-    fn only_regular_files_of_a_reasonable_size_are_read_and_nothing_is_waited_for() {
+    fn only_regular_files_of_limited_size_are_read() {
         let directory = std::env::temp_dir().join(format!("regular-file-{}", std::process::id()));
         std::fs::create_dir_all(&directory).expect("a directory");
         let at = |name: &str| directory.join(name);

@@ -1,6 +1,6 @@
 //! One tick, as subscribers see it.
 
-use crate::state::RigState;
+use crate::status::RigState;
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;

@@ -14,7 +14,7 @@ use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 
 /// Most changes that may wait for their tick, of all schedules together.
-pub const MOST_SCHEDULED_CHANGES: usize = 256;
+pub const MAX_SCHEDULED_CHANGES: usize = 256;
 
 fields! {
     /// A change of a schedule.
@@ -62,11 +62,11 @@ impl Field for Vec<ScheduledChange> {
         let items: Vec<&RawValue> = given
             .borrowed()
             .ok_or_else(|| given.is_not(&Self::expected(given.name, None)))?;
-        if items.is_empty() || items.len() > MOST_SCHEDULED_CHANGES {
-            let (count, range) = (items.len(), format!("from 1 to {MOST_SCHEDULED_CHANGES}"));
+        if items.is_empty() || items.len() > MAX_SCHEDULED_CHANGES {
+            let (count, range) = (items.len(), format!("from 1 to {MAX_SCHEDULED_CHANGES}"));
             let shown = format!("{count} changes");
             #[expect(clippy::cast_precision_loss, reason = "a line has room for some thousands")]
-            let (value, max) = (count as f64, MOST_SCHEDULED_CHANGES as f64);
+            let (value, max) = (count as f64, MAX_SCHEDULED_CHANGES as f64);
             return Err(refusal::out_of_range(given.name, given.name, &shown, "1", &range).within(value, 1.0, max, "1"));
         }
         let change = |(index, item): (usize, &RawValue)| {
@@ -113,9 +113,9 @@ pub struct AcceptedChange {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ScheduleCancelReply {
-    /// Number of changes that were taken back before their tick.
+    /// Number of changes that were cancelled before their tick.
     pub cancelled: usize,
-    /// Whether anything was taken back.
+    /// Whether anything was cancelled.
     pub changed: bool,
 }
 

@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rig_with_a_name_has_a_socket_of_its_own_whatever_the_variable_says() {
+    fn named_rig_has_its_own_socket_despite_the_variable() {
         let mut s = surroundings();
         s.variable = Some("/srv/rig.sock".into());
         assert_eq!(s.for_rig("left"), Path::new("/run/user/1000/hapticd@left/control.sock"));

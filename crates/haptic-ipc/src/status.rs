@@ -2,10 +2,9 @@
 
 use crate::journal::Peer;
 use crate::link::LinkStatus;
-use crate::problem::Problem;
 use crate::rig_friction::RigFrictionStatus;
 use crate::schedule::ScheduleStatus;
-use crate::state::RigState;
+pub use haptic_core::servo::RigState;
 use serde::{Deserialize, Serialize};
 
 /// Answer to `status`.
@@ -187,4 +186,24 @@ impl RealTimeStatus {
             "memory not locked"
         }
     }
+}
+
+/// Something that is wrong, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Problem {
+    /// What it is, and what the system said.
+    pub what: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// Answer to `engage`, `release`, `stop` and `reset`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct StateReply {
+    /// State of the rig after that tick.
+    pub state: RigState,
+    /// The tick that carried it out.
+    pub tick: u64,
 }

@@ -28,7 +28,7 @@ fn is_plain(message: &str) -> bool {
 }
 
 #[test]
-fn every_field_that_is_wrong_is_named_with_its_value_and_what_is_expected() {
+fn wrong_field_is_named_with_value_and_expectation() {
     let cases = include_str!("refusals.txt")
         .split_once("\n\n")
         .expect("an introduction")

@@ -230,7 +230,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_excitation_lasts_for_all_of_the_motion_that_it_is_measured_on() {
+    fn excitation_lasts_through_the_measured_motion() {
         let motion = hand();
         for (name, excitation) in excitations() {
             let mut renderer = follower(excitation, &motion).expect("bounded");

@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_found_by_name_and_velocities_estimated_where_absent() {
+    fn columns_are_found_by_name_and_velocity_is_estimated() {
         let samples = read_text("x,device_velocity_mps,t_s,device_position_m\n9,0.5,1,2\n").expect("a motion");
         assert_eq!(
             samples,

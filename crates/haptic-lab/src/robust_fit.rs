@@ -21,7 +21,7 @@ pub(crate) const PARTS: usize = 24;
 pub(crate) const NORMAL_95: f64 = 1.959_964;
 
 /// Largest condition number of the scaled normal equations.
-const LARGEST_CONDITION: f64 = 1e9;
+const MAX_CONDITION: f64 = 1e9;
 
 /// A fit, with what its errors follow from.
 #[derive(Clone, Debug)]
@@ -269,7 +269,7 @@ fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Result<DVector<f64>, Un
     let factor = normal.clone().cholesky().ok_or(Unfit::Condition(f64::INFINITY))?;
     let pivots = factor.l_dirty().diagonal();
     let condition = (pivots.max() / pivots.min()).powi(2);
-    if condition > LARGEST_CONDITION {
+    if condition > MAX_CONDITION {
         return Err(Unfit::Condition(condition));
     }
     Ok(factor.solve(right))

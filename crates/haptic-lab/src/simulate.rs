@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_has_a_row_for_each_sample_and_starts_where_it_is_asked_to() {
+    fn run_has_a_row_per_sample_and_starts_as_requested() {
         let motion = pull();
         let run = simulate(&Scene::paper(), Scheme::Exact, &motion, Start::default()).expect("a valid scene");
         assert_eq!(run.rows.len(), motion.len());
@@ -430,7 +430,7 @@ mod tests {
     }
 
     #[test]
-    fn the_literal_scheme_creates_energy_in_friction_and_substeps_make_it_better() {
+    fn literal_scheme_creates_energy_and_substeps_cut_its_error() {
         let motion = pull();
         let exact = simulate(&Scene::paper(), Scheme::Exact, &motion, Start::default()).expect("a valid scene");
         let error = |scheme: &str| {

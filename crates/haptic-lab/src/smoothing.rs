@@ -29,7 +29,7 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    /// A window of `half_s` on either side, of at least `LEAST_REACH` samples.
+    /// A window of `half_s` on either side, of at least `MIN_REACH` samples.
     pub(crate) fn new(half_s: f64, period_s: f64) -> Self {
         let half = half_s / period_s;
         let reach = whole(half.ceil());
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_gives_the_second_derivative_of_a_parabola_and_the_mean_of_a_constant() {
+    fn window_gives_exact_derivatives_and_mean() {
         for half in [4.0, 6.5, 20.0, 100.0] {
             let window = Window::new(half * 1e-3, 1e-3);
             let x: Vec<f64> = (0..400)

@@ -8,13 +8,13 @@ use crate::robust_fit::Uncertainty;
 
 /// Least ratio of the squares that the worst shift leaves to those that the best one leaves; below it the motion does
 /// not determine the shift: what is left scatters by a twentieth where nothing does.
-const LEAST_DIFFERENCE: f64 = 1.25;
+const MIN_DIFFERENCE: f64 = 1.25;
 
 /// Least drift that is reported, parts in a million: it moves a minute's record by 6 us from its middle to its ends.
-const LEAST_PPM: f64 = 0.2;
+const MIN_PPM: f64 = 0.2;
 
 /// Most fits until a shift stands still, and the share of its error within which it does.
-const MOST_FITS: usize = 8;
+const MAX_FITS: usize = 8;
 const STANDS_STILL: f64 = 0.01;
 
 /// A time between the clocks, with its error.
@@ -69,7 +69,7 @@ impl Drift {
     /// The drift under which a shift grows so over a time, s; `None` where it is not certain, or too small to matter.
     pub(crate) fn of(growth: &Shift, length_s: f64) -> Option<Self> {
         let ppm = 1e6 / length_s;
-        let is_reported = growth.is_significant && (ppm * growth.value_s).abs() >= LEAST_PPM;
+        let is_reported = growth.is_significant && (ppm * growth.value_s).abs() >= MIN_PPM;
         is_reported.then(|| Self {
             ppm: ppm * growth.value_s,
             interval: growth.interval().map(|end_s| ppm * end_s),
@@ -93,7 +93,7 @@ impl Change {
 
 /// Whether the best shift stands out, by the squares that it and the worst one leave.
 pub(crate) fn stands_out(least: f64, most: f64) -> bool {
-    most >= LEAST_DIFFERENCE * least
+    most >= MIN_DIFFERENCE * least
 }
 
 /// Repeats a fit from a shift near the best one until it changes nothing. `fit` gets the shift in the middle and its
@@ -101,7 +101,7 @@ pub(crate) fn stands_out(least: f64, most: f64) -> bool {
 pub(crate) fn refine(begin_s: f64, mut fit: impl FnMut(f64, f64) -> Option<Change>) -> Option<Shifts> {
     let (mut middle_s, mut growth_s) = (begin_s, 0.0);
     let mut last = None;
-    for _ in 0..MOST_FITS {
+    for _ in 0..MAX_FITS {
         let change = fit(middle_s, growth_s)?;
         middle_s += change.shift.0;
         growth_s += change.growth.map_or(0.0, |(grown, _)| grown);

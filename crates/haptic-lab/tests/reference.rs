@@ -158,7 +158,7 @@ fn a_tick_may_hold_a_hundred_and_forty_changes_of_contact() {
 }
 
 #[test]
-fn a_stop_that_is_hardly_touched_is_found_or_not_and_matters_not() {
+fn grazing_stop_found_or_missed_leaves_force_unchanged() {
     // A slide that the hand slows down and then speeds up again: where it keeps enough speed, the
     // block does not stop in between. With one limit for both, a stop of no time changes nothing.
     let scene = scene(&[("K", 2000.0), ("B", 5.0), ("Fs", 3.5)]);
@@ -205,7 +205,7 @@ fn a_stop_that_is_hardly_touched_is_found_or_not_and_matters_not() {
 }
 
 #[test]
-fn far_from_the_origin_forces_lose_the_digits_of_the_position_and_no_more() {
+fn far_origin_costs_force_only_the_position_digits() {
     for origin in [1e3, 1e9] {
         let scene = scene(&[]);
         let near = OscillatingHand {

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 const CHUNK: usize = 1 << 16;
 
 /// Longest record, bytes: a damaged file is not read into memory whole.
-const LONGEST_RECORD: usize = 1 << 24;
+const MAX_RECORD: usize = 1 << 24;
 
 /// The bytes before a message in CDR, which say how it is encoded.
 const CDR_HEADER: usize = 4;
@@ -34,7 +34,7 @@ impl McapTable {
         let options = LinearReaderOptions::default()
             // A file that was broken off lacks it.
             .with_skip_end_magic(true)
-            .with_record_length_limit(LONGEST_RECORD);
+            .with_record_length_limit(MAX_RECORD);
         let mut reader = LinearReader::new_with_options(options);
         let mut schemas: HashMap<u16, Vec<Field>> = HashMap::new();
         let mut names = Vec::new();

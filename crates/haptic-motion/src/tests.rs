@@ -197,7 +197,7 @@ fn an_mcap_that_was_broken_off_reads_up_to_its_last_whole_row() {
 }
 
 #[test]
-fn a_recording_in_parquet_that_was_broken_off_is_read_from_the_file_beside_it() {
+fn broken_off_parquet_is_read_from_its_partial_file() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("rig.parquet");
     std::fs::write(&path, "").expect("written");
@@ -293,7 +293,7 @@ fn what_is_not_a_motion_is_refused_by_its_row() {
 }
 
 #[test]
-fn a_table_of_another_program_is_a_motion_by_its_names_and_units() {
+fn foreign_table_is_a_motion_by_its_names_and_units() {
     let rows: String = (0..100)
         .map(|k| {
             format!(

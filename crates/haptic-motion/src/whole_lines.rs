@@ -6,7 +6,7 @@ use std::io::{self, Read};
 const CHUNK: usize = 1 << 16;
 
 /// Longest line, bytes: a damaged file is not read into memory whole.
-const LONGEST_LINE: usize = 1 << 20;
+const MAX_LINE: usize = 1 << 20;
 
 /// Reads whole lines only.
 pub(crate) struct WholeLines<R> {
@@ -32,10 +32,10 @@ impl<R: Read> Read for WholeLines<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         while self.taken == self.ready.len() {
             let begun = self.partial.len();
-            if begun > LONGEST_LINE {
+            if begun > MAX_LINE {
                 return Err(io::Error::new(
                     io::ErrorKind::InvalidData,
-                    format!("a line is longer than {LONGEST_LINE} bytes: the file is damaged"),
+                    format!("a line is longer than {MAX_LINE} bytes: the file is damaged"),
                 ));
             }
             let mut chunk = std::mem::take(&mut self.partial);

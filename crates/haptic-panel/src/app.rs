@@ -7,8 +7,8 @@ use crate::intent::{DialogPurpose, Format, Intent};
 use crate::model::Model;
 use crate::page::Page;
 use crate::plots::picture_taking;
-use crate::remembering::Remembering;
 use crate::settings::Settings;
+use crate::settings_thread::SettingsThread;
 use crate::shell;
 use crate::stop_button::is_stop_key;
 use crate::study::StudyCommand;
@@ -23,10 +23,10 @@ use std::time::{Duration, Instant};
 const SLOWER_IN_SOFTWARE: u32 = 3;
 
 /// Shortest time between two frames without a graphics card: 8 a second.
-const SHORTEST_IN_SOFTWARE: Duration = Duration::from_millis(120);
+const MIN_IN_SOFTWARE: Duration = Duration::from_millis(120);
 
 /// Longest time between two frames without a graphics card: no number in sight is older.
-const LONGEST_IN_SOFTWARE: Duration = Duration::from_secs(3);
+const MAX_IN_SOFTWARE: Duration = Duration::from_secs(3);
 
 /// The panel with its connection and its files.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ pub struct App {
     /// A stop was sent by key before the frame was drawn.
     stopped_by_key: bool,
     typing: Arc<Typing>,
-    remembering: Option<Remembering>,
+    settings_thread: Option<SettingsThread>,
 }
 
 impl App {
@@ -55,7 +55,7 @@ impl App {
             is_drawn_in_software: false,
             stopped_by_key: false,
             typing: Arc::new(Typing::new(Instant::now())),
-            remembering: None,
+            settings_thread: None,
         }
     }
 
@@ -99,13 +99,13 @@ impl App {
             Settings::default()
         });
         self.model.restore(&settings);
-        self.remembering = (!is_unreadable).then(|| Remembering::new(file, settings));
+        self.settings_thread = (!is_unreadable).then(|| SettingsThread::new(file, settings));
     }
 
     /// Keeps the settings before the window closes.
     pub fn close(&self, ctx: &egui::Context) {
-        if let Some(remembering) = &self.remembering {
-            remembering.close(&self.model, ctx);
+        if let Some(settings_thread) = &self.settings_thread {
+            settings_thread.close(&self.model, ctx);
         }
     }
 
@@ -152,8 +152,8 @@ impl App {
         for update in self.files.updates() {
             self.model.apply(update);
         }
-        if let Some(remembering) = &mut self.remembering {
-            remembering.look(&self.model, ctx, &self.files.writer());
+        if let Some(settings_thread) = &mut self.settings_thread {
+            settings_thread.look(&self.model, ctx, &self.files.writer());
         }
         let (intents, wait) = self.model.due(Instant::now());
         for intent in intents {
@@ -184,7 +184,7 @@ impl App {
         }
         let mut pace = self.model.pace();
         if self.is_drawn_in_software {
-            pace = (pace * SLOWER_IN_SOFTWARE).clamp(SHORTEST_IN_SOFTWARE, LONGEST_IN_SOFTWARE);
+            pace = (pace * SLOWER_IN_SOFTWARE).clamp(MIN_IN_SOFTWARE, MAX_IN_SOFTWARE);
         }
         self.connection.set_pace(pace);
     }

@@ -23,7 +23,7 @@ use std::thread;
 use std::time::Duration;
 
 /// Most files at once: each may wait for its disk for ever.
-const MOST_AT_ONCE: usize = 4;
+const MAX_AT_ONCE: usize = 4;
 
 /// Progress of an identification after which it is reported again: a point of the bar.
 const SHARE_STEP: f64 = 0.01;
@@ -244,9 +244,9 @@ impl Writer {
 
     /// Works on a thread of its own.
     pub(crate) fn work_unnoticed(&self, work: impl FnOnce() -> Update + Send + 'static) {
-        if self.busy.fetch_add(1, Ordering::AcqRel) >= MOST_AT_ONCE {
+        if self.busy.fetch_add(1, Ordering::AcqRel) >= MAX_AT_ONCE {
             self.busy.fetch_sub(1, Ordering::AcqRel);
-            let why = format!("{MOST_AT_ONCE} files are being read or written already; their disk may not answer");
+            let why = format!("{MAX_AT_ONCE} files are being read or written already; their disk may not answer");
             self.report(Update::Exported(Err(why)));
             return;
         }

@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_stream_is_drawn_at_its_pace_and_anything_else_does_not_wait_for_it() {
+    fn steady_stream_is_paced_and_other_changes_draw_at_once() {
         let mut limiter = FrameLimiter::default();
         limiter.set_pace(Duration::from_secs(1));
         assert_eq!(frames(&mut limiter, 0..2500, true), [1, 1001, 2001, 3001]);

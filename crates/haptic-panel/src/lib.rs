@@ -43,7 +43,7 @@
 
 mod app;
 mod browse;
-mod closing;
+mod close_question;
 pub mod connection;
 mod dialogs;
 mod drop_down;
@@ -66,9 +66,9 @@ mod plots;
 mod readouts;
 mod recorder;
 mod recording;
-mod remembering;
 mod scene;
 mod settings;
+mod settings_thread;
 mod shell;
 mod stop_button;
 mod stop_path;

@@ -6,7 +6,7 @@ use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
 
 /// Most files of one kind in a folder.
-const MOST_FILES: u32 = 9999;
+const MAX_FILES: u32 = 9999;
 
 /// Creates a file in `folder` under a new name. If `folder` is a named pipe, the pipe itself is opened,
 /// for a program at its other end; that waits until there is one.
@@ -19,7 +19,7 @@ pub(crate) fn create(folder: &Path, name: &str, extension: &str) -> Result<(Path
         let pipe = pipe.map_err(|error| format!("cannot write {}: {error}", folder.display()))?;
         return Ok((folder.to_path_buf(), pipe));
     }
-    for number in 1..=MOST_FILES {
+    for number in 1..=MAX_FILES {
         let path = folder.join(format!("{name}-{number}.{extension}"));
         match OpenOptions::new().write(true).create_new(true).open(&path) {
             Ok(file) => return Ok((path, file)),
@@ -28,7 +28,7 @@ pub(crate) fn create(folder: &Path, name: &str, extension: &str) -> Result<(Path
         }
     }
     Err(format!(
-        "{} has {MOST_FILES} files of this kind already: move them away",
+        "{} has {MAX_FILES} files of this kind already: move them away",
         folder.display()
     ))
 }

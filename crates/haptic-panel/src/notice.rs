@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_success_is_shown_for_a_while_and_a_failure_until_it_is_closed() {
+    fn success_notice_expires_and_failure_notice_stays() {
         let begin = Instant::now();
         let mut done = Some(Notice::new(Ok("written".to_owned())));
         assert_eq!(expire(&mut done, begin), Some(SHOWN_FOR));

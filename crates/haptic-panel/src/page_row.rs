@@ -1,6 +1,6 @@
 //! The row of pages, with what is recorded and the outcome of the last file beside it.
 
-use crate::closing;
+use crate::close_question;
 use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::{Closing, Reading};
@@ -56,7 +56,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         }
         ui.add_space(8.0);
         if view.closing != Closing::No {
-            closing::show_question(ui, &mut view.closing, intents);
+            close_question::show_question(ui, &mut view.closing, intents);
             return;
         }
         if let Some(lasts) = daemon.silence() {

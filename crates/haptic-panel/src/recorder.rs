@@ -237,7 +237,7 @@ mod tests {
 
     // hazard: H4
     #[test]
-    fn what_a_stalled_disk_does_not_take_is_counted_and_nobody_waits_for_it() {
+    fn rows_lost_to_a_stalled_disk_are_counted_without_waiting() {
         let folder = tempfile::tempdir().expect("a folder");
         let pipe = folder.path().join("stalled");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();

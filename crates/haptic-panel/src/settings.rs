@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_file_is_reported_and_kept_and_a_later_one_is_read_as_far_as_it_is_known() {
+    fn broken_settings_file_is_reported_and_kept() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("settings.toml");
         for broken in ["span_s = \"five\"\n", "theme = \"pink\"\n", "[[\n"] {

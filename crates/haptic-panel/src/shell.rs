@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::View;
 use crate::page::Page;
-use crate::{closing, note, page_row, pages, scene, stop_button, subject, theme, timing_panel, top_bar};
+use crate::{close_question, note, page_row, pages, scene, stop_button, subject, theme, timing_panel, top_bar};
 use egui::{Panel, Ui};
 use std::time::Instant;
 
@@ -46,7 +46,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     pages::take_marker_key(ui, model, &mut intents);
     note::show(ui, model, &mut intents);
     take_dropped_file(ui, &mut model.view, &mut intents);
-    closing::take_wish(ui, model);
+    close_question::take_wish(ui, model);
     Panel::top("pages").show(ui, |ui| page_row::show(ui, model, &mut intents));
     if model.daemon.silence().is_some() && !model.view.shows_recording(&model.tapes) {
         // What follows shows the rig as it was. It can still be used.

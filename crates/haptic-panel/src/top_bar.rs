@@ -19,7 +19,7 @@ const HEIGHT: f32 = 60.0;
 const RIGHT_WIDTH: f32 = 230.0;
 
 /// Letters of the reports that fit in a narrow window in usual type.
-const MOST_LETTERS: usize = 80;
+const MAX_LETTERS: usize = 80;
 
 /// Shows the bar; returns whether Stop was pressed. There is no button for it where a recording is looked at and
 /// there was never a rig to stop: its place stays empty, and the keys stop all the same.
@@ -82,7 +82,7 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon) {
     ];
     let reports: Vec<_> = reports.into_iter().flatten().collect();
     let letters: usize = reports.iter().map(|(text, _)| text.len()).sum();
-    let style = if letters > MOST_LETTERS {
+    let style = if letters > MAX_LETTERS {
         TextStyle::Small
     } else {
         TextStyle::Body
@@ -94,7 +94,7 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon) {
     let mut child = ui.new_child(UiBuilder::new().max_rect(place).layout(layout));
     child.spacing_mut().item_spacing.y = 0.0;
     // A single report stands in the middle of the bar.
-    child.add_space(if letters < MOST_LETTERS / 2 { 16.0 } else { 0.0 });
+    child.add_space(if letters < MAX_LETTERS / 2 { 16.0 } else { 0.0 });
     for (text, color) in reports {
         let label = RichText::new(&text).text_style(style.clone()).color(color);
         child.add(Label::new(label).wrap()).on_hover_text(text);

@@ -1,9 +1,9 @@
 //! Makes a recording from another one.
 
-use crate::entry::Entry;
 use crate::error::{CopyError, CreateError, Ending, RecordingError};
 use crate::format::Format;
 use crate::gaps::Gaps;
+use crate::mark::Entry;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
 use crate::parquet;

@@ -1,8 +1,8 @@
 //! Cuts a part out of a recording.
 
 use crate::copy::{Copy, Source};
-use crate::entry::Entry;
 use crate::error::CopyError;
+use crate::mark::Entry;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
 use crate::writer::Totals;

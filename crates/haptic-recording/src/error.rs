@@ -2,11 +2,10 @@
 
 use crate::csv;
 use crate::format::UnknownFormat;
-use crate::version::VERSION;
+use crate::format::VERSION;
 pub use haptic_motion::Place;
-use std::fmt;
-use std::io;
 use std::path::PathBuf;
+use std::{fmt, io};
 use thiserror::Error;
 
 /// Where a table without the inputs of the servo is of use.
@@ -230,4 +229,15 @@ impl fmt::Display for Ending {
             ),
         }
     }
+}
+
+/// The beginning of what stands in a file, for messages.
+pub(crate) fn excerpt(text: &[u8]) -> String {
+    const LONGEST: usize = 60;
+    let text = String::from_utf8_lossy(text);
+    let mut excerpt: String = text.chars().take(LONGEST).flat_map(char::escape_debug).collect();
+    if text.chars().count() > LONGEST {
+        excerpt.push_str("...");
+    }
+    excerpt
 }

@@ -1,8 +1,8 @@
 //! Metadata as texts by name: what MCAP and Parquet hold of them.
 
 use crate::error::{Place, RecordingError};
+use crate::format::VERSION;
 use crate::metadata::Metadata;
-use crate::version::VERSION;
 use serde::Deserialize;
 use serde_json::Value;
 

@@ -60,3 +60,6 @@ impl std::fmt::Display for Format {
         })
     }
 }
+
+/// The version that is written here.
+pub(crate) const VERSION: u32 = 1;

@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_that_are_not_there_are_lost_rows_unless_they_were_announced() {
+    fn absent_ticks_are_lost_rows_unless_announced() {
         let mut gaps = Gaps::new(&metadata());
         let mut lost = |announced, tick: u64| {
             gaps.announce(announced);
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_tick_misses_a_period_only_where_its_deadline_is_skipped() {
+    fn late_tick_misses_periods_only_for_skipped_deadlines() {
         let mut gaps = Gaps::new(&metadata());
         let mut missed = |tick, deadline_ms, late_ns| gaps.next(&row(tick, deadline_ms, late_ns)).missed;
         assert_eq!(missed(1, 1.5, 0), 0);

@@ -1,7 +1,7 @@
 //! What happened between two rows.
 
 use haptic_core::Directional;
-use haptic_ipc::{JournalEntry, RigState, SceneArrival, ServoSetup};
+use haptic_ipc::{JournalEntry, RigState, Sample, SceneArrival, ServoSetup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -125,4 +125,13 @@ impl Mark {
             _ => Ok(None),
         }
     }
+}
+
+/// A row or a mark.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Entry {
+    /// A sample.
+    Row(Sample),
+    /// What happened before the next row.
+    Mark(Mark),
 }

@@ -1,8 +1,8 @@
 //! Reads a recording of any format.
 
-use crate::entry::Entry;
 use crate::error::{Ending, Place, RecordingError};
 use crate::format::Format;
+use crate::mark::Entry;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
 use crate::{csv, mcap, parquet};

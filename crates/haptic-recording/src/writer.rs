@@ -1,8 +1,8 @@
 //! Writes a recording in any format.
 
-use crate::entry::Entry;
 use crate::error::CreateError;
 use crate::format::Format;
+use crate::mark::Entry;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
 use crate::sync::Syncer;

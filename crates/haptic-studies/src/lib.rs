@@ -14,7 +14,6 @@ pub mod perception;
 pub mod person;
 pub mod plan;
 pub mod random;
-mod resume;
 pub mod run;
 pub mod screen;
 pub mod session;
@@ -24,4 +23,4 @@ pub mod store;
 pub mod subject;
 pub mod trial;
 
-pub use resume::StudyMismatch;
+pub use subject::StudyMismatch;

@@ -68,12 +68,46 @@ pub fn check_codes(codes: &[String]) -> Result<(), CodeError> {
     Ok(())
 }
 
+/// Rows that are not those of the study to continue.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("row {row} of subject {subject}: {column} is {found}, and the plan has {expected}")]
+pub struct StudyMismatch {
+    /// The subject's code.
+    pub subject: String,
+    /// The row, from 1.
+    pub row: usize,
+    /// The column that differs.
+    pub column: &'static str,
+    /// What it holds.
+    pub found: String,
+    /// What the plan has there.
+    pub expected: String,
+}
+
+/// Compares a row's cells with what the plan has there.
+pub(crate) fn compare(
+    subject: &str,
+    row: usize,
+    cells: &[(&'static str, String, String)],
+) -> Result<(), StudyMismatch> {
+    match cells.iter().find(|(_, found, expected)| found != expected) {
+        None => Ok(()),
+        Some((column, found, expected)) => Err(StudyMismatch {
+            subject: subject.to_owned(),
+            row,
+            column,
+            found: found.clone(),
+            expected: expected.clone(),
+        }),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_code_stands_in_the_name_of_a_file_and_tells_a_subject_from_the_others() {
+    fn subject_codes_are_unique_and_fit_a_file_name() {
         let check = |codes: &[&str]| check_codes(&codes.iter().map(|code| (*code).to_owned()).collect::<Vec<_>>());
         assert_eq!(check(&["01", "P7", "abc"]), Ok(()));
         for code in ["", "../x", "a b", "a_b", "a/b", "\u{e4}", &"x".repeat(33)] {

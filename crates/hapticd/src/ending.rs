@@ -50,7 +50,7 @@ const FINAL_ZERO_TIME: Duration = Duration::from_millis(200);
 
 /// Time that an orderly end may take beyond the ramp: the release, the end of the loop, and the
 /// last lines of the log.
-const LONGEST_END: Duration = Duration::from_millis(2500);
+const MAX_END: Duration = Duration::from_millis(2500);
 
 /// Stack of each thread, bytes; all of it is locked in memory.
 const STACK_BYTES: usize = 128 * 1024;
@@ -211,7 +211,7 @@ impl BlockedSignals {
         let (reload, reloads) = SignalWakeup::new()?;
         let progress = Arc::new(Progress::default());
         let overseen = Arc::clone(&progress);
-        let overseer = start("overseer", move || oversee(&overseen, ramp + LONGEST_END, end_loop))?;
+        let overseer = start("overseer", move || oversee(&overseen, ramp + MAX_END, end_loop))?;
         let overseer = OverseerHandle { progress, overseer };
         let notifier = overseer.clone();
         start("signals", move || {

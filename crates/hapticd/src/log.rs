@@ -26,7 +26,7 @@ const BACKLOG_LINES: usize = 256;
 
 /// Longest message, bytes; a longer one is cut. With [`BACKLOG_LINES`] this bounds the memory held
 /// for a reader that does not read.
-const LONGEST_LINE: usize = 4096;
+const MAX_LINE: usize = 4096;
 
 /// Time after which the end of the process no longer waits for a write.
 const BLOCKED_AFTER: Duration = Duration::from_millis(200);
@@ -203,7 +203,7 @@ fn wait_while(limit: Duration, is_busy: impl Fn() -> bool) {
 
 /// A message as it is written.
 fn entry(level: Level, message: &str, fields: &[(&str, &str)], form: Form) -> String {
-    let cut = message.floor_char_boundary(LONGEST_LINE);
+    let cut = message.floor_char_boundary(MAX_LINE);
     let dots = if cut < message.len() { "..." } else { "" };
     let message = &message[..cut];
     if form == Form::Journal {
@@ -234,7 +234,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_message_has_its_priority_on_each_line_and_is_cut_between_two_letters() {
+    fn message_has_its_priority_on_each_line() {
         let text = |level, message: &str, form| entry(level, message, &[], form);
         assert_eq!(text(Level::Info, "one\ntwo", Form::Plain), "hapticd: one\ntwo\n");
         assert_eq!(
@@ -242,12 +242,8 @@ mod tests {
             "<3>hapticd: one\n<3>two\n"
         );
         assert_eq!(text(Level::Warning, "one", Form::WithPriority), "<4>hapticd: one\n");
-        let long = text(
-            Level::Info,
-            &format!("x{}", "é".repeat(LONGEST_LINE)),
-            Form::WithPriority,
-        );
-        assert!(long.len() < LONGEST_LINE + 32 && long.ends_with("é...\n"), "{long}");
+        let long = text(Level::Info, &format!("x{}", "é".repeat(MAX_LINE)), Form::WithPriority);
+        assert!(long.len() < MAX_LINE + 32 && long.ends_with("é...\n"), "{long}");
     }
 
     #[test]

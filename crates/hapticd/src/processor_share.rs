@@ -144,7 +144,7 @@ mod tests {
 
     // hazard: H11
     #[test]
-    fn two_on_one_processor_see_each_other_as_long_as_both_are_there() {
+    fn daemons_on_one_processor_see_each_other() {
         let cpu = unused_processor();
         let first = ProcessorShare::claim(cpu).expect("a share");
         assert_eq!((first.others(), first.problem()), (0, None));

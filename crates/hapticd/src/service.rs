@@ -71,7 +71,7 @@ impl ServiceManager {
             })?;
         Ok(Self {
             messages: Some(messages),
-            feeding: sd_notify::watchdog_enabled().map(|bites_after| FEEDING_PERIOD.min(bites_after / FEEDINGS)),
+            feeding: sd_notify::watchdog_enabled().map(|timeout| FEEDING_PERIOD.min(timeout / FEEDINGS)),
         })
     }
 

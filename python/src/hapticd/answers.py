@@ -128,6 +128,12 @@ class Device:
     """Why the daemon would refuse to engage it now."""
     link: dict[str, Any] | None = None
     """The link to it; `None` for a rig simulated in the daemon."""
+    force_limit_by: str = ""
+    """Which limit is the smaller one: `configuration` or `device`."""
+    samples_forgotten: int = 0
+    """Samples that were discarded, because no hand can have made them."""
+    rig_friction: dict[str, Any] | None = None
+    """The rig's own friction and damping, and where they come from."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +148,14 @@ class RealTime:
     """Its SCHED_FIFO priority; `None` at an ordinary one."""
     cpu: int | None = None
     """The processor that it is pinned to; `None` when it is not."""
+    deadline_scheduled: bool = False
+    """Whether it is scheduled by deadline."""
+    cpus_kept_awake: bool = False
+    """Whether the processors are kept out of deep sleep."""
+    spin_us: int = 0
+    """Time that it spins before each tick, us."""
+    denormals_flushed: bool = False
+    """Whether the processor takes subnormal numbers as zero."""
 
 
 @dataclass(frozen=True)
@@ -198,6 +212,12 @@ class Status:
     """The scene of the library that the active scene comes from."""
     scheduled: dict[str, Any] | None = None
     """The changes that wait for their tick."""
+    undo_depth: int = 0
+    """Number of changes that `undo` can take back."""
+    redo_depth: int = 0
+    """Number of changes that `redo` can make again."""
+    commissioning: dict[str, Any] | None = None
+    """The client that commissions or identifies the rig."""
 
 
 T = TypeVar("T")

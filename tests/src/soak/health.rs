@@ -11,17 +11,17 @@ use std::time::{Duration, Instant};
 const EVERY: Duration = Duration::from_secs(1);
 
 /// Most memory that a daemon may take, KiB. Under attack it takes 38 MB (docs/measured.md).
-pub(super) const MOST_MEMORY_KIB: u64 = 48 * 1024;
+pub(super) const MAX_MEMORY_KIB: u64 = 48 * 1024;
 
 /// Most that the memory may grow by between the last two quarters of a soak, KiB.
-pub(super) const MOST_GROWTH_KIB: i64 = 512;
+pub(super) const MAX_GROWTH_KIB: i64 = 512;
 
 /// Time after which the histories of a daemon are full (docs/measured.md), s.
 const HISTORIES_FULL_S: f64 = 330.0;
 
 /// Most descriptors that a daemon may have beyond those without clients: a client has one, and there is room for 32;
 /// a scene, the metrics and a look at /proc take one each for a moment.
-pub(super) const MOST_DESCRIPTORS_MORE: usize = 40;
+pub(super) const MAX_DESCRIPTORS_MORE: usize = 40;
 
 /// A look at a daemon.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! What a soak has shown: its claims, for people and as a document with a plot.
 
 use super::faults::{ALL, Fault};
-use super::health::{MOST_DESCRIPTORS_MORE, MOST_GROWTH_KIB, MOST_MEMORY_KIB};
+use super::health::{MAX_DESCRIPTORS_MORE, MAX_GROWTH_KIB, MAX_MEMORY_KIB};
 use super::plan::Plan;
 use super::rig::{FORCE_LIMIT_N, FORCE_UNIT_N};
 use super::round::{End, Occurrence};
@@ -190,12 +190,12 @@ fn memory_and_descriptors(seen: &Seen, claim: &mut impl FnMut(&str, bool, String
     let growth = health.growth_kib();
     claim(
         "memory is bounded and flat",
-        most_kib > 0 && most_kib <= MOST_MEMORY_KIB && growth.is_none_or(|growth| growth <= MOST_GROWTH_KIB),
+        most_kib > 0 && most_kib <= MAX_MEMORY_KIB && growth.is_none_or(|growth| growth <= MAX_GROWTH_KIB),
         format!(
-            "{most_kib} of at most {MOST_MEMORY_KIB} KiB; from the third quarter to the last {}",
+            "{most_kib} of at most {MAX_MEMORY_KIB} KiB; from the third quarter to the last {}",
             growth.map_or_else(
                 || "not judged, the histories still fill".to_owned(),
-                |growth| format!("{growth:+} KiB (at most {MOST_GROWTH_KIB})")
+                |growth| format!("{growth:+} KiB (at most {MAX_GROWTH_KIB})")
             )
         ),
     );
@@ -203,7 +203,7 @@ fn memory_and_descriptors(seen: &Seen, claim: &mut impl FnMut(&str, bool, String
     let most = health.most_descriptors();
     claim(
         "descriptors are bounded and all given back",
-        before > 0 && after <= before && most <= before + MOST_DESCRIPTORS_MORE,
+        before > 0 && after <= before && most <= before + MAX_DESCRIPTORS_MORE,
         format!("{before} before the clients came, {most} at most, {after} after they had gone"),
     );
 }

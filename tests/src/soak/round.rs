@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_of_the_machine_is_told_from_the_one_that_was_brought_about() {
+    fn machine_fault_is_distinguished_from_the_provoked_one() {
         let jump = Ending::Faulted("jump");
         assert_eq!(judged(jump, RigState::Faulted, Some("jump")), End::AsDocumented(None));
         assert_eq!(

@@ -87,7 +87,7 @@ const STEP_NS: u64 = 1_000_000;
 
 /// Longest step of the board's clock, ns. If this process did not run for longer, the rest of that
 /// time does not pass on the board: a real board never stands still because a machine is busy.
-const LONGEST_STEP_NS: u64 = 5_000_000;
+const MAX_STEP_NS: u64 = 5_000_000;
 
 struct Desk {
     link: PathBuf,
@@ -121,7 +121,7 @@ impl Desk {
         io::stdout().flush()?;
         loop {
             let now = now_ns();
-            self.board_ns += now.saturating_sub(self.seen_ns).min(LONGEST_STEP_NS);
+            self.board_ns += now.saturating_sub(self.seen_ns).min(MAX_STEP_NS);
             self.seen_ns = now;
             if self.take_orders(now) {
                 return Ok(());

@@ -7,10 +7,10 @@ use device_io::fake::{Hand, Misbehaviour, RigProperties};
 use std::f64::consts::TAU;
 
 /// Longest line; a longer line is not read.
-const LONGEST_LINE: usize = 256;
+const MAX_LINE: usize = 256;
 
 /// Longest text of a property.
-const LONGEST_VALUE: usize = 9;
+const MAX_VALUE: usize = 9;
 
 /// Time from a request to the change of state, ns.
 const STATE_PERIOD_NS: u64 = 1_000_000;
@@ -228,7 +228,7 @@ impl ODriveBoard {
                 None => "invalid command format".to_owned(),
                 Some(name) => self
                     .property(name)
-                    .map(|value| value.chars().take(LONGEST_VALUE).collect())
+                    .map(|value| value.chars().take(MAX_VALUE).collect())
                     .unwrap_or_else(|| "invalid property".to_owned()),
             }),
             Some('w') => match words.get(1) {
@@ -340,7 +340,7 @@ impl FakeBoard for ODriveBoard {
                 if !std::mem::take(&mut self.too_long) {
                     answers.extend(self.hear_line(&line, now_ns));
                 }
-            } else if self.line.len() >= LONGEST_LINE {
+            } else if self.line.len() >= MAX_LINE {
                 self.line.clear();
                 self.too_long = true;
             } else if !self.too_long {

@@ -33,7 +33,7 @@ fn line() -> Line {
 }
 
 #[test]
-fn force_flows_once_the_watchdog_is_on_and_ends_when_it_is_not_wanted() {
+fn force_flows_only_with_watchdog_on_and_while_wanted() {
     let mut line = line();
     line.ticks(20, 3.0, false);
     assert_eq!((line.board.is_on(), line.board.force_n()), (false, 0.0));
@@ -66,7 +66,7 @@ fn force_flows_once_the_watchdog_is_on_and_ends_when_it_is_not_wanted() {
 }
 
 #[test]
-fn the_handle_is_where_the_shaft_is_and_force_pulls_where_it_is_positive_either_way_round() {
+fn direction_option_turns_both_position_and_force() {
     for (direction, sign) in [("1", 1.0), ("-1", -1.0)] {
         let options = format!("radius_mm=5&torque_limit_nm=0.1&direction={direction}");
         let mut line = line_with(&options, Hand::Free, ODriveProperties::default());
@@ -104,7 +104,7 @@ fn a_host_that_dies_leaves_no_force() {
 }
 
 #[test]
-fn a_watchdog_that_has_bitten_is_told_and_the_next_enabling_clears_it() {
+fn watchdog_trip_is_reported_and_cleared_by_enabling() {
     let mut line = line();
     line.ticks(100, 2.0, true);
     line.host_is_dead = true;
@@ -188,7 +188,7 @@ fn an_axis_that_fails_is_told_as_what_it_is() {
 }
 
 #[test]
-fn a_sensor_that_fails_while_no_force_is_wanted_gives_no_position() {
+fn sensor_failure_without_force_is_reported() {
     let mut line = line();
     line.ticks(100, 0.0, false);
     line.board.fail(0x100);
@@ -228,7 +228,7 @@ fn an_axis_that_cannot_close_its_loop_is_told() {
 }
 
 #[test]
-fn whoever_else_closes_the_loop_while_no_force_is_wanted_is_overruled() {
+fn foreign_closed_loop_is_ended_while_no_force_is_wanted() {
     let mut line = line();
     line.ticks(100, 0.0, false);
     line.board
@@ -283,7 +283,7 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
 }
 
 #[test]
-fn after_lost_answers_the_next_are_matched_to_their_questions_again() {
+fn answers_match_questions_again_after_losses() {
     let mut line = line();
     line.ticks(100, 1.0, true);
     line.quality.loss = 1.0;
@@ -315,7 +315,7 @@ fn a_slow_line_sets_the_pace_and_fills_no_buffer() {
 
 // hazard: H9
 #[test]
-fn the_motor_is_off_once_the_axis_has_said_so_and_not_when_it_was_told() {
+fn motor_counts_as_off_only_once_axis_confirms() {
     for wrong in [Misbehaviour::IgnoreOff, Misbehaviour::StayEnabled, Misbehaviour::NoEcho] {
         let mut line = line();
         assert_eq!(line.ticks(20, 0.0, false).motor, Motor::Off);

@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_differs_by_direction_and_breaks_away_above_its_sliding_level() {
+    fn friction_depends_on_direction_and_breaks_away_higher() {
         let properties = RigProperties {
             mass_kg: 1.0,
             friction_n: 0.5,
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn cogging_holds_at_its_rest_positions_and_takes_no_energy_over_a_pitch() {
+    fn cogging_holds_at_rest_positions_and_takes_no_energy() {
         let properties = RigProperties {
             mass_kg: 1.0,
             friction_n: 0.0,
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guide_gives_way_by_its_stiffness_and_then_slides_at_its_friction() {
+    fn guide_deflects_elastically_then_slides_at_friction() {
         let properties = RigProperties {
             mass_kg: 1.0,
             friction_n: 0.8,

@@ -8,12 +8,12 @@ const WINDOW_NS: u64 = 1_000_000_000;
 /// Windows over which the drift is taken.
 const WINDOWS: usize = 16;
 /// Largest drift that is believed, parts in 1e9: no real clock is further off.
-const LARGEST_DRIFT_PPB: i64 = 100_000_000;
+const MAX_DRIFT_PPB: i64 = 100_000_000;
 /// Largest change of the clocks' difference from one sample to the next, ns: a sample may take so
 /// much longer than another. A larger change is a jump of the device's clock.
 const JUMP_NS: u64 = 100_000_000;
 /// Fewest windows for a drift.
-const FEWEST_WINDOWS: usize = 4;
+const MIN_WINDOWS: usize = 4;
 
 /// The difference of the clocks in one window: at its quickest sample, the first of several.
 #[derive(Clone, Copy, Debug, Default)]
@@ -124,7 +124,7 @@ impl DeviceClock {
     }
 
     fn drift_over_windows(&self) -> Option<i64> {
-        if self.ended < FEWEST_WINDOWS {
+        if self.ended < MIN_WINDOWS {
             return None;
         }
         let (oldest, newest) = (self.ended.saturating_sub(WINDOWS), self.ended - 1);
@@ -135,7 +135,7 @@ impl DeviceClock {
         let drift_ppb = gained_ns * 1_000_000_000 / i128::from(elapsed_ns.max(1));
         i64::try_from(drift_ppb)
             .ok()
-            .filter(|drift_ppb| drift_ppb.abs() <= LARGEST_DRIFT_PPB)
+            .filter(|drift_ppb| drift_ppb.abs() <= MAX_DRIFT_PPB)
     }
 }
 
@@ -186,7 +186,7 @@ mod tests {
     const BEGAN_NS: u64 = 7_000_000_000;
 
     #[test]
-    fn after_a_jump_the_drift_is_unknown_and_four_windows_later_it_is_that_of_the_new_clock() {
+    fn drift_is_unknown_for_four_windows_after_a_jump() {
         let (mut clock, mut host_ns) = known_clock();
         // 0.2 s in 10 s would look like a drift that a bad clock has.
         let mut device_us = 9_999_000 + 200_000;
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_may_be_quicker_than_the_others_by_as_much_as_is_no_jump() {
+    fn sample_quicker_by_up_to_jump_limit_keeps_drift() {
         for (more_ns, known) in [(0, Some(0)), (1, None)] {
             let (mut clock, host_ns) = known_clock();
             let host_ns = host_ns + 1_000_000 - more_ns;
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn the_drift_is_that_of_the_last_sixteen_windows_and_known_after_four() {
+    fn drift_covers_the_last_sixteen_windows() {
         let mut clock = DeviceClock::new();
         let mut device_us = 0.0_f64;
         // 30 s, from the thirteenth on 100 ppm fast.

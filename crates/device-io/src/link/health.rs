@@ -175,7 +175,7 @@ impl LinkCounters {
     pub fn delivery(&self) -> Delivery {
         if self.is_ignoring.load(Relaxed) {
             Delivery::Ignored
-        } else if self.late_ppm.load(Relaxed) > MOST_LATE_PPM {
+        } else if self.late_ppm.load(Relaxed) > MAX_LATE_PPM {
             Delivery::Late
         } else {
             Delivery::InTime
@@ -193,7 +193,7 @@ impl LinkCounters {
 
     /// Notes the number of samples that are missing before a new one.
     pub(crate) fn note_gap(&self, missing: u32) {
-        if missing <= MOST_LOST {
+        if missing <= MAX_LOST {
             add(&self.lost, u64::from(missing));
         } else {
             add(&self.sequence_jumps, 1);
@@ -250,7 +250,7 @@ impl Drop for AskGuard<'_> {
 
 /// Most samples that can be missing at once: those of half a second, after which the device counts
 /// as gone, at the highest rate of the protocol.
-const MOST_LOST: u32 = 50_000;
+const MAX_LOST: u32 = 50_000;
 
 /// Parts by which the steady round trip goes down for a quicker one, and up for another: it rests where there are three
 /// of those for one of these.
@@ -262,7 +262,7 @@ const MEAN_OF: u64 = 128;
 
 /// Most round trips that may be late before nobody may engage, parts in 1e6: a line that carries too little has a sixth of
 /// them late or more, and one hiccup of a machine a hundredth.
-const MOST_LATE_PPM: u64 = 50_000;
+const MAX_LATE_PPM: u64 = 50_000;
 
 /// Ticks after which a largest age has decayed to a third.
 const FORGOTTEN_AFTER: u64 = 1024;

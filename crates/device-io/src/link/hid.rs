@@ -7,7 +7,7 @@ use super::connector::{ConnectError, Connector, GreetedDevice, LoopTiming};
 use super::health::{LinkCounters, LinkError};
 use super::hid_node::{HidId, choose, nodes, open_node, what};
 use super::identity::RigIdentity;
-use super::reports::{LONGEST_REPORT, Reports};
+use super::reports::{MAX_REPORT, Reports};
 use super::session::{RejectedInput, Session};
 use super::wire::{self, Wire};
 use super::writer::Writer;
@@ -25,7 +25,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 /// Most reports in a tick. The kernel keeps the oldest 63 unread ones, so all of them must be read
 /// before the newest. If a device sends faster than that, the rest waits for the next tick.
-const MOST_READS: usize = 128;
+const MAX_READS: usize = 128;
 
 /// Longest time without room for a report, ns. A real node never says that it has no room: it
 /// waits.
@@ -43,7 +43,7 @@ impl HidWire {
     /// Sends a message as a report. A real node waits until the report has gone.
     fn send(&self, message: FromHost) -> Result<(), DeviceError> {
         // The kernel takes the report's number first, 0 for none, and does not send it.
-        let mut bytes = [0; 1 + LONGEST_REPORT];
+        let mut bytes = [0; 1 + MAX_REPORT];
         let message = message.bytes();
         let message = message.as_slice();
         bytes[1..=message.len()].copy_from_slice(message);
@@ -84,8 +84,8 @@ impl Wire for HidWire {
 
     fn receive(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
         let mut heard = 0;
-        for _ in 0..MOST_READS {
-            let mut report = [0; LONGEST_REPORT];
+        for _ in 0..MAX_READS {
+            let mut report = [0; MAX_REPORT];
             match rustix::io::read(&self.node, &mut report) {
                 Ok(0) => return Err(self.fail(LinkError::HungUp)),
                 Ok(count) => {

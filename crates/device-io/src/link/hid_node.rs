@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_node_is_opened_for_one_alone_and_a_refusal_says_how_to_mend_it() {
+    fn second_opening_of_hid_node_is_refused_with_remedy() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("hidraw0");
         let id = node("", None, Ok(REPORTS)).id;

@@ -5,7 +5,7 @@ use super::connector::{ConnectError, GreetedDevice, LoopTiming};
 use super::health::LinkCounters;
 use super::hid::greet;
 use super::identity::RigIdentity;
-use super::reports::{LONGEST_REPORT, Reports};
+use super::reports::{MAX_REPORT, Reports};
 use super::test_firmware::firmware;
 use crate::clock;
 use crate::device::{DeviceError, Measurement, Written};
@@ -34,8 +34,8 @@ fn pair() -> (OwnedFd, OwnedFd) {
     (host, device)
 }
 
-fn report(message: &FromDevice) -> [u8; LONGEST_REPORT] {
-    let mut report = [0; LONGEST_REPORT];
+fn report(message: &FromDevice) -> [u8; MAX_REPORT] {
+    let mut report = [0; MAX_REPORT];
     let bytes = message.bytes();
     report[..bytes.as_slice().len()].copy_from_slice(bytes.as_slice());
     report
@@ -282,7 +282,7 @@ fn a_device_that_takes_no_reports_is_given_up() {
     tick_until(&mut *greeted.connection, 1.0, true, |_| rig.force_n() == 1.0);
     // Nobody takes what comes any more, and there is no room.
     drop(rig);
-    while rustix::io::write(&full, &[0; 1 + LONGEST_REPORT]).is_ok() {}
+    while rustix::io::write(&full, &[0; 1 + MAX_REPORT]).is_ok() {}
     let began = Instant::now();
     // Where twenty commands are unconfirmed already none is written, and the next read says that they are ignored.
     while greeted.connection.write(1.0, true, clock::now_ns()).is_ok()

@@ -20,7 +20,7 @@ pub struct RigIdentity {
 const TERMINALS: &str = "/sys/class/tty";
 
 /// Longest text of the kernel that is read, bytes; a USB string has at most 126 letters.
-const LONGEST_TEXT: usize = 256;
+const MAX_TEXT: usize = 256;
 
 impl RigIdentity {
     /// The identity of a device on a serial line, by its path.
@@ -101,7 +101,7 @@ fn usb_key(terminals: &Path, path: &Path) -> Option<String> {
     let text = |name: &str| {
         let text = std::fs::read_to_string(usb.join(name)).ok()?;
         let text = text.trim();
-        (!text.is_empty() && text.len() <= LONGEST_TEXT).then(|| text.to_owned())
+        (!text.is_empty() && text.len() <= MAX_TEXT).then(|| text.to_owned())
     };
     let serial = text("serial").filter(|serial| is_its_own(serial))?;
     Some(format!("usb-{}:{}-{serial}", text("idVendor")?, text("idProduct")?))
@@ -118,7 +118,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn a_line_on_usb_goes_by_its_serial_number_and_another_by_its_path() {
+    fn usb_line_is_keyed_by_serial_number_others_by_path() {
         let folder = tempfile::tempdir().expect("a folder");
         let root = folder.path();
         let usb = root.join("devices/usb1/1-1");

@@ -17,20 +17,20 @@ use std::time::Duration;
 const READ: usize = 512;
 
 /// Most reads in a tick: if a line brings more than it can carry, the rest waits for the next tick.
-const MOST_READS: usize = 8;
+const MAX_READS: usize = 8;
 
 /// Longest time without room, ns: after that nobody reads the line.
 const STUCK_NS: u64 = 100_000_000;
 
 /// Most bytes in one [`Line::write`]: two frames, or a tick's lines of text.
-pub const MOST_AT_ONCE: usize = 256;
+pub const MAX_AT_ONCE: usize = 256;
 
 /// An open serial line.
 #[derive(Debug)]
 pub struct Line {
     fd: OwnedFd,
     /// The rest of a write that the line took only in part.
-    rest: [u8; MOST_AT_ONCE],
+    rest: [u8; MAX_AT_ONCE],
     rest_length: usize,
     stuck_since_ns: Option<u64>,
     /// The last failure, until it is noted.
@@ -89,7 +89,7 @@ impl Line {
         let fd = unsafe { OwnedFd::from_raw_fd(port.into_raw_fd()) };
         let line = Self {
             fd,
-            rest: [0; MOST_AT_ONCE],
+            rest: [0; MAX_AT_ONCE],
             rest_length: 0,
             stuck_since_ns: None,
             failure: None,
@@ -119,7 +119,7 @@ impl Line {
     /// The line has been hung up.
     pub fn read(&mut self, mut take: impl FnMut(&[u8])) -> Result<(), DeviceError> {
         let mut buffer = [0; READ];
-        for _ in 0..MOST_READS {
+        for _ in 0..MAX_READS {
             match rustix::io::read(&self.fd, &mut buffer) {
                 // A line ends when it is hung up.
                 Ok(0) => return Err(self.fail(LinkError::HungUp)),

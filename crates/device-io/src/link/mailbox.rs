@@ -48,13 +48,13 @@ pub(super) struct Mailbox {
 const ENABLED: u64 = 1 << 31;
 const FORCE: u64 = ENABLED - 1;
 /// Largest force that a word holds, mN: a thousand tonnes' weight.
-const LARGEST_MN: i32 = (1 << 30) - 1;
+const MAX_MN: i32 = (1 << 30) - 1;
 
 /// Sequence in the upper half, then a bit for `enabled`, then 31 bits of force, mN, in two's
 /// complement.
 fn word(sequence: u32, enabled: bool, force_mn: i32) -> u64 {
     #[expect(clippy::cast_sign_loss, reason = "two's complement, cut to its 31 bits")]
-    let force = force_mn.clamp(-LARGEST_MN, LARGEST_MN) as u64 & FORCE;
+    let force = force_mn.clamp(-MAX_MN, MAX_MN) as u64 & FORCE;
     u64::from(sequence) << 32 | if enabled { ENABLED } else { 0 } | force
 }
 
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_word_holds_a_message() {
         for sequence in [0, 1, 0x8000_0000, u32::MAX] {
-            for force_mn in [0, 1, -1, 20_000, -20_000, LARGEST_MN, -LARGEST_MN] {
+            for force_mn in [0, 1, -1, 20_000, -20_000, MAX_MN, -MAX_MN] {
                 for enabled in [false, true] {
                     let word = word(sequence, enabled, force_mn);
                     assert_eq!(
@@ -199,12 +199,12 @@ mod tests {
                 }
             }
         }
-        assert_eq!(force_mn(word(1, true, i32::MAX)), LARGEST_MN);
-        assert_eq!(force_mn(word(1, true, i32::MIN)), -LARGEST_MN);
+        assert_eq!(force_mn(word(1, true, i32::MAX)), MAX_MN);
+        assert_eq!(force_mn(word(1, true, i32::MIN)), -MAX_MN);
     }
 
     #[test]
-    fn the_newest_is_taken_once_and_what_it_makes_needless_is_counted() {
+    fn newest_message_is_taken_once_and_skipped_are_counted() {
         let (mailbox, mut taker) = (Mailbox::default(), Taker::default());
         let taken = |enable, command, skipped| Messages {
             enable,
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn an_old_enable_does_not_come_back_when_the_sequence_wraps_around() {
+    fn old_enable_does_not_return_at_sequence_wraparound() {
         let (mailbox, mut taker) = (Mailbox::default(), Taker::default());
         mailbox.post(Some(enable(1)), command(2, 1, true));
         taker.take(&mailbox);

@@ -55,7 +55,7 @@ pub use hid_node::HidId;
 pub use identity::RigIdentity;
 pub use keeper::{Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub(crate) use line::permission_remedy as serial_permission_remedy;
-pub use line::{Line, MOST_AT_ONCE, SendOutcome};
+pub use line::{Line, MAX_AT_ONCE, SendOutcome};
 pub use link_device::LinkDevice;
 pub use nodes::folder_of;
 pub use serial::SerialConnector;

@@ -149,7 +149,7 @@ proptest! {
     // hazard: H23
     /// On every line that may be opened, at every rate, whenever it comes: a stop, and the end of the daemon.
     #[test]
-    fn a_stop_is_at_the_device_in_50_ms_and_a_dead_host_is_not_felt_long(
+    fn stop_reaches_device_within_50_ms_on_any_line(
         bytes_per_s in 10_000..120_000_u64, periods in 1..40_u64, for_ms in 60..400_u64, collected_ms in 0..17_u64,
         zero_and_enabled in any::<bool>(),
     ) {
@@ -174,7 +174,7 @@ proptest! {
 
 // hazard: H23
 #[test]
-fn what_the_line_does_not_carry_is_told_and_what_it_carries_is_not() {
+fn line_too_slow_for_commands_is_reported_as_fault() {
     let fault = |setup: Setup| {
         let mut rig = Rig::new(setup);
         rig.run(300 * MS, Some((0.0, false)));

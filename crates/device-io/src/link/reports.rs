@@ -21,7 +21,7 @@ pub(crate) enum UnsupportedReports {
     /// They are too short for a hello or a command, or too long.
     #[error(
         "its reports carry {} bytes up and {} down, and the link protocol needs {LONGEST} and {}, at most \
-         {LONGEST_REPORT}",
+         {MAX_REPORT}",
         .0.input, .0.output, Kind::Command.length()
     )]
     Length(Reports),
@@ -31,10 +31,10 @@ pub(crate) enum UnsupportedReports {
 }
 
 /// Longest report of the link protocol, bytes.
-pub(crate) const LONGEST_REPORT: usize = 64;
+pub(crate) const MAX_REPORT: usize = 64;
 
 /// Longest message to a device, bytes.
-const LONGEST_DOWN: usize = Kind::Command.length();
+const MAX_DOWN: usize = Kind::Command.length();
 
 impl Reports {
     /// Reads a descriptor of a device that can carry the link protocol.
@@ -80,9 +80,7 @@ impl Reports {
             input: bytes(input_bits),
             output: bytes(output_bits),
         };
-        if (LONGEST..=LONGEST_REPORT).contains(&reports.input)
-            && (LONGEST_DOWN..=LONGEST_REPORT).contains(&reports.output)
-        {
+        if (LONGEST..=MAX_REPORT).contains(&reports.input) && (MAX_DOWN..=MAX_REPORT).contains(&reports.output) {
             Ok(reports)
         } else {
             Err(UnsupportedReports::Length(reports))

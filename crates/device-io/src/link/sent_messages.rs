@@ -9,11 +9,11 @@
 use crate::protocol::message::is_newer;
 
 /// Most messages that may be unconfirmed while another is sent.
-const MOST_UNCONFIRMED: u32 = 20;
+const MAX_UNCONFIRMED: u32 = 20;
 
 /// Longest time for which one may be unconfirmed while another is sent, ns; a sample period is added. The 16 ms for which
 /// an FTDI collects samples fit in.
-const LONGEST_UNCONFIRMED_NS: u64 = 20_000_000;
+const MAX_UNCONFIRMED_NS: u64 = 20_000_000;
 
 /// Sending times that are kept: those of all that may be unconfirmed, and of two seconds of zero forces beyond them.
 const KEPT: usize = 256;
@@ -46,7 +46,7 @@ impl SentMessages {
             kept: [Sent::default(); KEPT],
             confirmed: 0,
             waiting_since_ns: 0,
-            longest_ns: LONGEST_UNCONFIRMED_NS + sample_period_ns,
+            longest_ns: MAX_UNCONFIRMED_NS + sample_period_ns,
         }
     }
 
@@ -82,7 +82,7 @@ impl SentMessages {
     pub(super) fn has_room(&self, now_ns: u64) -> bool {
         let unconfirmed = self.newest.wrapping_sub(self.confirmed);
         let oldest_at_ns = self.sent_at_ns(self.confirmed.wrapping_add(1));
-        unconfirmed == 0 || unconfirmed < MOST_UNCONFIRMED && now_ns.saturating_sub(oldest_at_ns) <= self.longest_ns
+        unconfirmed == 0 || unconfirmed < MAX_UNCONFIRMED && now_ns.saturating_sub(oldest_at_ns) <= self.longest_ns
     }
 
     /// Takes in the command that a sample names, at a time of ours, ns; returns its round trip, ns, the
@@ -114,7 +114,7 @@ mod tests {
     const MS: u64 = 1_000_000;
 
     #[test]
-    fn a_round_trip_is_told_in_full_however_many_commands_lie_between() {
+    fn round_trip_spans_any_number_of_later_commands() {
         for behind in [1, 2, 255, 256, 257, 1024, 1050, 5000] {
             let mut sent = SentMessages::new(MS);
             for k in 0..6000 {

@@ -13,7 +13,7 @@ use super::wire::{self, Wire};
 use crate::address::DEFAULT_BAUD;
 use crate::clock;
 use crate::device::{DeviceError, Measurement, Written};
-use crate::protocol::frame::{Decoder, Frame, LONGEST_FRAME};
+use crate::protocol::frame::{Decoder, Frame, MAX_FRAME};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
 use crate::protocol::view::{Kind, View};
 use std::ffi::OsStr;
@@ -203,7 +203,7 @@ impl Connection for SerialConnection {
     }
 
     fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
-        let mut bytes = [0; 2 * LONGEST_FRAME];
+        let mut bytes = [0; 2 * MAX_FRAME];
         let mut length = 0;
         let outgoing = self.session.command(force_n, enabled, now_ns);
         for message in outgoing.messages() {

@@ -28,10 +28,10 @@ const SEND_AGAIN_NS: u64 = 10_000_000;
 
 /// Shortest time without a confirmation under force that counts as none, ns: the 16 ms for which an FTDI collects samples,
 /// and some more. A device's watchdog may be shorter.
-const SHORTEST_IGNORED_NS: u64 = 25_000_000;
+const MIN_IGNORED_NS: u64 = 25_000_000;
 
 /// The same time for a device without a watchdog, or with one beyond what is allowed without an option, ns.
-const LONGEST_IGNORED_NS: u64 = 200_000_000;
+const MAX_IGNORED_NS: u64 = 200_000_000;
 
 /// Why incoming bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,9 +124,7 @@ impl Session {
     pub(crate) fn new(hello: &DeviceHello, timing: LoopTiming, now_ns: u64, counters: Arc<LinkCounters>) -> Self {
         counters.begin_conversation();
         let sample_period_ns = 1_000_000_000 / u64::from(hello.sample_rate_hz.max(1));
-        let watchdog_ns = hello
-            .watchdog()
-            .map_or(LONGEST_IGNORED_NS, |ms| u64::from(ms) * 1_000_000);
+        let watchdog_ns = hello.watchdog().map_or(MAX_IGNORED_NS, |ms| u64::from(ms) * 1_000_000);
         Self {
             counters,
             clock: DeviceClock::new(),
@@ -145,7 +143,7 @@ impl Session {
             order: None,
             wants_force: false,
             late_round_trip_ns: timing.stale_ns + sample_period_ns,
-            ignored_after_ns: watchdog_ns.clamp(SHORTEST_IGNORED_NS, LONGEST_IGNORED_NS) + sample_period_ns,
+            ignored_after_ns: watchdog_ns.clamp(MIN_IGNORED_NS, MAX_IGNORED_NS) + sample_period_ns,
             delivery: Ok(()),
             error: None,
         }

@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_is_taken_when_the_device_has_it_and_not_when_it_is_posted() {
+    fn command_counts_as_taken_once_device_has_it() {
         let (mut writer, lets, sent) = held();
         let counters = LinkCounters::default();
         let mut sequence = 0;
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_taken_long_ago_is_taken_when_the_sequence_wraps_around() {
+    fn taken_command_stays_taken_at_sequence_wraparound() {
         let counters = LinkCounters::default();
         let mut writer = Writer::start(0, |_| Ok::<(), ()>(())).expect("a thread");
         let began = Instant::now();
@@ -418,7 +418,7 @@ mod tests {
 
     // hazard: P12
     #[test]
-    fn the_writer_has_the_lowest_real_time_priority_before_it_sends_anything() {
+    fn writer_gets_lowest_real_time_priority_before_sending() {
         let (tells, told) = mpsc::channel();
         let counters = LinkCounters::default();
         let mut writer = Writer::start(0, move |_| tells.send(scheduling())).expect("a thread");

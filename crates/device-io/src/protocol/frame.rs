@@ -14,13 +14,13 @@ static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
 /// Longest frame, bytes: a message, its CRC, one byte of stuffing (below 254 bytes there is no
 /// more) and the zero that ends it.
-pub const LONGEST_FRAME: usize = LONGEST + CRC_BYTES + 2;
+pub const MAX_FRAME: usize = LONGEST + CRC_BYTES + 2;
 
 /// Why the bytes between two zeros are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum FrameError {
     /// Longer than the longest frame.
-    #[error("a frame longer than {LONGEST_FRAME} bytes")]
+    #[error("a frame longer than {MAX_FRAME} bytes")]
     TooLong,
     /// Too short to hold a CRC, or stuffed as no sender does it.
     #[error("a frame that is broken off or badly stuffed")]
@@ -33,7 +33,7 @@ pub enum FrameError {
 /// A frame, ready to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    bytes: [u8; LONGEST_FRAME],
+    bytes: [u8; MAX_FRAME],
     length: usize,
 }
 
@@ -44,7 +44,7 @@ impl Frame {
     pub fn of(message: &[u8]) -> Self {
         let message = &message[..message.len().min(LONGEST)];
         let crc = CRC.checksum(message).to_le_bytes();
-        let mut bytes = [0; LONGEST_FRAME];
+        let mut bytes = [0; MAX_FRAME];
         // Where the distance to the next zero goes, and how far it is by now.
         let (mut code_at, mut next) = (0, 1);
         for &byte in message.iter().chain(&crc) {
@@ -78,7 +78,7 @@ fn distance(bytes: usize) -> u8 {
 /// Cuts a byte stream into messages.
 #[derive(Clone, Debug)]
 pub struct Decoder {
-    bytes: [u8; LONGEST_FRAME],
+    bytes: [u8; MAX_FRAME],
     length: usize,
     too_long: bool,
 }
@@ -86,7 +86,7 @@ pub struct Decoder {
 impl Default for Decoder {
     fn default() -> Self {
         Self {
-            bytes: [0; LONGEST_FRAME],
+            bytes: [0; MAX_FRAME],
             length: 0,
             too_long: false,
         }

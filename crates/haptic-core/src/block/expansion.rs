@@ -187,10 +187,10 @@ impl Start {
             distance: (RECIPROCAL[N + 1] * duration_s) * speed,
             speed: (RECIPROCAL[N + 1] * growing.acceleration) * force,
         };
-        if N + 2 >= R::FEWEST_ORDERS {
+        if N + 2 >= R::MIN_ORDERS {
             growing.sizes[N + 1] = self.held.impedance * growing.newest.speed.abs() + law.next_size();
         }
-        N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < growing.nothing
+        N + 1 >= R::MIN_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < growing.nothing
     }
 
     /// How far a series reaches whose last coefficients have these sizes, N, until what it leaves

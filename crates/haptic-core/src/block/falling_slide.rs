@@ -7,7 +7,7 @@ use super::linear_slide::LinearSlide;
 use super::oscillator::Motion;
 use super::slide::{PieceEnd, Slide, SlideBounds};
 use super::straight::LineEnd;
-use crate::contact::{FEWEST_ON_CURVE, Fall, FallSeries, LOOK_BACK_ON_CURVE, Line, fallen_from};
+use crate::contact::{Fall, FallSeries, LOOK_BACK_ON_CURVE, Line, MIN_ON_CURVE, fallen_from};
 use crate::direction::Direction;
 use crate::series::{Newest, Path, Recurrence, integral_of_product};
 
@@ -32,7 +32,7 @@ struct OnCurve {
 
 impl Recurrence for OnCurve {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
-    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
+    const MIN_ORDERS: usize = MIN_ON_CURVE;
 
     fn tolerance_n(&self) -> f64 {
         // A slide that sets off against falling friction runs away: an error grows a hundredfold.

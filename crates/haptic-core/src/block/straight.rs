@@ -13,9 +13,9 @@ use crate::series::{FINE_TOLERANCE_N, Newest, Path, RECIPROCAL, Recurrence};
 /// Half-turns of the oscillation that a piece may have.
 const HALF_TURNS: f64 = 8.0;
 /// Extrema that lie in them at most, and some for rounding.
-const MOST_EXTREMA: u32 = 12;
+const MAX_EXTREMA: u32 = 12;
 /// Halvings that bracket a root to its last digit.
-const MOST_HALVINGS: usize = 64;
+const MAX_HALVINGS: usize = 64;
 /// Up to this many times the shortest time of an oscillator, squared, its series converges.
 const SERIES_LIMIT_SQUARED: f64 = 2.25;
 
@@ -39,7 +39,7 @@ struct LineSeries {
 
 impl Recurrence for LineSeries {
     const LOOK_BACK: usize = 2;
-    const FEWEST_ORDERS: usize = 4;
+    const MIN_ORDERS: usize = 4;
 
     fn tolerance_n(&self) -> f64 {
         FINE_TOLERANCE_N
@@ -115,7 +115,7 @@ impl Start {
         let (mut lasted_s, mut end, mut extrema) = (length, LineEnd::Lasts, 0);
         let mut falls_to = 0.0;
         let (mut y, mut w) = passes(&oscillator, &motion, &r, length, level).unwrap_or_else(|| {
-            let (slide_end, looked_at) = first_fall(&oscillator, &motion, length, level, MOST_EXTREMA);
+            let (slide_end, looked_at) = first_fall(&oscillator, &motion, length, level, MAX_EXTREMA);
             extrema = looked_at;
             let mut r = r;
             if let SlideEnd::Falls { at, armed } = slide_end {
@@ -170,7 +170,7 @@ pub(crate) fn straight_piece(contact: &mut impl StraightContact, start: &Start) 
 fn arrival(oscillator: &Oscillator, motion: &Motion, distance: f64, latest: f64) -> f64 {
     let (mut early, mut late) = (0.0, latest);
     let mut at = 0.5 * latest;
-    for _ in 0..MOST_HALVINGS {
+    for _ in 0..MAX_HALVINGS {
         let (y, w) = oscillator.advance(motion, &oscillator.response(at));
         if y < distance {
             early = at;

@@ -28,7 +28,7 @@ const BALANCE: f64 = 1e-13;
 /// exact.
 const STEP_ACCURACY: f64 = 1e-10;
 /// Most secants that look for it.
-const MOST_SECANTS: usize = 64;
+const MAX_SECANTS: usize = 64;
 
 /// A contact under a block, which is moved on piece by piece.
 pub(crate) trait PiecewiseContact: YieldingContact {
@@ -137,7 +137,7 @@ impl<C: PiecewiseContact> YieldingBlock<C> {
         let (mut near, mut far) = (0.0, (push.abs() + 2.0 * self.holds) / resistance);
         let (mut at_near, mut at_far) = (-net.abs(), residual(far));
         // The Illinois method: a secant that halves the end which does not move, so that both do.
-        for _ in 0..MOST_SECANTS {
+        for _ in 0..MAX_SECANTS {
             if far - near <= STEP_ACCURACY * far || at_far <= 0.0 {
                 break;
             }

@@ -55,7 +55,7 @@ fn near(value: f64, wanted: f64) -> bool {
 }
 
 #[test]
-fn in_motion_it_is_the_share_of_what_was_identified_for_that_direction() {
+fn compensation_is_share_of_friction_in_motion_direction() {
     assert!(near(in_motion(compensator(0.5), 0.1), 0.5 * (0.8 + 0.1)));
     assert!(near(in_motion(compensator(0.5), -0.1), -0.5 * (0.6 + 0.2)));
     assert!(
@@ -91,7 +91,7 @@ fn after_a_rest_the_account_is_empty() {
 
 // hazard: F21
 #[test]
-fn a_slow_device_gets_no_more_than_the_account_holds_until_its_next_sample() {
+fn slow_device_gets_no_more_energy_than_account_holds() {
     let mut compensator = compensator(0.8);
     // The force of a sample stays for 5 mm.
     let (speed, ticks) = (0.5, 10);
@@ -131,7 +131,7 @@ fn cogging_is_compensated_only_where_the_place_is_known() {
 }
 
 #[test]
-fn what_is_left_of_the_losses_is_the_least_that_the_rig_takes_up() {
+fn losses_left_by_compensation_are_a_lower_bound() {
     let left = Compensation {
         share: 0.5,
         friction: RIG,
@@ -190,7 +190,7 @@ proptest! {
     /// any force of the surface.
     // hazard: F21
     #[test]
-    fn the_energy_given_is_bounded_over_every_stretch_of_every_motion(
+    fn compensation_energy_is_bounded_over_any_motion(
         steps in prop::collection::vec(any_step(), 1..300), swing in any::<bool>(), share in 0.0..1.0f64,
     ) {
         let mut compensator = compensator(share);
@@ -201,7 +201,7 @@ proptest! {
         for (count, step) in steps.iter().enumerate() {
             let velocity = if swing { copysign(0.2, libm::sin(count as f64)) } else { step.velocity };
             let force = compensator.force(Motion { elapsed_s: step.elapsed_s, ..motion(position, velocity) });
-            let most_n = LARGEST_SHARE.min(share) * (0.8 + 2.0 * velocity.abs()) + 1e-12;
+            let most_n = MAX_SHARE.min(share) * (0.8 + 2.0 * velocity.abs()) + 1e-12;
             prop_assert!(force * velocity >= 0.0 && force.abs() <= most_n, "{} N at {} m/s", force, velocity);
             if compensator.still_s > REST_S {
                 (beyond_j, least_j) = (0.0, 0.0);

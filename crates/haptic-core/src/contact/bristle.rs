@@ -45,7 +45,7 @@ impl Plasticity for FullPlasticity {
 }
 
 /// Pieces into which a displacement is cut at most.
-const MOST_PIECES: f64 = 16.0;
+const MAX_PIECES: f64 = 16.0;
 /// Elastic share below which the rest of a displacement is one piece.
 const NEARLY_STEADY: f64 = 0.02;
 /// A piece's share of the steady deflection.
@@ -61,7 +61,7 @@ pub(crate) fn flow_in_pieces(mut deflection: f64, distance: f64, steady: f64, al
         from + (1.0 - rate * from) * by * phi
     };
     let mut left = distance;
-    let shortest = (PIECE * steady).max(distance / MOST_PIECES);
+    let shortest = (PIECE * steady).max(distance / MAX_PIECES);
     while left > 0.0 {
         let share = 1.0 - alpha(deflection) / steady * deflection;
         // Nearly steady, or the last: alpha hardly changes any more.

@@ -154,7 +154,7 @@ impl<const DAMPED: bool> TowardsLimit<DAMPED> {
 
 impl<const DAMPED: bool> Recurrence for TowardsLimit<DAMPED> {
     const LOOK_BACK: usize = 2;
-    const FEWEST_ORDERS: usize = 4;
+    const MIN_ORDERS: usize = 4;
 
     fn tolerance_n(&self) -> f64 {
         self.tolerance_n
@@ -257,7 +257,7 @@ impl RatioSeries {
 
 /// Orders that a series with Stribeck's curve in it has at least: it may begin where next to nothing
 /// of the curve is left, and come to feel it.
-pub(crate) const FEWEST_ON_CURVE: usize = 8;
+pub(crate) const MIN_ON_CURVE: usize = 8;
 /// And the coefficients that are looked back on: those of a bell curve go up and down.
 pub(crate) const LOOK_BACK_ON_CURVE: usize = 6;
 
@@ -272,7 +272,7 @@ pub(crate) struct UnderCurve {
 
 impl Recurrence for UnderCurve {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
-    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
+    const MIN_ORDERS: usize = MIN_ON_CURVE;
 
     fn tolerance_n(&self) -> f64 {
         self.tolerance_n

@@ -18,7 +18,7 @@ pub(crate) use state::LawContact;
 
 pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
 pub(crate) use bristle_series::{
-    BristleForce, FEWEST_ON_CURVE, LOOK_BACK_ON_CURVE, RatioSeries, SETTLED_N, TowardsLimit, UnderCurve,
+    BristleForce, LOOK_BACK_ON_CURVE, MIN_ON_CURVE, RatioSeries, SETTLED_N, TowardsLimit, UnderCurve,
 };
 #[cfg(test)]
 pub(crate) use device::cells_and_error;

@@ -103,7 +103,7 @@ impl PowerSeries {
 
 impl Recurrence for PowerSeries {
     const LOOK_BACK: usize = 2;
-    const FEWEST_ORDERS: usize = 4;
+    const MIN_ORDERS: usize = 4;
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {

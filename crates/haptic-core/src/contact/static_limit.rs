@@ -131,7 +131,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn a_rising_limit_is_met_when_the_force_comes_to_it_and_not_before(
+        fn delay_ends_when_force_meets_rising_limit(
             rate in 0.01..1e4f64, dwell in 0.0..2.0f64, fresh in 0.0..10.0f64, more in 0.0..10.0f64,
             share in 0.0..1.0f64, slope in (-2.0..6.0f64).prop_map(|e| 10_f64.powf(e)),
         ) {
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rested_limit_is_the_whole_and_a_fresh_one_the_kinetic_force() {
+    fn rested_limit_is_static_and_fresh_limit_kinetic_force() {
         let mut limit = RisingLimit::new(10.0);
         assert_eq!(limit.now(4.0, 3.5), 3.5);
         limit.rest(0.1);

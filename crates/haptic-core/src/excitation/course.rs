@@ -14,13 +14,13 @@ const FREQUENCY_HZ: (f64, f64) = (0.05, 10.0);
 const SLOWEST_MPS: f64 = 1e-5;
 
 /// Shortest way of a reference, m.
-const SHORTEST_M: f64 = 1e-6;
+const MIN_M: f64 = 1e-6;
 
 /// Range of the duration of a course, s.
 const DURATION_S: (f64, f64) = (0.1, 120.0);
 
 /// Most rounds of a sweep.
-const MOST_ROUNDS: u32 = 1000;
+const MAX_ROUNDS: u32 = 1000;
 
 /// The course of the reference, from the place where the handle is at the beginning and back to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,7 +103,7 @@ impl Course {
                 to_hz,
                 ..
             } => {
-                BoundError::check("amplitude_m", amplitude_m, SHORTEST_M, farthest_m, "m")?;
+                BoundError::check("amplitude_m", amplitude_m, MIN_M, farthest_m, "m")?;
                 let (slowest_hz, highest_hz) = FREQUENCY_HZ;
                 let fastest_hz = highest_hz.min(fastest_mps / (TAU * amplitude_m));
                 BoundError::check("from_hz", from_hz, slowest_hz, fastest_hz, "Hz")?;
@@ -114,9 +114,9 @@ impl Course {
                 speed_mps,
                 rounds,
             } => {
-                BoundError::check("travel_m", travel_m, SHORTEST_M, farthest_m, "m")?;
+                BoundError::check("travel_m", travel_m, MIN_M, farthest_m, "m")?;
                 BoundError::check("speed_mps", speed_mps, SLOWEST_MPS, fastest_mps, "m/s")?;
-                BoundError::check("rounds", f64::from(rounds), 1.0, f64::from(MOST_ROUNDS), "")?;
+                BoundError::check("rounds", f64::from(rounds), 1.0, f64::from(MAX_ROUNDS), "")?;
             }
         }
         let (shortest_s, longest_s) = DURATION_S;
@@ -245,7 +245,7 @@ mod tests {
     ];
 
     #[test]
-    fn a_course_begins_and_ends_at_rest_where_it_began_and_keeps_its_bounds() {
+    fn course_starts_and_ends_at_rest_within_bounds() {
         for course in COURSES {
             let duration_s = course.duration_s();
             for at_s in [0.0, duration_s] {

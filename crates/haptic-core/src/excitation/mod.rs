@@ -32,7 +32,7 @@ pub const DAMPING_NS_PER_M: (f64, f64) = (0.0, 100.0);
 /// Range of the slew limit, N/s.
 pub const SLEW_N_PER_S: (f64, f64) = (1.0, 2000.0);
 /// Smallest force limit, N.
-pub const LEAST_FORCE_N: f64 = 0.001;
+pub const MIN_FORCE_N: f64 = 0.001;
 
 /// Time after the course in which the force fades out, s.
 const FADE_S: f64 = 0.1;
@@ -40,7 +40,7 @@ const FADE_S: f64 = 0.1;
 /// Share of the nominal period that each tick counts for at least: a device whose clock stands still
 /// does not prolong a course beyond twice its time, and one that is slower than the loop does not
 /// shorten it.
-const LEAST_SHARE_OF_A_TICK: f64 = 0.5;
+const MIN_SHARE_OF_A_TICK: f64 = 0.5;
 
 /// A course, and the bounds within which the handle is drawn along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +93,7 @@ impl Excitation {
     /// The first quantity that is out of range, or not a number.
     pub fn check(&self) -> Result<(), BoundError> {
         let within = |field, value, (min, max), unit| BoundError::check(field, value, min, max, unit);
-        within("force_limit_N", self.force_limit_n, (LEAST_FORCE_N, f64::MAX), "N")?;
+        within("force_limit_N", self.force_limit_n, (MIN_FORCE_N, f64::MAX), "N")?;
         within("slew_limit_N_per_s", self.slew_limit_n_per_s, SLEW_N_PER_S, "N/s")?;
         within("stiffness_N_per_m", self.stiffness_n_per_m, STIFFNESS_N_PER_M, "N/m")?;
         within("damping_Ns_per_m", self.damping_ns_per_m, DAMPING_NS_PER_M, "N s/m")?;
@@ -224,7 +224,7 @@ impl Moving for Follower {
             Phase::Armed => self.phase = Phase::Running,
             Phase::Running => {
                 self.elapsed_s += elapsed_s.max(0.0);
-                self.least_s += LEAST_SHARE_OF_A_TICK * self.period_s;
+                self.least_s += MIN_SHARE_OF_A_TICK * self.period_s;
             }
             Phase::Unplaced | Phase::Spent => return Rendered::default(),
         }

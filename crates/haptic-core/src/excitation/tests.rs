@@ -89,7 +89,7 @@ fn a_free_handle_follows_the_reference_to_the_end() {
 }
 
 #[test]
-fn a_course_is_as_long_and_as_fast_as_it_says_and_its_speed_is_that_of_its_place() {
+fn course_has_declared_duration_and_speed() {
     let short = Excitation {
         course: Course::Chirp {
             amplitude_m: 5e-3,
@@ -131,7 +131,7 @@ fn a_course_is_as_long_and_as_fast_as_it_says_and_its_speed_is_that_of_its_place
 
 // hazard: F20
 #[test]
-fn a_device_whose_clock_stands_still_prolongs_a_course_to_twice_its_time() {
+fn stopped_device_clock_doubles_excitation_duration() {
     let mut renderer = armed(sweep(), 0.1);
     let (mut ticks, mut greatest) = (0, 0.0_f64);
     while !has_ended(&renderer) {
@@ -152,7 +152,7 @@ fn a_device_whose_clock_stands_still_prolongs_a_course_to_twice_its_time() {
 
 // hazard: H13
 #[test]
-fn a_motor_that_is_wired_the_other_way_ends_it_within_a_millimetre() {
+fn reversed_motor_ends_excitation_after_short_travel() {
     for excitation in [chirp(), sweep()] {
         let (seen, _) = driven(excitation, -1.0);
         let farthest = seen.iter().map(|(at, _)| (at - 0.1).abs()).fold(0.0, f64::max);
@@ -163,7 +163,7 @@ fn a_motor_that_is_wired_the_other_way_ends_it_within_a_millimetre() {
 
 // hazard: F20
 #[test]
-fn a_handle_that_is_held_gets_no_more_than_the_limit_and_ends_it() {
+fn held_handle_meets_force_limit_and_ends_excitation() {
     let mut renderer = armed(
         Excitation {
             lag_limit_m: 4.5e-3,
@@ -180,7 +180,7 @@ fn a_handle_that_is_held_gets_no_more_than_the_limit_and_ends_it() {
 }
 
 #[test]
-fn travel_speed_lag_and_what_is_no_number_end_it_at_once_and_for_ever() {
+fn exceeded_bound_or_nan_ends_excitation_for_good() {
     for (position, velocity) in [
         (0.0081, 0.0),
         (-0.0081, 0.0),
@@ -206,7 +206,7 @@ fn travel_speed_lag_and_what_is_no_number_end_it_at_once_and_for_ever() {
 }
 
 #[test]
-fn one_that_was_interrupted_does_not_begin_again_and_leaves_no_force() {
+fn interrupted_excitation_does_not_restart() {
     let mut renderer = armed(chirp(), 0.0);
     for _ in 0..100 {
         on_hand(&mut renderer, 0.0, 0.0);
@@ -241,7 +241,7 @@ proptest! {
 
     // hazard: F20
     #[test]
-    fn force_slew_travel_and_time_are_bounded_whatever_the_device_says(
+    fn excitation_stays_bounded_for_any_device_input(
         is_chirp in any::<bool>(),
         start in -1.0..1.0f64,
         wild in prop::collection::vec((any::<f64>(), any::<f64>(), any::<f64>()), 3),
@@ -274,7 +274,7 @@ proptest! {
     }
 
     #[test]
-    fn the_energy_that_a_passive_handle_gets_is_never_taken_for_the_wrong_way(
+    fn passive_handle_is_never_mistaken_for_reversed_motor(
         mass in 0.1..5.0f64, friction in 0.0..1.0f64, is_chirp in any::<bool>(),
     ) {
         let excitation = Excitation { speed_limit_mps: 0.5, travel_limit_m: 0.2, lag_limit_m: 0.2, ..if is_chirp { chirp() } else { sweep() } };

@@ -13,9 +13,8 @@ use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
-    Bristle, BristleForce, DeviceElastoPlastic, FEWEST_ON_CURVE, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level,
-    MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, RatioSeries, TowardsLimit, UnderCurve, flow_in_pieces,
-    series_product,
+    Bristle, BristleForce, DeviceElastoPlastic, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level, MIN_ON_CURVE, MasterLaw,
+    ORDER, PathBristle, PathSeries, Plasticity, RatioSeries, TowardsLimit, UnderCurve, flow_in_pieces, series_product,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -320,7 +319,7 @@ struct StretchSeries {
 
 impl Recurrence for StretchSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
-    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
+    const MIN_ORDERS: usize = MIN_ON_CURVE;
 
     fn tolerance_n(&self) -> f64 {
         FINE_TOLERANCE_N
@@ -409,7 +408,7 @@ impl DelayedSeries {
 
 impl Recurrence for DelayedSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
-    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
+    const MIN_ORDERS: usize = MIN_ON_CURVE;
 
     fn tolerance_n(&self) -> f64 {
         FINE_TOLERANCE_N

@@ -41,9 +41,9 @@ pub(super) fn raise(static_force: &mut Directional, dynamic_force: Directional) 
 
 /// Largest `Fs/Fd` of a bristle: its stiffness against its slide grows with it, and with it the work of
 /// a tick.
-pub const MOST_STICTION: f64 = 100.0;
+pub const MAX_STICTION: f64 = 100.0;
 
-/// Refuses a static force more than [`MOST_STICTION`] times the dynamic one.
+/// Refuses a static force more than [`MAX_STICTION`] times the dynamic one.
 pub(super) fn check_stiction(
     law: &'static str,
     static_force: Directional,
@@ -51,7 +51,7 @@ pub(super) fn check_stiction(
 ) -> Result<(), SceneError> {
     for direction in Direction::BOTH {
         let (held, sliding) = (static_force.get(direction), dynamic_force.get(direction));
-        let max = MOST_STICTION * sliding;
+        let max = MAX_STICTION * sliding;
         if held > max {
             return Err(SceneError::TooMuchStiction {
                 law,
@@ -59,7 +59,7 @@ pub(super) fn check_stiction(
                 static_force: held,
                 dynamic_force: sliding,
                 max,
-                most_ratio: MOST_STICTION,
+                most_ratio: MAX_STICTION,
             });
         }
     }
@@ -70,7 +70,7 @@ pub(super) fn check_stiction(
 pub(super) fn limit_stiction(static_force: &mut Directional, dynamic_force: Directional) {
     for direction in Direction::BOTH {
         let held = static_force.get_mut(direction);
-        *held = held.min(MOST_STICTION * dynamic_force.get(direction));
+        *held = held.min(MAX_STICTION * dynamic_force.get(direction));
     }
 }
 

@@ -291,7 +291,7 @@ impl AdhesionSeries {
 
 impl Recurrence for AdhesionSeries {
     const LOOK_BACK: usize = 8;
-    const FEWEST_ORDERS: usize = 11;
+    const MIN_ORDERS: usize = 11;
 
     fn tolerance_n(&self) -> f64 {
         // What is left out adds up over the pieces of a tick: a median error of 1e-11 N needs this.
@@ -381,7 +381,7 @@ mod tests {
     use std::println;
 
     #[test]
-    fn the_master_path_is_the_law_whatever_its_onset_and_the_limit_of_the_other_direction() {
+    fn master_path_matches_law_for_any_onset_and_start() {
         for fraction in [0.0, 1e-9, 1e-3, 0.05, 0.3, 0.7, 0.99] {
             for start in [-1.0, -10.0, -128.0] {
                 let law = AdhesionPlasticity {

@@ -30,7 +30,7 @@ mod usual;
 mod viscous;
 
 pub use crate::contact::{Reseat, SUDDEN_FALL_MPS};
-pub use forces::MOST_STICTION;
+pub use forces::MAX_STICTION;
 pub use usual::DEFAULT_CONTACT_STIFFNESS;
 
 pub(crate) use law::Law;

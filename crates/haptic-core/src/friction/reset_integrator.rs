@@ -27,7 +27,7 @@ use alloc::boxed::Box;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ResetIntegrator {
-    /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MOST_STICTION`](super::MOST_STICTION)
+    /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MAX_STICTION`](super::MAX_STICTION)
     /// times it.
     #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
     pub static_force: Directional,

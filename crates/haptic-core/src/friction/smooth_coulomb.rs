@@ -118,7 +118,7 @@ struct TanhSeries {
 
 impl Recurrence for TanhSeries {
     const LOOK_BACK: usize = 2;
-    const FEWEST_ORDERS: usize = 8;
+    const MIN_ORDERS: usize = 8;
 
     fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
         let slope_at_start = 1.0 - self.tanh * self.tanh;
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_law_that_is_a_file_and_an_entry_is_rendered_in_both_settings() {
+    fn smooth_coulomb_law_renders_with_and_without_block() {
         let on_device = Scene {
             block: None,
             coupling: None,

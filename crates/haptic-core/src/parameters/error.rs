@@ -10,7 +10,6 @@ use thiserror::Error;
 
 /// Why a scene, or a change to one, is refused.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
 pub enum SceneError {
     /// A value lies outside the accepted range.
     #[error("{param} = {value} {unit} is out of range: it must be from {min} to {max} {unit}")]

@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn half_way_lies_in_the_middle_of_a_linear_scale_and_at_the_mean_ratio_of_a_logarithmic_one() {
+    fn halfway_scene_takes_arithmetic_or_geometric_means() {
         let (from, to) = (
             paper_with(&[("M", 0.5), ("Fs", 4.0)]),
             paper_with(&[("M", 2.0), ("Fs+", 6.0), ("Fs-", 5.0)]),

@@ -144,7 +144,7 @@ pub(crate) trait Recurrence {
     /// Coefficients that are looked back on to say how the next ones go.
     const LOOK_BACK: usize;
     /// Orders that a series has at least before small coefficients are believed to be the last.
-    const FEWEST_ORDERS: usize;
+    const MIN_ORDERS: usize;
 
     /// What a series leaves out, N in the coupling or in the contact. It bounds the error of a
     /// piece; that of a tick is about as much, since what is left out falls off fast.

@@ -25,7 +25,7 @@ const INVERSE_BINOMIAL: [[f64; ROOM]; ROOM] = {
 };
 
 /// Halvings after which two roots that are still not told apart count as a touch.
-const MOST_HALVINGS: u32 = 40;
+const MAX_HALVINGS: u32 = 40;
 
 /// The first time in `(0, end]` at which a polynomial that is positive at 0 comes to zero; `None`
 /// where it stays positive. A polynomial that is not positive at 0 is at its root there. Its
@@ -69,7 +69,7 @@ fn root_on_the_way(polynomial: &[f64; ROOM], degree: usize, end: f64) -> Option<
         width: end,
         bernstein,
     };
-    whole.first_root(&curve, degree, MOST_HALVINGS)
+    whole.first_root(&curve, degree, MAX_HALVINGS)
 }
 
 /// Whether the least value of the first three terms on `[0, end]` outweighs all negative ones after

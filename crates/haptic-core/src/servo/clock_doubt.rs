@@ -8,7 +8,7 @@ const MEMORY_NS: u64 = 1_000_000_000;
 
 /// Jumps in that time without a doubt: a device that began again makes one. A clock that wraps around at 16 bits of
 /// microseconds jumps fifteen times.
-const MOST_JUMPS: u32 = 4;
+const MAX_JUMPS: u32 = 4;
 
 /// The errors of a clock.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,7 +26,7 @@ impl ClockDoubt {
             self.jumps = 0;
         }
         self.jumps += u32::from(error == ClockError::Jumped);
-        if error != ClockError::Jumped || self.jumps > MOST_JUMPS {
+        if error != ClockError::Jumped || self.jumps > MAX_JUMPS {
             self.doubted = Some((error, now_ns));
         }
     }
@@ -46,7 +46,7 @@ mod tests {
 
     // hazard: H3
     #[test]
-    fn a_drift_is_a_doubt_for_a_second_and_jumps_are_when_they_repeat() {
+    fn drift_is_doubted_for_a_second_jumps_only_if_repeated() {
         for error in [ClockError::Drifts, ClockError::StoodStill] {
             let mut doubt = ClockDoubt::default();
             doubt.add(error, 5000 * MS);

@@ -4,89 +4,76 @@ use crate::sample::{ErrorCode, ErrorReport};
 use crate::sample_clock::ClockError;
 use core::fmt;
 
-/// Why a check took the force away.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+/// One row gives a fault: what it is, one of its kind, its name for machines, and its id in the journal of systemd, a
+/// random number that stays for ever.
+macro_rules! faults {
+    ($($(#[$about:meta])+ $name:ident $({ $(#[$about_field:meta])+ $field:ident: $kind:ty })? $(($of:ty))?
+        => $one:expr, $code:literal, $message_id:literal;)+) => {
+        /// Why a check took the force away.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Fault {
+            $($(#[$about])+ $name $({ $(#[$about_field])+ $field: $kind })? $(($of))?,)+
+        }
+
+        impl Fault {
+            /// One of each kind.
+            pub const KINDS: [Self; [$($code),+].len()] = [$($one),+];
+
+            /// Its name for machines: monitoring counts by it.
+            #[must_use]
+            pub fn code(self) -> &'static str {
+                match self {
+                    $(Self::$name { .. } => $code,)+
+                }
+            }
+
+            /// Its id in the journal of systemd, by its [`code`](Self::code).
+            #[must_use]
+            pub fn message_id(code: &str) -> Option<&'static str> {
+                match code {
+                    $($code => Some($message_id),)+
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+faults! {
     /// The force computed was not a finite number.
-    NonFiniteForce,
+    NonFiniteForce => Self::NonFiniteForce, "non_finite_force", "4132e051f8805854b6257864d2cf92b6";
     /// The device reported a position that is not a finite number.
-    NonFinitePosition,
+    NonFinitePosition => Self::NonFinitePosition, "non_finite_position", "db91467b55925f7980d222b7058b7f27";
     /// The device moved faster than the rig allows.
-    TooFast,
+    TooFast => Self::TooFast, "too_fast", "c24a5fac5f8558ab867856dca20afa92";
     /// More periods were missed in a second than the policy allows.
-    TooLate,
+    TooLate => Self::TooLate, "too_late", "81633f76dbd655c9a5aa23facea003b7";
     /// The device sent no new sample for too long.
-    Stale,
+    Stale => Self::Stale, "stale", "7f76a791895251f19f7c005b7fc3ec10";
     /// The position changed as no rig can move.
-    Jump,
+    Jump => Self::Jump, "jump", "d690fb319b415a52a5fb20db56a58ad8";
     /// The device has its motor off, though it was enabled.
     MotorOff {
         /// Its own watchdog has done that.
-        watchdog: bool,
-    },
+        watchdog: bool
+    } => Self::MotorOff { watchdog: true }, "motor_off", "7440e7d6874958fa91c9eb34a0e32ff7";
     /// The device sends samples and confirms no command, for as long as its watchdog waits.
-    CommandsIgnored,
+    CommandsIgnored => Self::CommandsIgnored, "commands_ignored", "a6b10147c1d04486abc3de6af369c408";
     /// A command was longer on its way to the device and back than a sample may be old.
-    CommandsLate,
+    CommandsLate => Self::CommandsLate, "commands_late", "c98f2d0fdc13494e89b2be84079afa9f";
     /// The device says that something is wrong with it.
-    Device(ErrorReport),
+    Device(ErrorReport) => Self::Device(ErrorReport { code: ErrorCode::Other, detail: 0 }), "device", "809c5b3ed5745078a0ab80ed806b2f4f";
     /// The device's clock cannot be one.
-    DeviceClock(ClockError),
+    DeviceClock(ClockError) => Self::DeviceClock(ClockError::Jumped), "device_clock", "612e76c8ad655ee1aab0ed83e2e3d566";
     /// The loop stood still for longer than a sample may be old, or the machine slept.
-    Stalled,
+    Stalled => Self::Stalled, "stalled", "a4b3f8073e62507aaca8c871affe9bc7";
     /// The control thread has given no sign of life for too long.
-    ControlLost,
+    ControlLost => Self::ControlLost, "control_lost", "38ffecccd496544e87ddef014bcb4086";
     /// Not a fault, but a stop, by the rig's own button.
-    StopButton,
+    StopButton => Self::StopButton, "stop_button", "866424ab51bf549696ebbb6475453709";
     /// The device has its motor on, or does not confirm that it is off, long after the command
     /// switch it off.
-    StillEnabled,
-}
-
-impl Fault {
-    /// One of each kind.
-    pub const KINDS: [Self; 15] = [
-        Self::NonFiniteForce,
-        Self::NonFinitePosition,
-        Self::TooFast,
-        Self::TooLate,
-        Self::Stale,
-        Self::Jump,
-        Self::MotorOff { watchdog: true },
-        Self::CommandsIgnored,
-        Self::CommandsLate,
-        Self::Device(ErrorReport {
-            code: ErrorCode::Other,
-            detail: 0,
-        }),
-        Self::DeviceClock(ClockError::Jumped),
-        Self::Stalled,
-        Self::ControlLost,
-        Self::StopButton,
-        Self::StillEnabled,
-    ];
-
-    /// Its name for machines: monitoring counts by it.
-    #[must_use]
-    pub fn code(self) -> &'static str {
-        match self {
-            Self::NonFiniteForce => "non_finite_force",
-            Self::NonFinitePosition => "non_finite_position",
-            Self::TooFast => "too_fast",
-            Self::TooLate => "too_late",
-            Self::Stale => "stale",
-            Self::Jump => "jump",
-            Self::MotorOff { .. } => "motor_off",
-            Self::CommandsIgnored => "commands_ignored",
-            Self::CommandsLate => "commands_late",
-            Self::Device(_) => "device",
-            Self::DeviceClock(_) => "device_clock",
-            Self::Stalled => "stalled",
-            Self::ControlLost => "control_lost",
-            Self::StopButton => "stop_button",
-            Self::StillEnabled => "still_enabled",
-        }
-    }
+    StillEnabled => Self::StillEnabled, "still_enabled", "01f20b4fecc556ea98b8b2af5e7d4a83";
 }
 
 impl fmt::Display for Fault {

@@ -2,7 +2,7 @@
 
 use super::fault::Fault;
 use super::force_offset::ForceOffset;
-use super::signal_chain::Servo;
+use super::servo::Servo;
 use crate::compensation::Motion;
 use crate::limiter::NonFiniteForce;
 

@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_comes_in_evenly_over_its_time_and_a_second_one_on_top_of_what_is_left() {
+    fn force_offset_fades_evenly_and_later_steps_add_up() {
         let mut offset = ForceOffset::default();
         assert_eq!(offset.fade(0.01), 0.0, "nothing was taken back");
         offset.add(2.0);

@@ -9,17 +9,18 @@
 //! any machine and in any build: a recording of the inputs holds every force.
 
 mod clock_doubt;
+mod compile;
 mod fault;
 mod force;
 mod force_offset;
 mod inputs;
 mod outputs;
-mod ramp;
 mod rig;
 mod scene_change;
 mod sensing;
+#[expect(clippy::module_inception, reason = "the value that the folder is named after")]
+mod servo;
 mod settings;
-mod signal_chain;
 mod state;
 mod step;
 mod transition;
@@ -33,8 +34,8 @@ pub use fault::Fault;
 pub use inputs::{Event, Events, InputWord, Inputs};
 pub use outputs::Outputs;
 pub use sensing::{DECAY_S, SILENT_PERIODS};
+pub use servo::Servo;
 pub use settings::Settings;
-pub use signal_chain::Servo;
 pub use state::{Command, RigState};
 pub use step::OFF_TIMEOUT_NS;
 pub use transition::{CompiledScene, Steps, Transition};

@@ -309,7 +309,7 @@ mod tests {
 
     // hazard: H2, H15
     #[test]
-    fn a_hurried_release_is_as_short_as_it_must_be_and_may_end_in_a_fault() {
+    fn hurried_release_ends_within_its_deadline() {
         let engage = |rig: &mut Rig| {
             rig.command(Command::Engage).expect("it is idle");
             // Somewhat longer than the ramp.
@@ -371,7 +371,7 @@ mod tests {
 
     // hazard: H19
     #[test]
-    fn the_rigs_own_button_stops_it_and_leaves_the_reason_of_what_was_before() {
+    fn rig_stop_button_stops_and_keeps_earlier_reason() {
         let mut rig = Rig::new(0.2, 0.05);
         rig.press_stop();
         assert_eq!((rig.state(), rig.fault()), (RigState::Stopped, Some(Fault::StopButton)));

@@ -1,6 +1,6 @@
 //! A new scene: the step of force that it makes is let in slowly, and what it replaces fades out.
 
-use super::signal_chain::Servo;
+use super::servo::Servo;
 use super::transition::{CompiledScene, FadingScene, Transition};
 use alloc::boxed::Box;
 

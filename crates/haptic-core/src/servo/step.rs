@@ -6,7 +6,7 @@ use super::inputs::{Event, Inputs};
 use super::outputs::Outputs;
 use super::rig::Refused;
 use super::sensing::Sensed;
-use super::signal_chain::Servo;
+use super::servo::Servo;
 use super::state::Command;
 use super::transition::CompiledScene;
 use crate::sample::Motor;

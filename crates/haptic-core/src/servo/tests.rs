@@ -175,7 +175,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_same_inputs_give_the_same_force_to_the_last_bit_on_any_thread(seed in any::<u64>()) {
+    fn same_inputs_give_bit_identical_force_on_any_thread(seed in any::<u64>()) {
         let elsewhere = std::thread::spawn(move || run(seed, 1500));
         let here = run(seed, 1500);
         prop_assert_eq!(here, elsewhere.join().expect("it ends"));
@@ -330,7 +330,7 @@ fn every_scene_that_goes_is_handed_back_once() {
 
 // hazard: H16
 #[test]
-fn after_a_silence_in_which_all_force_decayed_it_begins_at_the_hand() {
+fn after_silence_decays_force_scene_restarts_at_hand() {
     let mut bench = Bench::new();
     bench.steps(50);
     bench.engage();
@@ -388,7 +388,7 @@ fn a_device_may_repeat_itself_for_the_stale_time_and_no_longer() {
 
 // hazard: H9
 #[test]
-fn a_motor_that_stays_on_is_an_alarm_after_its_time_whatever_is_asked_meanwhile() {
+fn motor_still_on_after_timeout_raises_alarm() {
     for (longer_ns, fault) in [
         (0, None),
         (1, Some(Fault::StillEnabled)),

@@ -142,7 +142,7 @@ mod tests {
     use core::f64::consts::TAU;
 
     #[test]
-    fn after_a_long_gap_it_tells_the_mean_velocity_and_not_what_the_past_foretold() {
+    fn velocity_after_long_gap_is_the_mean_over_the_gap() {
         let mut filter = AlphaBetaGamma::new(1e-3);
         // To and fro at 0.5 Hz, and then nothing for ten seconds: five turns later the hand is
         // where it was.

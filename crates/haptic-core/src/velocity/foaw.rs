@@ -4,7 +4,7 @@
 //! one and little lag.
 
 /// Most samples that a window reaches back.
-pub const LONGEST_WINDOW: usize = 16;
+pub const MAX_WINDOW: usize = 16;
 
 /// How the line of a window is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +21,7 @@ pub struct Foaw {
     fit: Fit,
     tolerance_m: f64,
     /// Age (s) and position (m) of the samples before the newest, the newest first.
-    past: [(f64, f64); LONGEST_WINDOW],
+    past: [(f64, f64); MAX_WINDOW],
     kept: usize,
     newest: Option<f64>,
     velocity: f64,
@@ -34,7 +34,7 @@ impl Foaw {
         Self {
             fit,
             tolerance_m: resolution_m,
-            past: [(0.0, 0.0); LONGEST_WINDOW],
+            past: [(0.0, 0.0); MAX_WINDOW],
             kept: 0,
             newest: None,
             velocity: 0.0,
@@ -59,8 +59,8 @@ impl Foaw {
             return self.velocity;
         }
         self.newest = Some(position);
-        self.kept = (self.kept + 1).min(LONGEST_WINDOW);
-        self.past.copy_within(..LONGEST_WINDOW - 1, 1);
+        self.kept = (self.kept + 1).min(MAX_WINDOW);
+        self.past.copy_within(..MAX_WINDOW - 1, 1);
         self.past[0] = (0.0, last);
         for sample in &mut self.past[..self.kept] {
             sample.0 += elapsed_s;

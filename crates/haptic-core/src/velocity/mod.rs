@@ -12,7 +12,7 @@ mod low_pass;
 
 pub use alpha_beta_gamma::{AlphaBetaGamma, DEFAULT_MEMORY};
 pub use finite_difference::FiniteDifference;
-pub use foaw::{Fit, Foaw, LONGEST_WINDOW};
+pub use foaw::{Fit, Foaw, MAX_WINDOW};
 pub use low_pass::{DEFAULT_CUTOFF_HZ, LowPass};
 
 use crate::nearest::meant_or_semicolon;

@@ -3,7 +3,8 @@
 use crate::explore::{T, on_device};
 use haptic_core::block::BlockState;
 use haptic_core::friction::{
-    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
+    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, LAWS, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar,
+    Viscous,
 };
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Directional, Renderer, Scene, Scheme};
@@ -27,7 +28,8 @@ fn any_directional(low: f64, high: f64) -> impl Strategy<Value = Directional> {
 prop_compose! {
     /// Any law with any parameters in its ranges, many of which are refused.
     fn any_friction()(
-        law in 0..9_u8,
+        law in 0..LAWS.len(),
+        has_stiffness in any::<bool>(),
         static_force in any_directional(-3.0, 2.0),
         share in prop_oneof![Just(1.0), Just(0.0), 0.0..1.0f64],
         viscous in any_directional(-2.0, 3.0),
@@ -45,27 +47,30 @@ prop_compose! {
             negative: share * static_force.negative,
         };
         let reseat = if slides { Reseat::Slides } else { Reseat::Continuous };
-        match law {
-            0 => Friction::Viscous(Viscous { viscous }),
-            1 | 2 => Friction::Karnopp(Karnopp {
+        match LAWS[law] {
+            "viscous" => Friction::Viscous(Viscous { viscous }),
+            "karnopp" => Friction::Karnopp(Karnopp {
                 static_force, dynamic_force, viscous, velocity_threshold, stribeck_velocity, rising_rate,
-                contact_stiffness: (law == 2).then_some(contact_stiffness),
-                reseat: (law == 2).then_some(reseat),
+                contact_stiffness: has_stiffness.then_some(contact_stiffness),
+                reseat: has_stiffness.then_some(reseat),
             }),
-            3 => Friction::Dahl(Dahl { dynamic_force: static_force, contact_stiffness, exponent, viscous }),
-            4 => Friction::HaywardArmstrong(HaywardArmstrong {
+            "dahl" => Friction::Dahl(Dahl { dynamic_force: static_force, contact_stiffness, exponent, viscous }),
+            "hayward-armstrong" => Friction::HaywardArmstrong(HaywardArmstrong {
                 dynamic_force: static_force, contact_stiffness, elastic_fraction, viscous,
             }),
-            5 => Friction::ResetIntegrator(ResetIntegrator {
+            "reset-integrator" => Friction::ResetIntegrator(ResetIntegrator {
                 static_force, dynamic_force, contact_stiffness, contact_damping, viscous, reseat,
             }),
-            6 => Friction::Lugre(Lugre {
+            "lugre" => Friction::Lugre(Lugre {
                 static_force, dynamic_force, stribeck_velocity, contact_stiffness, contact_damping, viscous,
             }),
-            7 => Friction::ElastoPlastic(ElastoPlastic {
+            "elasto-plastic" => Friction::ElastoPlastic(ElastoPlastic {
                 static_force, dynamic_force, stribeck_velocity, contact_stiffness, contact_damping, elastic_fraction, viscous,
             }),
-            _ => Friction::SalcudeanVlaar(SalcudeanVlaar { static_force, contact_stiffness, viscous, velocity_threshold }),
+            "salcudean-vlaar" => Friction::SalcudeanVlaar(SalcudeanVlaar {
+                static_force, contact_stiffness, viscous, velocity_threshold,
+            }),
+            law => panic!("{law} has no parameters here"),
         }
     }
 }

@@ -184,7 +184,7 @@ fn largest_step_at_the_end_of_a_slide(reseat: Reseat) -> f64 {
 }
 
 #[test]
-fn a_stuck_spring_takes_the_force_over_or_jumps_as_the_slides_do() {
+fn restick_force_step_depends_on_reseat_mode() {
     assert!(largest_step_at_the_end_of_a_slide(Reseat::Continuous) < 1e-9);
     // Fs - Fd.
     assert!((largest_step_at_the_end_of_a_slide(Reseat::Slides) - 1.0).abs() < 1e-9);
@@ -202,7 +202,7 @@ impl EventSink for Energy {
 }
 
 #[test]
-fn the_slides_own_reseating_creates_energy_and_the_continuous_one_does_not() {
+fn slides_reseat_creates_energy_and_continuous_does_not() {
     let created = |reseat| {
         let law = Karnopp {
             velocity_threshold: 0.005,
@@ -322,7 +322,7 @@ fn a_limit_of_nothing_is_the_limit_of_little() {
 }
 
 #[test]
-fn a_fast_slide_counts_as_one_however_far_the_kinetic_force_lies_below_the_static_one() {
+fn fast_slide_is_sliding_however_low_kinetic_force() {
     for friction in laws() {
         let scene = on_device(friction).with(&[("Fd".parse().expect("a parameter"), 0.5)]);
         let Ok(scene) = scene else { continue };
@@ -429,7 +429,7 @@ fn static_friction_rises_while_the_block_rests() {
 }
 
 #[test]
-fn stribecks_curve_leaves_the_breakaway_alone_and_softens_the_drop() {
+fn stribeck_curve_softens_drop_and_keeps_breakaway() {
     let drop = |stribeck_velocity| {
         let law = Karnopp {
             stribeck_velocity,

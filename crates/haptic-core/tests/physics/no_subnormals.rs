@@ -21,7 +21,7 @@ fn the_debug_form_shows_a_subnormal_number() {
 }
 
 #[test]
-fn nothing_that_comes_to_rest_decays_through_the_subnormal_range() {
+fn contact_at_rest_never_decays_through_subnormals() {
     let heavy_grip: ParameterKey = "B".parse().expect("a parameter");
     for (name, scene) in scenes() {
         // So much damping that whatever decays does so within the test.

@@ -176,7 +176,7 @@ fn a_limit_that_falls_to_nothing_gives_numbers() {
 
 /// Velocities are estimates: without a change of position none of them moves a contact.
 #[test]
-fn a_hand_at_rest_moves_no_contact_whatever_its_velocity_seems_to_be() {
+fn hand_at_rest_moves_no_contact_at_any_velocity_estimate() {
     let mut random = Random(123_456_789_987_654_321);
     for law in LAWS {
         let scene = on_device(friction(law, &mut random));

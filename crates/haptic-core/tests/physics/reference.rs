@@ -108,7 +108,7 @@ fn the_literal_scheme_does_not() {
 }
 
 #[test]
-fn breakaways_on_a_slow_ramp_come_when_the_static_limit_is_reached() {
+fn slow_ramp_breakaway_comes_at_static_limit() {
     // K v t + B v = Fs with v = 1 mm/s: t = (4 - 0.002)/0.5 s, up to the rounding of the data.
     let (scene, state) = scene("slow-ramp-stick-slip");
     let rows = rows("slow-ramp-stick-slip");

@@ -72,7 +72,7 @@ fn excursion(scheme: Scheme, mass: f64) -> f64 {
 }
 
 #[test]
-fn the_literal_scheme_diverges_below_its_least_mass_and_the_exact_one_does_not() {
+fn literal_scheme_diverges_below_least_mass_exact_does_not() {
     // M_min = K T^2/4 + (B + b) T/2 = 11.25 g.
     assert!(excursion(Scheme::LITERAL, 11.24e-3) > 1.0);
     assert!(excursion(Scheme::LITERAL, 11.26e-3) < 0.1);
@@ -82,7 +82,7 @@ fn the_literal_scheme_diverges_below_its_least_mass_and_the_exact_one_does_not()
 }
 
 #[test]
-fn a_larger_threshold_gives_more_stick_slip_and_leaves_the_breakaway_alone() {
+fn larger_threshold_gives_more_stick_slip() {
     // A ramp so fast that the ideal block's slides hardly fall to rest.
     let slips = |threshold: f64| {
         let scene = scene(&[("K", 500.0), ("B", 2.0), ("DV", threshold)]);
@@ -117,7 +117,7 @@ fn a_larger_threshold_gives_more_stick_slip_and_leaves_the_breakaway_alone() {
 }
 
 #[test]
-fn a_static_limit_below_the_dynamic_one_holds_up_to_the_dynamic_one() {
+fn static_limit_below_dynamic_holds_to_dynamic_limit() {
     let scene = scene(&[("Fs-", 3.0)]); // Fd = 3.5 N
     let mut block = renderer(&scene, Scheme::Exact, 0.0, 0.0);
     let mut broke_at = None;
@@ -163,7 +163,7 @@ fn changing_any_parameter_in_motion_leaves_the_force_as_it_was() {
 }
 
 #[test]
-fn a_stiffer_grip_makes_no_kick_of_a_motion_that_a_soft_one_allowed() {
+fn stiffer_coupling_causes_no_kick_in_motion() {
     for (from, to) in [(100.0, 25_000.0), (0.0, 25_000.0), (100.0, 3e6)] {
         let mut old = renderer(&scene(&[("K", from), ("B", 5.0)]), Scheme::Exact, -0.02, 0.1);
         let (mut device, speed) = (0.0, 0.2);

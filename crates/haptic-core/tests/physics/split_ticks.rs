@@ -168,7 +168,7 @@ fn explore(name: &str) -> Found {
 }
 
 #[test]
-fn a_tick_cut_into_ten_gives_the_same_force_and_takes_the_same_energy() {
+fn tick_cut_into_ten_gives_same_force_and_energy() {
     let mut wrong = Vec::new();
     for name in LAWS {
         let found = explore(name);
@@ -198,7 +198,7 @@ fn a_tick_cut_into_ten_gives_the_same_force_and_takes_the_same_energy() {
 }
 
 #[test]
-fn a_slide_that_slows_into_stribecks_curve_and_out_again_is_not_missed() {
+fn brief_stop_within_a_tick_on_stribeck_curve_is_found() {
     let friction = Friction::Karnopp(Karnopp {
         stribeck_velocity: 0.01,
         ..Karnopp::new(5.0, 3.0)

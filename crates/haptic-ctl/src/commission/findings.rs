@@ -78,7 +78,7 @@ impl Mass {
     const FEWEST: usize = 3;
 
     /// Largest spread with which it is told, as a share of the mass.
-    const LARGEST_SPREAD: f64 = 0.2;
+    const MAX_SPREAD: f64 = 0.2;
 
     /// What some pulses say, if they agree.
     pub(super) fn of(masses_kg: &[f64]) -> Option<Self> {
@@ -86,7 +86,7 @@ impl Mass {
         let least_kg = masses_kg.iter().copied().fold(f64::INFINITY, f64::min);
         let most_kg = masses_kg.iter().copied().fold(0.0, f64::max);
         let spread_kg = 0.5 * (most_kg - least_kg);
-        (masses_kg.len() >= Self::FEWEST && spread_kg <= Self::LARGEST_SPREAD * kg).then_some(Self { kg, spread_kg })
+        (masses_kg.len() >= Self::FEWEST && spread_kg <= Self::MAX_SPREAD * kg).then_some(Self { kg, spread_kg })
     }
 }
 

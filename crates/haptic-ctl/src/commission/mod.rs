@@ -8,9 +8,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
 use findings::{Findings, Mass, mm};
-use haptic_ipc::{
-    CommissionReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, PulseEnd, PulseReport, Request, StateReply,
-};
+use haptic_ipc::{CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, StateReply};
 use std::time::{Duration, Instant};
 
 /// For the help text.
@@ -59,7 +57,7 @@ const AT_THE_END_M: f64 = 2e-4;
 const TIMES_AT_THE_END: u32 = 2;
 
 /// Most pulses towards an end.
-const MOST_PULSES_TO_AN_END: u32 = 80;
+const MAX_PULSES_TO_AN_END: u32 = 80;
 
 /// Time between two polls of a pulse's end.
 const POLL_PERIOD: Duration = Duration::from_millis(20);
@@ -106,7 +104,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let console = Console::new("commission", arguments.yes)?;
     let _: LeaseReply = daemon
         .ask(Request::Lease {
-            timeout_ms: LONGEST_COMMISSION_LEASE_MS,
+            timeout_ms: MAX_COMMISSION_LEASE_MS,
         })
         .await?;
     let begun: CommissionReply = daemon.ask(Request::CommissionBegin {}).await?;
@@ -259,7 +257,7 @@ impl Work<'_> {
     async fn answer(&mut self, question: &str, choices: &str) -> Result<bool, Failure> {
         self.console.prompt(question, choices);
         // Every request renews the lease.
-        let mut renewals = tokio::time::interval(Duration::from_millis(u64::from(LONGEST_COMMISSION_LEASE_MS) / 5));
+        let mut renewals = tokio::time::interval(Duration::from_millis(u64::from(MAX_COMMISSION_LEASE_MS) / 5));
         loop {
             tokio::select! {
                 line = self.console.line() => {
@@ -405,7 +403,7 @@ impl Work<'_> {
         for sign in [1.0, -1.0] {
             let (mut at_the_end, mut pulses) = (0, 0);
             while at_the_end < TIMES_AT_THE_END {
-                if pulses == MOST_PULSES_TO_AN_END {
+                if pulses == MAX_PULSES_TO_AN_END {
                     self.console.say("No end was found: the range is unknown.");
                     return Ok(());
                 }

@@ -7,7 +7,7 @@ mod permission;
 mod rig;
 mod socket;
 
-use crate::colour::{self, BAD, DOUBTFUL, GOOD};
+use crate::console::{self, BAD, DOUBTFUL, GOOD};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{devices, output};
@@ -65,7 +65,7 @@ fn show(checks: &[Check], json: bool) -> Result<(), Failure> {
             };
             output::line(&format!(
                 "{}  {}: {}",
-                colour::paint(word, style),
+                console::paint(word, style),
                 check.check,
                 check.found
             ))?;

@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn another_release_is_only_doubtful_while_the_protocol_is_the_same() {
+    fn other_release_with_the_same_protocol_only_warns() {
         assert_eq!(version(concat!("hapticd ", env!("CARGO_PKG_VERSION"))).level, Level::Ok);
         assert_eq!(version("hapticd 99.0.0").level, Level::Warn);
     }

@@ -13,7 +13,7 @@ const SMALLER: f64 = 0.5;
 const REPETITIONS: i32 = 3;
 
 /// Least motion of a handle under a chirp, as a share of what it was asked for.
-const LEAST_SHARE: f64 = 0.2;
+const MIN_SHARE: f64 = 0.2;
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Options of --run and --rig")]
@@ -165,7 +165,7 @@ impl MotionArguments {
             report.first_tick = *first.get_or_insert(report.first_tick);
             if report.end == ExcitationEnd::Time {
                 let moved_m = report.greatest_m - report.least_m;
-                if moved_m < LEAST_SHARE * chirp.course.farthest_m() {
+                if moved_m < MIN_SHARE * chirp.course.farthest_m() {
                     return Err(Failure::BadRig(format!(
                         "the handle hardly moved ({:.2} mm) under {:.2} N: is it free, held by nobody and not at its \
                          end? --max-force-n allows up to {} N",
@@ -187,7 +187,7 @@ impl MotionArguments {
 /// What the daemon would refuse, under the name of its option.
 fn check(excitation: &Excitation, most_n: f64, most_m: f64) -> Result<(), Failure> {
     // NaN is in no range.
-    if !(haptic_core::excitation::LEAST_FORCE_N..=most_n).contains(&excitation.force_limit_n) {
+    if !(haptic_core::excitation::MIN_FORCE_N..=most_n).contains(&excitation.force_limit_n) {
         return Err(Failure::Usage(format!(
             "--max-force-n = {} N is out of range: it must be more than 0 and at most {most_n} N, half of this \
              rig's force limit",
@@ -226,9 +226,9 @@ fn out_of_range(excitation: &Excitation, error: &BoundError) -> String {
 /// The range of a handle, mm.
 fn range_mm(text: &str) -> Result<f64, String> {
     /// The largest that the daemon takes, mm.
-    const MOST_MM: f64 = 1e6;
+    const MAX_MM: f64 = 1e6;
     text.parse()
         .ok()
-        .filter(|range_mm: &f64| *range_mm > 0.0 && *range_mm <= MOST_MM)
-        .ok_or_else(|| format!("it must be more than 0 and at most {MOST_MM} mm"))
+        .filter(|range_mm: &f64| *range_mm > 0.0 && *range_mm <= MAX_MM)
+        .ok_or_else(|| format!("it must be more than 0 and at most {MAX_MM} mm"))
 }

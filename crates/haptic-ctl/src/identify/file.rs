@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Largest shift of the clocks that may be given, ms.
-const LARGEST_SHIFT_MS: f64 = 1e4;
+const MAX_SHIFT_MS: f64 = 1e4;
 
 /// Takes the word of a model.
 fn model() -> impl TypedValueParser<Value = ModelKind> {
@@ -49,9 +49,9 @@ impl FromStr for ShiftMs {
             return Ok(Self::Auto);
         }
         match text.parse::<f64>() {
-            Ok(shift_ms) if (-LARGEST_SHIFT_MS..=LARGEST_SHIFT_MS).contains(&shift_ms) => Ok(Self::Known(shift_ms)),
+            Ok(shift_ms) if (-MAX_SHIFT_MS..=MAX_SHIFT_MS).contains(&shift_ms) => Ok(Self::Known(shift_ms)),
             Ok(shift_ms) => Err(format!(
-                "{shift_ms} ms is out of range: -{LARGEST_SHIFT_MS} to {LARGEST_SHIFT_MS} ms"
+                "{shift_ms} ms is out of range: -{MAX_SHIFT_MS} to {MAX_SHIFT_MS} ms"
             )),
             Err(_) => Err("neither a number of milliseconds nor `auto`".to_owned()),
         }

@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_is_repeated_only_where_the_handle_lies_still_and_has_room() {
+    fn motion_repeats_only_if_handle_lies_still_and_has_room() {
         let place = Place {
             middle_m: 0.1,
             farthest_m: 0.02,

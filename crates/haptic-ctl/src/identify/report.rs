@@ -175,7 +175,7 @@ mod tests {
     use haptic_lab::identify::ModelKind;
 
     #[test]
-    fn people_read_values_with_units_intervals_and_what_to_record_instead() {
+    fn report_gives_units_intervals_and_recording_instructions() {
         let found = Identified {
             mass_kg: Some(0.50063),
             dynamic_force_n: Some(Directional {

@@ -10,7 +10,7 @@ use crate::{beginning, progress};
 use haptic_core::Excitation;
 use haptic_core::rig_friction::RigFriction;
 use haptic_ipc::{
-    Event, ExcitationEnd, ExcitationReport, IdentificationReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, Request,
+    Event, ExcitationEnd, ExcitationReport, IdentificationReply, LeaseReply, MAX_COMMISSION_LEASE_MS, Request,
     RigState, Status, Topic,
 };
 use indicatif::ProgressBar;
@@ -36,7 +36,7 @@ const RETURN_TIMEOUT: Duration = Duration::from_secs(10);
 const ATTEMPTS: usize = 3;
 
 /// Least travel that a motion may have, m.
-const LEAST_TRAVEL_M: f64 = 1e-4;
+const MIN_TRAVEL_M: f64 = 1e-4;
 
 /// An identification under way.
 pub(super) struct Session<'a> {
@@ -66,7 +66,7 @@ impl<'a> Session<'a> {
     ) -> Result<Self, Failure> {
         let _: LeaseReply = daemon
             .ask(Request::Lease {
-                timeout_ms: LONGEST_COMMISSION_LEASE_MS,
+                timeout_ms: MAX_COMMISSION_LEASE_MS,
             })
             .await?;
         let begun: IdentificationReply = daemon.ask(Request::IdentifyBegin { range_m }).await?;
@@ -200,7 +200,7 @@ impl<'a> Session<'a> {
             // The person may have answered at once, and the device may still be silent.
             self.hear_for(SETTLING).await?;
         }
-        let timeout_ms = LONGEST_COMMISSION_LEASE_MS;
+        let timeout_ms = MAX_COMMISSION_LEASE_MS;
         let _: LeaseReply = self.daemon.ask(Request::Lease { timeout_ms }).await?;
         let _: serde_json::Value = self.daemon.ask(Request::Reset {}).await?;
         let reset = Instant::now();
@@ -247,7 +247,7 @@ impl<'a> Session<'a> {
         // The motion before may have left the handle beside the middle of its range.
         let status = self.status().await?;
         let allowed_m = status.travel_limit_m.min(self.place.left_from(status.position_m));
-        if allowed_m < LEAST_TRAVEL_M {
+        if allowed_m < MIN_TRAVEL_M {
             return Err(Failure::BadRig(format!(
                 "the handle lies {:.1} mm beside the middle of its range, and the {name} has no room: put it in the \
                  middle, and begin again",

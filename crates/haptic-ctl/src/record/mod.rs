@@ -44,7 +44,7 @@ On a full disk, without a daemon (exit code 3) or after a kill, the file reads a
 that starts again is recorded in another file.";
 
 /// Largest notes, bytes. They stand in one line of a CSV.
-const LARGEST_NOTES: u64 = 1 << 16;
+const MAX_NOTES: u64 = 1 << 16;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -145,13 +145,13 @@ impl Arguments {
         let notes = match &self.notes_file {
             None => self.notes.clone(),
             Some(path) => Some(
-                regular_file::read_text_of(path, LARGEST_NOTES)
+                regular_file::read_text_of(path, MAX_NOTES)
                     .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?,
             ),
         };
         match &notes {
-            Some(text) if text.len() as u64 > LARGEST_NOTES => Err(Failure::Usage(format!(
-                "--notes has {} bytes: at most {LARGEST_NOTES} are kept",
+            Some(text) if text.len() as u64 > MAX_NOTES => Err(Failure::Usage(format!(
+                "--notes has {} bytes: at most {MAX_NOTES} are kept",
                 text.len()
             ))),
             _ => Ok(notes),

@@ -16,7 +16,7 @@ pub(super) const KEYS: &str = "m or 1 to 9: marker, q: end";
 pub(super) const OTHER_KEY: &str = "no key here stops the rig: `haptic-ctl stop` does; m or 1 to 9: marker, q: end";
 
 /// Longest text of a marker, characters.
-const LONGEST_TEXT: usize = 200;
+const MAX_TEXT: usize = 200;
 
 /// Time between two looks whether the program is in the foreground again.
 const BACKGROUND_PERIOD: Duration = Duration::from_millis(200);
@@ -146,7 +146,7 @@ fn inputs(bytes: &[u8]) -> Vec<Input> {
 
 fn read_lines(sender: &UnboundedSender<Input>) {
     for line in io::stdin().lock().lines().map_while(Result::ok) {
-        let text: String = line.trim().chars().take(LONGEST_TEXT).collect();
+        let text: String = line.trim().chars().take(MAX_TEXT).collect();
         if !text.is_empty() && sender.send(Input::Marker(Some(text))).is_err() {
             return;
         }

@@ -20,7 +20,7 @@ Spark's own reader knows, so the files are larger than those of `recording expor
 already, none is written.";
 
 /// Longest name of a rig, letters.
-const LONGEST_NAME: usize = 64;
+const MAX_NAME: usize = 64;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     files: Vec<PathBuf>,
 
     /// Name of their rig [default: the device as each recording has it]
-    #[arg(long = "as", value_name = "NAME", value_parser = crate::rig_name::rig_name)]
+    #[arg(long = "as", value_name = "NAME", value_parser = crate::command_line::rig_name)]
     rig: Option<String>,
 }
 
@@ -107,7 +107,7 @@ fn plain(text: &str) -> String {
     let words = text.split(|letter: char| !letter.is_ascii_alphanumeric() && !"_.".contains(letter));
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
     let mut plain = words.join("-");
-    plain.truncate(LONGEST_NAME);
+    plain.truncate(MAX_NAME);
     if plain.is_empty() { "unnamed".to_owned() } else { plain }
 }
 
@@ -125,6 +125,6 @@ mod tests {
         ] {
             assert_eq!(plain(device), name);
         }
-        assert_eq!(plain(&"x".repeat(100)).len(), LONGEST_NAME);
+        assert_eq!(plain(&"x".repeat(100)).len(), MAX_NAME);
     }
 }

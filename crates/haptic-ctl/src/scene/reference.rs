@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_word_in_a_file_is_answered_with_the_one_that_was_meant() {
+    fn misspelt_word_in_a_file_suggests_the_right_one() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("mine.toml");
         for (text, meant) in [

@@ -145,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_wished_for_before_a_stop_does_not_bring_the_force_back_after_it() {
+    fn engage_and_reset_from_before_a_stop_are_void() {
         for intent in [Intent::Engage, Intent::Reset] {
             assert!(intent.is_void(0, 1) && !intent.is_void(1, 1), "{intent:?}");
         }

@@ -4,7 +4,7 @@
 use super::draw;
 use super::model::{Model, lock};
 use super::theme::Theme;
-use crate::colour;
+use crate::console;
 use crate::failure::Failure;
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -62,7 +62,7 @@ fn draw_until_the_end(model: &Mutex<Model>, woken: &Receiver<()>) -> io::Result<
     let _restored = Restore;
     // Also puts the terminal back if anything panics.
     let mut terminal = ratatui::try_init()?;
-    let theme = Theme::new(!colour::is_forbidden());
+    let theme = Theme::new(!console::is_forbidden());
     while woken.recv_timeout(REDRAW_EVERY) != Err(RecvTimeoutError::Disconnected) {
         // The model is locked while the picture is made, never while the terminal takes it.
         terminal.draw(|frame| draw::draw(frame, &lock(model), theme))?;

@@ -1,13 +1,13 @@
 //! Two clocks: the shift at which two motions are the same.
 
-use super::signal::{LEAST_S, Signal, count_of};
+use super::signal::{MIN_S, Signal, count_of};
 
 /// Time between the positions that are compared at every shift, s: a hand moves at 10 Hz at most.
 const COARSE_S: f64 = 0.02;
 /// Longest part that is looked for in the other record, s: beyond it the search is slow, and no surer.
-const LONGEST_S: f64 = 120.0;
+const MAX_S: f64 = 120.0;
 /// Least part of the shorter record that has to overlap.
-const LEAST_OVERLAP: f64 = 0.5;
+const MIN_OVERLAP: f64 = 0.5;
 
 /// How two motions fit best.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +85,7 @@ fn liveliest(positions: &[f64], step_s: f64) -> (&[f64], usize) {
         clippy::cast_sign_loss,
         reason = "a count of samples"
     )]
-    let length = (LONGEST_S / step_s) as usize;
+    let length = (MAX_S / step_s) as usize;
     if positions.len() <= length {
         return (positions, 0);
     }
@@ -109,7 +109,7 @@ fn best_lag(part: &[f64], longer: &[f64]) -> i64 {
         clippy::cast_sign_loss,
         reason = "a count of samples"
     )]
-    let least = (((LEAST_OVERLAP * count_of(part.len())) as usize).max((LEAST_S / COARSE_S) as usize)).min(part.len());
+    let least = (((MIN_OVERLAP * count_of(part.len())) as usize).max((MIN_S / COARSE_S) as usize)).min(part.len());
     let (earliest, latest) = (signed(least) - signed(part.len()), signed(longer.len()) - signed(least));
     let score = |lag: i64| {
         let skipped = usize::try_from(-lag).unwrap_or(0);

@@ -13,20 +13,20 @@ use crate::two_clocks::{self, Change, Drift, NoShift, Shift, Shifts, stands_out}
 use nalgebra::DMatrix;
 
 /// Most rows of a fit.
-const MOST_ROWS: usize = 8000;
+const MAX_ROWS: usize = 8000;
 
 /// Half of the time over which a force is averaged, s: as velocities are.
 const HALF_MEAN_S: f64 = 0.02;
 
 /// Longest change of a shift that must show in the positions, s, and how many are tried to either side.
-const LONGEST_S: f64 = 0.5;
+const MAX_S: f64 = 0.5;
 const TRIED: i32 = 10;
 
 /// Longest shift from the one that was found by whole samples, s: so far a fit is sure of its way.
 const FARTHEST_S: f64 = 0.1;
 
 /// Least agreement of the positions at which a drift is looked for, which blurs them in a long record.
-const LEAST_AGREEMENT: f64 = 0.5;
+const MIN_AGREEMENT: f64 = 0.5;
 
 /// Two records on one clock.
 pub(super) struct AlignedRecords {
@@ -79,7 +79,7 @@ impl AlignedRecords {
             Ok(shifts) => Alignment::at(first, &second, shifts.middle.value_s),
             Err(_) => coarse,
         };
-        let is_blurred = alignment.agreement < LEAST_AGREEMENT;
+        let is_blurred = alignment.agreement < MIN_AGREEMENT;
         let growth = found.as_ref().ok().and_then(|shifts| shifts.growth);
         let drift = growth.and_then(|growth| Drift::of(&growth, coarse.overlap_s));
         let aligned = Self {
@@ -113,7 +113,7 @@ fn find(first: &Signal, second: &Signal, alignment: &Alignment) -> Result<Shifts
     let steps_m2 = (first.step_m + second.step_m).powi(2);
     let variance = |shift_s: f64| steps_m2 + part.variance(alignment.shift_s + shift_s);
     let most = (-TRIED..=TRIED)
-        .map(|step| variance(f64::from(step) / f64::from(TRIED) * LONGEST_S))
+        .map(|step| variance(f64::from(step) / f64::from(TRIED) * MAX_S))
         .fold(0.0, f64::max);
     if !stands_out(variance(0.0), most) {
         return Err(NoShift::AllAlike);
@@ -138,7 +138,7 @@ struct Part<'a> {
 impl<'a> Part<'a> {
     fn new(first: &'a Signal, second: &'a Signal, alignment: &Alignment) -> Self {
         let (from_s, count) = alignment.overlap(first, second);
-        let step = count.div_ceil(MOST_ROWS).max(1);
+        let step = count.div_ceil(MAX_ROWS).max(1);
         let times = (0..count).step_by(step);
         let mean = |signal: &Signal| signal.mean_force(signal.samples_in(HALF_MEAN_S));
         Self {

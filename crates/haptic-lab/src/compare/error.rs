@@ -4,7 +4,7 @@ use thiserror::Error;
 
 /// Least agreement of the positions of one motion: their difference is a fifth of their extent. A rig
 /// that replays a motion reaches 0.999.
-pub(super) const LEAST_AGREEMENT: f64 = 0.98;
+pub(super) const MIN_AGREEMENT: f64 = 0.98;
 
 /// Which of the two records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +53,7 @@ pub enum CompareError {
     /// Alignment by time was asked for, and the motions differ.
     #[error(
         "the motions are not the same: at the best shift, {shift_s:.3} s, they overlap for {overlap_s:.1} s and their \
-         positions agree by {agreement:.3}, less than {LEAST_AGREEMENT}; --align velocity compares force at the same \
+         positions agree by {agreement:.3}, less than {MIN_AGREEMENT}; --align velocity compares force at the same \
          velocity"
     )]
     OtherMotion {

@@ -4,7 +4,7 @@ use super::signal::{Signal, count_of};
 use serde::Serialize;
 
 /// Shortest slide that counts, and shortest rest before a breakaway, s.
-const LEAST_S: f64 = 0.05;
+const MIN_S: f64 = 0.05;
 /// Slides count from this share of the fastest speeds on: at a turn it is not sure which way friction
 /// points.
 const SLOWEST_SHARE: f64 = 0.05;
@@ -89,7 +89,7 @@ impl SlidingLimits {
     pub(super) fn of(signals: [&Signal; 2]) -> Self {
         let fastest_mps = signals.map(fast_speed).into_iter().fold(f64::INFINITY, f64::min);
         let noise = signals
-            .map(|signal| signal.step_m / LEAST_S)
+            .map(|signal| signal.step_m / MIN_S)
             .into_iter()
             .fold(0.0, f64::max);
         Self {
@@ -110,7 +110,7 @@ fn fast_speed(signal: &Signal) -> f64 {
 /// enough to where it is no longer: at both ends it has the same speed, so that what inertia adds at
 /// first it takes away in the end.
 pub(super) fn sliding_together(real: &Signal, rendered: &Signal, limits: &SlidingLimits) -> Levels {
-    let least = real.samples_in(LEAST_S);
+    let least = real.samples_in(MIN_S);
     Levels::of(|direction| {
         let (mut own, mut other, mut samples, mut slides) = (0.0, 0.0, 0, 0);
         let mut begin = 0;
@@ -156,7 +156,7 @@ pub(super) fn by_velocity(real: &Signal, rendered: &Signal, limits: &SlidingLimi
                 *bin = (bin.0 + force, bin.1 + 1);
             }
         }
-        let least = signal.samples_in(0.5 * LEAST_S);
+        let least = signal.samples_in(0.5 * MIN_S);
         sums.map(|(sum, count)| (count >= least).then(|| sum / count_of(count)))
     };
     let curve = [-1.0, 1.0].into_iter().flat_map(|direction| {
@@ -194,7 +194,7 @@ struct Breakaway {
 /// The breakaways of a signal.
 fn breakaways(signal: &Signal) -> Vec<Breakaway> {
     let rest_m = (1.5 * signal.step_m).max(1e-6);
-    let (rest, longest) = (signal.samples_in(LEAST_S), signal.samples_in(BREAKAWAY_S));
+    let (rest, longest) = (signal.samples_in(MIN_S), signal.samples_in(BREAKAWAY_S));
     let mut found = Vec::new();
     let mut begin = 0;
     while begin < signal.len() {

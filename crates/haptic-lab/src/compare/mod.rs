@@ -19,7 +19,7 @@ pub use plot::{page, summary, table};
 use crate::identify::{Interval, Record};
 use align::Alignment;
 use clocks::AlignedRecords;
-use error::LEAST_AGREEMENT;
+use error::MIN_AGREEMENT;
 use haptic_motion::median::usual_period_s;
 use serde::Serialize;
 use signal::Signal;
@@ -110,7 +110,7 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
         alignment,
         ..
     } = &aligned;
-    let is_same = alignment.agreement >= LEAST_AGREEMENT;
+    let is_same = alignment.agreement >= MIN_AGREEMENT;
     let is_by_time = is_same && !aligned.is_any_shift_alike;
     let aligned_by = options.align.unwrap_or(if is_by_time {
         AlignedBy::Time

@@ -4,7 +4,7 @@ use super::{AlignedBy, Comparison, Level};
 use crate::drawing::{Chart, Page, Table, Trace};
 
 /// Most dots of the rendered record, which lie above those of the real one and must not hide them.
-const MOST_DOTS: usize = 700;
+const MAX_DOTS: usize = 700;
 
 /// The page of a comparison: force against velocity and against position, force over time where the
 /// motions are the same, and what is left below; and the levels. `names` are those of the records.
@@ -22,7 +22,7 @@ pub fn page(comparison: &Comparison, names: [&str; 2]) -> Page {
         };
         Chart::new(title, across, force.as_str())
             .with(Trace::dots("real", points(&curves.real, usize::MAX)))
-            .with(Trace::dots("rendered", points(&curves.rendered, MOST_DOTS)))
+            .with(Trace::dots("rendered", points(&curves.rendered, MAX_DOTS)))
     };
     let mut charts = vec![
         against("Force against velocity", "Velocity (m/s)", 0),

@@ -7,10 +7,10 @@ use crate::smoothing::encoder_step;
 use haptic_motion::median::extent;
 
 /// Shortest record, s.
-pub(super) const LEAST_S: f64 = 1.0;
+pub(super) const MIN_S: f64 = 1.0;
 
 /// Least extent of the positions of a motion, in steps of the encoder.
-const LEAST_STEPS: f64 = 10.0;
+const MIN_STEPS: f64 = 10.0;
 
 /// A record at even times.
 #[derive(Clone, Debug)]
@@ -36,11 +36,11 @@ impl Signal {
             (Some(first), Some(last)) => (*first, *last),
             _ => (0.0, 0.0),
         };
-        if end_s - start_s < LEAST_S {
+        if end_s - start_s < MIN_S {
             return Err(CompareError::TooShort {
                 side,
                 length_s: end_s - start_s,
-                least_s: LEAST_S,
+                least_s: MIN_S,
             });
         }
         #[expect(
@@ -57,7 +57,7 @@ impl Signal {
             .or_else(|| encoder_step(&record.position_m))
             .unwrap_or(0.0);
         let (low, high) = extent(position_m.iter().copied());
-        if high - low < LEAST_STEPS * step_m || high == low {
+        if high - low < MIN_STEPS * step_m || high == low {
             return Err(CompareError::NoMotion {
                 side,
                 span_um: (high - low) * 1e6,

@@ -65,7 +65,7 @@ fn levels(pair: Levels) -> [Level; 2] {
 }
 
 #[test]
-fn two_clocks_rates_and_origins_are_aligned_and_levels_differ_as_the_laws_do() {
+fn records_on_different_clocks_and_origins_are_aligned() {
     let real = record(Karnopp::new(2.2, 2.0), usual, (0.0, 14.0), 1000.0, 0.0);
     let rendered = Karnopp {
         static_force: Directional {
@@ -121,7 +121,7 @@ fn two_clocks_rates_and_origins_are_aligned_and_levels_differ_as_the_laws_do() {
 }
 
 #[test]
-fn a_clock_that_drifts_is_reported_and_removed_and_a_stickier_surface_is_not_drift() {
+fn clock_drift_is_reported_and_removed() {
     let drifting = |record: &Record, ppm: f64| Record {
         t_s: record.t_s.iter().map(|t| 3.0 + (1.0 + 1e-6 * ppm) * t).collect(),
         ..record.clone()
@@ -280,7 +280,7 @@ fn records_without_a_velocity_in_common_are_refused() {
 }
 
 #[test]
-fn the_page_has_both_over_one_another_the_difference_below_and_the_levels() {
+fn page_charts_both_records_with_difference_and_levels() {
     let real = record(Karnopp::new(2.2, 2.0), usual, (0.0, 10.0), 1000.0, 0.0);
     let found = compare(&real, &real, &Options::default()).expect("one motion");
     let page = page(&found, ["a.csv", "b.csv"]);

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plot_has_the_format_of_its_ending_and_others_are_refused_by_name() {
+    fn plot_format_follows_the_file_extension() {
         assert_eq!(PlotFormat::of(Path::new("a/b.SVG")), Ok(PlotFormat::Svg));
         assert_eq!(PlotFormat::of(Path::new("b.html")), Ok(PlotFormat::Html));
         for other in ["b.png", "b", "svg"] {

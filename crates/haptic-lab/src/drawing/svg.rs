@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_has_the_colour_of_its_place_or_of_the_one_it_belongs_to() {
+    fn trace_colour_follows_its_index_or_its_partner() {
         let traces = [Trace::dots("a", Vec::new()), Trace::line("b", Vec::new()).in_colour(0)];
         let classes = [class(&traces[0], 0), class(&traces[1], 1)];
         assert_eq!(classes, ["dots t0", "line t0"]);

@@ -19,7 +19,7 @@ pub enum Clocks {
 }
 
 /// Largest shift that may be given, s.
-pub(super) const LARGEST_SHIFT_S: f64 = 10.0;
+pub(super) const MAX_SHIFT_S: f64 = 10.0;
 
 impl Clocks {
     /// Longest shift that is looked for, s.

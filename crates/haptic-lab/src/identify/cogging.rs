@@ -25,17 +25,17 @@ use std::f64::consts::TAU;
 const BINS: usize = 400;
 
 /// Smallest pivot of a normal matrix that can be solved: its entries are counts of bins.
-const LEAST_PIVOT: f64 = 1e-9;
+const MIN_PIVOT: f64 = 1e-9;
 
 /// Fewest samples of a bin that counts.
-const LEAST_SAMPLES: usize = 3;
+const MIN_SAMPLES: usize = 3;
 
 /// Fewest bins with samples.
-const LEAST_BINS: usize = 60;
+const MIN_BINS: usize = 60;
 
 /// Fewest bins in a period, and fewest periods in the way: what is finer or longer is not seen.
 const BINS_A_PERIOD: f64 = 10.0;
-const LEAST_PERIODS: f64 = 1.5;
+const MIN_PERIODS: f64 = 1.5;
 
 /// Steps of the search in one turn over the whole way.
 const STEPS_A_TURN: f64 = 8.0;
@@ -47,7 +47,7 @@ const NEARLY_AS_GOOD: f64 = 1.1;
 const SURE: f64 = 6.0;
 
 /// Share of the scatter of the bins that cogging must explain.
-const LEAST_EXPLAINED: f64 = 0.5;
+const MIN_EXPLAINED: f64 = 0.5;
 
 /// Share of a sweep's speed from which on its reference counts as at speed.
 const AT_SPEED: f64 = 0.99;
@@ -115,9 +115,9 @@ pub fn at_speed(ticks: &[(f64, f64, f64)], period_s: f64) -> Vec<SweepSample> {
 /// Why there is none to be seen, with the figures.
 pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, String> {
     let (bins, way_m) = binned(samples, mass_kg);
-    if bins.len() < LEAST_BINS {
+    if bins.len() < MIN_BINS {
         return Err(format!(
-            "the sweep covers {} places, and {LEAST_BINS} are needed",
+            "the sweep covers {} places, and {MIN_BINS} are needed",
             bins.len()
         ));
     }
@@ -125,8 +125,8 @@ pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, St
         .map(|levels| levels.left)
         .ok_or("the forces of the sweep are alike everywhere")?;
     let most_turns = bins.len() as f64 / LEVELS as f64 / BINS_A_PERIOD;
-    let steps = ((most_turns - LEAST_PERIODS) * STEPS_A_TURN).max(0.0) as usize;
-    let turns = |step: usize| LEAST_PERIODS + step as f64 / STEPS_A_TURN;
+    let steps = ((most_turns - MIN_PERIODS) * STEPS_A_TURN).max(0.0) as usize;
+    let turns = |step: usize| MIN_PERIODS + step as f64 / STEPS_A_TURN;
     let left = |turns: f64| fit(&bins, way_m / turns).map_or(f64::INFINITY, |fitted| fitted.left);
     let best = (0..=steps)
         .map(turns)
@@ -154,7 +154,7 @@ pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, St
     let error_n =
         (variance * fitted.spread[LEVELS + 2 * strongest].max(fitted.spread[LEVELS + 2 * strongest + 1])).sqrt();
     let explained = 1.0 - fitted.left / scatter;
-    if amplitude_n < SURE * error_n || explained < LEAST_EXPLAINED {
+    if amplitude_n < SURE * error_n || explained < MIN_EXPLAINED {
         return Err(format!(
             "no force repeats itself along the way: the best amplitude is {amplitude_n:.3} N and explains {:.0} % of \
              the scatter by position, {:.3} N",
@@ -210,7 +210,7 @@ fn binned(samples: &[SweepSample], mass_kg: f64) -> (Vec<Bin>, f64) {
     let mut bins = Vec::new();
     for both in sums {
         for (direction, (position, force, count)) in both.into_iter().enumerate() {
-            if count >= LEAST_SAMPLES {
+            if count >= MIN_SAMPLES {
                 bins.push(Bin {
                     position_m: position / count as f64,
                     direction,
@@ -269,7 +269,7 @@ fn fit(bins: &[Bin], period_m: f64) -> Option<Fit> {
         }
     }
     let lu = DMatrix::from_fn(count, count, |i, j| normal[i][j]).lu();
-    if lu.u().diagonal().amin() < LEAST_PIVOT {
+    if lu.u().diagonal().amin() < MIN_PIVOT {
         return None;
     }
     let inverse = lu.try_inverse()?;
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sweep_has_the_acceleration_of_its_positions_where_its_reference_is_at_speed() {
+    fn sweep_acceleration_comes_from_positions_at_speed() {
         let ticks: Vec<(f64, f64, f64)> = (0..1000)
             .map(|k| {
                 let t = f64::from(k) * 1e-3;

@@ -18,11 +18,11 @@ const GLITCH_DEVIATIONS: f64 = 10.0;
 const SATURATED_RUN: usize = 5;
 
 /// Share of samples between the extremes up to which a force only switches between these.
-const FEWEST_BETWEEN: f64 = 0.1;
+const MIN_BETWEEN: f64 = 0.1;
 
 /// Share of the samples between the extremes that repeat the one before, from which on a force is held, for as long as is
 /// taken for the end of a sensor's range.
-const MOST_HELD: f64 = 0.75;
+const MAX_HELD: f64 = 0.75;
 
 /// An evenly sampled record.
 #[derive(Clone, Debug)]
@@ -216,7 +216,7 @@ fn is_stepwise(force_n: &[f64]) -> bool {
         .filter(|&at| force_n[at] != least && force_n[at] != greatest)
         .collect();
     let held = between.iter().filter(|&&at| force_n[at] == force_n[at - 1]).count();
-    between.len() as f64 <= FEWEST_BETWEEN * force_n.len() as f64 || held as f64 > MOST_HELD * between.len() as f64
+    between.len() as f64 <= MIN_BETWEEN * force_n.len() as f64 || held as f64 > MAX_HELD * between.len() as f64
 }
 
 /// The mean time between samples without the gaps, s.

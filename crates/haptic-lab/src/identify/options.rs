@@ -1,6 +1,6 @@
 //! What an identification is asked for, and what is known beforehand.
 
-use super::clocks::{Clocks, LARGEST_SHIFT_S};
+use super::clocks::{Clocks, MAX_SHIFT_S};
 use super::error::IdentifyError;
 use super::result::ModelKind;
 
@@ -52,7 +52,7 @@ impl Options {
             });
         }
         if let Clocks::Shifted(shift_s) = self.clocks
-            && !(-LARGEST_SHIFT_S..=LARGEST_SHIFT_S).contains(&shift_s)
+            && !(-MAX_SHIFT_S..=MAX_SHIFT_S).contains(&shift_s)
         {
             return Err(IdentifyError::Option {
                 name: "shift",

@@ -10,7 +10,7 @@ const TIMES_FRICTION: f64 = 4.0;
 
 /// Default of the travel to either side: this share of what is allowed, and at most this, m.
 const SHARE_OF_TRAVEL: f64 = 0.8;
-const MOST_TRAVEL_M: f64 = 0.02;
+const MAX_TRAVEL_M: f64 = 0.02;
 
 /// Frequencies of the chirp, Hz, and its amplitude, m.
 const CHIRP_HZ: (f64, f64) = (0.5, 3.0);
@@ -40,7 +40,7 @@ const STIFFNESS_N_PER_M: (f64, f64) = (200.0, 5000.0);
 const DAMPING_S: f64 = 0.02;
 
 /// Largest damping, N s/m: with it a handle of 0.1 kg does not oscillate at 1 kHz.
-const MOST_DAMPING_NS_PER_M: f64 = 30.0;
+const MAX_DAMPING_NS_PER_M: f64 = 30.0;
 
 /// Time in which the force may grow to its largest, s.
 const FULL_FORCE_S: f64 = 0.02;
@@ -78,7 +78,7 @@ impl Bounds {
             .friction_n
             .map_or(0.0, |friction_n| TIMES_FRICTION * friction_n)
             .max(USUAL_SHARE * rig.force_limit_n);
-        let usual_m = (SHARE_OF_TRAVEL * rig.travel_limit_m).min(MOST_TRAVEL_M);
+        let usual_m = (SHARE_OF_TRAVEL * rig.travel_limit_m).min(MAX_TRAVEL_M);
         Self {
             force_n: force_n.unwrap_or(usual_n.min(rig.force_limit_n)),
             travel_m: travel_m.unwrap_or(usual_m),
@@ -97,7 +97,7 @@ impl Bounds {
             force_limit_n: self.force_n,
             slew_limit_n_per_s: (self.force_n / FULL_FORCE_S).clamp(10.0, 2000.0),
             stiffness_n_per_m,
-            damping_ns_per_m: (DAMPING_S * stiffness_n_per_m).min(MOST_DAMPING_NS_PER_M),
+            damping_ns_per_m: (DAMPING_S * stiffness_n_per_m).min(MAX_DAMPING_NS_PER_M),
             travel_limit_m,
             speed_limit_mps: (2.0 * course.fastest_mps() + SPARE_MPS).min(0.5),
             lag_limit_m: HELD * (self.force_n / stiffness_n_per_m).max(FULL_FORCE_M),

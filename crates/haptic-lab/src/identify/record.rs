@@ -3,7 +3,7 @@
 use super::error::IdentifyError;
 
 /// Fewest samples of a record.
-const FEWEST_SAMPLES: usize = 64;
+const MIN_SAMPLES: usize = 64;
 
 /// A record to identify from: samples of one clock, with the force that drives the moving mass.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,10 +46,10 @@ impl Record {
                 return Err(IdentifyError::NotFinite { column, index, value });
             }
         }
-        if times < FEWEST_SAMPLES {
+        if times < MIN_SAMPLES {
             return Err(IdentifyError::TooShort {
                 samples: times,
-                least: FEWEST_SAMPLES,
+                least: MIN_SAMPLES,
             });
         }
         match self.t_s.windows(2).position(|pair| pair[1] <= pair[0]) {

@@ -24,7 +24,7 @@ pub use comparison::{Comparison, Difference, Report, SkippedTicks, Value};
 pub use error::ReplayError;
 pub use scenes::Alternative;
 pub use skip_reason::SkipReason;
-pub use stepper::{LONGEST_MEMORY_SAMPLES, SETTLED_TICKS};
+pub use stepper::{MAX_MEMORY_SAMPLES, SETTLED_TICKS};
 pub use what_if::{LargestDifference, Summary, Tally, WhatIf, WhatIfRow};
 
 use haptic_recording::{Entry, Metadata, RecordingError};

@@ -16,7 +16,7 @@ pub const SETTLED_TICKS: u32 = 32;
 
 /// Samples that no estimate of velocity remembers: after these a servo that began without force is in
 /// the recorded one's state, or is another servo.
-pub const LONGEST_MEMORY_SAMPLES: u32 = 1000;
+pub const MAX_MEMORY_SAMPLES: u32 = 1000;
 
 /// Share by which the rate of the rows may lie below the loop's before ticks are missing.
 const RATE_TOLERANCE: f64 = 1e-6;
@@ -187,7 +187,7 @@ impl Stepper {
             0
         };
         let samples = *samples;
-        if *same >= SETTLED_TICKS || samples >= LONGEST_MEMORY_SAMPLES {
+        if *same >= SETTLED_TICKS || samples >= MAX_MEMORY_SAMPLES {
             self.phase = Phase::Settled;
         } else if row.state.is_live() {
             self.wait(SkipReason::ForceTooSoon);

@@ -17,17 +17,17 @@ const LEARNED_SAMPLES: u32 = 36;
 const NEXT_TRY_SAMPLES: u32 = 8;
 
 /// Most states that are tried at once.
-const MOST_CANDIDATES: i64 = 200_000;
+const MAX_CANDIDATES: i64 = 200_000;
 
 /// Most units in the last place by which the velocities of two trackers of one hand differ once both have forgotten
 /// where they began.
-const MOST_ULPS: f64 = 8.0;
+const MAX_ULPS: f64 = 8.0;
 
 /// Whether two velocities of one hand may be those of two trackers, for steps of `step_s`, that have both forgotten
 /// where they began: they differ by the rounding of the velocity, and of the position over a step.
 pub(super) fn is_by_rounding(step_s: f64, row: &Sample, velocity_mps: f64) -> bool {
     let unit_mps = f64::EPSILON * (row.device_velocity_mps.abs() + row.sample_position_m.abs() / step_s);
-    (row.device_velocity_mps - velocity_mps).abs() <= MOST_ULPS * unit_mps
+    (row.device_velocity_mps - velocity_mps).abs() <= MAX_ULPS * unit_mps
 }
 
 /// Finds the state of a tracker.
@@ -147,7 +147,7 @@ fn around(tracker: AlphaBetaGamma, elapsed_s: f64) -> Vec<AlphaBetaGamma> {
     };
     let positions = reach(0.25 * elapsed_s * elapsed_s * unsaid, position, 2);
     let accelerations = reach(unsaid, acceleration, 16);
-    if positions.saturating_mul(accelerations) > MOST_CANDIDATES / 4 {
+    if positions.saturating_mul(accelerations) > MAX_CANDIDATES / 4 {
         return Vec::new();
     }
     let mut all = Vec::new();
@@ -175,7 +175,7 @@ fn step(number: f64, places: i64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::stepper::LONGEST_MEMORY_SAMPLES;
+    use super::super::stepper::MAX_MEMORY_SAMPLES;
     use super::*;
 
     const STEP_S: f64 = 1e-3;
@@ -206,7 +206,7 @@ mod tests {
                     (position * 1e5).round() * 1e-5
                 };
                 let [one, other] = trackers.each_mut().map(|tracker| tracker.update(elapsed_s, position));
-                if sample > LONGEST_MEMORY_SAMPLES {
+                if sample > MAX_MEMORY_SAMPLES {
                     let row = Sample {
                         device_velocity_mps: one,
                         sample_position_m: position,

@@ -20,7 +20,7 @@ const OTHER_UNITS: [&str; 24] = [
 ];
 
 /// Longest name that is an abbreviation, letters.
-const LONGEST_ABBREVIATION: usize = 1;
+const MAX_ABBREVIATION: usize = 1;
 
 /// What the unit in a title says of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -167,7 +167,7 @@ impl Quantity {
         };
         let found = self.names().iter().enumerate();
         found
-            .filter_map(|(place, name)| Some((of(name)?, name.len() <= LONGEST_ABBREVIATION, place)))
+            .filter_map(|(place, name)| Some((of(name)?, name.len() <= MAX_ABBREVIATION, place)))
             .min()
     }
 

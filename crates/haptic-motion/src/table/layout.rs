@@ -6,13 +6,13 @@ use jiff::fmt::strtime::BrokenDownTime;
 use jiff::tz::Offset;
 
 /// Lines among which the numbers begin.
-const MOST_HEAD_LINES: usize = 300;
+const MAX_HEAD_LINES: usize = 300;
 
 /// Rows of numbers that are a table for certain.
 const SURE_ROWS: usize = 3;
 
 /// Wanted columns that a line names which is a heading, whatever stands below it.
-const FEWEST_WANTED: usize = 2;
+const MIN_WANTED: usize = 2;
 
 /// A day, s.
 const DAY_S: f64 = 86_400.0;
@@ -73,15 +73,15 @@ impl Layout {
                 .iter()
                 .filter(|title| is_wanted(title))
                 .count()
-                .min(FEWEST_WANTED)
+                .min(MIN_WANTED)
         };
-        found.min_by_key(|layout| (FEWEST_WANTED - wanted(layout), layout.data))
+        found.min_by_key(|layout| (MIN_WANTED - wanted(layout), layout.data))
     }
 
     fn with(lines: &[Line<'_>], separator: char, is_wanted: &dyn Fn(&str) -> bool) -> Option<Self> {
         let rows: Vec<Vec<&str>> = lines
             .iter()
-            .take(MOST_HEAD_LINES)
+            .take(MAX_HEAD_LINES)
             .map(|line| cells(line.text, separator))
             .collect();
         let numbers = |row: &[&str]| row.iter().filter(|cell| number(cell, separator).is_some()).count();
@@ -107,7 +107,7 @@ impl Layout {
         let above = || (0..data).rev().filter(is_alike);
         let best = above()
             .max_by_key(|&at| (named(at), at))
-            .filter(|&at| named(at) >= FEWEST_WANTED);
+            .filter(|&at| named(at) >= MIN_WANTED);
         let is_units = |at: usize| rows[at].iter().all(|cell| cell.is_empty() || is_unit(cell));
         let heading = best.or_else(|| {
             let mut plain = above().filter(|&at| !lines[at].is_remark);

@@ -26,7 +26,7 @@ use std::path::Path;
 use times::{Times, retain};
 
 /// What is read of a file for its heading, bytes.
-const LONGEST_HEAD_BYTES: u64 = 1 << 16;
+const MAX_HEAD_BYTES: u64 = 1 << 16;
 
 /// Of all rows, one in so many may lack a number.
 const ROWS_A_MISSING_ONE: usize = 20;
@@ -107,7 +107,7 @@ pub fn headings(path: &Path) -> Result<Vec<String>, TableError> {
     if let Some(table) = ParquetTable::open(path)? {
         return Ok(table.names());
     }
-    let text = text(path, &bytes(path, LONGEST_HEAD_BYTES)?)?;
+    let text = text(path, &bytes(path, MAX_HEAD_BYTES)?)?;
     layout(path, &lines(&text), &TableOptions::default()).map(|layout| layout.titles)
 }
 

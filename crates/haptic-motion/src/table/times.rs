@@ -7,7 +7,7 @@
 use crate::median::{extent, median};
 
 /// Most stamps in a row that are wrong between right ones.
-const MOST_WRONG_IN_A_ROW: usize = 3;
+const MAX_WRONG_IN_A_ROW: usize = 3;
 
 /// Of all stamps, one in so many may be wrong.
 const WRONG_ONE_IN: usize = 100;
@@ -16,7 +16,7 @@ const WRONG_ONE_IN: usize = 100;
 const TAKE_ONE_IN: usize = 64;
 
 /// From so many usual steps on one row at least is missing.
-const LEAST_GAP_STEPS: f64 = 1.7;
+const MIN_GAP_STEPS: f64 = 1.7;
 
 /// A step beyond so many usual ones is a gap.
 const GAP_STEPS: f64 = 2.5;
@@ -34,7 +34,7 @@ const CHUNKED_SHARE: f64 = 0.3;
 const REGULAR_SHARE: f64 = 0.9;
 
 /// Fewest double steps that are no missing rows where they come at even distances.
-const FEWEST_AT_EVEN_DISTANCES: usize = 5;
+const MIN_AT_EVEN_DISTANCES: usize = 5;
 
 /// Pause that is put where a clock fell back, s, and in usual steps, whichever is longer.
 const PAUSE_S: f64 = 1.0;
@@ -116,7 +116,7 @@ impl Times {
                 // The first or the last rows of all.
                 _ => between == 1,
             };
-            let wrong = (1..=MOST_WRONG_IN_A_ROW).find_map(|count| {
+            let wrong = (1..=MAX_WRONG_IN_A_ROW).find_map(|count| {
                 let late = at.checked_sub(count)?;
                 if keeps[late..at].iter().all(|keep| *keep) && fits(late.checked_sub(1).map(|k| t[k]), t.get(at), count)
                 {
@@ -238,7 +238,7 @@ impl Times {
 
     fn tell_gaps(&mut self) {
         let steps = self.t_s.windows(2).map(|pair| pair[1] - pair[0]);
-        let gaps: Vec<f64> = steps.filter(|step| *step > LEAST_GAP_STEPS * self.period_s).collect();
+        let gaps: Vec<f64> = steps.filter(|step| *step > MIN_GAP_STEPS * self.period_s).collect();
         // Where rows come at any time, none is missing.
         if !gaps.is_empty() && gaps.len() as f64 <= (1.0 - REGULAR_SHARE) * self.t_s.len() as f64 {
             self.notes.push(format!(
@@ -408,7 +408,7 @@ impl Runs {
         let is_double = (to_s - least_s).abs() <= ALIKE * least_s;
         let distances = || long.windows(2).map(|pair| pair[1] - pair[0]);
         let (nearest, farthest) = (distances().min().unwrap_or(0), distances().max().unwrap_or(0));
-        let is_at_even_distances = long.len() >= FEWEST_AT_EVEN_DISTANCES && farthest - nearest <= 1;
+        let is_at_even_distances = long.len() >= MIN_AT_EVEN_DISTANCES && farthest - nearest <= 1;
         (!is_rare || !is_double || is_at_even_distances).then_some(Pattern::Rounded { to_s })
     }
 }

@@ -202,7 +202,7 @@ fn asks() {
 }
 
 #[test]
-fn a_file_is_chosen_in_the_dialog_of_the_desktop_and_its_lack_is_told() {
+fn desktop_dialog_chooses_a_file_or_reports_its_absence() {
     if !["/lib", "/usr/lib", "/lib64", "/usr/lib64"]
         .iter()
         .any(|folder| has_libdbus(Path::new(folder), 2))

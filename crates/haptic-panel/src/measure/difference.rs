@@ -4,7 +4,7 @@ use crate::tape::Tape;
 use crate::tape::signal::Signal;
 
 /// Most samples that are compared: some milliseconds.
-pub(crate) const MOST_SAMPLES: usize = 200_000;
+pub(crate) const MAX_SAMPLES: usize = 200_000;
 
 /// The difference of the run that is seen and the reference, in the unit of the signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn the_difference_of_two_runs_on_other_clocks_has_its_known_rms_and_peak() {
+    fn difference_across_clocks_has_known_rms_and_peak() {
         let ramp = |t_s: f64| 10.0 * t_s;
         let reference = tape(500.0, 1000, ramp);
         // Half a millisecond off the reference's samples, 1 N more, and one sample that is 5 N more.

@@ -6,10 +6,10 @@ use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
 /// Most samples of a spectrum: some milliseconds.
-const MOST_SAMPLES: usize = 1 << 18;
+const MAX_SAMPLES: usize = 1 << 18;
 
 /// Fewest samples of a spectrum: its window needs some.
-const FEWEST_SAMPLES: usize = 16;
+const MIN_SAMPLES: usize = 16;
 
 /// What the height of the spectrum is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,14 +65,14 @@ impl Spectrum {
     /// Why there is none: too few or too many samples, or some are missing.
     pub(crate) fn of(tape: &Tape, signal: Signal, from_s: f64, to_s: f64, scaling: Scaling) -> Result<Self, String> {
         let count = tape.count(from_s, to_s);
-        if count > MOST_SAMPLES {
+        if count > MAX_SAMPLES {
             return Err(format!(
-                "{count} samples in sight; a spectrum takes {MOST_SAMPLES} at most: zoom in"
+                "{count} samples in sight; a spectrum takes {MAX_SAMPLES} at most: zoom in"
             ));
         }
-        if count < FEWEST_SAMPLES {
+        if count < MIN_SAMPLES {
             return Err(format!(
-                "{count} samples in sight; a spectrum needs {FEWEST_SAMPLES} at least"
+                "{count} samples in sight; a spectrum needs {MIN_SAMPLES} at least"
             ));
         }
         let mut values = Vec::with_capacity(count);

@@ -10,7 +10,7 @@ const SETTLED_SHARE: f64 = 0.1;
 const SETTLING_BAND: f64 = 0.02;
 
 /// A step is at least this share of the range of the signal: else there is none.
-const LEAST_STEP: f64 = 0.1;
+const MIN_STEP: f64 = 0.1;
 
 /// Statistics in the unit of the signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,7 @@ fn step(tape: &Tape, signal: Signal, (from_s, to_s): (f64, f64), least: f64, gre
     let last = tape.summary(signal, settled_s, end_s)?.sums;
     let end = last.value / last.count;
     let way = end - first;
-    if way == 0.0 || way.abs() < LEAST_STEP * (greatest - least) {
+    if way == 0.0 || way.abs() < MIN_STEP * (greatest - least) {
         return None;
     }
     let beyond = if way > 0.0 { greatest - end } else { end - least };

@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_names_its_parameter_and_not_another_with_the_same_beginning() {
+    fn advice_names_its_parameter_not_a_shared_prefix() {
         let mut advised = Advised::default();
         let mut advice = vec![broken(None, 0.5), broken(None, 0.5), broken(None, 0.5)];
         advice[0].param = "stiffness_of_the_contact".into();

@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_result_is_made_anew_for_another_question_at_once_and_for_other_samples_in_a_moment() {
+    fn new_question_renews_result_at_once_new_samples_soon() {
         let mut kept = Kept::default();
         let mut made = 0;
         let mut ask = |asked: &str, samples: &str, now_s: f64| {

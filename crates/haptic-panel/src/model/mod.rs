@@ -13,7 +13,7 @@ mod saving;
 pub(crate) mod scene;
 pub(crate) mod scope;
 pub(crate) mod stop;
-pub(crate) mod studying;
+pub(crate) mod study;
 pub(crate) mod tapes;
 pub(crate) mod tuning;
 pub(crate) mod view;

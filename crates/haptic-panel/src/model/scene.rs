@@ -13,7 +13,7 @@ use std::cell::OnceCell;
 use std::collections::VecDeque;
 
 /// Entries of the journal that are kept.
-const MOST_ENTRIES: usize = 50;
+const MAX_ENTRIES: usize = 50;
 
 /// What the panel knows of the active scene.
 #[derive(Debug, Default)]
@@ -161,7 +161,7 @@ impl SceneFacts {
             return;
         }
         self.journal.push_back(entry);
-        while self.journal.len() > MOST_ENTRIES {
+        while self.journal.len() > MAX_ENTRIES {
             self.journal.pop_front();
         }
     }

@@ -5,7 +5,7 @@ use super::measuring::Measuring;
 use super::recordings::Recordings;
 use super::reference::Reference;
 use super::scope::Scope;
-use super::studying::Studying;
+use super::study::Studying;
 use super::tapes::Tapes;
 use super::tuning::Tuning;
 use crate::intent::DialogPurpose;
@@ -233,7 +233,7 @@ mod tests {
     use haptic_recording::Ending;
 
     #[test]
-    fn a_recording_is_seen_on_its_page_alone_and_moves_nothing_of_the_rigs_view() {
+    fn opened_recording_leaves_the_rig_view_unchanged() {
         let (mut view, mut tapes) = (View::default(), Tapes::default());
         let live: Vec<_> = (0..=20).map(|second| at(f64::from(second))).collect();
         tapes.extend(&live);

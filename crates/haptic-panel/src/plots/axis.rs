@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_has_a_line_at_either_end_and_wider_ones_where_there_is_a_number() {
+    fn axis_has_lines_at_both_ends_and_wider_numbered_ones() {
         let numbered = |bounds| -> Vec<f64> {
             let lines = grid(bounds, USUAL_COUNT).into_iter();
             lines
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_reaches_beyond_its_values_and_never_less_than_its_least() {
+    fn axis_reaches_beyond_values_and_keeps_minimum_span() {
         assert_eq!(reach([], 2.0), (-1.0, 1.0));
         assert_eq!(reach([5.0, 5.1], 2.0), (4.05, 6.05));
         let (low, high) = reach([-10.0, 10.0], 2.0);

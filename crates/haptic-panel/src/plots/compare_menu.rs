@@ -8,7 +8,7 @@ use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, PopupCloseBehavior, RichText, Ui};
 
 /// Most moments that are offered to align at.
-const MOST_MARKS: usize = 8;
+const MAX_MARKS: usize = 8;
 
 /// Shows the menu.
 pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, reference: &mut Option<Reference>) {
@@ -59,7 +59,7 @@ fn show_kept(ui: &mut Ui, tapes: &Tapes, scope: &Scope, kept: &mut Reference) {
         let is_aligned = kept.align_at_crossing(scope, tapes);
         ui.data_mut(|data| data.insert_temp(problem, !is_aligned));
     }
-    for text in kept.common_marks(scope, tapes).into_iter().take(MOST_MARKS) {
+    for text in kept.common_marks(scope, tapes).into_iter().take(MAX_MARKS) {
         let align = Button::new(format!("Align at {text}")).truncate();
         if ui.add(align).clicked() {
             let is_aligned = kept.align_at_mark(&text, scope, tapes);

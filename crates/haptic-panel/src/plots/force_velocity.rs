@@ -22,7 +22,7 @@ use haptic_core::{Parameter, Scene};
 const TRAIL_S: f64 = 1.0;
 
 /// Most samples of the trail that are drawn; of more, evenly chosen ones are.
-const MOST_DRAWN: usize = 20_000;
+const MAX_DRAWN: usize = 20_000;
 
 /// Points of the law's curve in each direction: enough for a Stribeck fall in the middle of a wide plot.
 const CURVE_POINTS: u32 = 200;
@@ -94,7 +94,7 @@ fn drawn(tapes: &Tapes, scope: &Scope) -> TimeRange {
 /// Of how many samples one is drawn.
 fn stride(tapes: &Tapes, scope: &Scope, drawn: &TimeRange) -> usize {
     let count = scope.tape(tapes).count(drawn.from_s, drawn.to_s);
-    count.div_ceil(MOST_DRAWN).max(1)
+    count.div_ceil(MAX_DRAWN).max(1)
 }
 
 /// The chart of the time that is drawn, with the law of a scene and the same time of the run that is kept.
@@ -171,7 +171,7 @@ fn under(reference: &Reference, against: &Against, drawn: &TimeRange) -> Curve {
     let offset_s = reference.offset_s(drawn.zero_s);
     let (from_s, to_s) = (drawn.from_s - offset_s, drawn.to_s - offset_s);
     let tape = &reference.tape;
-    let stride = tape.count(from_s, to_s).div_ceil(MOST_DRAWN).max(1);
+    let stride = tape.count(from_s, to_s).div_ceil(MAX_DRAWN).max(1);
     let samples = tape.pairs_every(stride, against.shows_law(), (from_s, to_s));
     let points = samples.map(|(before, sample)| [against.across.of(before, sample), against.up.of(before, sample)]);
     Curve {

@@ -73,7 +73,7 @@ mod tests {
     const AREA: Rect = Rect::from_min_max(pos2(50.0, 10.0), pos2(450.0, 130.0));
 
     #[test]
-    fn of_two_levels_that_are_close_one_is_named_above_and_one_below() {
+    fn close_levels_are_labelled_above_and_below() {
         let mut labels = Labels::new(AREA);
         let size = vec2(20.0, 12.0);
         let rows = [60.0, 64.0, 66.0].map(|y| labels.at_level(y, 100.0, size).expect("there is room"));

@@ -16,7 +16,7 @@ pub(crate) const HEIGHT: f32 = 12.0;
 const APART: f32 = 10.0;
 
 /// Most texts that a flag shows.
-const MOST_TEXTS: usize = 12;
+const MAX_TEXTS: usize = 12;
 
 /// Moments that share a flag.
 #[derive(Debug)]
@@ -35,9 +35,9 @@ impl Flag<'_> {
     }
 
     fn text(&self, separator: &str) -> String {
-        let texts = self.marks.iter().take(MOST_TEXTS);
+        let texts = self.marks.iter().take(MAX_TEXTS);
         let mut texts: Vec<_> = texts.map(|mark| format!("{}: {mark}", mark.kind.name())).collect();
-        if let Some(more) = self.marks.len().checked_sub(MOST_TEXTS).filter(|more| *more > 0) {
+        if let Some(more) = self.marks.len().checked_sub(MAX_TEXTS).filter(|more| *more > 0) {
             texts.push(format!("and {more} more: zoom in"));
         }
         texts.join(separator)

@@ -33,7 +33,7 @@ const MARK_WIDTH: f32 = 1.0;
 const MARK_OPACITY: f32 = 0.6;
 
 /// Least distance of two such lines, as a share of the time seen.
-const LEAST_MARK_SHARE: f64 = 0.005;
+const MIN_MARK_SHARE: f64 = 0.005;
 
 /// Width of the force that would have been felt, points.
 const WHAT_IF_WIDTH: f32 = 2.0;
@@ -147,7 +147,7 @@ fn what_if(tapes: &Tapes, scope: &Scope, plot: &Plot, columns: f64) -> Option<Ov
 fn happened(tapes: &Tapes, scope: &Scope, is_first: bool) -> Vec<Overlay> {
     let seen = scope.seen(tapes);
     let tape = scope.tape(tapes);
-    let least_s = (seen.to_s - seen.from_s) * LEAST_MARK_SHARE;
+    let least_s = (seen.to_s - seen.from_s) * MIN_MARK_SHARE;
     let mut drawn_s = f64::NEG_INFINITY;
     let mut lines = Vec::new();
     for (t_s, mark) in tape.marks(seen.from_s, seen.to_s) {

@@ -22,7 +22,7 @@ const DEPTH_DB: f64 = 100.0;
 const FEW: f64 = 3.0;
 
 /// Most points of the line: of more frequencies in a column of pixels the highest is drawn.
-const MOST_POINTS: usize = 2000;
+const MAX_POINTS: usize = 2000;
 
 /// Height of the rows above the plot, points.
 const ROWS: f32 = 74.0;
@@ -104,7 +104,7 @@ pub(crate) fn seen(measuring: &Measuring) -> Option<Chart> {
 }
 
 fn chart(spectrum: &Spectrum, signal: Signal, scaling: Scaling, unit: &str) -> Chart {
-    let share = spectrum.values.len().div_ceil(MOST_POINTS);
+    let share = spectrum.values.len().div_ceil(MAX_POINTS);
     let mut at_hz = 0.0;
     let columns = spectrum.values.chunks(share).map(|column| {
         let highest = column.iter().copied().fold(0.0, f64::max);

@@ -48,7 +48,7 @@ pub(super) fn show(
     let (from_s, to_s) = scope.measured(tapes);
     let signals = scope.plots.signals(has_block);
     let offset_s = reference.map(|reference| reference.offset_s(scope.seen(tapes).zero_s));
-    let is_short = scope.tape(tapes).count(from_s, to_s) <= difference::MOST_SAMPLES;
+    let is_short = scope.tape(tapes).count(from_s, to_s) <= difference::MAX_SAMPLES;
     let under = reference.map(|reference| reference.tape.stamp());
     let asked = format!("{signals:?} {} {offset_s:?} {under:?}", scope.cursors.shown);
     let samples = format!("{from_s} {to_s} {}", scope.tape(tapes).stamp());
@@ -86,7 +86,7 @@ pub(super) fn show(
             show_row(ui, row, scope.seen(tapes).zero_s);
         }
         if reference.is_some() && !is_short {
-            let most = difference::MOST_SAMPLES;
+            let most = difference::MAX_SAMPLES;
             let why = format!("The difference to the reference is computed for at most {most} samples: zoom in");
             ui.label(RichText::new(why).small());
         }

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_lists_its_recordings_with_their_lengths_and_no_other_file() {
+    fn folder_lists_only_its_recordings_with_lengths() {
         let folder = tempfile::tempdir().expect("a folder");
         record(&folder.path().join("long.csv"), 90, true);
         record(&folder.path().join("broken.csv"), 3, false);

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mark_of_a_scene_says_what_changed_and_one_of_a_state_what_it_is() {
+    fn scene_mark_names_the_change_and_state_mark_the_state() {
         let (rows, slippery) = (ten_rows(), slippery());
         let state = |tick, state, fault: Option<&str>| Mark::State {
             tick,

@@ -25,7 +25,7 @@ const FADE_S: f64 = 0.05;
 const LEASE_MS: u32 = 3000;
 
 /// Shortest time for which words stay, s: a second click is no wish to go on.
-const SHORTEST_WORDS_S: f64 = 0.5;
+const MIN_WORDS_S: f64 = 0.5;
 
 /// A session, and how far its way through the rig's states is.
 #[derive(Debug)]
@@ -105,7 +105,7 @@ impl Conductor {
                 let since = self.phase.map_or(tick, |(_, since)| since);
                 #[expect(clippy::cast_precision_loss, reason = "ticks of a session are far below 2^53")]
                 let shown_s = tick.saturating_sub(since) as f64 * self.period_s;
-                if shown_s >= SHORTEST_WORDS_S {
+                if shown_s >= MIN_WORDS_S {
                     self.session.proceed();
                 }
             }

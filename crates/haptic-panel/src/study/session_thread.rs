@@ -25,7 +25,7 @@ use std::time::Duration;
 const STUDY_BATCH_MS: u32 = 4;
 
 /// Longest time between two looks at what the disk has done.
-const LONGEST_WAIT: Duration = Duration::from_millis(50);
+const MAX_WAIT: Duration = Duration::from_millis(50);
 
 /// Work of the thread.
 #[derive(Debug)]
@@ -83,7 +83,7 @@ impl SessionThread {
     /// Works until the study is closed.
     pub(super) fn run(mut self, jobs: &mpsc::Receiver<Job>) {
         loop {
-            let job = jobs.recv_timeout(LONGEST_WAIT);
+            let job = jobs.recv_timeout(MAX_WAIT);
             let is_of_samples = matches!(job, Ok(Job::Hear(Update::Event(Event::Samples(_)))));
             match job {
                 Ok(Job::Hear(update)) => self.hear(&update),

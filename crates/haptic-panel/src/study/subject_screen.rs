@@ -11,7 +11,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A frame that follows the one before later than this says nothing of when that one was seen.
-const LONGEST_FRAME: Duration = Duration::from_millis(500);
+const MAX_FRAME: Duration = Duration::from_millis(500);
 
 /// An action of the subject.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,7 +155,7 @@ impl SubjectScreen {
         let mut state = self.state();
         if let Some(shown) = state.shown.take() {
             let waited = now.saturating_duration_since(shown.received);
-            if waited <= LONGEST_FRAME {
+            if waited <= MAX_FRAME {
                 let latency = waited + shown.before;
                 state.latencies.add(latency);
                 state.fresh.push(Frame {
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cursor_follows_the_newest_sample_and_its_latency_ends_with_the_next_frame() {
+    fn cursor_follows_newest_sample_and_next_frame_ends_latency() {
         let screen = SubjectScreen::default();
         let mapping = RigMapping {
             gain: 3.0,
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn a_click_has_the_tick_of_the_newest_sample_and_none_without_samples() {
+    fn click_takes_the_tick_of_the_newest_sample() {
         let screen = SubjectScreen::default();
         screen.act(SubjectAction::Click);
         assert_eq!(screen.take_actions().0, []);

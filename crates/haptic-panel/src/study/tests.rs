@@ -294,7 +294,7 @@ fn is_held(stage: &Stage) -> bool {
 }
 
 #[test]
-fn a_trial_is_kept_with_its_recording_and_the_cursor_moves_by_the_plans_mapping() {
+fn trial_is_saved_with_its_recording() {
     let mut daemon = Daemon::with_study(TARGETS);
     daemon.begin();
     daemon.click_at(-0.025);
@@ -320,7 +320,7 @@ fn a_trial_is_kept_with_its_recording_and_the_cursor_moves_by_the_plans_mapping(
 }
 
 #[test]
-fn a_stop_a_fault_a_lost_tick_and_another_clients_change_void_the_trial_until_the_experimenter_goes_on() {
+fn stop_fault_lost_tick_or_foreign_change_voids_trial() {
     let mut daemon = Daemon::with_study(TARGETS);
     daemon.begin();
     let mut expected = Vec::new();
@@ -387,7 +387,7 @@ fn a_refused_scene_is_told_and_asked_for_again_after_consent() {
 }
 
 #[test]
-fn the_surfaces_of_a_question_are_rendered_one_after_the_other_and_the_answer_is_kept() {
+fn question_renders_its_surfaces_in_turn_and_keeps_answer() {
     let mut daemon = Daemon::with_study(SURFACES);
     daemon.go_on();
     daemon.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
@@ -427,7 +427,7 @@ fn the_surfaces_of_a_question_are_rendered_one_after_the_other_and_the_answer_is
 }
 
 #[test]
-fn a_study_that_is_closed_gives_the_rig_back_and_is_gone_on_with() {
+fn closed_study_returns_the_rig_and_can_be_resumed() {
     let mut daemon = Daemon::with_study(TARGETS);
     daemon.begin();
     daemon.click_at(-0.025);

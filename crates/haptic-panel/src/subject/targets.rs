@@ -12,7 +12,7 @@ const TARGET_HEIGHT: f32 = 0.56;
 const MARGIN: f32 = 0.03;
 
 /// Smallest radius of the cursor on the screen, points. The click goes by its true size.
-const SMALLEST_RADIUS: f32 = 3.0;
+const MIN_RADIUS: f32 = 3.0;
 
 const OUTLINE: f32 = 2.0;
 const MISS_OUTLINE: f32 = 8.0;
@@ -61,7 +61,7 @@ pub(super) fn show(ui: &mut Ui, targets: &Targets, frame: &SubjectFrame, feedbac
     }
     let Some(cursor_m) = frame.cursor_m else { return };
     #[expect(clippy::cast_possible_truncation, reason = "it is drawn")]
-    let radius = (scale.length(targets.cursor_diameter_m as f32) / 2.0).max(SMALLEST_RADIUS);
+    let radius = (scale.length(targets.cursor_diameter_m as f32) / 2.0).max(MIN_RADIUS);
     let at = pos2(scale.x(cursor_m), area.center().y);
     let (ink, ground) = (ui.visuals().strong_text_color(), crate::theme::ground(ui.visuals()));
     // A line above and below it is found at a glance, and covers neither target's edge at its height.

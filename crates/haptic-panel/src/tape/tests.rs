@@ -151,7 +151,7 @@ fn a_part_of_a_tape_is_shared_and_stays_as_it_was() {
 }
 
 #[test]
-fn what_happened_is_at_the_first_sample_of_its_tick_and_goes_with_the_past() {
+fn mark_lies_at_the_first_sample_from_its_tick_on() {
     let row = |tick: u32| Sample {
         tick: tick.into(),
         ..at(f64::from(tick))

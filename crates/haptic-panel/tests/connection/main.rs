@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 #[test]
-fn it_waits_for_a_daemon_and_finds_the_next_one_when_that_goes_away() {
+fn connection_waits_for_a_daemon_and_finds_the_next_one() {
     let bench = Bench::new();
     let reason = bench.until_lost();
     assert!(reason.contains("control.sock"), "{reason}");
@@ -75,7 +75,7 @@ fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
 }
 
 #[test]
-fn a_line_that_cannot_be_read_is_counted_and_the_conversation_goes_on() {
+fn unreadable_line_is_counted_and_the_connection_goes_on() {
     let bench = Bench::new();
     let listener = bench.listen();
     let mut daemon = Daemon::accept(&listener);
@@ -123,7 +123,7 @@ fn a_daemon_that_sends_no_sample_is_told_of_until_it_does() {
 }
 
 #[test]
-fn the_adviser_is_asked_about_every_new_scene_but_not_while_it_has_yet_to_answer() {
+fn adviser_is_asked_about_new_scenes_one_request_at_a_time() {
     let bench = Bench::new();
     let listener = bench.listen();
     let mut daemon = Daemon::accept(&listener);
@@ -240,7 +240,7 @@ fn a_recording_has_its_end_mark_when_the_window_is_closed() {
 }
 
 #[test]
-fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
+fn recording_holds_received_rows_and_ends_with_connection() {
     let bench = Bench::new();
     let (daemon, _, going) = recording(&bench, Format::Csv);
     assert_eq!((going.rows, going.lost), (1, 2));

@@ -10,7 +10,7 @@ use std::os::unix::net::UnixListener;
 use std::time::Duration;
 
 #[test]
-fn a_stop_without_a_daemon_does_not_wait_and_is_the_first_thing_that_the_next_one_hears() {
+fn stop_without_a_daemon_reaches_the_next_one_first() {
     let never = Duration::from_secs(3600);
     let bench = Bench::with_patience(Patience {
         retry: never,
@@ -51,7 +51,7 @@ fn a_stop_that_was_not_answered_is_sent_again() {
 
 // hazard: H4
 #[test]
-fn a_stop_goes_out_on_a_connection_of_its_own_and_its_time_is_told() {
+fn stop_has_its_own_connection_and_reports_its_time() {
     let bench = Bench::new();
     let (_listener, mut daemon, mut stops) = connected(&bench);
     for number in 1..=3 {
@@ -70,7 +70,7 @@ fn a_stop_goes_out_on_a_connection_of_its_own_and_its_time_is_told() {
 
 // hazard: H4
 #[test]
-fn a_stop_that_a_full_socket_does_not_take_is_not_sent_until_it_does() {
+fn stop_counts_as_unsent_until_a_full_socket_takes_it() {
     let bench = Bench::new();
     let (_listener, _daemon, mut stops) = connected(&bench);
     // This daemon reads nothing.
@@ -105,7 +105,7 @@ fn a_stop_without_a_daemon_is_told_as_not_sent() {
 
 // hazard: H4
 #[test]
-fn a_stop_whose_daemon_dies_before_it_answers_is_told_as_not_sent_and_sent_to_the_next() {
+fn unanswered_stop_of_a_dead_daemon_goes_to_the_next() {
     let bench = Bench::new();
     let (listener, daemon, mut stops) = connected(&bench);
     bench.connection.stop();
@@ -124,7 +124,7 @@ fn a_stop_whose_daemon_dies_before_it_answers_is_told_as_not_sent_and_sent_to_th
 
 // hazard: H4
 #[test]
-fn what_was_asked_before_a_stop_does_not_bring_the_force_back_after_it() {
+fn engage_and_reset_queued_before_a_stop_are_dropped() {
     let bench = Bench::new();
     let (_listener, mut daemon, mut stops) = connected(&bench);
     // The daemon reads nothing of the conversation, until its socket is full and the rest waits in the panel.

@@ -139,7 +139,7 @@ fn advice_on_an_older_scene_is_ignored() {
 }
 
 #[test]
-fn the_answer_to_a_change_warns_where_the_daemon_has_no_more_advice() {
+fn change_reply_warns_if_the_daemon_lacks_advice() {
     let mut panel = connected(RigState::Engaged);
     let error = WireError::new(ErrorCode::UnknownOp, "unknown operation `advise`");
     hear(&mut panel, Update::Advised(Err(error)));
@@ -212,7 +212,7 @@ fn stick_slip_at_some_speeds_stands_below_the_checks() {
 }
 
 #[test]
-fn a_fix_of_both_directions_that_is_refused_says_so_where_they_differ() {
+fn refused_two_sided_fix_shows_where_directions_differ() {
     let mut panel = connected(RigState::Engaged);
     panel.get_by_label("viscous by direction").click();
     panel.run();

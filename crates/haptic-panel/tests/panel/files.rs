@@ -64,7 +64,7 @@ fn what_is_seen_is_exported() {
 }
 
 #[test]
-fn every_field_of_a_path_has_a_button_for_the_dialog_of_the_desktop() {
+fn every_path_field_has_a_desktop_dialog_button() {
     let mut panel = connected(RigState::Engaged);
     for format in Format::ALL {
         press(&mut panel, "Export");
@@ -105,7 +105,7 @@ fn every_field_of_a_path_has_a_button_for_the_dialog_of_the_desktop() {
 }
 
 #[test]
-fn the_share_of_a_recording_that_is_read_is_shown_until_it_is_open() {
+fn read_share_is_shown_until_the_recording_is_open() {
     let mut panel = at_page(connected(RigState::Engaged), Page::Record);
     let path = PathBuf::from("/home/ada/r.mcap");
     let share = Some(0.42);
@@ -239,7 +239,7 @@ pub(crate) fn going(path: &str) -> Update {
 }
 
 #[test]
-fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_notes() {
+fn recording_defaults_to_mcap_and_begins_with_notes() {
     let mut panel = at_page(connected(RigState::Engaged), Page::Record);
     assert!(!is_enabled(&panel, "Record"), "there is no status yet");
     hear(&mut panel, active_scene(1, &Scene::paper()));
@@ -272,7 +272,7 @@ fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_no
 }
 
 #[test]
-fn the_recordings_of_the_folder_are_listed_and_opened_by_a_click() {
+fn recordings_of_the_folder_are_listed_and_open_on_click() {
     let mut panel = at_page(connected(RigState::Engaged), Page::Record);
     type_into(&mut panel, "folder of recordings", "/home/ada/pulls");
     assert_eq!(asked(&mut panel), [], "a half-typed folder is not read");
@@ -324,7 +324,7 @@ fn the_recordings_of_the_folder_are_listed_and_opened_by_a_click() {
 }
 
 #[test]
-fn a_marker_is_set_by_its_key_and_its_button_and_is_on_the_time_axis() {
+fn marker_is_set_by_key_or_button_and_shown_on_time_axis() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..2000, |_| 1.0));
     panel.key_press(Key::M);
@@ -416,7 +416,7 @@ fn stickier() -> Scene {
 }
 
 #[test]
-fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
+fn what_if_of_the_edited_scene_is_drawn_over_the_recording() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
     let mut panel = looking_at(&path, &stickier());
@@ -453,7 +453,7 @@ fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
 }
 
 #[test]
-fn without_a_daemon_a_recording_is_computed_again_and_with_the_scenes_of_every_library() {
+fn recording_is_replayed_without_a_daemon() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
     let mut panel = at_page(panel(), Page::Record);
@@ -493,7 +493,7 @@ fn without_a_daemon_a_recording_is_computed_again_and_with_the_scenes_of_every_l
 }
 
 #[test]
-fn a_rendering_that_is_given_up_shows_nothing_and_one_that_fails_says_why() {
+fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
     let mut panel = looking_at(&path, &stickier());

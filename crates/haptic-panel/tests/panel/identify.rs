@@ -85,7 +85,7 @@ pub(crate) fn answered(mut panel: Panel) -> Panel {
 }
 
 #[test]
-fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
+fn foreign_file_is_identified_with_the_chosen_columns() {
     let mut panel = at_page(panel(), Page::Identify);
     assert!(!is_enabled(&panel, "Identify"), "there is no file yet");
     choose(&mut panel, "model", "Karnopp");
@@ -129,7 +129,7 @@ fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
 }
 
 #[test]
-fn every_plot_of_the_fit_is_inside_the_smallest_window_with_its_title_and_legend() {
+fn plots_of_the_fit_are_inside_the_smallest_window() {
     let panel = answered(at_page(panel(), Page::Identify));
     let window = panel.ctx.content_rect();
     let plots: Vec<_> = panel.get_all_by_label_contains(" of the fit").collect();
@@ -146,7 +146,7 @@ fn every_plot_of_the_fit_is_inside_the_smallest_window_with_its_title_and_legend
 }
 
 #[test]
-fn the_columns_the_gains_the_mass_that_moves_and_where_from_are_chosen() {
+fn columns_gains_and_moving_mass_are_chosen() {
     let mut panel = at_page(panel(), Page::Identify);
     ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
     press(&mut panel, "cancel identification");
@@ -190,7 +190,7 @@ fn what_is_known_is_given_and_a_number_that_is_none_is_named() {
 }
 
 #[test]
-fn what_is_seen_of_the_rig_is_identified_and_a_refusal_is_in_words() {
+fn visible_rig_samples_are_identified_and_refusal_explained() {
     let mut panel = connected(RigState::Engaged);
     hear(&mut panel, active_scene(1, &Scene::paper()));
     let mut panel = at_page(panel, Page::Identify);
@@ -242,7 +242,7 @@ fn changed(revision: u64, dry_run: bool) -> Result<Answer, WireError> {
 }
 
 #[test]
-fn the_scene_found_is_tried_under_a_lease_and_goes_back_by_itself() {
+fn identified_scene_is_tried_under_a_lease_and_taken_back() {
     let mut panel = answered(at_page(connected(RigState::Engaged), Page::Identify));
     let usual = asked(&mut panel);
     // The coupling that suits this rig.
@@ -308,7 +308,7 @@ fn the_scene_found_is_tried_under_a_lease_and_goes_back_by_itself() {
 }
 
 #[test]
-fn the_scene_found_is_saved_under_a_name_and_replaces_none_unasked() {
+fn identified_scene_is_saved_and_replaces_only_on_request() {
     let mut panel = answered(at_page(connected(RigState::Idle), Page::Identify));
     asked(&mut panel);
     assert!(!is_enabled(&panel, "Save as scene"), "it has no name");
@@ -357,7 +357,7 @@ fn the_scene_found_is_saved_under_a_name_and_replaces_none_unasked() {
 }
 
 #[test]
-fn a_file_is_identified_on_a_thread_of_its_own_which_can_be_given_up() {
+fn file_is_identified_on_its_own_thread_and_can_be_cancelled() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, question) = ask_for(&mut at_page(panel(), Page::Identify), &foreign(folder.path()));
     let mut files = Files::new(|_| {});

@@ -150,7 +150,7 @@ fn news() -> Vec<(&'static str, Update)> {
 }
 
 #[test]
-fn nothing_moves_when_counters_grow_a_notice_comes_or_the_daemon_goes() {
+fn growing_counters_notices_or_daemon_loss_move_nothing() {
     let mut all = Vec::new();
     for (name, page) in pages() {
         let mut panel = page();

@@ -93,7 +93,7 @@ fn the_spectrum_has_a_sine_at_its_frequency_and_tells_of_gaps() {
 }
 
 #[test]
-fn two_recordings_lie_over_one_another_and_are_aligned_at_a_mark_or_a_crossing() {
+fn reference_recording_aligns_at_a_mark_or_a_crossing() {
     let marker = |tick| Mark::Marker {
         tick,
         text: "pull".to_owned(),
@@ -225,7 +225,7 @@ fn places(panel: &Panel) -> (egui::Pos2, egui::Pos2) {
 }
 
 #[test]
-fn the_dot_of_a_cursor_is_dragged_along_its_trail_and_stays_on_its_turn() {
+fn dragged_cursor_dot_stays_on_its_turn_of_the_trail() {
     let mut panel = connected(RigState::Engaged);
     // A circle of 10 mm and 4 N, once a second.
     let turning = |ms: u32| {
@@ -270,7 +270,7 @@ fn the_dot_of_a_cursor_is_dragged_along_its_trail_and_stays_on_its_turn() {
 }
 
 #[test]
-fn the_limits_of_the_force_are_lines_and_clipped_moments_are_dots() {
+fn force_limits_are_lines_and_clipped_samples_are_dots() {
     let mut panel = connected(RigState::Engaged);
     let scene = Scene::paper();
     hear(

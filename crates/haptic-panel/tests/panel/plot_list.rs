@@ -167,7 +167,7 @@ fn by_ada(op: &str, tick: u64) -> JournalEntry {
 }
 
 #[test]
-fn a_change_of_scene_or_state_is_on_the_time_axis_with_who_made_it() {
+fn time_axis_flags_scene_and_state_changes_with_author() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..2000, |_| 1.0));
     let set = JournalEntry {

@@ -54,7 +54,7 @@ fn plots_run_until_they_are_frozen() {
 }
 
 #[test]
-fn plots_below_one_another_begin_and_end_at_the_same_points_at_any_size() {
+fn stacked_plots_align_left_and_right_at_any_size() {
     for size in [(1024.0, 640.0), (1280.0, 800.0), (1920.0, 1080.0)] {
         let mut panel = connected(RigState::Engaged);
         panel.set_size(size.into());
@@ -91,7 +91,7 @@ fn what_is_frozen_outlives_the_daemon() {
 }
 
 #[test]
-fn what_came_last_before_the_daemon_died_can_be_looked_at_and_kept() {
+fn last_data_before_daemon_loss_stays_visible_and_exportable() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..6000, |_| 1.0));
     lose_the_daemon(&mut panel);
@@ -182,7 +182,7 @@ fn force_axis(panel: &mut Panel) -> (f64, f64) {
 }
 
 #[test]
-fn the_axis_of_the_values_is_zoomed_moved_typed_and_fitted_again() {
+fn value_axis_is_zoomed_moved_typed_and_fitted() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..20_000, |ms| if ms % 2 == 0 { 4.0 } else { -4.0 }));
     let fitted = force_axis(&mut panel);
@@ -285,7 +285,7 @@ fn a_trigger_takes_the_edge_and_the_share_that_it_is_given() {
 }
 
 #[test]
-fn normal_holds_the_last_crossing_and_automatic_runs_on_without_one() {
+fn normal_trigger_holds_last_crossing_and_auto_runs_on() {
     for (mode, holds) in [("Normal", true), ("Auto", false)] {
         let mut panel = connected(RigState::Engaged);
         choose_item(&mut panel, "trigger", mode);
@@ -406,7 +406,7 @@ fn cursors_say_what_lies_between_them() {
 }
 
 #[test]
-fn a_narrow_window_shows_force_against_velocity_in_place_of_the_plots_over_time() {
+fn narrow_window_replaces_time_plots_with_force_over_velocity() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..3000, |_| 1.0));
     press(&mut panel, "Force against velocity");

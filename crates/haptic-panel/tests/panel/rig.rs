@@ -182,7 +182,7 @@ fn a_fault_is_shown_with_its_reason() {
 }
 
 #[test]
-fn a_panel_without_a_daemon_says_where_it_looked_and_does_not_pretend() {
+fn panel_without_daemon_names_socket_and_disables_controls() {
     let mut panel = connected(RigState::Engaged);
     let lost = Update::Disconnected {
         path: SOCKET.into(),
@@ -212,7 +212,7 @@ fn a_panel_without_a_daemon_says_where_it_looked_and_does_not_pretend() {
 }
 
 #[test]
-fn the_newest_sample_is_read_out_and_none_is_made_up_without_a_rig() {
+fn newest_sample_is_shown_and_stale_values_are_grey() {
     let mut panel = connected(RigState::Engaged);
     let rows = (0..1250).map(|i| sample(f64::from(i) / 250.0)).collect();
     let batch = SamplesEvent {

@@ -148,7 +148,7 @@ fn parameters(panel: &Panel) -> Vec<String> {
 }
 
 #[test]
-fn every_value_of_every_law_is_set_by_its_field_and_has_a_slider() {
+fn every_law_parameter_has_a_field_and_a_slider() {
     let mut panel = informed();
     panel.set_size(egui::vec2(1280.0, 3000.0));
     // Karnopp, which is active and cannot be turned to, comes first in the list.
@@ -185,7 +185,7 @@ fn every_value_of_every_law_is_set_by_its_field_and_has_a_slider() {
 }
 
 #[test]
-fn undo_and_redo_show_how_far_they_reach_and_who_made_the_last_change() {
+fn undo_and_redo_show_depth_and_author_of_last_change() {
     let mut panel = connected(RigState::Engaged);
     assert!(!is_enabled(&panel, "undo") && !is_enabled(&panel, "redo"));
     hear(&mut panel, of_depth(3, 1));

@@ -215,7 +215,7 @@ fn a_stop_is_said_to_be_sent_only_when_it_was() {
 }
 
 #[test]
-fn a_stop_of_which_nothing_is_heard_is_not_said_to_be_on_its_way() {
+fn unsent_stop_is_never_shown_as_sent() {
     let mut panel = connected(RigState::Engaged);
     press_stop(&mut panel);
     panel.get_by_label("Stop asked for, not sent yet");
@@ -248,7 +248,7 @@ fn a_stop_that_failed_says_so() {
 }
 
 #[test]
-fn a_stop_that_no_device_has_heard_says_so_until_the_rig_is_reset() {
+fn stop_without_a_device_is_shown_until_the_rig_is_reset() {
     let mut panel = connected(RigState::Disconnected);
     panel.key_press(Key::Escape);
     panel.run();

@@ -93,7 +93,7 @@ fn commands(panel: &mut Panel) -> Vec<StudyCommand> {
 }
 
 #[test]
-fn a_study_is_made_from_what_is_typed_and_a_wrong_field_is_named() {
+fn typed_fields_make_a_study_and_wrong_fields_are_named() {
     for (page, plan) in [(Page::Task, Task::Fitts), (Page::Perception, Task::Perception)] {
         let mut panel = at_page(panel(), page);
         assert!(!is_enabled(&panel, "New study"));
@@ -130,7 +130,7 @@ fn a_study_is_made_from_what_is_typed_and_a_wrong_field_is_named() {
 }
 
 #[test]
-fn an_open_study_turns_to_its_page_and_each_of_its_controls_asks_for_what_it_says() {
+fn open_study_turns_to_its_page_and_controls_send_commands() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..2000, |_| 1.0));
     tell(&mut panel, StudyNews::State(Box::new(state(Task::Fitts, held()))));

@@ -226,7 +226,7 @@ fn an_accepted_change_is_shown_with_its_revision_and_tick() {
 }
 
 #[test]
-fn another_clients_change_moves_the_field_but_not_one_that_is_typed_in() {
+fn foreign_change_spares_the_field_being_typed_in() {
     let mut panel = connected(RigState::Engaged);
     type_into(&mut panel, "stiffness value", "123");
     let mut event = state_event(RigState::Engaged, 200);
@@ -250,7 +250,7 @@ fn an_old_state_does_not_undo_a_newer_change() {
 }
 
 #[test]
-fn a_directional_parameter_has_a_row_for_each_direction_when_they_differ() {
+fn uneven_directional_parameter_has_a_row_for_each_direction() {
     let mut panel = connected(RigState::Engaged);
     assert!(panel.query_by_label("static force + value").is_none());
     let mut event = state_event(RigState::Engaged, 200);
@@ -288,7 +288,7 @@ fn a_split_parameter_is_set_by_direction() {
 }
 
 #[test]
-fn a_number_that_is_typed_by_half_is_dropped_by_a_click_elsewhere() {
+fn half_typed_number_is_dropped_by_a_click_elsewhere() {
     for (key, set_to) in [(None, None), (Some(Key::Tab), Some(7.0)), (Some(Key::Enter), Some(7.0))] {
         let mut panel = connected(RigState::Engaged);
         type_into(&mut panel, "mass value", "7");

@@ -40,7 +40,7 @@ fn record_to_a_stalled_disk(desk: &mut Desk, pipe: &Pipe) {
 }
 
 #[test]
-fn a_stop_from_another_window_is_told_as_it_ended_however_late_this_one_is_drawn() {
+fn stop_from_another_window_is_shown_as_confirmed() {
     let mut desk = Desk::new();
     desk.press_elsewhere();
     desk.draw_until("the confirmation", |desk| desk.shows("(confirmed,"));
@@ -66,7 +66,7 @@ fn a_recording_on_a_stalled_disk_does_not_keep_a_stop_waiting() {
 
 // hazard: H4
 #[test]
-fn a_recording_into_a_pipe_that_nobody_opens_does_not_keep_a_stop_waiting() {
+fn recording_into_an_unopened_pipe_does_not_delay_a_stop() {
     let mut desk = Desk::new();
     let pipe = Pipe::unopened();
     desk.ask(Intent::Record {
@@ -79,7 +79,7 @@ fn a_recording_into_a_pipe_that_nobody_opens_does_not_keep_a_stop_waiting() {
 
 // hazard: H5
 #[test]
-fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
+fn hour_long_recording_does_not_delay_a_stop() {
     let mut desk = Desk::new();
     desk.open(an_hour());
     desk.draw_until("it is drawn", |_| true);

@@ -1,18 +1,18 @@
 //! Reads CSV, to its end or to where it was broken off.
 
 use super::{TITLE, row};
-use crate::entry::Entry;
+use crate::error::excerpt;
 use crate::error::{Ending, Place, RecordingError};
-use crate::excerpt::excerpt;
+use crate::format::VERSION;
+use crate::mark::Entry;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
-use crate::version::VERSION;
 use haptic_ipc::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS};
 use serde::Deserialize;
 use std::io::{BufRead, Read};
 
 /// Longest line accepted, bytes: another kind of file is not read into memory whole.
-const LONGEST_LINE: u64 = 1 << 20;
+const MAX_LINE: u64 = 1 << 20;
 
 /// A CSV recording, read as it is needed.
 pub(crate) struct Reader<R> {
@@ -177,7 +177,7 @@ fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> R
     *line += 1;
     let read = input
         .by_ref()
-        .take(LONGEST_LINE)
+        .take(MAX_LINE)
         .read_until(b'\n', text)
         .map_err(|source| RecordingError::Read {
             place: Place::Line(*line),
@@ -186,10 +186,10 @@ fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> R
     Ok(match text.last() {
         Some(b'\n') => Line::Whole,
         None => Line::None,
-        Some(_) if read as u64 == LONGEST_LINE => {
+        Some(_) if read as u64 == MAX_LINE => {
             return Err(RecordingError::LineTooLong {
                 line: *line,
-                longest: LONGEST_LINE,
+                longest: MAX_LINE,
             });
         }
         Some(_) => Line::Partial,

@@ -1,9 +1,9 @@
 //! Writes CSV.
 
 use super::TITLE;
+use crate::format::VERSION;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
-use crate::version::VERSION;
 use haptic_ipc::{SAMPLE_COLUMNS, Sample};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 const CDR_HEADER: [u8; 4] = [0, 1, 0, 0];
 
 /// Most bytes of a row; a schema that needs more is damaged.
-const LARGEST_ROW: usize = 1 << 16;
+const MAX_ROW: usize = 1 << 16;
 
 /// Where the cells of a row are.
 pub(super) struct Layout {
@@ -101,8 +101,8 @@ impl Layout {
             // CDR counts from behind its header.
             let place = (size - CDR_HEADER.len()).next_multiple_of(width) + CDR_HEADER.len();
             size = place + width;
-            if size > LARGEST_ROW {
-                return Err(format!("a row has more than {LARGEST_ROW} bytes"));
+            if size > MAX_ROW {
+                return Err(format!("a row has more than {MAX_ROW} bytes"));
             }
             if let Some(column) = COLUMNS.iter().find(|column| column.name.eq_ignore_ascii_case(name)) {
                 let wanted = type_of(column.kind).1;

@@ -3,10 +3,10 @@
 use super::layout::{Layout, bytes_at};
 use super::records::{self, Next, RECORD_HEADER, Records, damaged};
 use super::{MARKS, MESSAGE_HEADER, METADATA, SAMPLES};
-use crate::entry::Entry;
+use crate::error::excerpt;
 use crate::error::{Ending, Place, RecordingError};
-use crate::excerpt::excerpt;
 use crate::fields::from_fields;
+use crate::mark::Entry;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
 use mcap::records::op;

@@ -2,9 +2,9 @@
 
 use super::{KEY, MAGIC, MARKS, type_of};
 use crate::columns::{COLUMNS, Column, Kind, STATES};
-use crate::entry::Entry;
 use crate::error::{Ending, Place, RecordingError};
 use crate::fields::from_fields;
+use crate::mark::Entry;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
 use haptic_ipc::{FIRST_SAMPLE_COLUMNS, Sample};

@@ -1,8 +1,8 @@
 //! A Parquet recording in the making: an MCAP file beside it.
 
 use super::{Numbers, Writer};
-use crate::entry::Entry;
 use crate::error::RecordingError;
+use crate::mark::Entry;
 use crate::mcap;
 use crate::metadata::Metadata;
 use std::ffi::OsString;

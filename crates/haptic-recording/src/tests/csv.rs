@@ -26,7 +26,7 @@ fn a_recording_reads_as_its_description_shows_it() {
 }
 
 #[test]
-fn a_recording_that_was_broken_off_reads_up_to_its_last_whole_row() {
+fn broken_off_recording_reads_up_to_its_last_whole_row() {
     let rows: Vec<Sample> = (1..6).map(sample).collect();
     let whole = recording(&rows);
     let text = String::from_utf8(whole.clone()).expect("text");
@@ -128,7 +128,7 @@ fn remarks_and_what_a_later_version_adds_are_passed_over() {
 }
 
 #[test]
-fn a_recording_of_an_earlier_version_reads_without_the_columns_that_it_lacks() {
+fn earlier_version_recording_reads_without_added_columns() {
     let whole = String::from_utf8(recording(&[sample(1)])).expect("text");
     let added = SAMPLE_COLUMNS[haptic_ipc::FIRST_SAMPLE_COLUMNS..].join(",");
     let earlier = whole

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn what_is_there_is_replaced_only_on_demand_and_the_name_says_the_format() {
+fn existing_file_is_replaced_only_on_demand() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("r.CSV");
     std::fs::write(&path, "precious").expect("written");

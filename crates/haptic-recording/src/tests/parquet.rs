@@ -11,7 +11,7 @@ fn rows(count: u64) -> Vec<Sample> {
 }
 
 #[test]
-fn a_file_has_the_columns_encodings_and_keys_that_its_description_says() {
+fn file_has_the_described_columns_encodings_and_keys() {
     let about = Metadata {
         notes: Some("a note".into()),
         ..metadata()

@@ -34,7 +34,7 @@ fn samples(ticks: std::ops::Range<u64>, dropped: u64) -> Event {
 }
 
 #[test]
-fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_early() {
+fn change_precedes_its_first_row_when_it_comes_late_or_early() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("r.csv");
     let mut recorder = create(&path, &metadata(), false).expect("begun");

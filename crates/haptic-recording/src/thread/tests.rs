@@ -69,7 +69,7 @@ fn recording_into(path: PathBuf) -> (RecordingThread, mpsc::Receiver<io::Result<
 
 // hazard: H4
 #[test]
-fn what_a_hanging_disk_does_not_take_is_counted_and_the_newest_scene_is_kept() {
+fn hanging_disk_losses_are_counted_and_newest_scene_is_kept() {
     let (_directory, pipe) = hanging();
     let (recording, ended) = recording_into(pipe.clone());
     assert_eq!(recording.event(&samples(1..11)), Enqueued::Yes);
@@ -133,7 +133,7 @@ fn described(mark: &Mark) -> String {
 }
 
 #[test]
-fn rows_after_a_gap_stand_behind_what_was_lost_and_the_newest_scene() {
+fn row_after_a_gap_follows_the_loss_and_the_newest_scene() {
     let (begin, begun) = mpsc::channel();
     let (_directory, pipe) = hanging();
     let path = pipe.clone();

@@ -1,8 +1,7 @@
 //! The paper's Tables 3 to 5: how many subjects did better and worse than with the baseline, by index of difficulty and
 //! resistance.
 
-use super::baseline::BASELINE;
-use super::refusal::Refusal;
+use super::error::Refusal;
 use super::segments::Segment;
 use haptic_lab::stats::exact::sign_test;
 use serde::Serialize;
@@ -335,3 +334,6 @@ fn pairs(resistances: &[String], net: &[BTreeMap<&str, BTreeMap<&str, i64>>]) ->
     }
     pairs
 }
+
+/// Its name in plans and rows.
+pub const BASELINE: &str = "baseline";

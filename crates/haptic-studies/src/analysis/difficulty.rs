@@ -1,6 +1,6 @@
 //! Fitts's law by resistance: movement time against the paper's index of difficulty.
 
-use super::refusal::Refusal;
+use super::error::Refusal;
 use super::segments::Segment;
 use haptic_lab::stats::mean::mean;
 use haptic_lab::stats::regression::{Line, line};

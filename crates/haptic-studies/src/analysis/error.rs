@@ -1,5 +1,6 @@
 //! Why trials cannot be analysed.
 
+use serde::Serialize;
 use thiserror::Error;
 
 /// Why trials cannot be analysed.
@@ -48,4 +49,13 @@ pub enum AnalysisError {
     /// Trials of people and of a model are not analysed as one.
     #[error("the trials are of more than one kind of operator: analyse those of people and those of a model apart")]
     MixedOperators,
+}
+
+/// Something that the trials do not show, and why.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Refusal {
+    /// What it is.
+    pub what: String,
+    /// Why.
+    pub reason: String,
 }

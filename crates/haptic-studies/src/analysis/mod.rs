@@ -3,8 +3,6 @@
 //! Everything is computed from the rows alone, in an order of its own: a file with its rows in another order gives the
 //! same to the last bit.
 
-mod baseline;
-mod beside_paper;
 mod comparison;
 mod difficulty;
 mod error;
@@ -13,21 +11,20 @@ mod outputs;
 mod page;
 mod paper;
 mod perception;
-mod refusal;
 mod segments;
 mod sequences;
 mod tables;
 mod trajectories;
 
-pub use baseline::BASELINE;
-pub use beside_paper::BesidePaper;
+pub use comparison::BASELINE;
 pub use comparison::{Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
 pub use difficulty::{DifficultyLine, Point};
 pub use error::AnalysisError;
+pub use error::Refusal;
 pub use files::{ReadError, Trials, read_file, read_folder};
 pub use outputs::{fitts_files, perception_files};
+pub use paper::BesidePaper;
 pub use perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, perception};
-pub use refusal::Refusal;
 pub use sequences::{Sequence, Summary};
 pub use tables::{fitts_tables, perception_tables};
 pub use trajectories::{Trajectory, trajectories};
@@ -109,7 +106,7 @@ pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds, task: Task) -> Resu
         trials: trials.len(),
         overall: Summary::of(None, &sequences.iter().collect::<Vec<_>>()),
         by_resistance: sequences::by_resistance(&sequences, &resistances),
-        beside_paper: beside_paper::beside(&comparisons),
+        beside_paper: paper::beside(&comparisons),
         difficulty: difficulty::by_resistance(&segments, &resistances, &mut refused),
         sequences,
         comparisons,

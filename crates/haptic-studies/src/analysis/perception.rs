@@ -1,13 +1,13 @@
 //! Just noticeable differences by case.
 
 use super::error::AnalysisError;
+use super::error::Refusal;
 use super::paper;
-use super::refusal::Refusal;
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
 use haptic_lab::stats::psychometric::{
-    Bootstrap, LARGEST_LAPSE, Level, Psychometric, Resampling, bootstrap, by_level, fit,
+    Bootstrap, Level, MAX_LAPSE, Psychometric, Resampling, bootstrap, by_level, fit,
 };
 use haptic_lab::stats::staircase::{StaircaseEstimate, staircase};
 use serde::Serialize;
@@ -162,7 +162,7 @@ fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
         }
         if fit.is_lapse_at_bound() {
             notes.push(format!(
-                "{of}: the share of lapses is at its bound of {LARGEST_LAPSE}: more answers are wrong at large differences \
+                "{of}: the share of lapses is at its bound of {MAX_LAPSE}: more answers are wrong at large differences \
                  than it allows, and the threshold may be too low"
             ));
         }

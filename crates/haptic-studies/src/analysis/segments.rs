@@ -1,6 +1,6 @@
 //! Trials by segment: the movements of a subject under one resistance in one condition, one after another.
 
-use super::baseline::BASELINE;
+use super::comparison::BASELINE;
 use super::error::AnalysisError;
 use super::paper;
 use crate::trial::FittsTrial;

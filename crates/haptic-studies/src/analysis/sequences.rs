@@ -1,6 +1,6 @@
 //! ISO 9241-411 by sequence, and the mean over sequences.
 
-use super::refusal::Refusal;
+use super::error::Refusal;
 use super::segments::Segment;
 use haptic_lab::stats::mean::{clustered_mean, mean};
 use haptic_lab::stats::throughput::{Movement, Task, throughput};

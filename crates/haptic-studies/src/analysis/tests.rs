@@ -79,7 +79,7 @@ fn analysed(trials: &[FittsTrial]) -> FittsAnalysis {
 }
 
 #[test]
-fn every_cell_of_a_small_study_is_that_of_the_derivation_by_hand() {
+fn every_cell_of_a_small_study_matches_hand_derivation() {
     let found = analysed(&study());
     let cells = |comparison: &Comparison| -> Vec<[[u64; 2]; 2]> {
         let of = |row: &Row| [0, 1].map(|place: usize| [row.counts[place].better, row.counts[place].worse]);

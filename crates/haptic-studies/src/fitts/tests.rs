@@ -33,7 +33,7 @@ fn click(tick: u64, rig_m: f64) -> Sample {
 }
 
 #[test]
-fn nine_baseline_segments_come_first_and_then_all_resistances_in_all_conditions() {
+fn nine_baseline_segments_precede_all_resistances() {
     let plan = plan();
     let segments = segments(&plan, 1, &Subject::numbered(1));
     let (practice, counted): (Vec<&Segment>, Vec<&Segment>) = segments.iter().partition(|segment| segment.is_practice);
@@ -139,22 +139,22 @@ enum SubjectAction {
     Restart,
 }
 
-fn deeds() -> impl Strategy<Value = Vec<SubjectAction>> {
-    let deed = prop_oneof![
+fn actions() -> impl Strategy<Value = Vec<SubjectAction>> {
+    let action = prop_oneof![
         4 => Just(SubjectAction::Begin), 1 => Just(SubjectAction::Pause), 8 => Just(SubjectAction::Hit), 2 => Just(SubjectAction::Miss), 1 => Just(SubjectAction::Wait),
         1 => Just(SubjectAction::Restart),
     ];
-    prop::collection::vec(deed, 0..120)
+    prop::collection::vec(action, 0..120)
 }
 
 /// The rows of a subject who does this; the practice's and the others'.
-fn rows(plan: &FittsPlan, deeds: &[SubjectAction]) -> ([Vec<FittsTrial>; 2], usize) {
+fn rows(plan: &FittsPlan, actions: &[SubjectAction]) -> ([Vec<FittsTrial>; 2], usize) {
     let mut session = session(plan);
     let (mut rows, mut misses) = ([Vec::new(), Vec::new()], 0);
-    for (tick, deed) in (1..).zip(deeds) {
+    for (tick, action) in (1..).zip(actions) {
         let is_practice = session.segment().is_some_and(|segment| segment.is_practice);
         let target_m = session.view().target_m;
-        let event = match deed {
+        let event = match action {
             SubjectAction::Begin => {
                 session.begin();
                 None
@@ -190,9 +190,9 @@ proptest! {
     /// Whatever a subject does and however often the program ends, the rows are the plan's in their order, and no
     /// error is counted that was not made.
     #[test]
-    fn the_rows_are_those_of_the_plan_whatever_happens(deeds in deeds()) {
+    fn the_rows_are_those_of_the_plan_whatever_happens(actions in actions()) {
         let plan = small();
-        let ([practice, trials], misses) = rows(&plan, &deeds);
+        let ([practice, trials], misses) = rows(&plan, &actions);
         let planned = segments(&plan, 7, &Subject::numbered(3));
         let planned = planned.iter().flat_map(|segment| (1..=2).map(move |trial| (segment, trial)));
         let done: Vec<&FittsTrial> = practice.iter().chain(&trials).collect();
@@ -204,7 +204,7 @@ proptest! {
         let counted: u32 = done.iter().map(|row| row.errors).sum();
         prop_assert!(counted as usize <= misses);
         // At most the errors of the trials that were broken off are missing.
-        if !deeds.iter().any(|deed| matches!(deed, SubjectAction::Pause | SubjectAction::Restart)) {
+        if !actions.iter().any(|action| matches!(action, SubjectAction::Pause | SubjectAction::Restart)) {
             let mut session = session(&plan);
             session.resume(&practice, &trials).expect("its own rows");
             prop_assert_eq!(session.progress().0, done.len());

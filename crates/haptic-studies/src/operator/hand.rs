@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_movement_of_minimum_jerk_is_at_rest_at_both_ends_and_fastest_in_its_middle() {
+    fn minimum_jerk_movement_rests_at_both_ends() {
         let mut hand = Hand::at(-0.1);
         hand.move_to(0.1, 0.5);
         assert_eq!(hand.place(), (-0.1, 0.0));

@@ -24,7 +24,7 @@ use reach::Reach;
 use rig::{Load, Rig};
 
 /// Longest time of a trial, s: an operator with these constants does not hit the target.
-const LONGEST_TRIAL_S: f64 = 60.0;
+const MAX_TRIAL_S: f64 = 60.0;
 
 /// Time in which a subject answers, s: ours, and no model of decisions.
 const ANSWER_S: f64 = 0.4;
@@ -37,7 +37,7 @@ pub enum OperatorError {
     Scene(#[from] SceneError),
     /// No valid click came.
     #[error(
-        "subject {subject}, block {block}, {resistance}, condition {condition}: no valid click within {LONGEST_TRIAL_S} s; the \
+        "subject {subject}, block {block}, {resistance}, condition {condition}: no valid click within {MAX_TRIAL_S} s; the \
          simulated subject cannot hit this target"
     )]
     NoHit {
@@ -132,7 +132,7 @@ fn run_segment(
                 return Ok(());
             }
         }
-        if f64::from(ticks) * PERIOD_S > LONGEST_TRIAL_S {
+        if f64::from(ticks) * PERIOD_S > MAX_TRIAL_S {
             return Err(no_hit(subject, &segment));
         }
     }

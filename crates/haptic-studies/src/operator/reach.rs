@@ -18,8 +18,8 @@ const ENDPOINT_NOISE_S: f64 = 0.03;
 const SURELY_INSIDE: f64 = 0.9;
 
 /// Duration of the fastest and the slowest movement, s: ours.
-const SHORTEST_S: f64 = 0.25;
-const LONGEST_S: f64 = 0.8;
+const MIN_S: f64 = 0.25;
+const MAX_S: f64 = 0.8;
 
 /// A subject at the targeting task.
 #[derive(Debug)]
@@ -67,7 +67,7 @@ impl Reach {
             return true;
         }
         // In this time one deviation of the end is the margin.
-        let duration_s = (ENDPOINT_NOISE_S * distance_m.abs() / margin_m).clamp(SHORTEST_S, LONGEST_S);
+        let duration_s = (ENDPOINT_NOISE_S * distance_m.abs() / margin_m).clamp(MIN_S, MAX_S);
         let moved_m = distance_m * (1.0 + ENDPOINT_NOISE_S / duration_s * self.random.normal());
         self.hand
             .move_to(self.hand.goal_m() + moved_m / self.mapping.gain, duration_s);

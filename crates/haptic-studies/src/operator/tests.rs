@@ -50,7 +50,7 @@ fn mean_s(trials: &[(FittsTrial, Ticks)]) -> f64 {
 }
 
 #[test]
-fn a_segment_is_the_same_again_and_its_recording_gives_the_same_forces() {
+fn simulated_segment_repeats_and_its_recording_replays() {
     let trials = segment("high stiction", "5");
     let again = segment("high stiction", "5");
     assert_eq!(trials.len(), 8);

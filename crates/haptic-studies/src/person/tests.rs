@@ -295,7 +295,7 @@ fn recording_of(folder: &Path, path: Option<&str>) -> (haptic_recording::Metadat
 }
 
 #[test]
-fn a_click_counts_at_its_tick_by_the_rigs_button_or_however_late_it_is_told() {
+fn click_counts_at_its_tick_however_late_it_arrives() {
     let (_parent, folder) = a_folder();
     make(&folder, &small_fitts());
     let mut person = Person::new(&folder);
@@ -432,7 +432,7 @@ fn timeless(folder: &Path) -> Vec<FittsTrial> {
 }
 
 #[test]
-fn a_persons_study_that_is_killed_at_any_moment_goes_on_at_that_trial() {
+fn killed_study_of_a_person_resumes_at_the_same_trial() {
     let (_parent, folder) = a_folder();
     make(&folder, &small_fitts());
     let whole = folder.with_file_name("whole");
@@ -472,7 +472,7 @@ fn a_persons_study_that_is_killed_at_any_moment_goes_on_at_that_trial() {
 }
 
 #[test]
-fn people_do_not_do_a_simulated_study_nor_a_model_that_of_people() {
+fn people_and_models_are_refused_each_others_studies() {
     let (_parent, folder) = a_folder();
     let text = small_fitts();
     let plan = Plan::read(&text).expect("a plan");

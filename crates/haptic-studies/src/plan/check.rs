@@ -3,7 +3,7 @@
 use super::super::trial::Case;
 
 /// Largest ratio of the cursor's motion to the handle's.
-pub(super) const LARGEST_GAIN: f64 = 100.0;
+pub(super) const MAX_GAIN: f64 = 100.0;
 
 /// What is wrong with a plan.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -101,7 +101,7 @@ pub enum PlanError {
 }
 
 fn enough(gain: f64) -> String {
-    if gain > LARGEST_GAIN {
+    if gain > MAX_GAIN {
         return "move rig.center_m towards the middle of rig.range_m".to_owned();
     }
     format!("raise rig.gain to {gain} or more")

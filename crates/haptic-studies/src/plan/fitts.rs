@@ -1,6 +1,6 @@
 //! The plan of a targeting task.
 
-use super::check::{LARGEST_GAIN, PlanError, names, within};
+use super::check::{MAX_GAIN, PlanError, names, within};
 use super::task::Task;
 use haptic_core::friction::{Friction, Viscous};
 use haptic_core::{Directional, Scene};
@@ -159,7 +159,7 @@ impl FittsPlan {
                 known: known.join(", "),
             });
         }
-        within("rig.gain", self.rig.gain, 0.01, LARGEST_GAIN, "")?;
+        within("rig.gain", self.rig.gain, 0.01, MAX_GAIN, "")?;
         let [low, high] = self.rig.range_m;
         within("rig.range_m[0]", low, -10.0, 10.0, " m")?;
         within("rig.range_m[1]", high, low, 10.0, " m")?;

@@ -43,7 +43,7 @@ use stage::{Stage, stages};
 use std::collections::VecDeque;
 
 /// A longer trial is void, s: a person has turned away, and its recording would fill the memory.
-const LONGEST_TRIAL_S: f64 = 120.0;
+const MAX_TRIAL_S: f64 = 120.0;
 
 /// How long feedback is shown, s.
 const FEEDBACK_S: f64 = 0.3;
@@ -349,11 +349,9 @@ impl Session {
             let revision = row.revision;
             return Some(Interruption::SceneChanged { revision });
         }
-        let is_long = |ticks: &Ticks| ticks.rows.len() as f64 * self.settings.period_s > LONGEST_TRIAL_S;
+        let is_long = |ticks: &Ticks| ticks.rows.len() as f64 * self.settings.period_s > MAX_TRIAL_S;
         let is_too_long = self.task.is_in_trial() && self.ticks.as_ref().is_some_and(is_long);
-        is_too_long.then_some(Interruption::TooLong {
-            limit_s: LONGEST_TRIAL_S,
-        })
+        is_too_long.then_some(Interruption::TooLong { limit_s: MAX_TRIAL_S })
     }
 
     /// Keeps a tick for the recording of the trial that is under way or comes next. A recording begins once the scene

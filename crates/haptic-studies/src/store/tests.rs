@@ -31,7 +31,7 @@ fn relative(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 #[test]
-fn a_study_is_free_at_once_though_a_program_that_is_being_started_has_its_files() {
+fn closed_study_is_free_though_its_lock_file_is_inherited() {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
     let text = small_fitts();

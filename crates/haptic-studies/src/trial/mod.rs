@@ -8,15 +8,14 @@ mod operator;
 mod perception;
 mod row;
 mod table;
-mod voided;
 
 pub use fitts::FittsTrial;
 pub use operator::Operator;
 pub use perception::{Case, Method, PerceptionTrial};
+pub use row::VoidedTrial;
 pub use row::{OutOfRange, Trial};
 pub(crate) use table::heading;
 pub use table::{TrialError, line, read, write};
-pub use voided::VoidedTrial;
 
 #[cfg(test)]
 mod tests;

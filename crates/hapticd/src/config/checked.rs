@@ -1,8 +1,8 @@
 //! The options, checked one by one: what the daemon runs with.
 
-use super::engage_rules::EngageRules;
 use super::error::{ConfigError, read_toml, within};
 use super::options::{Options, PolicyName};
+use super::rig::EngageRules;
 use super::rig::{FrictionOptions, RigChoice};
 use super::source::Configuration;
 use crate::rt::lateness::LatePolicy;
@@ -19,7 +19,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// Longest title of a scene, bytes: everything else in a scene has a fixed size.
-pub(crate) const LONGEST_TITLE: usize = 256;
+pub(crate) const MAX_TITLE: usize = 256;
 
 /// Finds a group of users by its name or number.
 fn find_group(wanted: &str) -> Option<Group> {
@@ -335,7 +335,7 @@ impl Options {
             source,
         })?;
         #[expect(clippy::cast_precision_loss, reason = "at most a megabyte")]
-        let (bytes, most) = (scene.name.len() as f64, LONGEST_TITLE as f64);
+        let (bytes, most) = (scene.name.len() as f64, MAX_TITLE as f64);
         within("the length of the scene's name", Some(bytes), 0.0, 0.0, most, "bytes")?;
         Ok(scene)
     }
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_line_wins_over_the_file_and_the_file_over_the_defaults() {
+    fn command_line_overrides_file_and_file_overrides_defaults() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("hapticd.toml");
         std::fs::write(&path, "device = \"fake\"\nrate = 2000\nramp-ms = 50\nhand = \"free\"\n").expect("written");

@@ -2,18 +2,17 @@
 //! checked.
 
 mod checked;
-mod engage_rules;
 mod error;
 mod options;
 mod resolve;
 mod rig;
 mod source;
 
-pub(crate) use checked::{Config, LONGEST_TITLE};
-pub(crate) use engage_rules::EngageRules;
+pub(crate) use checked::{Config, MAX_TITLE};
 pub(crate) use error::ConfigError;
 pub(crate) use options::Options;
 pub(crate) use resolve::ReloadedLimits;
+pub(crate) use rig::EngageRules;
 #[cfg(test)]
 pub(crate) use rig::SLIDE_DAMPING_NS_PER_M;
 pub(crate) use rig::{FrictionOptions, RigChoice};

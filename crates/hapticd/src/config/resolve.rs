@@ -94,7 +94,7 @@ mod tests {
     use clap::Parser;
 
     #[test]
-    fn a_file_that_is_read_again_gives_the_limits_and_names_what_needs_a_restart() {
+    fn reload_gives_limits_and_names_options_that_need_a_restart() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("hapticd.toml");
         let write = |text: &str| std::fs::write(&path, text).expect("written");

@@ -4,7 +4,7 @@ use super::error::{ConfigError, within};
 use super::options::{AfterEndName, HandName, MotionName, Options};
 use device_io::fake::{EndBehaviour, FakeRig, Hand, Motion, Recording, RigProperties};
 use device_io::link::Connector;
-use haptic_core::compensation::LARGEST_SHARE;
+use haptic_core::compensation::MAX_SHARE;
 use haptic_ipc::regular_file;
 use haptic_motion::table::TableOptions;
 use haptic_motion::{MotionError, Rows};
@@ -43,7 +43,7 @@ impl Options {
         Ok(FrictionOptions {
             friction_n: checked("rig-friction-n", self.rig_friction_n, 1000.0, "N")?,
             damping_ns_per_m: checked("rig-damping-ns-per-m", self.rig_damping_ns_per_m, 1e4, "N s/m")?,
-            compensate: checked("compensate", self.compensate, LARGEST_SHARE, unit)?.filter(|share| *share > 0.0),
+            compensate: checked("compensate", self.compensate, MAX_SHARE, unit)?.filter(|share| *share > 0.0),
         })
     }
 
@@ -125,4 +125,13 @@ fn samples_of(path: &Path) -> Result<Vec<(f64, f64)>, MotionError> {
     Rows::new(path, file, &TableOptions::default())?
         .map(|row| row.map(|row| (row.t_s, row.position_m)))
         .collect()
+}
+
+/// Checks of a device that the configuration waives.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct EngageRules {
+    /// Engages a rig that was not commissioned.
+    pub(crate) uncommissioned: bool,
+    /// Engages a device whose watchdog is missing or too long.
+    pub(crate) allow_no_watchdog: bool,
 }

@@ -17,7 +17,7 @@ use haptic_ipc::{ErrorCode, Problem, WireError};
 use std::sync::atomic::Ordering::Relaxed;
 
 /// Longest watchdog of a device, ms: after the daemon dies its motor pulls a hand for this long.
-pub(crate) const LONGEST_WATCHDOG_MS: u32 = 200;
+pub(crate) const MAX_WATCHDOG_MS: u32 = 200;
 
 /// The purpose of an engagement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -211,7 +211,7 @@ fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Blocker> 
     if rules.allow_no_watchdog {
         return None;
     }
-    let max = LONGEST_WATCHDOG_MS;
+    let max = MAX_WATCHDOG_MS;
     let what = match device.watchdog_ms {
         Some(ms) if ms <= max => return None,
         Some(ms) => format!(
@@ -310,7 +310,7 @@ mod tests {
 
     // hazard: H9
     #[test]
-    fn a_watchdog_that_is_missing_or_long_is_in_the_way_unless_it_is_allowed() {
+    fn missing_or_long_watchdog_blocks_engaging_unless_allowed() {
         let strict = EngageRules::default();
         let lenient = EngageRules {
             allow_no_watchdog: true,
@@ -333,7 +333,7 @@ mod tests {
 
     // hazard: H19
     #[test]
-    fn a_button_that_the_device_lacks_or_that_is_in_the_wrong_place_is_told_as_such() {
+    fn missing_or_wrongly_pressed_button_blocks_engaging() {
         let found = |there, pressed, stop, enable| button_in_the_way(there, pressed, stop, enable);
         for (there, stop, enable, told) in [
             (

@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 /// Largest age of the bounds in `status`: to reckon them takes up to some milliseconds of the thread that hears stops.
-const LONGEST_KEPT: Duration = Duration::from_secs(1);
+const MAX_KEPT: Duration = Duration::from_secs(1);
 
 /// The bounds that a scene broke, with its revision and when they were reckoned.
 #[derive(Debug, Default)]
@@ -36,7 +36,7 @@ pub(super) fn broken_bounds(rig: &RigHandle) -> Vec<String> {
     let mut kept = rig.broken_bounds().0.borrow_mut();
     if let Some((of, at, bounds)) = &*kept
         && *of == revision
-        && at.elapsed() < LONGEST_KEPT
+        && at.elapsed() < MAX_KEPT
     {
         return bounds.clone();
     }

@@ -6,7 +6,7 @@ use crate::control::journal::bytes_of_changes;
 use crate::control::requester::Requester;
 use crate::control::rig::rig_friction;
 use crate::control::rig::schedule::NewChange;
-use crate::control::{RigHandle, advise, judge, library, sole_use};
+use crate::control::{RigHandle, advise, exclusive_use, judge, library};
 use haptic_core::scene::{Coupling, FileCoupling, SceneFile};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::{
@@ -148,7 +148,7 @@ pub(super) async fn redo(
 pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
     let Some(file) = &rig.facts.first_scene else { return };
     let (newest, before) = rig.base(false);
-    if newest != *begun || rig.may_have_force() || keep_out(rig, newest).is_err() {
+    if newest != *begun || rig.may_have_force() || refuse_others(rig, newest).is_err() {
         return;
     }
     // A delay is measured anew each time, and changes nothing twice.
@@ -275,7 +275,7 @@ fn begin_from(
         }
         None if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) => None,
         None => {
-            keep_out(rig, newest)?;
+            refuse_others(rig, newest)?;
             Some(rig.apply(scene, compiled, step, entry))
         }
     };
@@ -298,9 +298,9 @@ fn begin_from(
 }
 
 /// Refuses a change at once while the rig is somebody's alone, or other changes come before it.
-fn keep_out(rig: &RigHandle, newest: u64) -> Result<(), WireError> {
-    sole_use::keep_out(rig, "change the scene")?;
-    rig.keep_out_of_schedule("change the scene")?;
+fn refuse_others(rig: &RigHandle, newest: u64) -> Result<(), WireError> {
+    exclusive_use::refuse_others(rig, "change the scene")?;
+    rig.refuse_during_schedule("change the scene")?;
     // The last scheduled change may have been rendered just now.
     check_revision(Some(newest), rig.revision())
 }
@@ -317,7 +317,7 @@ fn schedule(
         rig.check_schedule(by.session, &[change])?;
         return Ok(None);
     }
-    sole_use::keep_out(rig, "change the scene")?;
+    exclusive_use::refuse_others(rig, "change the scene")?;
     rig.schedule(by, false, newest, vec![change]).map(Some)
 }
 

@@ -1,6 +1,6 @@
 //! The scenes that were active: one undo history for all clients.
 
-use crate::config::LONGEST_TITLE;
+use crate::config::MAX_TITLE;
 use crate::telemetry::subscribers::KnownScene;
 use haptic_core::scene::SceneFile;
 use haptic_core::{ParameterKey, Scene};
@@ -12,20 +12,20 @@ use std::rc::Rc;
 pub(crate) const FIRST_REVISION: u64 = 1;
 
 /// Most scenes kept, and most steps that can be undone.
-const MOST_KEPT: usize = 1000;
+const MAX_KEPT: usize = 1000;
 
 /// A scene with its title and the two counts of its sharing.
-const SHARED_SCENE_BYTES: usize = size_of::<Scene>() + LONGEST_TITLE + 2 * size_of::<usize>();
+const SHARED_SCENE_BYTES: usize = size_of::<Scene>() + MAX_TITLE + 2 * size_of::<usize>();
 
 // Scenes by revision with their ramps, to undo and to redo: the most that clients can make the
 // history hold.
 const _: () = assert!(
-    MOST_KEPT
+    MAX_KEPT
         * (3 * (size_of::<KnownScene>() + SHARED_SCENE_BYTES)
             + size_of::<SceneRamp>()
-            + LONGEST_TITLE
+            + MAX_TITLE
             + size_of::<Origin>()
-            + LONGEST_TITLE)
+            + MAX_TITLE)
         <= 4 * 1024 * 1024
 );
 
@@ -208,7 +208,7 @@ impl History {
         };
         self.dragged = dragged;
         let revision = self.newest().revision + 1;
-        if self.scenes.len() == MOST_KEPT {
+        if self.scenes.len() == MAX_KEPT {
             self.scenes.pop_front();
         }
         let (undo_depth, redo_depth) = self.depth();
@@ -283,7 +283,7 @@ impl History {
     }
 
     fn push(&mut self, before: Step) {
-        if self.undo.len() == MOST_KEPT {
+        if self.undo.len() == MAX_KEPT {
             self.undo.pop_front();
         }
         self.undo.push_back(before);
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_dragged_goes_back_in_one_step_and_what_another_did_between_does_not() {
+    fn drag_is_undone_in_one_step_without_foreign_changes() {
         let mut history = History::new(1, named(0));
         let dragged = |session, goes_on| {
             Move::Merge(Drag {

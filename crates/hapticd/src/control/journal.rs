@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Most entries kept: some hours of work by hand, two seconds of a program that changes the scene
 /// at every tick.
-const MOST_KEPT: usize = 2000;
+const MAX_KEPT: usize = 2000;
 
 /// Most bytes of the entries kept, and of the incomplete ones: 2000 entries of a single parameter
 /// take half of it. A client chooses how long an entry is.
@@ -17,7 +17,7 @@ const ANSWER_BYTES: usize = 512 * 1024;
 
 /// How long an entry waits for its tick: longer than its client waits for an answer. Later entries
 /// wait as well, even a fault.
-const LONGEST_WAIT: Duration = Duration::from_millis(1500);
+const MAX_WAIT: Duration = Duration::from_millis(1500);
 
 /// The event that completes an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,7 +137,7 @@ impl Journal {
         let mut completed = Vec::new();
         while let Some((_, PendingEntry { until, since, entry })) = self.waiting.entries.front_mut() {
             if *until != Completion::Done && !fill(*until, entry) {
-                if since.elapsed() < LONGEST_WAIT && self.waiting.bytes <= KEPT_BYTES {
+                if since.elapsed() < MAX_WAIT && self.waiting.bytes <= KEPT_BYTES {
                     break;
                 }
                 entry.message = Some("the real-time thread has not confirmed it".to_owned());
@@ -148,7 +148,7 @@ impl Journal {
             self.last += 1;
             entry.seq = self.last;
             self.kept.push(bytes_of(&entry), entry.clone());
-            while self.kept.entries.len() > MOST_KEPT || self.kept.bytes > KEPT_BYTES {
+            while self.kept.entries.len() > MAX_KEPT || self.kept.bytes > KEPT_BYTES {
                 self.kept.pop();
             }
             completed.push(entry);

@@ -4,7 +4,7 @@
 use crate::control::RigHandle;
 use crate::control::rig::commission_record::Findings;
 use crate::control::rig_friction::{TrialBasis, trial_basis};
-use crate::control::trial::{self, FACTOR, Gentler, MOST_SIGN_CHANGES_PER_S, Trial, TrialRig, gentler, worst_trial};
+use crate::control::trial::{self, FACTOR, Gentler, MAX_SIGN_CHANGES_PER_S, Trial, TrialRig, gentler, worst_trial};
 use crate::control::worker_pool::{WorkError, WorkerPool};
 use haptic_core::Scene;
 use haptic_core::scene::Coupling;
@@ -16,14 +16,14 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Verdicts that are kept: a slider that goes to and fro asks for the same ones again.
-const MOST_KEPT: usize = 32;
+const MAX_KEPT: usize = 32;
 
 /// Most scenes that are tried by a thread before it tells: to begin one and to be told takes longer than a trial on a busy
 /// machine.
-const MOST_AT_A_TIME: usize = 16;
+const MAX_AT_A_TIME: usize = 16;
 
 /// Threads at a time.
-const MOST_WORKERS: usize = 2;
+const MAX_WORKERS: usize = 2;
 
 /// Longest time that trials may take: some milliseconds each, or some seconds on a machine that has no time for them.
 /// Clients wait for 5 s.
@@ -31,10 +31,10 @@ const LONGEST: Duration = Duration::from_secs(3);
 
 /// Longest time until trials are over and what would pass is found, which takes a tenth of a second more. Without it there
 /// is a refusal all the same.
-const LONGEST_WITH_SEARCH: Duration = Duration::from_secs(4);
+const MAX_WITH_SEARCH: Duration = Duration::from_secs(4);
 
 /// Longest time of the search for the stiffest coupling: who commissions has a lease of 2 s.
-const LONGEST_FOR_COUPLING: Duration = Duration::from_millis(1500);
+const MAX_FOR_COUPLING: Duration = Duration::from_millis(1500);
 
 /// A scene that would chatter: its index among those that were asked about, what it does, and what would not.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +61,7 @@ impl Default for Verdicts {
     fn default() -> Self {
         Self {
             kept: RefCell::default(),
-            workers: WorkerPool::new("trial", MOST_WORKERS),
+            workers: WorkerPool::new("trial", MAX_WORKERS),
         }
     }
 }
@@ -75,7 +75,7 @@ impl Verdicts {
 
     fn keep(&self, scene: Scene, rig: TrialRig, verdict: Verdict) {
         let mut kept = self.kept.borrow_mut();
-        kept.truncate(MOST_KEPT - 1);
+        kept.truncate(MAX_KEPT - 1);
         kept.push_front((scene, rig, verdict));
     }
 }
@@ -91,7 +91,7 @@ pub(super) async fn refuse_chatter(
     what: &str,
 ) -> Result<(), (usize, WireError)> {
     let basis = trial_basis(rig, None);
-    for (chunk, first) in scenes.chunks(MOST_AT_A_TIME).zip((0..).step_by(MOST_AT_A_TIME)) {
+    for (chunk, first) in scenes.chunks(MAX_AT_A_TIME).zip((0..).step_by(MAX_AT_A_TIME)) {
         match first_chatter(rig.verdicts(), chunk, basis.rig).await {
             Ok(None) => {}
             Ok(Some(Chatter { index, worst, gentler })) => {
@@ -154,7 +154,7 @@ async fn first_chatter(verdicts: &Verdicts, scenes: &[Rc<Scene>], rig: TrialRig)
         return Ok(None);
     };
     let tried = scene.clone();
-    let left = LONGEST_WITH_SEARCH.saturating_sub(begun.elapsed());
+    let left = MAX_WITH_SEARCH.saturating_sub(begun.elapsed());
     let search = verdicts.workers.run(left, move || gentler(&tried, &rig)).await;
     let is_over = search.is_ok();
     let chatter = Chatter {
@@ -175,7 +175,7 @@ pub(super) async fn stiffest_coupling(rig: &RigHandle, found: Findings) -> Optio
     let search = rig
         .verdicts()
         .workers
-        .run(LONGEST_FOR_COUPLING, move || trial::stiffest_coupling(&on));
+        .run(MAX_FOR_COUPLING, move || trial::stiffest_coupling(&on));
     search.await.unwrap_or_default()
 }
 
@@ -188,12 +188,12 @@ fn refusal(what: &str, scene: &Scene, basis: &TrialBasis, worst: &Trial, gentler
             let unit = key.parameter.info().unit;
             error.about(key.to_string()).within(value, 0.0, *most, unit)
         }
-        None => error.within(worst.sign_changes_per_s, 0.0, MOST_SIGN_CHANGES_PER_S, "1/s"),
+        None => error.within(worst.sign_changes_per_s, 0.0, MAX_SIGN_CHANGES_PER_S, "1/s"),
     }
 }
 
 fn what_it_does(basis: &TrialBasis, worst: &Trial) -> String {
-    let most = number(MOST_SIGN_CHANGES_PER_S);
+    let most = number(MAX_SIGN_CHANGES_PER_S);
     let mut message = format!("the scene would chatter on this rig: {worst} (allowed are {most} changes)");
     if basis.rig.delay_s >= LATE_S {
         message.push_str(&format!(

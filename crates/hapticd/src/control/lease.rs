@@ -98,7 +98,7 @@ mod tests {
 
     /// In the moment in which the real-time thread releases the rig, and before [`watch`] hears of it.
     #[tokio::test]
-    async fn a_lease_that_is_renewed_too_late_has_lapsed_and_the_journal_says_so() {
+    async fn lease_renewed_too_late_has_lapsed_in_the_journal() {
         let (rig, _producer) = rig();
         let (rig, peer) = (Rc::new(rig), Peer::default());
         let by = Requester {

@@ -1,6 +1,6 @@
 //! The library of scenes: the built-in ones, and the saved ones, a TOML file each.
 
-use crate::config::LONGEST_TITLE;
+use crate::config::MAX_TITLE;
 use crate::control::RigHandle;
 use crate::control::history::Origin;
 use crate::control::journal::Completion;
@@ -22,15 +22,15 @@ use std::rc::Rc;
 use std::time::Duration;
 
 /// Longest name of a saved scene, bytes.
-const LONGEST_NAME: usize = 64;
+const MAX_NAME: usize = 64;
 
 /// Most saved scenes. With the two lengths below this bounds the answer to `scene.list`, which is
 /// held in memory until the client has read it.
-const MOST_SAVED: usize = 500;
+const MAX_SAVED: usize = 500;
 
 /// Longest message about a scene that cannot be loaded, bytes: the TOML parser quotes the line,
 /// which may have any length.
-const LONGEST_PROBLEM: usize = 400;
+const MAX_PROBLEM: usize = 400;
 
 /// Timeout of the disk. Only the client that asked waits for it; a stop does not.
 const DISK_TIMEOUT: Duration = Duration::from_secs(2);
@@ -134,13 +134,13 @@ fn saved(directory: &Path) -> std::io::Result<Vec<(String, PathBuf)>> {
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
     let scenes = paths.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
     let named = scenes.filter_map(|path| Some((path.file_stem()?.to_str()?.to_owned(), path)));
-    Ok(named.filter(|(name, _)| check(name).is_ok()).take(MOST_SAVED).collect())
+    Ok(named.filter(|(name, _)| check(name).is_ok()).take(MAX_SAVED).collect())
 }
 
 fn listed(name: &str, path: Option<&Path>, scene: Result<SceneFile, WireError>) -> ListedScene {
     let (title, law, problem) = match scene {
         Ok(scene) => (scene.name, scene.friction.law().to_owned(), None),
-        Err(error) => (String::new(), String::new(), Some(cut(error.message, LONGEST_PROBLEM))),
+        Err(error) => (String::new(), String::new(), Some(cut(error.message, MAX_PROBLEM))),
     };
     ListedScene {
         name: name.to_owned(),
@@ -169,7 +169,7 @@ pub(super) struct LibraryNews {
 }
 
 /// Most files that are named because they hold no scene.
-const MOST_PROBLEMS: usize = 20;
+const MAX_PROBLEMS: usize = 20;
 
 /// Looks through the files of the library. The active scene stays as it is, and is no longer known as the one of the
 /// library where that has changed.
@@ -184,7 +184,7 @@ pub(super) async fn look_through(rig: &RigHandle) -> LibraryNews {
         }
     };
     let problems = listed.scenes.into_iter().filter_map(|scene| scene.problem);
-    let problems = problems.take(MOST_PROBLEMS).collect();
+    let problems = problems.take(MAX_PROBLEMS).collect();
     let origin = rig.history().origin().cloned();
     let changed_scene = match origin {
         Some(origin) => match find(rig, SceneRef::Name(origin.name.clone())).await {
@@ -227,9 +227,9 @@ pub(super) async fn save(
         let directory = path.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(directory).map_err(|error| file_error(directory, &error))?;
         let others = saved(directory).map_err(|error| file_error(directory, &error))?;
-        if others.len() >= MOST_SAVED && !others.iter().any(|(other, _)| *other == name) {
+        if others.len() >= MAX_SAVED && !others.iter().any(|(other, _)| *other == name) {
             let message = format!(
-                "{}: the library is full with {MOST_SAVED} scenes: remove the file of one, or replace one",
+                "{}: the library is full with {MAX_SAVED} scenes: remove the file of one, or replace one",
                 directory.display()
             );
             return Err(WireError::new(ErrorCode::SceneFile, message).about("name"));
@@ -334,12 +334,12 @@ fn path_of(rig: &RigHandle, name: &str) -> Result<PathBuf, WireError> {
 fn check(name: &str) -> Result<(), WireError> {
     let fits = |letter: char| letter.is_ascii_alphanumeric() || "-_. ".contains(letter);
     let sound = name.starts_with(|first: char| first.is_ascii_alphanumeric()) && name.chars().all(fits);
-    if sound && name.len() <= LONGEST_NAME && name.trim_end() == name {
+    if sound && name.len() <= MAX_NAME && name.trim_end() == name {
         return Ok(());
     }
     let message = format!(
         "`{name}` is not a valid name of a scene: it must begin with a letter or digit, and have at most \
-         {LONGEST_NAME} letters, digits, `-`, `_`, `.` and spaces"
+         {MAX_NAME} letters, digits, `-`, `_`, `.` and spaces"
     );
     Err(WireError::new(ErrorCode::BadName, message).about("name"))
 }
@@ -348,7 +348,7 @@ fn read(whence: &str, text: &str) -> Result<SceneFile, WireError> {
     let scene: SceneFile = toml::from_str(text).map_err(|error| {
         let message = cut(
             format!("{whence}: {}", with_short_lines(&error.to_string())),
-            LONGEST_PROBLEM + whence.len(),
+            MAX_PROBLEM + whence.len(),
         );
         WireError::new(ErrorCode::SceneFile, message).about("scene")
     })?;
@@ -360,13 +360,13 @@ fn read(whence: &str, text: &str) -> Result<SceneFile, WireError> {
 fn sound(scene: &SceneFile) -> Result<(), WireError> {
     scene.validate()?;
     let bytes = scene.name.len();
-    if bytes <= LONGEST_TITLE {
+    if bytes <= MAX_TITLE {
         return Ok(());
     }
     #[expect(clippy::cast_precision_loss, reason = "at most a megabyte")]
-    let (value, most) = (bytes as f64, LONGEST_TITLE as f64);
+    let (value, most) = (bytes as f64, MAX_TITLE as f64);
     let message =
-        format!("name = {bytes} bytes is out of range: the name of a scene must have at most {LONGEST_TITLE} bytes");
+        format!("name = {bytes} bytes is out of range: the name of a scene must have at most {MAX_TITLE} bytes");
     Err(WireError::new(ErrorCode::OutOfRange, message)
         .about("name")
         .within(value, 0.0, most, "bytes"))

@@ -17,7 +17,7 @@ const INTERVALS: [Duration; 3] = [
 ];
 
 /// Most lines about changes before they are only counted, until there was none for [`QUIET`].
-const MOST_CHANGES: u32 = 12;
+const MAX_CHANGES: u32 = 12;
 const QUIET: Duration = Duration::from_secs(60);
 
 /// When the next count is due.
@@ -64,7 +64,7 @@ impl LinkLog {
         }
         self.changed_at = Some(now);
         self.changes = self.changes.saturating_add(1);
-        let is_told = self.changes <= MOST_CHANGES;
+        let is_told = self.changes <= MAX_CHANGES;
         self.withheld += u64::from(!is_told);
         is_told
     }

@@ -20,11 +20,11 @@ use tokio::sync::watch;
 const NAME_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Most groups of a process in Linux.
-const MOST_GROUPS: usize = 65_536;
+const MAX_GROUPS: usize = 65_536;
 
 /// Most users whose names are remembered; further users have only a number. A user who can create
 /// namespaces has thousands of user ids.
-const MOST_USERS: usize = 256;
+const MAX_USERS: usize = 256;
 
 /// The look-up of a user's name.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ impl UserNames {
         let known = self.0.borrow().get(&uid).cloned();
         let mut answer = match known {
             Some(answer) => answer,
-            None if self.0.borrow().len() >= MOST_USERS => return None,
+            None if self.0.borrow().len() >= MAX_USERS => return None,
             None => self.0.borrow_mut().entry(uid).insert_entry(look_up(uid)?).get().clone(),
         };
         if answer.is_slow {
@@ -134,7 +134,7 @@ fn supplementary_groups(socket: impl AsFd) -> rustix::io::Result<Vec<u32>> {
         }
         match Errno::from_io_error(&std::io::Error::last_os_error()) {
             // There are more: `length` says how many bytes they take.
-            Some(Errno::RANGE) if length > room && count <= MOST_GROUPS => groups.resize(count, 0),
+            Some(Errno::RANGE) if length > room && count <= MAX_GROUPS => groups.resize(count, 0),
             error => return Err(error.unwrap_or(Errno::IO)),
         }
     }

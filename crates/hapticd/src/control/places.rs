@@ -1,6 +1,6 @@
 //! The places for clients: as many as there are descriptors for, with some kept for those who come to stop the rig.
 
-use crate::control::session::{MOST_CLIENTS, Newcomer};
+use crate::control::session::{MAX_CLIENTS, Newcomer};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -10,7 +10,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 
 /// Most newcomers on a socket at once, beyond its clients.
-const MOST_NEWCOMERS: usize = 16;
+const MAX_NEWCOMERS: usize = 16;
 
 /// Descriptors for everything else: a device that comes back, files of scenes, a monitor's scrapes, the journal.
 const KEPT: usize = 8;
@@ -19,7 +19,7 @@ const KEPT: usize = 8;
 const WANTED: u64 = 1024;
 
 /// Shortest time for which a newcomer is heard, however many wait behind it.
-const SHORTEST_HEARING: Duration = Duration::from_millis(2);
+const MIN_HEARING: Duration = Duration::from_millis(2);
 
 /// The places on a socket.
 #[derive(Debug)]
@@ -54,9 +54,9 @@ impl Places {
 
     fn within(free: usize, sockets: usize) -> Self {
         let places = free.saturating_sub(KEPT) / sockets;
-        let most_newcomers = (places / 2).clamp(1, MOST_NEWCOMERS);
+        let most_newcomers = (places / 2).clamp(1, MAX_NEWCOMERS);
         Self {
-            most_clients: places.saturating_sub(most_newcomers).clamp(1, MOST_CLIENTS),
+            most_clients: places.saturating_sub(most_newcomers).clamp(1, MAX_CLIENTS),
             most_newcomers,
             clients: Rc::default(),
             newcomers: RefCell::default(),
@@ -89,13 +89,13 @@ impl Places {
             .cloned();
         if let Some(oldest) = oldest {
             let heard_for = oldest.heard_for();
-            if heard_for < SHORTEST_HEARING {
-                tokio::time::sleep(SHORTEST_HEARING - heard_for).await;
+            if heard_for < MIN_HEARING {
+                tokio::time::sleep(MIN_HEARING - heard_for).await;
             }
             oldest.send_away();
         }
         // Those who have asked for a stop have their answer soon.
-        drop(tokio::time::timeout(SHORTEST_HEARING, self.left.notified()).await);
+        drop(tokio::time::timeout(MIN_HEARING, self.left.notified()).await);
     }
 
     /// Gives a newcomer's place back.
@@ -118,7 +118,7 @@ mod tests {
 
     // hazard: H24
     #[test]
-    fn there_are_as_many_places_as_descriptors_and_some_are_kept_for_stops() {
+    fn client_places_fit_the_free_descriptors() {
         for (free, sockets, clients, newcomers) in [
             (1000, 1, 32, 16),
             (1000, 2, 32, 16),
@@ -139,7 +139,7 @@ mod tests {
 
     // hazard: H24
     #[test]
-    fn where_all_places_are_taken_the_newcomer_that_was_silent_for_longest_goes() {
+    fn full_places_send_away_the_longest_silent_newcomer() {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_time()
             .build()
@@ -147,7 +147,7 @@ mod tests {
         runtime.block_on(async {
             let places = Places::within(1000, 1);
             let mut newcomers = Vec::new();
-            for _ in 0..MOST_NEWCOMERS {
+            for _ in 0..MAX_NEWCOMERS {
                 newcomers.push(places.admit().await);
             }
             newcomers[0].asks_for_a_stop();

@@ -24,10 +24,10 @@ const READ_TIMEOUT: Duration = Duration::from_secs(1);
 const WRITE_TIMEOUT: Duration = Duration::from_secs(4);
 
 /// Largest file that is read, bytes.
-const LARGEST_FILE: u64 = 64 * 1024;
+const MAX_FILE: u64 = 64 * 1024;
 
 /// Most letters of a rig's key in the name of its file.
-const LONGEST_NAME: usize = 150;
+const MAX_NAME: usize = 150;
 
 /// Relative tolerance of a resolution: it travels as a number of 32 bits.
 const SAME_RESOLUTION: f64 = 1e-6;
@@ -241,13 +241,13 @@ impl RigFolder {
 }
 
 fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
-    let text = match regular_file::read_text_of(path, LARGEST_FILE) {
+    let text = match regular_file::read_text_of(path, MAX_FILE) {
         Ok(text) => text,
         Err(error) => {
             return match error.kind() {
                 ErrorKind::NotFound => Ok(None),
                 ErrorKind::InvalidInput | ErrorKind::FileTooLarge => {
-                    Err(format!("it is not a file of at most {LARGEST_FILE} bytes: {error}"))
+                    Err(format!("it is not a file of at most {MAX_FILE} bytes: {error}"))
                 }
                 _ => Err(error.to_string()),
             };
@@ -276,12 +276,12 @@ fn file_name(key: &str) -> String {
             _ => name.push_str(&format!("%{byte:02x}")),
         }
     }
-    if name.len() > LONGEST_NAME {
+    if name.len() > MAX_NAME {
         // FNV-1a of the whole key. The file itself names its rig, too.
         let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
         });
-        name.truncate(LONGEST_NAME);
+        name.truncate(MAX_NAME);
         name.push_str(&format!("-{hash:016x}"));
     }
     name.push_str(".toml");

@@ -4,7 +4,7 @@ use crate::control::change::{check_revision, values_set};
 use crate::control::history::Move;
 use crate::control::requester::Requester;
 use crate::control::rig::schedule::NewChange;
-use crate::control::{RigHandle, advise, judge, library, sole_use};
+use crate::control::{RigHandle, advise, exclusive_use, judge, library};
 use haptic_core::Scene;
 use haptic_ipc::{
     AcceptedChange, Advice, ErrorCode, JournalEntry, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduledChange,
@@ -13,7 +13,7 @@ use haptic_ipc::{
 use std::rc::Rc;
 
 /// Longest name of a schedule, bytes.
-const LONGEST_NAME: usize = 64;
+const MAX_NAME: usize = 64;
 
 /// What `schedule` takes beside the changes.
 #[derive(Debug)]
@@ -70,7 +70,7 @@ pub(super) async fn schedule(
     if options.dry_run {
         rig.check_schedule(by.session, &new)?;
     } else {
-        sole_use::keep_out(rig, "schedule a change")?;
+        exclusive_use::refuse_others(rig, "schedule a change")?;
         rig.schedule(by, options.keep, base_revision, new)?;
     }
     Ok(ScheduleReply {
@@ -122,9 +122,9 @@ fn at_index(error: WireError, index: usize) -> WireError {
 }
 
 fn checked_name(rig: &RigHandle, name: String) -> Result<String, WireError> {
-    if name.is_empty() || name.len() > LONGEST_NAME {
+    if name.is_empty() || name.len() > MAX_NAME {
         let message = format!(
-            "name = {} bytes is out of range: the name of a schedule must have 1 to {LONGEST_NAME} bytes",
+            "name = {} bytes is out of range: the name of a schedule must have 1 to {MAX_NAME} bytes",
             name.len()
         );
         return Err(WireError::new(ErrorCode::BadName, message).about("name"));

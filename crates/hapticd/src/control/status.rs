@@ -1,6 +1,6 @@
 //! `status`: the state of the rig and of the daemon.
 
-use crate::control::{RigHandle, admission, advise, judge, rig_friction, sole_use};
+use crate::control::{RigHandle, admission, advise, exclusive_use, judge, rig_friction};
 use haptic_ipc::{DeviceStatus, RigState, Status};
 
 pub(super) async fn status(rig: &RigHandle) -> Status {
@@ -48,7 +48,7 @@ impl RigHandle {
             redo_depth,
             clients: self.clients().get(),
             leases: self.leases().count(),
-            commissioning: sole_use::by(self),
+            commissioning: exclusive_use::by(self),
             device: DeviceStatus {
                 engage_refused: Vec::new(),
                 description: facts.device.clone(),

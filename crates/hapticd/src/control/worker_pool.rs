@@ -85,16 +85,16 @@ mod tests {
 
     const BRIEF: Duration = Duration::from_millis(20);
     const LONG: Duration = Duration::from_secs(30);
-    const MOST_THREADS: usize = 4;
+    const MAX_THREADS: usize = 4;
 
     // hazard: H14
     #[tokio::test(flavor = "current_thread")]
-    async fn work_that_hangs_is_not_waited_for_and_takes_only_so_many_threads() {
-        let pool = WorkerPool::new("test", MOST_THREADS);
+    async fn hanging_work_times_out_and_takes_limited_threads() {
+        let pool = WorkerPool::new("test", MAX_THREADS);
         let (let_go, held) = mpsc::channel::<()>();
         let held = Arc::new(std::sync::Mutex::new(held));
         let began = Instant::now();
-        for _ in 0..MOST_THREADS + 2 {
+        for _ in 0..MAX_THREADS + 2 {
             let held = Arc::clone(&held);
             let hangs = move || held.lock().map(|held| held.recv().is_ok()).unwrap_or_default();
             let refused = pool.run(BRIEF, hangs).await.expect_err("it hangs");
@@ -108,8 +108,8 @@ mod tests {
 
     #[tokio::test(flavor = "current_thread")]
     async fn work_that_panics_is_answered_and_gives_its_thread_back() {
-        let pool = WorkerPool::new("test", MOST_THREADS);
-        for _ in 0..2 * MOST_THREADS {
+        let pool = WorkerPool::new("test", MAX_THREADS);
+        for _ in 0..2 * MAX_THREADS {
             let panics: Result<(), WorkError> = pool.run(LONG, || panic!("planted")).await;
             assert!(matches!(panics, Err(WorkError::Failed(_))), "{panics:?}");
         }

@@ -4,30 +4,12 @@
 //! A library would write from the thread that logs, or bring a subscriber with ten crates; here an entry goes through
 //! the same bounded queue and the same thread as a line on standard error.
 
+use haptic_core::servo::Fault;
 use std::fmt::Write;
 use std::os::unix::net::UnixDatagram;
 
 /// Where the journal listens.
 const SOCKET: &str = "/run/systemd/journal/socket";
-
-/// Message ids of the faults, by their codes; random numbers that stay for ever.
-const FAULTS: [(&str, &str); 15] = [
-    ("non_finite_force", "4132e051f8805854b6257864d2cf92b6"),
-    ("non_finite_position", "db91467b55925f7980d222b7058b7f27"),
-    ("too_fast", "c24a5fac5f8558ab867856dca20afa92"),
-    ("too_late", "81633f76dbd655c9a5aa23facea003b7"),
-    ("stale", "7f76a791895251f19f7c005b7fc3ec10"),
-    ("jump", "d690fb319b415a52a5fb20db56a58ad8"),
-    ("motor_off", "7440e7d6874958fa91c9eb34a0e32ff7"),
-    ("commands_ignored", "a6b10147c1d04486abc3de6af369c408"),
-    ("commands_late", "c98f2d0fdc13494e89b2be84079afa9f"),
-    ("device", "809c5b3ed5745078a0ab80ed806b2f4f"),
-    ("device_clock", "612e76c8ad655ee1aab0ed83e2e3d566"),
-    ("stalled", "a4b3f8073e62507aaca8c871affe9bc7"),
-    ("control_lost", "38ffecccd496544e87ddef014bcb4086"),
-    ("stop_button", "866424ab51bf549696ebbb6475453709"),
-    ("still_enabled", "01f20b4fecc556ea98b8b2af5e7d4a83"),
-];
 
 /// Message ids of the other events, by their operations.
 const EVENTS: [(&str, &str); 9] = [
@@ -54,13 +36,8 @@ pub(super) fn connect() -> std::io::Result<UnixDatagram> {
 
 /// The message id of an event: that of its fault, if it is one.
 pub(super) fn message_id(op: &str, fault: Option<&str>) -> &'static str {
-    let find = |table: &[(&str, &'static str)], name: &str| {
-        table.iter().find(|(listed, _)| *listed == name).map(|(_, id)| *id)
-    };
-    fault
-        .and_then(|code| find(&FAULTS, code))
-        .or_else(|| find(&EVENTS, op))
-        .unwrap_or(OTHER)
+    let of_event = || EVENTS.iter().find(|(listed, _)| *listed == op).map(|(_, id)| *id);
+    fault.and_then(Fault::message_id).or_else(of_event).unwrap_or(OTHER)
 }
 
 /// An entry. A value is one line: the lines of a message are joined.
@@ -76,12 +53,12 @@ pub(super) fn entry(priority: u8, message: &str, fields: &[(&str, &str)]) -> Str
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_core::servo::Fault;
     use std::collections::BTreeSet;
 
     #[test]
     fn every_id_is_one_of_its_own_and_in_the_documents() {
-        let ids: Vec<&str> = FAULTS.iter().chain(&EVENTS).map(|(_, id)| *id).chain([OTHER]).collect();
+        let faults = Fault::KINDS.map(|fault| (fault.code(), Fault::message_id(fault.code()).unwrap_or_default()));
+        let ids: Vec<&str> = faults.iter().chain(&EVENTS).map(|(_, id)| *id).chain([OTHER]).collect();
         assert_eq!(ids.iter().collect::<BTreeSet<_>>().len(), ids.len());
         let page = include_str!("../../../../docs/reference/faults.md");
         let has_row = |name: &str, id: &str| {
@@ -89,17 +66,10 @@ mod tests {
                 |line: &str| line.starts_with(&format!("| `{name}` |")) && line.ends_with(&format!("| `{id}` |"));
             page.lines().any(is_of_both)
         };
-        for (name, id) in FAULTS.iter().chain(&EVENTS) {
+        for (name, id) in faults.iter().chain(&EVENTS) {
             assert!(id.len() == 32 && id.chars().all(|c| c.is_ascii_hexdigit()), "{id}");
             assert!(has_row(name, id), "docs/reference/faults.md lacks {name}");
         }
-    }
-
-    #[test]
-    fn every_fault_has_an_id_of_its_own() {
-        let ids: BTreeSet<&str> = Fault::KINDS.map(|fault| message_id("fault", Some(fault.code()))).into();
-        assert_eq!(ids.len(), FAULTS.len());
-        assert!(!ids.contains(OTHER));
     }
 
     #[test]

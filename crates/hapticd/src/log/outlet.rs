@@ -179,7 +179,7 @@ mod tests {
 
     // hazard: H1
     #[test]
-    fn lines_for_a_pipe_that_nobody_reads_are_counted_and_told_when_somebody_does() {
+    fn log_lines_lost_to_an_unread_pipe_are_counted_and_reported() {
         let (reader, writer) = std::io::pipe().expect("a pipe");
         let outlet = Outlet::start("log", writer, Backlog::Oldest(4), told).expect("a thread");
         // More than any pipe holds.

@@ -11,13 +11,13 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::time::timeout;
 
 /// Most connections at once; a monitor needs one.
-const MOST_CONNECTIONS: usize = 8;
+const MAX_CONNECTIONS: usize = 8;
 
 /// How long a connection may take, whatever it does.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Longest request that is read, bytes.
-const LONGEST_REQUEST: usize = 8 * 1024;
+const MAX_REQUEST: usize = 8 * 1024;
 
 /// Why metrics are not served.
 #[derive(Debug, Error)]
@@ -67,7 +67,7 @@ impl Server {
                 tokio::time::sleep(Duration::from_millis(100)).await;
                 continue;
             };
-            if connected.get() == MOST_CONNECTIONS {
+            if connected.get() == MAX_CONNECTIONS {
                 continue;
             }
             connected.set(connected.get() + 1);
@@ -84,7 +84,7 @@ impl Server {
 async fn answer(mut stream: TcpStream, rig: &RigHandle) -> std::io::Result<()> {
     let mut request = Vec::with_capacity(1024);
     while !request.windows(4).any(|end| end == b"\r\n\r\n") {
-        if request.len() > LONGEST_REQUEST || stream.read_buf(&mut request).await? == 0 {
+        if request.len() > MAX_REQUEST || stream.read_buf(&mut request).await? == 0 {
             return Ok(());
         }
     }

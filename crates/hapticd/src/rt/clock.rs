@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wait_ends_at_its_deadline_and_takes_no_time_of_the_processor_until_it_spins() {
+    fn wait_ends_at_its_deadline_and_sleeps_until_it_spins() {
         // A spin long enough for a busy machine to wake up within it.
         for spin_ns in [0, 20_000_000] {
             // Deadlines a fifth of a second apart, in the middle of a second or at its end.

@@ -83,7 +83,7 @@ fn what_is_not_a_command_word_is_no_command() {
 }
 
 #[test]
-fn a_scene_that_nobody_took_is_replaced_and_one_that_was_taken_does_not_come_again() {
+fn untaken_scene_is_replaced_and_none_is_taken_twice() {
     let shared = Shared::new();
     let mut seen = 0;
     assert!(shared.scenes.take_new(&mut seen).is_none());
@@ -99,7 +99,7 @@ fn a_scene_that_nobody_took_is_replaced_and_one_that_was_taken_does_not_come_aga
 }
 
 #[test]
-fn a_command_is_there_until_it_is_withdrawn_and_knows_of_the_stops_before_it() {
+fn command_stays_until_withdrawn_and_knows_earlier_stops() {
     let shared = Shared::new();
     let command = || CommandWord::unpack(shared.command_word());
     assert_eq!(command(), None);
@@ -120,7 +120,7 @@ fn a_command_is_there_until_it_is_withdrawn_and_knows_of_the_stops_before_it() {
 }
 
 #[test]
-fn a_lease_lapses_after_its_time_and_silence_begins_with_the_last_beat() {
+fn lease_lapses_on_time_and_silence_counts_from_last_beat() {
     let shared = Shared::new();
     assert!(!shared.has_lapsed(u64::MAX), "nobody has a lease");
     shared.lease_until(1000);
@@ -137,7 +137,7 @@ fn a_lease_lapses_after_its_time_and_silence_begins_with_the_last_beat() {
 }
 
 #[test]
-fn an_engagement_is_admitted_for_any_device_or_for_the_one_that_was_named() {
+fn engagement_is_admitted_for_any_or_the_named_device() {
     let shared = Shared::new();
     assert!(shared.is_admitted(3), "nobody has named one");
     shared.admit(3);
@@ -174,7 +174,7 @@ fn a_command_is_answered_under_its_own_number_alone() {
 }
 
 #[test]
-fn a_stop_is_answered_with_all_that_is_known_of_it_and_so_are_those_before() {
+fn answer_to_a_stop_also_answers_earlier_stops() {
     let shared = Shared::new();
     assert_eq!(shared.answers.stop(1), None);
     for (stop, confirmation) in [
@@ -201,7 +201,7 @@ fn a_stop_is_answered_with_all_that_is_known_of_it_and_so_are_those_before() {
 }
 
 #[test]
-fn a_scene_counts_as_rendered_from_its_tick_on_and_its_steps_are_told() {
+fn scene_counts_as_rendered_from_its_tick_on() {
     let shared = Shared::new();
     assert_eq!(shared.answers.applied(1), None);
     shared.answers.scene_applied(5, 77);
@@ -218,7 +218,7 @@ fn a_scene_counts_as_rendered_from_its_tick_on_and_its_steps_are_told() {
 }
 
 #[test]
-fn scenes_are_handed_back_as_long_as_there_is_room_which_freeing_them_makes() {
+fn scenes_are_handed_back_while_room_lasts() {
     let (mut producer, mut consumer) = with_capacity(1);
     for left in (1..=SCENES).rev() {
         assert!(producer.has_room_for_scenes(left) && !producer.has_room_for_scenes(left + 1));

@@ -8,7 +8,7 @@ const WINDOW_NS: u64 = 1_000_000_000;
 
 /// The largest number of missed periods that a policy may name: each of them may have to be
 /// remembered, and forgotten again within one tick.
-const MOST_IN_A_SECOND: u32 = 1000;
+const MAX_IN_A_SECOND: u32 = 1000;
 
 /// What to do about missed periods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,10 +28,10 @@ impl std::str::FromStr for LatePolicy {
             _ => text.strip_prefix("fault:").and_then(|count| count.parse().ok()),
         };
         match count {
-            Some(most_in_a_second @ 1..=MOST_IN_A_SECOND) => Ok(Self::Fault { most_in_a_second }),
+            Some(most_in_a_second @ 1..=MAX_IN_A_SECOND) => Ok(Self::Fault { most_in_a_second }),
             _ => Err(format!(
                 "there is no policy `{text}`{} there are warn, and fault:N with N missed periods in a second, from 1 to \
-                 {MOST_IN_A_SECOND}",
+                 {MAX_IN_A_SECOND}",
                 meant_or_semicolon(text, &["warn", "fault:"])
             )),
         }

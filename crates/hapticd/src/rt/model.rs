@@ -151,7 +151,7 @@ fn an_answer_is_seen_whole_or_not_at_all() {
 }
 
 #[test]
-fn a_scheduled_change_is_rendered_or_taken_back_and_both_threads_know_which() {
+fn scheduled_change_is_either_rendered_or_withdrawn() {
     model(|| {
         let claims = Arc::new([Claim::new(), Claim::new(), Claim::new(), Claim::new()]);
         let ticks = [7, 8, 9, 10];

@@ -6,7 +6,7 @@
 //! producer, as nothing is freed on the real-time thread.
 
 use haptic_core::servo::{CompiledScene, Fault, InputWord};
-use haptic_ipc::{MOST_SCHEDULED_CHANGES, RigState};
+use haptic_ipc::{MAX_SCHEDULED_CHANGES, RigState};
 
 /// One tick as the real-time thread saw it.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +50,7 @@ const RECORDS: usize = 8192;
 
 /// Scenes that the queue holds: all that can be scheduled, and more than the control thread leaves there
 /// between two looks. So a scheduled change never waits for room.
-pub(crate) const SCENES: usize = MOST_SCHEDULED_CHANGES + 16;
+pub(crate) const SCENES: usize = MAX_SCHEDULED_CHANGES + 16;
 
 /// The real-time end.
 #[derive(Debug)]

@@ -8,7 +8,7 @@
 
 use crate::rt::claim::{Claim, ClaimState};
 use haptic_core::servo::CompiledScene;
-use haptic_ipc::MOST_SCHEDULED_CHANGES;
+use haptic_ipc::MAX_SCHEDULED_CHANGES;
 use std::sync::Arc;
 
 /// A change on its way to the loop and back.
@@ -39,8 +39,8 @@ pub(crate) struct ScheduleReceiver {
 
 /// The two ends.
 pub(crate) fn schedule() -> (ScheduleSender, ScheduleReceiver) {
-    let (coming, from_control) = rtrb::RingBuffer::new(MOST_SCHEDULED_CHANGES);
-    let (gone, from_loop) = rtrb::RingBuffer::new(MOST_SCHEDULED_CHANGES);
+    let (coming, from_control) = rtrb::RingBuffer::new(MAX_SCHEDULED_CHANGES);
+    let (gone, from_loop) = rtrb::RingBuffer::new(MAX_SCHEDULED_CHANGES);
     let sender = ScheduleSender {
         coming,
         gone: from_loop,
@@ -59,7 +59,7 @@ impl ScheduleSender {
         while self.gone.pop().is_ok() {
             self.out -= 1;
         }
-        MOST_SCHEDULED_CHANGES - self.out
+        MAX_SCHEDULED_CHANGES - self.out
     }
 
     /// Sends changes in the order of their ticks; the loop sees all of them or none. Returns whether
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn each_change_is_rendered_in_its_tick_and_freed_by_the_control_thread() {
+    fn scheduled_changes_are_rendered_each_in_its_tick() {
         let (mut sender, mut receiver) = schedule();
         let claims = sent(&mut sender, &[3, 4, 9]);
         let rendered: Vec<u64> = (0..20)
@@ -148,7 +148,7 @@ mod tests {
             .collect();
         assert_eq!(rendered, [3, 4, 9]);
         assert_eq!(states(&claims), [3, 4, 9].map(ClaimState::Rendered));
-        assert_eq!(sender.room(), MOST_SCHEDULED_CHANGES);
+        assert_eq!(sender.room(), MAX_SCHEDULED_CHANGES);
         assert!(claims.iter().all(|claim| Arc::strong_count(claim) == 1));
     }
 
@@ -167,27 +167,27 @@ mod tests {
     }
 
     #[test]
-    fn a_rig_that_is_halted_and_a_schedule_that_comes_too_late_lose_all_of_it() {
+    fn halted_rig_or_missed_tick_drops_the_whole_schedule() {
         for (tick, is_halted, state) in [(1, true, ClaimState::Halted), (6, false, ClaimState::Missed)] {
             let (mut sender, mut receiver) = schedule();
             let claims = sent(&mut sender, &[5, 6, 7]);
             assert!(receiver.take_due(tick, is_halted).is_none());
             assert_eq!(states(&claims), [state; 3]);
             assert!((tick..20).all(|tick| receiver.take_due(tick, false).is_none()));
-            assert_eq!(sender.room(), MOST_SCHEDULED_CHANGES);
+            assert_eq!(sender.room(), MAX_SCHEDULED_CHANGES);
         }
     }
 
     #[test]
     fn it_takes_as_many_as_it_says_and_no_part_of_more() {
         let (mut sender, mut receiver) = schedule();
-        let ticks: Vec<u64> = (0..MOST_SCHEDULED_CHANGES as u64).collect();
+        let ticks: Vec<u64> = (0..MAX_SCHEDULED_CHANGES as u64).collect();
         sent(&mut sender, &ticks[1..]);
         assert!(!sender.send(vec![change(300), change(301)]));
         sent(&mut sender, &[300]);
         assert_eq!(sender.room(), 0);
         let rendered = (0..400).filter_map(|tick| receiver.take_due(tick, false)).count();
-        assert_eq!(rendered, MOST_SCHEDULED_CHANGES);
+        assert_eq!(rendered, MAX_SCHEDULED_CHANGES);
     }
 
     /// The loop is at most two ticks beyond the one that the control thread handles, so a change for the tick after
@@ -250,6 +250,6 @@ mod tests {
             );
         }
         assert_eq!(claims.len() as u64, rounds);
-        assert_eq!(sender.room(), MOST_SCHEDULED_CHANGES, "all came back");
+        assert_eq!(sender.room(), MAX_SCHEDULED_CHANGES, "all came back");
     }
 }

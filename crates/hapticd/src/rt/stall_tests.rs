@@ -29,7 +29,7 @@ const BOUND: u64 = 30_000;
 
 /// Instructions of the control side at which it is stopped, at most: more than one whole hand-over, which is
 /// longer in the tests' profile; what follows is the same over again.
-const MOST_STEPS: u64 = if cfg!(debug_assertions) { 1300 } else { 400 };
+const MAX_STEPS: u64 = if cfg!(debug_assertions) { 1300 } else { 400 };
 
 /// Instructions from one at which it is stopped to the next: every one of an optimised build, as .ci/full does; else few
 /// enough that a queue that stalls is seen to stall.
@@ -187,7 +187,7 @@ pub(super) fn instructions_of(work: impl FnOnce()) -> u64 {
 }
 
 fn step_through(round: &impl Fn() -> Round, stride: usize, report: &Report) {
-    for target in (1..=MOST_STEPS).step_by(stride) {
+    for target in (1..=MAX_STEPS).step_by(stride) {
         let mut round = round();
         let mut real_time: &mut dyn FnMut() = &mut *round.real_time;
         // SAFETY: only the lifetime is dropped; the handler uses it while this frame stands.
@@ -380,7 +380,7 @@ fn a_tick_ends_wherever_a_command_or_a_stop_is_preempted() {
 }
 
 #[test]
-fn a_queue_towards_the_real_time_side_would_stall_it_and_this_is_seen() {
+fn queue_towards_the_real_time_side_is_seen_to_stall_it() {
     let round = || {
         let queue = Arc::new(ArrayQueue::new(1));
         let (control, real_time) = (Arc::clone(&queue), queue);

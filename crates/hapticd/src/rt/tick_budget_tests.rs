@@ -157,7 +157,7 @@ fn median(mut counts: Vec<u64>) -> u64 {
 }
 
 #[test]
-fn a_whole_tick_on_the_papers_scene_costs_no_more_than_was_agreed_on() {
+fn whole_tick_on_the_papers_scene_keeps_its_budget() {
     let no_link = || Box::new(NoLink::new(1_000_000));
     // Some of the ticks of two strokes: a trap costs microseconds.
     let (ticks, counted) = (4000, extent(10, 500));

@@ -8,7 +8,7 @@ use haptic_ipc::{ExcitationEnd, ExcitationReport};
 const REST_NS: u64 = 30_000_000;
 
 /// Time after which a handle that still moves is moved by something other than the excitation, ns.
-const LONGEST_REST_NS: u64 = 2_000_000_000;
+const MAX_REST_NS: u64 = 2_000_000_000;
 
 /// Time without its first tick after which an excitation counts as blocked, ns.
 const NEVER_BEGUN_NS: u64 = 500_000_000;
@@ -170,7 +170,7 @@ impl Course {
     fn rests(&self) -> bool {
         let Some(ended) = &self.ended else { return false };
         let since_ns = ended.began_ns.max(self.last_moved_ns);
-        self.now_ns - since_ns >= REST_NS || self.now_ns - ended.began_ns > LONGEST_REST_NS
+        self.now_ns - since_ns >= REST_NS || self.now_ns - ended.began_ns > MAX_REST_NS
     }
 
     fn goes_the_wrong_way(&self, excitation: &Excitation) -> bool {

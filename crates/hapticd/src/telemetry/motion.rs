@@ -12,21 +12,21 @@ const REST_NS: u64 = 30_000_000;
 const NEVER_BEGUN_NS: u64 = 500_000_000;
 
 /// Time after which a handle that still moves is moved by something other than the pulse, ns.
-const LONGEST_NS: u64 = 2_500_000_000;
+const MAX_NS: u64 = 2_500_000_000;
 
 /// Least travel from which friction is estimated, in counts and m: over less, the encoder's steps
 /// dominate.
-const LEAST_WAY: (f64, f64) = (20.0, 5e-4);
+const MIN_WAY: (f64, f64) = (20.0, 5e-4);
 
 /// Least travel that shows the direction of a force, in counts and m.
-const LEAST_SIGN: (f64, f64) = (4.0, 2e-4);
+const MIN_SIGN: (f64, f64) = (4.0, 2e-4);
 
 /// Window over which the speed is taken from which the mass is estimated, ns.
 const SPEED_WINDOW_NS: u64 = 10_000_000;
 
 /// Least way within that window, in counts, and least share of the motor's work that is in the motion then: below, the
 /// encoder or the friction says more than the mass.
-const LEAST_OF_A_MASS: (f64, f64) = (20.0, 0.3);
+const MIN_OF_A_MASS: (f64, f64) = (20.0, 0.3);
 
 /// Largest ratio of the path to the travel: a handle with a longer path has turned round, because
 /// it has bounced or something else moves it.
@@ -168,7 +168,7 @@ impl Motion {
     /// Whether a pulse has moved the handle in its own direction, far enough to tell.
     pub(crate) fn is_confirmed_by(&self, report: &PulseReport) -> bool {
         matches!(report.end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
-            && report.moved_m * report.force_n.signum() >= at_least(LEAST_SIGN, self.resolution_m)
+            && report.moved_m * report.force_n.signum() >= at_least(MIN_SIGN, self.resolution_m)
     }
 }
 
@@ -247,7 +247,7 @@ impl ObservedPulse {
             work_j,
             path_m,
         } = self.fastest;
-        let (counts, share) = LEAST_OF_A_MASS;
+        let (counts, share) = MIN_OF_A_MASS;
         let motion_j = work_j - friction_n * path_m;
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a window")]
         let speed_mps = way_m / (time_ns as f64 * 1e-9);
@@ -261,7 +261,7 @@ impl ObservedPulse {
         if self.first_force_ns.is_none() {
             return gone_ns > NEVER_BEGUN_NS;
         }
-        self.rests() || gone_ns > LONGEST_NS
+        self.rests() || gone_ns > MAX_NS
     }
 
     fn rests(&self) -> bool {
@@ -288,7 +288,7 @@ impl ObservedPulse {
         };
         let is_sound = matches!(end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
             && self.rests()
-            && moved_m.abs() >= at_least(LEAST_WAY, resolution_m)
+            && moved_m.abs() >= at_least(MIN_WAY, resolution_m)
             && self.path_m <= STRAIGHT * moved_m.abs();
         let friction_n = is_sound.then(|| self.work_j / self.path_m);
         let force_ns = self.first_force_ns.map_or(0, |first_ns| self.last_force_ns - first_ns);

@@ -8,7 +8,7 @@ use hdrhistogram::Histogram;
 use std::collections::VecDeque;
 
 /// Most stops that are timed at once; beyond that the oldest are not timed.
-const MOST_STOPS: usize = 1024;
+const MAX_STOPS: usize = 1024;
 
 /// Times of all stops since the daemon began.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ impl Default for StopTimes {
 impl StopTimes {
     /// Begins to time a stop, from the time at which its line was read, ns.
     pub(super) fn begin(&mut self, stop: u64, read_ns: u64) {
-        if self.under_way.len() == MOST_STOPS {
+        if self.under_way.len() == MAX_STOPS {
             self.under_way.pop_front();
         }
         self.under_way.push_back((stop, read_ns));

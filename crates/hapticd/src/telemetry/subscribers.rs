@@ -16,7 +16,7 @@ pub(crate) const BACKLOG_LINES: usize = 64;
 
 /// Most rows of one event, so that its line stays within the protocol's limit; a longer batch is
 /// sent as several events.
-const MOST_ROWS: usize = 256;
+const MAX_ROWS: usize = 256;
 
 /// Most bytes of events that wait for a subscriber, whatever its subscriptions: two seconds of
 /// every tick at 1 kHz.
@@ -129,7 +129,7 @@ impl Subscribers {
                 subscriber.dropped += lost / subscriber.subscription.every;
                 if sample.tick.is_multiple_of(subscriber.subscription.every) {
                     subscriber.rows.push(*sample);
-                    if subscriber.rows.len() >= MOST_ROWS {
+                    if subscriber.rows.len() >= MAX_ROWS {
                         subscriber.flush();
                     }
                 }

@@ -9,7 +9,7 @@ use hdrhistogram::Histogram;
 use std::collections::VecDeque;
 
 /// Longest duration of the histograms; longer ones count as this long.
-const LONGEST_NS: u64 = 60_000_000_000;
+const MAX_NS: u64 = 60_000_000_000;
 /// Digits of durations that vary widely: one percent.
 pub(crate) const COARSE_DIGITS: u8 = 2;
 /// Digits of periods, which vary little: one part in a thousand.
@@ -30,7 +30,7 @@ struct Span {
 
 /// A histogram of durations, ns.
 pub(crate) fn histogram(digits: u8) -> Histogram<u64> {
-    Histogram::new_with_bounds(1, LONGEST_NS, digits).expect("the bounds are constants that fit")
+    Histogram::new_with_bounds(1, MAX_NS, digits).expect("the bounds are constants that fit")
 }
 
 /// The usual percentiles of a histogram.

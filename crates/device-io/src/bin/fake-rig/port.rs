@@ -41,7 +41,7 @@ pub(crate) struct PortClosed;
 const REPORT: usize = 64;
 
 /// Reports that wait for the host to ask for them; a device has little room.
-const MOST_UNSENT: usize = 16;
+const MAX_UNSENT: usize = 16;
 
 /// A place, opened.
 #[derive(Debug)]
@@ -127,7 +127,7 @@ impl Port {
 
     /// Sends a frame. A frame that does not fit is lost, as on a line that nobody reads.
     pub(crate) fn write(&mut self, frame: Vec<u8>) -> Result<(), PortClosed> {
-        if self.unsent.len() < MOST_UNSENT {
+        if self.unsent.len() < MAX_UNSENT {
             self.unsent.push_back(frame);
         }
         self.flush()

@@ -72,7 +72,7 @@ fn force_flows_while_enabled_and_the_position_begins_at_zero() {
 }
 
 #[test]
-fn a_measurement_has_the_buttons_and_what_the_device_reports_of_its_motor() {
+fn measurement_includes_buttons_and_reported_motor_state() {
     let mut pair = Pair::new();
     for _ in 0..5 {
         pair.tick(0.0, true).expect("it is there");
@@ -101,7 +101,7 @@ fn a_measurement_has_the_buttons_and_what_the_device_reports_of_its_motor() {
 }
 
 #[test]
-fn old_and_doubled_samples_are_not_taken_and_missing_ones_are_counted() {
+fn old_and_duplicate_samples_are_dropped_and_counted() {
     let mut pair = Pair::new();
     let mut samples: Vec<FromDevice> = (1..=10)
         .filter_map(|k| pair.firmware.sample(pair.now_ns + k * MS))
@@ -212,7 +212,7 @@ fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
 }
 
 #[test]
-fn the_round_trip_is_from_a_command_to_the_first_sample_that_knows_it() {
+fn round_trip_ends_at_first_sample_naming_command() {
     let mut pair = Pair::new();
     for _ in 0..5 {
         pair.tick(0.0, false).expect("it is there");
@@ -222,7 +222,7 @@ fn the_round_trip_is_from_a_command_to_the_first_sample_that_knows_it() {
 }
 
 #[test]
-fn a_sample_is_late_when_it_took_more_than_a_period_of_either_side() {
+fn sample_is_late_beyond_loop_plus_sample_period() {
     let mut pair = Pair::new();
     for _ in 0..20 {
         pair.tick(0.0, false).expect("it is there");
@@ -239,7 +239,7 @@ fn a_sample_is_late_when_it_took_more_than_a_period_of_either_side() {
 }
 
 #[test]
-fn a_motor_that_never_comes_on_and_a_device_that_falls_silent_are_told_when_their_time_is_over_and_not_before() {
+fn enable_and_silence_errors_wait_for_their_timeouts() {
     let mut pair = Pair::new();
     pair.tick(0.0, false).expect("it is there");
     // The order to enable goes nowhere.

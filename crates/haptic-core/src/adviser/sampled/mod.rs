@@ -11,7 +11,7 @@ pub(super) use rig_loop::RigLoop;
 /// Most periods of delay that are followed one by one. A longer delay is followed in so many longer
 /// periods: the delay in the mean, which has half a period for which a force holds, stays the same,
 /// and what differs goes with the square of a period over the delay.
-const MOST_PERIODS: usize = 64;
+const MAX_PERIODS: usize = 64;
 
 /// A delay so near to whole periods, as a share of one, is whole.
 const WHOLE: f64 = 1e-9;
@@ -31,7 +31,7 @@ impl Sampled {
     /// `period_s` is the time between two samples, s (> 0), and `delay_s` the time from one to its
     /// force, s (>= 0).
     pub(super) fn new(period_s: f64, delay_s: f64) -> Self {
-        let most = MOST_PERIODS as f64;
+        let most = MAX_PERIODS as f64;
         let in_mean = delay_s + 0.5 * period_s;
         // T' (most + 1/2) = tau + T/2
         let period_s = period_s.max(in_mean / (most + 0.5));

@@ -18,11 +18,11 @@
 //! lie inside the unit circle (Schur 1918, Cohn 1922). Towards infinite mass that is
 //! `K < 2 (b + B) / (T + 2 tau)`.
 
-use super::{MOST_PERIODS, Sampled};
+use super::{MAX_PERIODS, Sampled};
 use crate::math::exp;
 
 /// Coefficients of the longest polynomial.
-const LONGEST: usize = MOST_PERIODS + 4;
+const LONGEST: usize = MAX_PERIODS + 4;
 
 /// Halvings of an interval that holds a bound.
 const HALVINGS: u32 = 60;

@@ -46,7 +46,7 @@ const LENGTHS: u32 = 12;
 /// A slide within this share of the hand's speed, for a whole turn, has settled.
 const SETTLED: f64 = 1e-9;
 /// Periods until one is like the one before, where the limit depends on the rest, and how alike.
-const MOST_PERIODS: u32 = 400;
+const MAX_PERIODS: u32 = 400;
 const MEAN_OF: u32 = 100;
 const ALIKE: f64 = 1e-13;
 /// A rest after which no limit rises any more, s.
@@ -177,7 +177,7 @@ impl Course {
         let lasts = |period: &Period| period[0] + period[1];
         let mut last = self.period()?;
         let (mut sum, mut count) = (last, 1.0);
-        let most = if rises { MOST_PERIODS } else { 0 };
+        let most = if rises { MAX_PERIODS } else { 0 };
         for k in 1..=most {
             let next = self.period()?;
             let alike = (lasts(&next) - lasts(&last)).abs() <= ALIKE * lasts(&next);

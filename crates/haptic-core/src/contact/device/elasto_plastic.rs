@@ -43,11 +43,11 @@ pub(crate) struct DeviceElastoPlastic<M> {
 
 /// Order of the series, and the least at which it may count as right.
 const ORDER: usize = 16;
-const LEAST_ORDER: usize = 8;
+const MIN_ORDER: usize = 8;
 /// Error that a piece may have, N, and as a share of the level: rounding.
 const TOLERANCE: (f64, f64) = (1e-13, 2e-16);
 /// Most pieces of a leg.
-const MOST_PIECES: u32 = 64;
+const MAX_PIECES: u32 = 64;
 /// A piece's greatest extent in `y`: up to there the order of the series is beyond its largest term.
 const LONGEST: f64 = 12.0;
 /// What lies farther back than this exponent is forgotten.
@@ -172,7 +172,7 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
             let (share, next) = match region {
                 Region::Elastic => self.elastic(force, curve, &part),
                 Region::Saturated => self.saturated(force, curve, &part),
-                Region::Yielding if pieces < MOST_PIECES => {
+                Region::Yielding if pieces < MAX_PIECES => {
                     pieces += 1;
                     let piece = self.piece(force, curve, &part);
                     let (share, next) = self.piece_end(&piece, curve, &part);
@@ -266,7 +266,7 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
             let known = series_product(&g[1..=n], &u[..n]);
             u[n] = (p[n] - known) * over_level;
             // The falling part's terms grow up to the order of its extent.
-            ends = n >= LEAST_ORDER && p[n].abs() + p[n - 1].abs() < quarter && extent.abs() < 0.5 * order;
+            ends = n >= MIN_ORDER && p[n].abs() + p[n - 1].abs() < quarter && extent.abs() < 0.5 * order;
             if ends || n == ORDER {
                 break;
             }

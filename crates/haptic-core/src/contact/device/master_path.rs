@@ -50,11 +50,11 @@ const DEFECT: f64 = 1e-14;
 /// Nearer to 1 than this the path ends.
 const AT_THE_END: f64 = 4e-16;
 /// Widths that are tried for a cell.
-const MOST_TRIALS: u32 = 64;
+const MAX_TRIALS: u32 = 64;
 /// Widest cell.
 const WIDEST: f64 = 8.0;
 /// Most cells; some 40 are usual.
-const MOST_CELLS: usize = 1024;
+const MAX_CELLS: usize = 1024;
 
 #[derive(Clone, Debug)]
 struct Cell {
@@ -78,7 +78,7 @@ impl MasterPath {
     pub(crate) fn new(law: &impl MasterLaw, start: f64) -> Self {
         let (mut edges, mut cells) = (Vec::new(), Vec::new());
         let (mut from, mut u, mut work) = (0.0, start, 0.0);
-        while 1.0 - u > AT_THE_END && cells.len() < MOST_CELLS {
+        while 1.0 - u > AT_THE_END && cells.len() < MAX_CELLS {
             let series = law.series(u);
             let width = width(law, &series);
             edges.push(from);
@@ -235,7 +235,7 @@ fn width(law: &impl MasterLaw, series: &PathSeries) -> f64 {
     };
     width = width.min(law.widest(series[0]));
     let defect = |t: f64| (slope(series, t) - law.rate(value(series, t).min(1.0))).abs() / (DEFECT * size);
-    for _ in 0..MOST_TRIALS {
+    for _ in 0..MAX_TRIALS {
         let worst = defect(width).max(defect(0.6 * width));
         if worst <= 1.0 {
             break;

@@ -14,7 +14,7 @@ use crate::flush::flush;
 
 /// Most slides that begin and end on a leg one by one. Where there are more, the spring is found
 /// somewhere between the friction of a slide and its limit.
-const MOST_SLIDES: u32 = 512;
+const MAX_SLIDES: u32 = 512;
 /// A rising limit is met to this, N.
 const CLOSE: f64 = 1e-13;
 /// Halvings that find an extreme of the load over its limit.
@@ -133,10 +133,10 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
     /// bounded work ran out.
     fn advance_slowly<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
         let mut left = *leg;
-        for slide in 0..=MOST_SLIDES {
+        for slide in 0..=MAX_SLIDES {
             if let SpringState::Sliding { direction, .. } = self.state {
                 self.end_slide(direction, left.from_speed, meter);
-                left = self.skip_slides(&left, slide == MOST_SLIDES, meter);
+                left = self.skip_slides(&left, slide == MAX_SLIDES, meter);
             }
             let SpringState::Stuck { force } = self.state else {
                 return false;
@@ -149,7 +149,7 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
                 return false;
             }
             let Some(rest) = self.advance_stuck(force, &left, meter) else {
-                return slide == MOST_SLIDES;
+                return slide == MAX_SLIDES;
             };
             left = rest;
         }

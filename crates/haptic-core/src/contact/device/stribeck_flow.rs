@@ -116,7 +116,7 @@ const LONGEST: f64 = 8.0;
 const NARROW: f64 = 1.0;
 const NARROWEST: f64 = 0.1;
 /// Most panels; the widest falls take some 20.
-const MOST_PANELS: usize = 64;
+const MAX_PANELS: usize = 64;
 
 /// The force at the level after a way at constant `g`, N.
 pub(super) fn follow_constant(force: f64, level: f64, stiffness: f64, distance: f64) -> f64 {
@@ -147,7 +147,7 @@ pub(super) fn follow(force: f64, curve: &Curve, stiffness: f64, part: &Part) -> 
     } else {
         0.0
     };
-    for _ in 0..MOST_PANELS {
+    for _ in 0..MAX_PANELS {
         let beyond = (y - knee).max(0.0);
         let widest = WIDEST.max(WIDENING * if back > 0.0 { beyond } else { beyond / (1.0 + WIDENING) });
         let mut width = left.min(widest).min(LONGEST * level / force_per_y);

@@ -3,7 +3,7 @@
 use super::script::{PLAIN, Script};
 use super::*;
 use crate::Directional;
-use crate::compensation::{Compensation, LARGEST_SHARE};
+use crate::compensation::{Compensation, MAX_SHARE};
 use crate::friction::{Friction, Viscous};
 use crate::rig_friction::RigFriction;
 
@@ -127,7 +127,7 @@ fn rig() -> impl Strategy<Value = Rig> {
     let resolution = prop::sample::select(&[1e-6, 1e-5, 4e-5][..]);
     (
         0.5..1.3f64,
-        0.0..=LARGEST_SHARE,
+        0.0..=MAX_SHARE,
         resolution,
         0..3_usize,
         0.3..3.0f64,
@@ -154,7 +154,7 @@ proptest! {
     /// steps late, and friction that is down to half of the identified one.
     // hazard: F21
     #[test]
-    fn a_handle_that_was_pushed_and_left_alone_comes_to_rest_and_stays_there(
+    fn pushed_handle_left_alone_comes_to_rest(
         rig in rig(), speed in 0.05..1.0f64,
     ) {
         // A lighter push than the friction moves nothing.
@@ -211,7 +211,7 @@ fn a_stop_and_a_ramp_hold_for_the_compensation_too() {
 }
 
 #[test]
-fn the_rig_is_set_only_while_no_force_flows_and_its_energy_is_observed() {
+fn rig_settings_change_only_while_no_force_flows() {
     let mut script = Script::engaged(PLAIN);
     let losses = RigLosses {
         damping: 0.0,

@@ -31,7 +31,7 @@ fn bring(script: &mut Script, renderer: Renderer, transition: Transition) {
 }
 
 #[test]
-fn the_force_is_that_of_the_scene_at_the_hand_scaled_by_the_ramp() {
+fn force_is_scene_force_at_hand_times_ramp_gain() {
     let mut script = Script::new(PLAIN);
     let position_m = |k: u32| 0.4 + 3e-3 * libm::sin(0.02 * f64::from(k));
     let mut alone = stiff(25_000.0);
@@ -88,7 +88,7 @@ fn the_force_is_that_of_the_scene_at_the_hand_scaled_by_the_ramp() {
 }
 
 #[test]
-fn a_stop_takes_the_force_and_the_block_to_the_hand_in_its_own_step() {
+fn stop_zeroes_force_and_moves_block_to_hand_at_once() {
     let mut script = Script::engaged(PLAIN);
     script.once.events = Event::Stop.into();
     let outputs = script.next();
@@ -97,7 +97,7 @@ fn a_stop_takes_the_force_and_the_block_to_the_hand_in_its_own_step() {
 }
 
 #[test]
-fn force_decays_after_three_periods_over_20_ms_and_comes_back_over_50_ms() {
+fn force_decays_after_three_silent_periods_and_returns() {
     for silent in [0_u32, 3, 4, 10, 22] {
         let mut script = Script::engaged(PLAIN);
         let before = script.next();
@@ -134,7 +134,7 @@ fn in_a_long_silence_the_block_stands_where_it_was() {
 }
 
 #[test]
-fn what_a_new_scene_cannot_hold_is_taken_back_and_comes_in_over_50_ms() {
+fn force_step_of_new_scene_fades_in_over_50_ms() {
     let mut script = Script::engaged(PLAIN);
     let mut alone = stiff(100.0);
     let step = alone.take_over(&script.servo.scene().renderer);
@@ -152,7 +152,7 @@ fn what_a_new_scene_cannot_hold_is_taken_back_and_comes_in_over_50_ms() {
 }
 
 #[test]
-fn a_fade_goes_evenly_from_the_force_of_one_scene_to_that_of_the_next() {
+fn fade_blends_evenly_from_old_scene_force_to_new() {
     let mut script = Script::engaged(PLAIN);
     let mut old = script.servo.scene().renderer.clone();
     let mut new = stiff(100.0);
@@ -209,7 +209,7 @@ fn taken(script: &Script) -> usize {
 }
 
 #[test]
-fn a_scene_comes_in_by_steps_at_equal_distances_and_every_step_of_force_is_taken_back() {
+fn scene_ramp_steps_are_even_and_offset_in_force() {
     let mut script = Script::engaged(PLAIN);
     let way = [90.0, 80.0, 70.0, 60.0, 50.0];
     let mut alone = stiff(100.0);

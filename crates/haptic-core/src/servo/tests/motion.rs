@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::Directional;
-use crate::compensation::{Compensation, LARGEST_SHARE};
+use crate::compensation::{Compensation, MAX_SHARE};
 use crate::rig_friction::RigFriction;
 use crate::{Course, Excitation, PulseShape};
 
@@ -36,7 +36,7 @@ fn nothing_is_added_to_the_force_of_a_motion() {
             damping: 0.0,
         },
         compensation: Some(Compensation {
-            share: LARGEST_SHARE,
+            share: MAX_SHARE,
             friction: RigFriction {
                 mass: 1.0,
                 dynamic_force: Directional::both(3.0),

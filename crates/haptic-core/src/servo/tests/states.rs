@@ -34,7 +34,7 @@ fn a_ramp_takes_its_time_whatever_the_devices_clock_does() {
 }
 
 #[test]
-fn what_the_loop_missed_while_force_flowed_is_a_fault_and_else_is_none() {
+fn missed_time_faults_only_while_force_flows() {
     let nothing = Events::default();
     let slept = Events::from(Event::Slept);
     let too_late = Events::from(Event::TooLate);
@@ -76,7 +76,7 @@ fn a_loop_that_may_stand_still_does_not_fault_by_it() {
 }
 
 #[test]
-fn a_lapsed_lease_and_a_lost_control_thread_end_a_long_ramp_soon() {
+fn lapsed_lease_or_lost_control_cuts_a_long_ramp_short() {
     let settings = Settings { ramp_s: 1.0, ..PLAIN };
     let mut script = Script::engaged(settings);
     script.once.events = Event::LeaseLapsed.into();
@@ -91,7 +91,7 @@ fn a_lapsed_lease_and_a_lost_control_thread_end_a_long_ramp_soon() {
 }
 
 #[test]
-fn nobody_engages_without_the_enable_button_or_a_motor_without_force() {
+fn engage_needs_enable_button_and_motor_with_force() {
     for (buttons, force_n, refused) in [
         (ENABLE_BUTTON, 20.0, false),
         (0, 20.0, true),
@@ -119,7 +119,7 @@ fn nobody_engages_without_the_enable_button_or_a_motor_without_force() {
 }
 
 #[test]
-fn the_stop_button_stops_the_enable_button_lets_go_and_no_other_does_anything() {
+fn stop_button_stops_and_enable_button_releases() {
     for (buttons, expected) in [
         (ENABLE_BUTTON, (RigState::Engaged, None)),
         (!STOP_BUTTON, (RigState::Engaged, None)),
@@ -165,7 +165,7 @@ fn buttons_of_a_device_that_is_gone_are_not_pressed() {
 }
 
 #[test]
-fn a_device_that_cannot_be_written_is_gone_and_comes_back_without_force() {
+fn unwritable_device_disconnects_and_returns_without_force() {
     let mut script = Script::engaged(PLAIN);
     script.servo.disconnect();
     assert_eq!(script.servo.state(), RigState::Disconnected);
@@ -175,7 +175,7 @@ fn a_device_that_cannot_be_written_is_gone_and_comes_back_without_force() {
 }
 
 #[test]
-fn a_device_that_comes_back_begins_anew_though_its_sample_has_the_same_number() {
+fn reconnected_device_starts_anew_despite_same_sequence() {
     let mut script = Script::new(PLAIN);
     script.go_on(50);
     script.fail(DeviceError::Disconnected);
@@ -188,7 +188,7 @@ fn a_device_that_comes_back_begins_anew_though_its_sample_has_the_same_number() 
 }
 
 #[test]
-fn another_device_may_be_anywhere_and_at_any_time_and_begins_without_force() {
+fn another_device_may_start_at_any_position_and_time() {
     let mut script = Script::engaged(PLAIN);
     script.servo.forget_device();
     script.sample.position_m = 0.7;
@@ -216,7 +216,7 @@ fn a_lying_clock_is_a_fault_while_force_flows_and_else_is_none() {
 }
 
 #[test]
-fn a_lone_wrong_sample_is_not_rendered_and_counted_while_force_flows() {
+fn lone_wrong_sample_is_held_back_and_counted() {
     let mut script = Script::engaged(PLAIN);
     let honest_m = script.next().device_position_m;
     assert_eq!(script.servo.samples_forgotten(), 0);
@@ -233,7 +233,7 @@ fn a_lone_wrong_sample_is_not_rendered_and_counted_while_force_flows() {
 
 // hazard: H25
 #[test]
-fn samples_that_agree_wrongly_make_no_step_beyond_the_slew_limit() {
+fn agreeing_wrong_samples_stay_within_slew_limit() {
     let step_n = PLAIN.limits.slew_n_per_s * 1e-3 * (1.0 + 1e-9);
     for wrong_m in [0.1e-3, 0.2e-3, 0.3e-3, 0.6e-3, 0.9e-3, -0.2e-3, -0.6e-3, -0.9e-3] {
         for many in 1..=5 {
@@ -320,7 +320,7 @@ fn a_motor_is_an_alarm_only_where_it_stays_on_without_force() {
 }
 
 #[test]
-fn the_time_in_which_a_motor_must_go_off_begins_with_the_first_sample_of_its_device() {
+fn motor_off_timeout_starts_at_first_sample() {
     let mut script = Script::new(PLAIN);
     for _ in 0..300 {
         script.fail(DeviceError::Disconnected);

@@ -10,7 +10,7 @@ use haptic_core::{Direction, Directional, Parameter, ParameterKey, Renderer, Sce
 
 /// A force that every tick may be wrong by, as a share of the greatest one, and at least, N.
 const SHARE: f64 = 1e-9;
-const LEAST_N: f64 = 1e-9;
+const MIN_N: f64 = 1e-9;
 /// What the device's position says no better, in its last digits.
 const LAST_DIGITS: f64 = 8.0;
 /// Parts of a tick that is cut.
@@ -367,7 +367,7 @@ pub(crate) fn attempt(property: Property, law: &str, has_block: bool, random: &m
         }
         found.ticks += 1;
         greatest = greatest.max(force.abs());
-        let bound = times * ((SHARE * greatest).max(LEAST_N) + digits);
+        let bound = times * ((SHARE * greatest).max(MIN_N) + digits);
         let error = (force - other).abs();
         if error.is_nan() || error > bound {
             if decided(&case, k, error, bound) {

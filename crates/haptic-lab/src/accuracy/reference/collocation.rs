@@ -8,13 +8,13 @@ const NODES: usize = 8;
 /// Points of a piece at which events are looked for.
 const POINTS: usize = 32;
 /// Most sweeps over the nodes; a piece short enough to be accurate takes about 14.
-const MOST_SWEEPS: usize = 60;
+const MAX_SWEEPS: usize = 60;
 /// Sweeps continue until a change is this much below the sum that it changes,
 const ROUNDING: f64 = 1e-16;
 /// or this much, and no longer gets smaller: forces are differences.
 const NOISE: f64 = 1e-12;
 /// Halvings and secants that find an event to the last digit.
-const MOST_SECANTS: usize = 100;
+const MAX_SECANTS: usize = 100;
 
 /// The method's coefficients.
 pub(super) struct Rule {
@@ -97,7 +97,7 @@ impl Rule {
     ) -> Option<Piece<D>> {
         let mut rates = [rate(0.0, &[0.0; D]); NODES];
         let mut last_change = f64::INFINITY;
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let mut next = rates;
             let (mut change, mut size) = (0.0_f64, 0.0_f64);
             for (i, to_node) in self.to_node.iter().enumerate() {
@@ -225,7 +225,7 @@ pub(super) fn root(from: f64, to: f64, value: impl Fn(f64) -> f64) -> f64 {
     if at_low <= 0.0 {
         return low;
     }
-    for turn in 0..MOST_SECANTS {
+    for turn in 0..MAX_SECANTS {
         let secant = high - at_high * (high - low) / (at_high - at_low);
         let middle = if turn % 8 < 6 && secant > low && secant < high {
             secant

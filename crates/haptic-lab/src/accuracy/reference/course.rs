@@ -15,7 +15,7 @@ use twofloat::TwoFloat;
 /// powers below.
 pub(super) const TOLERANCE_N: f64 = 1e-10;
 /// Most pieces of a tick: a run that takes more is a mistake of this solver.
-const MOST_PIECES: usize = 10_000_000;
+const MAX_PIECES: usize = 10_000_000;
 /// Share of the velocity, or of the one over which friction falls, that a piece may take away.
 const FALL: f64 = 0.5;
 
@@ -90,7 +90,7 @@ impl<'a> Course<'a> {
         mut changed: impl FnMut(f64, Mode, Mode),
     ) {
         let mut t = from_s;
-        for _ in 0..MOST_PIECES {
+        for _ in 0..MAX_PIECES {
             if t >= to_s {
                 return;
             }

@@ -17,7 +17,7 @@ const SHARE: f64 = 0.1;
 
 /// A second fit whose intervals are wider by this shows little, and nothing where they are wider by that.
 const HARDLY_SHOWS: f64 = 1.5;
-const LARGEST_LOSS: f64 = 3.0;
+const MAX_LOSS: f64 = 3.0;
 
 /// Standard errors of a difference between the two fits from which on it is said.
 const IS_SAID: f64 = 4.0;
@@ -44,7 +44,7 @@ pub(super) fn looked_for(problem: &Problem<'_>, mut slides: Slides, found: &mut 
                 .to_owned(),
         );
     }
-    let Some(second) = second.filter(|_| loss <= LARGEST_LOSS) else {
+    let Some(second) = second.filter(|_| loss <= MAX_LOSS) else {
         return slides;
     };
     let mut most = 0.0_f64;

@@ -11,10 +11,10 @@ use nalgebra::{Matrix4, Vector4};
 const SLOWEST_LOAD_S: f64 = 0.1;
 
 /// Longest time, s, before the mass may have set off over which the load is fitted.
-const LONGEST_LOAD_S: f64 = 0.1;
+const MAX_LOAD_S: f64 = 0.1;
 
 /// Largest part of the force that may be uncertain.
-const LARGEST_ERROR: f64 = 0.08;
+const MAX_ERROR: f64 = 0.08;
 
 /// The motion is first seen at a distance, and then at this multiple of it.
 const FARTHER: f64 = 2.25;
@@ -23,10 +23,10 @@ const FARTHER: f64 = 2.25;
 const EARLIER: f64 = 3.0;
 
 /// Least number of samples over which it may have begun.
-const FEWEST_STARTS: usize = 6;
+const MIN_STARTS: usize = 6;
 
 /// Longest time, s, that a start takes from the one distance to the other.
-const LONGEST_START_S: f64 = 0.1;
+const MAX_START_S: f64 = 0.1;
 
 /// A breakaway from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +47,7 @@ impl Breakaway {
     /// Whether its force is that of the surface, and not of the load's speed.
     pub(super) fn is_slow(&self) -> bool {
         let force = self.force_n.abs();
-        self.rate_n_per_s.abs() * SLOWEST_LOAD_S <= force && self.rise_n + 2.0 * self.noise_n <= LARGEST_ERROR * force
+        self.rate_n_per_s.abs() * SLOWEST_LOAD_S <= force && self.rise_n + 2.0 * self.noise_n <= MAX_ERROR * force
     }
 }
 
@@ -69,11 +69,11 @@ pub(super) fn find(grid: &Grid, motion: &Motion, force: &[f64]) -> Vec<Breakaway
         // A load that lets go again, a creep, or a slip shorter than that.
         let rests_between =
             |other: &std::ops::Range<usize>| other.start > quiet && other.start < second && other.end > first;
-        let longest = whole(LONGEST_START_S / grid.period_s);
+        let longest = whole(MAX_START_S / grid.period_s);
         if same != sense || second > first + longest || motion.rests.iter().any(rests_between) {
             return None;
         }
-        let span = whole(EARLIER * (second - first) as f64).max(FEWEST_STARTS);
+        let span = whole(EARLIER * (second - first) as f64).max(MIN_STARTS);
         let earliest = first.saturating_sub(span).max(quiet);
         // A rest begins within its tolerance, where the slip before it may still continue.
         let unsettled_m = 2.0 * motion.noise_m + 0.5 * motion.step_m;
@@ -82,7 +82,7 @@ pub(super) fn find(grid: &Grid, motion: &Motion, force: &[f64]) -> Vec<Breakaway
             .rev()
             .find(is_unsettled)
             .map_or(rest.start, |at| at + 1);
-        let length = whole(LONGEST_LOAD_S / grid.period_s).min(earliest - settled);
+        let length = whole(MAX_LOAD_S / grid.period_s).min(earliest - settled);
         let load = earliest.checked_sub(length).filter(|_| length >= 8)?..first + 1;
         if !grid.is_valid[load.clone()].iter().all(|valid| *valid) {
             return None;

@@ -14,10 +14,10 @@ use nalgebra::{DMatrix, DVector};
 const SEARCHED_ROWS: usize = 2000;
 
 /// Share of the variance of the force's change, as far as the other unknowns do not explain it, that may be noise.
-const LARGEST_NOISE_SHARE: f64 = 0.2;
+const MAX_NOISE_SHARE: f64 = 0.2;
 
 /// Fewest degrees of freedom: with fewer a few strokes alone determine the shift, which one wrong stroke would.
-const FEWEST_FREEDOM: f64 = 5.75;
+const MIN_FREEDOM: f64 = 5.75;
 /// But where the noise share is below this it is seen all the same.
 const CLEAR_NOISE_SHARE: f64 = 0.125;
 
@@ -44,7 +44,7 @@ pub(super) fn find(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: 
         .map_err(|_| NoShift::OutOfReach)?;
     let noise_share = fit.noise_share(Unknown::Shift).unwrap_or(1.0);
     let freedom = fit.uncertainty_of(Unknown::Shift).map_or(0.0, |of| of.freedom);
-    if noise_share > LARGEST_NOISE_SHARE || (freedom < FEWEST_FREEDOM && noise_share > CLEAR_NOISE_SHARE) {
+    if noise_share > MAX_NOISE_SHARE || (freedom < MIN_FREEDOM && noise_share > CLEAR_NOISE_SHARE) {
         return Err(NoShift::Noise);
     }
     search.only(&shift)?;

@@ -42,7 +42,7 @@ use slides::Slides;
 /// What a fit with friction alike must leave, in multiples of what the separate one leaves, before friction is
 /// said to differ by direction, where the separate one leaves more than noise. A better fit of a law that
 /// misses something says little about the unknowns that it gained.
-const LEAST_GAIN: f64 = 3.0;
+const MIN_GAIN: f64 = 3.0;
 
 /// What a fit leaves is noise up to this correlation between windows that do not touch, up to this multiple of what the
 /// noise of the force itself leaves, and where windows of 2.25 times the length leave less by this factor: white noise
@@ -236,7 +236,7 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
         .is_none_or(|(short, long)| short >= NOISE_FALL * long);
     let is_noise =
         structure < NOISE_STRUCTURE && falls && apart.fit.rms_n() <= NOISE_EXCESS * problem.force_noise(&apart.rows);
-    if statics_differ || gain >= LEAST_GAIN || is_noise {
+    if statics_differ || gain >= MIN_GAIN || is_noise {
         found.notes.push(format!(
             "friction differs by direction: alike it leaves {:.3} N, by direction {:.3} N. A constant force \
              would look the same",

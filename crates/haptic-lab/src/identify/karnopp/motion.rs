@@ -6,13 +6,13 @@ use haptic_motion::median::extent;
 use std::ops::Range;
 
 /// Longest time over which velocity is taken as even, s.
-const LONGEST_SLOPE_S: f64 = 20e-3;
+const MAX_SLOPE_S: f64 = 20e-3;
 
 /// Standard deviations of its velocity beyond which the direction of a motion is certain.
 const CERTAIN_DEVIATIONS: f64 = 4.0;
 
 /// Shortest rest, s.
-const SHORTEST_REST_S: f64 = 30e-3;
+const MIN_REST_S: f64 = 30e-3;
 
 /// What the positions say about the motion.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ impl Motion {
     pub(super) fn new(grid: &Grid, resolution_m: Option<f64>) -> Self {
         let (x, period_s) = (&grid.position_m, grid.period_s);
         let step_m = resolution_m.or_else(|| encoder_step(x)).unwrap_or(0.0);
-        let longest = whole(LONGEST_SLOPE_S / period_s).max(2);
+        let longest = whole(MAX_SLOPE_S / period_s).max(2);
         let rough = slope(x, longest, period_s);
         let fastest = rough.iter().fold(0.0_f64, |fastest, v| fastest.max(v.abs()));
         let moves: Vec<bool> = rough.iter().map(|v| v.abs() > 0.1 * fastest).collect();
@@ -48,12 +48,12 @@ impl Motion {
         let velocity_mps = slope(x, reach, period_s);
         let slowest_mps = (CERTAIN_DEVIATIONS * noise_m * slope_noise(reach, period_s)).max(1e-9);
         let turn_m = CERTAIN_DEVIATIONS * noise_m;
-        let longest_turn = whole(LONGEST_TURN_S / period_s);
+        let longest_turn = whole(MAX_TURN_S / period_s);
         let mut sense = senses(&velocity_mps, slowest_mps, reach, |turn| {
             is_quick(x, turn, turn_m, longest_turn)
         });
-        leave_out_creeping(&velocity_mps, &mut sense, whole(LONGEST_CREEP_S / period_s));
-        let rests = rests(x, 8.0 * noise_m + 1.1 * step_m, whole(SHORTEST_REST_S / period_s));
+        leave_out_creeping(&velocity_mps, &mut sense, whole(MAX_CREEP_S / period_s));
+        let rests = rests(x, 8.0 * noise_m + 1.1 * step_m, whole(MIN_REST_S / period_s));
         Self {
             velocity_mps,
             sense,
@@ -86,7 +86,7 @@ impl Motion {
 /// Slower than this share of the fast slides for longer than this time, s, a motion may be made of slips and rests that
 /// are too short to be seen.
 const CREEP_SHARE: f64 = 0.05;
-const LONGEST_CREEP_S: f64 = 0.1;
+const MAX_CREEP_S: f64 = 0.1;
 
 /// Leaves out where it creeps.
 fn leave_out_creeping(velocity: &[f64], sense: &mut [i8], longest: usize) {
@@ -103,7 +103,7 @@ fn leave_out_creeping(velocity: &[f64], sense: &mut [i8], longest: usize) {
 }
 
 /// Longest time at a turn within the position's noise, s: so long a rest may be hidden there.
-const LONGEST_TURN_S: f64 = 2.5e-3;
+const MAX_TURN_S: f64 = 2.5e-3;
 
 /// Whether a turn somewhere in `range` is seen to be one, and not a short rest: hardly a sample is as far as
 /// the farthest.

@@ -18,17 +18,17 @@ const EXCESS: f64 = 1.15;
 
 /// Distance of two hats, m, and how many there may be.
 const HAT_M: f64 = 1.25e-3;
-const FEWEST_HATS: f64 = 8.0;
-const MOST_HATS: f64 = 33.0;
+const MIN_HATS: f64 = 8.0;
+const MAX_HATS: f64 = 33.0;
 
 /// A force of the place is there where the fit with it leaves less than this share, its unknowns counted.
-const LARGEST_LEFT: f64 = 0.93;
+const MAX_LEFT: f64 = 0.93;
 
 /// A window that averages over several periods of cogging does not show it: one shorter by this is tried as well.
 const SHORTER: f64 = 2.9;
 
 /// Share of the acceleration's variance that the place may leave, at least, for the mass to be told from a spring.
-pub(super) const LEAST_MASS_SHARE: f64 = 0.03;
+pub(super) const MIN_MASS_SHARE: f64 = 0.03;
 
 /// The slides with a force of the place in the fit, where it is certain, or where what is left shows one.
 pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Identified) -> Slides {
@@ -36,8 +36,7 @@ pub(super) fn explained(problem: &Problem<'_>, slides: Slides, found: &mut Ident
         let height = sprung.value(Unknown::Place(0)).unwrap_or(0.0);
         let of = sprung.uncertainty_of(Unknown::Place(0));
         // Under one frequency whatever the law lacks would look like one.
-        share_of_mass(&slides.rows, sprung) >= LEAST_MASS_SHARE
-            && of.is_some_and(|of| height.abs() > of.reach_certain())
+        share_of_mass(&slides.rows, sprung) >= MIN_MASS_SHARE && of.is_some_and(|of| height.abs() > of.reach_certain())
     });
     let plain_rms_n = slides.fit.rms_n();
     let is_sprung = with_spring.is_some();
@@ -89,14 +88,14 @@ fn uneven(problem: &Problem<'_>, slides: &Slides) -> Option<(Rows, Fit)> {
         return None;
     }
     let (low, high) = extent(problem.grid.position_m.iter().copied());
-    let hats = ((high - low) / HAT_M).round().clamp(FEWEST_HATS, MOST_HATS);
+    let hats = ((high - low) / HAT_M).round().clamp(MIN_HATS, MAX_HATS);
     all().find_map(|(plain_rows, plain)| {
         let rows = plain_rows.rows.len() as f64 / OVERLAPPING;
         let placed = (rows > 2.0 * hats)
             .then(|| with_hats(problem, plain_rows, shape, whole(hats)))
             .flatten()?;
         let left = placed.rms_n() / (1.0 - hats / rows).max(0.1).sqrt();
-        (left < LARGEST_LEFT * plain.rms_n()).then(|| (plain_rows.clone(), placed))
+        (left < MAX_LEFT * plain.rms_n()).then(|| (plain_rows.clone(), placed))
     })
 }
 
@@ -127,7 +126,7 @@ pub(super) fn note_one_frequency(problem: &Problem<'_>, slides: &Slides, found: 
     };
     let variance = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
     let stiffness_to_mass = -fit.values[0];
-    if stiffness_to_mass > 0.0 && variance(&fit.residuals) < LEAST_MASS_SHARE * variance(&accelerations) {
+    if stiffness_to_mass > 0.0 && variance(&fit.residuals) < MIN_MASS_SHARE * variance(&accelerations) {
         found.notes.push(format!(
             "the motion has one frequency, {:.2} Hz, where a spring looks like less mass: each 10 N/m along the way \
              would take {:.3} kg away. It is taken that there is none; two frequencies, or a chirp, tell them apart",

@@ -1,7 +1,7 @@
 //! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
 
 use super::motion::Motion;
-use super::place::{self, LEAST_MASS_SHARE};
+use super::place::{self, MIN_MASS_SHARE};
 use super::problem::Problem;
 use super::regression::{Rows, Shape, Unknown};
 use super::slides::Slides;
@@ -14,24 +14,24 @@ use crate::two_clocks::NoShift;
 use haptic_motion::median::extent;
 
 /// Fewest windows in a direction.
-const FEWEST_ROWS: usize = 12;
+const MIN_ROWS: usize = 12;
 
 /// Least ratio of the speed of the fastest tenth of a slide to that of its slowest tenth that determines the share of
 /// viscous friction.
-const LEAST_SPEED_RATIO: f64 = 1.5;
+const MIN_SPEED_RATIO: f64 = 1.5;
 
 /// Share of the acceleration's own variance that may be noise.
-const LARGEST_ATTENUATION: f64 = 0.1;
+const MAX_ATTENUATION: f64 = 0.1;
 
 /// Half of an interval may be this share of the value.
-const LARGEST_UNCERTAINTY: f64 = 0.3;
+const MAX_UNCERTAINTY: f64 = 0.3;
 
 /// Half of the interval of viscous friction, times the span of speeds, may be this share of the dynamic friction,
 /// however small the viscous friction is itself.
 const HARMLESS_SHARE: f64 = 0.05;
 
 /// Fewest encoder steps, or standard deviations of noise, that the whole stroke must have.
-const LEAST_STROKE_STEPS: f64 = 30.0;
+const MIN_STROKE_STEPS: f64 = 30.0;
 
 const MOVE_BOTH_WAYS: &str = "push and pull by turns at 0.5 to 3 Hz, with strokes of 10 mm or more, for 10 s";
 
@@ -41,7 +41,7 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
     let x = &grid.position_m;
     let (low, high) = extent(x.iter().copied());
     let stroke_m = high - low;
-    let least_m = LEAST_STROKE_STEPS * motion.noise_m.max(motion.step_m);
+    let least_m = MIN_STROKE_STEPS * motion.noise_m.max(motion.step_m);
     if stroke_m <= least_m {
         return Err(format!(
             "the stroke of {:.4} mm is too small: at least {:.4} mm stand out of the position's noise",
@@ -60,13 +60,13 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
     let half_s = window::candidates(grid.period_s)[0];
     let rows = problem.rows(half_s);
     let positive = rows.rows.iter().filter(|row| row.sense > 0.0).count();
-    let sides = [positive, rows.rows.len() - positive].map(|count| count >= FEWEST_ROWS);
+    let sides = [positive, rows.rows.len() - positive].map(|count| count >= MIN_ROWS);
     if sides == [false; 2] {
         return Err(too_little_sliding(&rows, grid, motion));
     }
     Ok(Shape {
         has_mass: options.mass_kg.is_none() && !is_acceleration_noise(&rows, motion),
-        has_viscous: speed_ratio(motion) >= LEAST_SPEED_RATIO,
+        has_viscous: speed_ratio(motion) >= MIN_SPEED_RATIO,
         is_separate: options.directions != Directions::Alike || sides != [true; 2],
         sides,
         has_shift: options.clocks.longest_shift_s() > 0.0,
@@ -270,7 +270,7 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
     let span = format!("nine tenths of the sliding is between {slow:.4} and {fast:.4} m/s");
     let instead = "vary the speed: sines of 0.5 to 3 Hz, or ramps at several speeds, at least three times as fast at \
                    the fastest as at the slowest";
-    let too_loose = viscous_reach > LARGEST_UNCERTAINTY * least_viscous.abs()
+    let too_loose = viscous_reach > MAX_UNCERTAINTY * least_viscous.abs()
         && viscous_reach * (fast - slow) > HARMLESS_SHARE * dynamic.abs();
     if !slides.fit.shape.has_viscous || too_loose {
         let why = if too_loose {
@@ -286,7 +286,7 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
         return;
     }
     let dynamic_reach = reach("dynamic_force_N");
-    if dynamic_reach > LARGEST_UNCERTAINTY * dynamic.abs() && dynamic_reach > 0.1 * slides.fit.rms_n() {
+    if dynamic_reach > MAX_UNCERTAINTY * dynamic.abs() && dynamic_reach > 0.1 * slides.fit.rms_n() {
         let why = format!("its interval is +-{dynamic_reach:.4} N around {dynamic:.4} N");
         withdraw(found, "dynamic_force_N", why, MOVE_BOTH_WAYS);
     }
@@ -338,7 +338,7 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, motion: &Motion, op
         return;
     };
     let share = place::share_of_mass(&slides.rows, &slides.fit);
-    if slides.fit.shape.hats > 0 && share < LEAST_MASS_SHARE {
+    if slides.fit.shape.hats > 0 && share < MIN_MASS_SHARE {
         let why = format!(
             "the force depends on the place, and {:.0} % of the acceleration's variance is given by that: a spring along \
              the way would look like less mass",
@@ -353,13 +353,13 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, motion: &Motion, op
         return;
     }
     let attenuation = slides.fit.noise_share(Unknown::Mass).unwrap_or(1.0);
-    if attenuation > LARGEST_ATTENUATION {
+    if attenuation > MAX_ATTENUATION {
         let why = format!(
             "{:.0} % of the acceleration's variance ({acceleration:.4} m/s^2 rms) is the position's noise",
             100.0 * attenuation.min(1.0)
         );
         withdraw(found, "mass_kg", why, instead);
-    } else if reach > LARGEST_UNCERTAINTY * mass {
+    } else if reach > MAX_UNCERTAINTY * mass {
         let why = format!(
             "its interval is {mass:.4} +- {reach:.4} kg: accelerations of {acceleration:.4} m/s^2 rms are too small \
              beside the {:.4} N that the fit leaves",

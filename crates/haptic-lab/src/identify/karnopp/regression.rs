@@ -8,14 +8,14 @@ use haptic_motion::median::extent;
 use nalgebra::{DMatrix, DVector};
 
 /// Most rows of a fit; of longer records every second, third ... is taken.
-const MOST_ROWS: usize = 8000;
+const MAX_ROWS: usize = 8000;
 
 /// Rows that overlap, for each one that does not.
 pub(super) const OVERLAPPING: f64 = 3.0;
 
 /// Parts of the record that err each in its own way are pairs of strokes, joined to at most [`PARTS`]. Of fewer pairs than
 /// this they are cut.
-const FEWEST_PAIRS: usize = 6;
+const MIN_PAIRS: usize = 6;
 
 /// Share of the positions' noise that may be none.
 const NOT_NOISE: f64 = 0.5;
@@ -67,7 +67,7 @@ impl Rows {
         if grid.len() > 2 * around {
             let senses = || motion.sense.iter().zip(&grid.is_valid);
             let sliding = senses().filter(|(sense, is_valid)| **sense != 0 && **is_valid).count();
-            step = (reach / 3).max(1).max(sliding / MOST_ROWS);
+            step = (reach / 3).max(1).max(sliding / MAX_ROWS);
             let mut before = Vec::with_capacity(grid.len() + 1);
             before.push(0_i64);
             for (sense, is_valid) in senses() {
@@ -178,7 +178,7 @@ fn parts(rows: &[Row], step: usize, motion: &Motion) -> Vec<usize> {
         strokes[index] = strokes[index - 1] + usize::from(is_next);
     }
     let pairs = strokes.last().map_or(0, |last| last / 2 + 1);
-    if pairs < FEWEST_PAIRS {
+    if pairs < MIN_PAIRS {
         return robust_fit::equal_parts(rows.len());
     }
     if pairs <= PARTS {

@@ -122,7 +122,7 @@ fn the_truth_is_found_and_its_intervals_hold() {
 }
 
 #[test]
-fn friction_that_differs_by_direction_is_found_and_its_offset_refused() {
+fn directional_friction_is_found_and_offset_refused() {
     let pair = |positive, negative| Directional { positive, negative };
     let truth = Karnopp {
         static_force: pair(5.0, 4.0),
@@ -369,7 +369,7 @@ fn what_the_motion_does_not_determine_is_refused_by_name() {
 }
 
 #[test]
-fn a_force_that_points_against_the_motion_is_refused_with_its_cause() {
+fn force_against_the_motion_is_refused_with_its_cause() {
     let mut record = record(alike(), 3);
     record.force_n.iter_mut().for_each(|force| *force = -*force);
     let found = found(&record);
@@ -491,7 +491,7 @@ fn says(found: &Identified, part: &str) -> bool {
 }
 
 #[test]
-fn a_force_of_the_place_is_named_and_left_out_and_none_is_found_where_there_is_none() {
+fn position_dependent_force_is_noted_and_left_out() {
     let spring = |x: f64| 20.0 * x;
     let cogging = |x: f64| 0.5 * (std::f64::consts::TAU * x / 0.01).sin();
     for seed in 1..=3 {
@@ -508,7 +508,7 @@ fn a_force_of_the_place_is_named_and_left_out_and_none_is_found_where_there_is_n
 }
 
 #[test]
-fn a_motion_of_one_frequency_tells_that_a_spring_is_taken_for_none() {
+fn single_frequency_motion_notes_that_no_spring_is_assumed() {
     assert!(says(
         &found(&with_place(1.5, 1.5, 1, |_| 0.0)),
         "has one frequency, 1.50 Hz"
@@ -517,7 +517,7 @@ fn a_motion_of_one_frequency_tells_that_a_spring_is_taken_for_none() {
 }
 
 #[test]
-fn one_file_has_one_clock_and_a_shift_that_would_fit_better_is_told() {
+fn single_file_is_not_shifted_but_a_better_shift_is_noted() {
     let mut late = record(alike(), 1);
     late.force_n.rotate_right(4);
     let found = |clocks| {

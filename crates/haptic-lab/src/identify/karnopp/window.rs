@@ -5,24 +5,24 @@ use super::regression::{Rows, Shape, Unknown};
 use crate::robust_fit::Unfit;
 
 /// Half-lengths of windows, s: from the slides of a quick stick-slip to those of a slow rig.
-const SHORTEST_HALF_S: f64 = 6e-3;
-const LONGEST_HALF_S: f64 = 0.12;
+const MIN_HALF_S: f64 = 6e-3;
+const MAX_HALF_S: f64 = 0.12;
 
 /// Ratio of neighbouring half-lengths.
 const RATIO: f64 = 1.35;
 
 /// Fewest samples on either side: with fewer the windows for position and force are no longer alike.
-const LEAST_REACH: f64 = 6.0;
+const MIN_REACH: f64 = 6.0;
 
 /// How much wider the intervals may be than under the best window, on the geometric mean.
-const LARGEST_LOSS: f64 = 1.2;
+const MAX_LOSS: f64 = 1.2;
 /// The same where the shift of two clocks is fitted: it is told by what a short window lets in as well.
-const LARGEST_LOSS_WITH_SHIFT: f64 = 2.5;
+const MAX_LOSS_WITH_SHIFT: f64 = 2.5;
 
 /// The half-lengths that are tried, s.
 pub(super) fn candidates(period_s: f64) -> Vec<f64> {
-    let shortest = SHORTEST_HALF_S.max(LEAST_REACH * period_s);
-    let longest = LONGEST_HALF_S.max(2.0 * shortest);
+    let shortest = MIN_HALF_S.max(MIN_REACH * period_s);
+    let longest = MAX_HALF_S.max(2.0 * shortest);
     std::iter::successors(Some(shortest), |half_s| Some(half_s * RATIO))
         .take_while(|half_s| *half_s <= longest)
         .collect()
@@ -54,11 +54,7 @@ pub(super) fn choose(problem: &Problem<'_>, shape: Shape) -> Result<Rows, Unfit>
         }
     }
     let best = fits.iter().map(|(score, _)| *score).fold(f64::INFINITY, f64::min);
-    let loss = if shape.has_shift {
-        LARGEST_LOSS_WITH_SHIFT
-    } else {
-        LARGEST_LOSS
-    };
+    let loss = if shape.has_shift { MAX_LOSS_WITH_SHIFT } else { MAX_LOSS };
     fits.into_iter()
         .rfind(|(score, _)| *score <= best + loss.ln())
         .map(|(_, rows)| rows)

@@ -20,7 +20,7 @@ const STEPS_OF_A_TURN: f64 = 1.0;
 /// Rows with less than this share of the steepest slope show the error of the force alone.
 const FLAT: f64 = 0.01;
 /// Fewest such rows.
-const FEWEST_FLAT: usize = 50;
+const MIN_FLAT: usize = 50;
 /// The median of the square of a normal variable over its mean.
 const MEDIAN_OF_SQUARES: f64 = 0.455;
 
@@ -54,7 +54,7 @@ impl Errors {
             .zip(slopes)
             .filter(|(_, slope)| **slope < FLAT * steepest);
         let mut squares: Vec<f64> = flat.map(|(left, _)| left * left).collect();
-        if squares.len() < FEWEST_FLAT {
+        if squares.len() < MIN_FLAT {
             return None;
         }
         let of_force = (median(&mut squares)? / MEDIAN_OF_SQUARES).max(1e-24);

@@ -47,7 +47,7 @@ const ROUNDS: usize = 6;
 /// The force's clock is ahead where the fit then leaves less than this share.
 const BETTER_ON_A_CLOCK: f64 = 0.97;
 /// A law that leaves more than this share of the force, rms, says nothing of the record.
-const MOST_UNEXPLAINED: f64 = 0.5;
+const MAX_UNEXPLAINED: f64 = 0.5;
 
 /// Share of the time in which the law is fitted to the record itself, before records are drawn.
 const FIT_SHARE: f64 = 0.3;
@@ -156,7 +156,7 @@ fn find_on(record: &Record, shift_s: f64, law: PathLaw, options: &Options) -> Re
     })?;
     let share = fit.rms_n / prepared.rows.force_rms();
     // One way, the force hardly changes, and there is nothing to explain.
-    if share > MOST_UNEXPLAINED && !refusal::goes_one_way(&prepared) {
+    if share > MAX_UNEXPLAINED && !refusal::goes_one_way(&prepared) {
         return Err((
             format!("the law leaves {:.0} % of the force unexplained", 100.0 * share),
             "check that force and position belong together, and that nothing else pushes the mass",

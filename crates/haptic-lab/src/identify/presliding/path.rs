@@ -6,7 +6,7 @@ use super::adaptive::Windows;
 use crate::smoothing::{encoder_step, white_noise};
 
 /// Fewest samples in which anything can be found.
-const FEWEST_SAMPLES: usize = 200;
+const MIN_SAMPLES: usize = 200;
 /// A record on an even clock.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
@@ -34,7 +34,7 @@ pub(crate) struct Path {
 impl Path {
     /// `None` where there are too few samples. The force's clock is `shift_s` ahead.
     pub(crate) fn new(record: &Record, shift_s: f64) -> Option<Self> {
-        if record.t_s.len() < FEWEST_SAMPLES {
+        if record.t_s.len() < MIN_SAMPLES {
             return None;
         }
         let grid = Grid::new(record);

@@ -7,19 +7,19 @@ use super::laws::PathLaw;
 use super::quantity::Quantity;
 
 /// Fewest steps of the encoder by which a surface must give way, or the steps are taken for it.
-const FEWEST_STEPS: f64 = 3.0;
+const MIN_STEPS: f64 = 3.0;
 /// The same for the stiffness, which is off by up to 8 % with fewer, as the steps lie: with five it is within 3 %.
-const FEWEST_STEPS_FOR_STIFFNESS: f64 = 5.0;
+const MIN_STEPS_FOR_STIFFNESS: f64 = 5.0;
 /// The same for the exponent, which bends the curve between rest and limit: with fewer it is off by up to 10 %.
-const FEWEST_STEPS_FOR_EXPONENT: f64 = 9.0;
+const MIN_STEPS_FOR_EXPONENT: f64 = 9.0;
 /// Over shorter strokes, in steps of the encoder, what smoothing leaves of the steps bends the whole law.
-const LEAST_STROKE_STEPS: f64 = 100.0;
+const MIN_STROKE_STEPS: f64 = 100.0;
 /// Fewest turns that show how a surface gives way.
-const FEWEST_TURNS: usize = 4;
+const MIN_TURNS: usize = 4;
 /// Deflection at which a limit is reached, in multiples of `Fd/sigma`.
 const DEFLECTIONS_TO_LIMIT: f64 = 4.0;
 /// Fewest rows of slow, and of fast, sliding that show Stribeck's fall.
-const FEWEST_ROWS: usize = 30;
+const MIN_ROWS: usize = 30;
 
 /// Why the motion itself cannot determine some of the quantities, whatever a fit says.
 pub(crate) fn by_physics(prepared: &PreparedRecord, estimate: &Estimate, assumed: &Assumptions) -> Vec<Refusal> {
@@ -29,7 +29,7 @@ pub(crate) fn by_physics(prepared: &PreparedRecord, estimate: &Estimate, assumed
     let limit = estimate.values[PathLaw::DYNAMIC].max(estimate.values[PathLaw::DYNAMIC + 1]);
     let deflection = limit / estimate.values[PathLaw::STIFFNESS];
     let mut refused = Refusals::default();
-    if turns < FEWEST_TURNS {
+    if turns < MIN_TURNS {
         refused.add(
             &PRESLIDING,
             &format!("the motion turns {turns} times; how a surface gives way shows after a turn alone"),
@@ -53,9 +53,9 @@ pub(crate) fn by_physics(prepared: &PreparedRecord, estimate: &Estimate, assumed
     for (parameters, fewest) in [
         (
             &["stiffness_N_per_m", "bristle_damping_Ns_per_m"][..],
-            FEWEST_STEPS_FOR_STIFFNESS,
+            MIN_STEPS_FOR_STIFFNESS,
         ),
-        (&["exponent"], FEWEST_STEPS_FOR_EXPONENT),
+        (&["exponent"], MIN_STEPS_FOR_EXPONENT),
     ] {
         if let Some(reason) = hidden_below(fewest, prepared, estimate) {
             refused.add(
@@ -104,9 +104,9 @@ fn short_strokes(refused: &mut Refusals, farthest: f64, deflection: f64, step: f
             "record strokes of 10 mm and more",
         );
     }
-    if farthest < LEAST_STROKE_STEPS * step {
+    if farthest < MIN_STROKE_STEPS * step {
         let reason = format!(
-            "the longest stroke of {:.3} mm is less than {LEAST_STROKE_STEPS} steps of the encoder ({:.1} um)",
+            "the longest stroke of {:.3} mm is less than {MIN_STROKE_STEPS} steps of the encoder ({:.1} um)",
             farthest * 1e3,
             step * 1e6
         );
@@ -140,7 +140,7 @@ fn hidden_fall(prepared: &PreparedRecord, estimate: &Estimate) -> Option<String>
     let (slow, fast) = speeds.fold((0, 0), |(slow, fast), speed| {
         (slow + usize::from(speed < fall), fast + usize::from(speed > 2.0 * fall))
     });
-    (slow < FEWEST_ROWS || fast < FEWEST_ROWS).then(|| {
+    (slow < MIN_ROWS || fast < MIN_ROWS).then(|| {
         format!(
             "Stribeck's fall shows between sliding slower and faster than the Stribeck velocity, {:.2} mm/s by the \
              fit; there are {slow} moments of the one and {fast} of the other",
@@ -152,7 +152,7 @@ fn hidden_fall(prepared: &PreparedRecord, estimate: &Estimate) -> Option<String>
 /// Why the encoder hides how the surface gives way; `None` where it does not. All of the law leans on that: a fit makes
 /// of the steps what it likes.
 pub(crate) fn hidden(prepared: &PreparedRecord, estimate: &Estimate) -> Option<String> {
-    hidden_below(FEWEST_STEPS, prepared, estimate)
+    hidden_below(MIN_STEPS, prepared, estimate)
 }
 
 /// The same for what needs more steps.
@@ -172,7 +172,7 @@ fn hidden_below(fewest_steps: f64, prepared: &PreparedRecord, estimate: &Estimat
 
 /// Whether there is too little motion in one of the directions.
 pub(crate) fn goes_one_way(prepared: &PreparedRecord) -> bool {
-    prepared.sides().into_iter().any(|rows| rows < FEWEST_ROWS)
+    prepared.sides().into_iter().any(|rows| rows < MIN_ROWS)
 }
 
 /// What shows only about a turn.

@@ -271,7 +271,7 @@ fn slow_ramps_alone_refuse_the_bristles_damping() {
 }
 
 #[test]
-fn a_force_that_has_nothing_to_do_with_the_motion_gives_no_numbers() {
+fn unrelated_force_yields_no_parameters() {
     let mut record = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL)))
         .with_movements(&[STROKES])
         .record(1)

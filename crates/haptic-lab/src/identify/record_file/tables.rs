@@ -7,7 +7,7 @@ use crate::identify::record::Record;
 use haptic_motion::table::{Quantity, Table};
 
 /// Shortest time that two files must have in common, s.
-const SHORTEST_COMMON_S: f64 = 1.0;
+const MIN_COMMON_S: f64 = 1.0;
 
 /// Reads a file, or one of positions and another of forces.
 pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
@@ -20,7 +20,7 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     let mut forces = Table::read(force_path, &source.table, &[Force])?;
     let mut table = Table::read(&source.path, &source.table, &[Position, Velocity])?;
     let (begin, end) = common(&table.t_s, &forces.t_s);
-    if end - begin < SHORTEST_COMMON_S {
+    if end - begin < MIN_COMMON_S {
         // Clocks that count from their own starts: the starts are taken as the same instant.
         let ahead = forces.t_s.first().unwrap_or(&0.0) - table.t_s.first().unwrap_or(&0.0);
         forces.t_s.iter_mut().for_each(|t| *t -= ahead);
@@ -29,7 +29,7 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         ));
     }
     let (begin, end) = common(&table.t_s, &forces.t_s);
-    if end - begin < SHORTEST_COMMON_S {
+    if end - begin < MIN_COMMON_S {
         return Err(RecordFileError::Apart {
             path: source.path.clone(),
             force_path: force_path.clone(),

@@ -18,7 +18,7 @@ fn read_text(text: &str, change: impl Fn(&mut Source)) -> Result<Loaded, RecordF
 }
 
 #[test]
-fn columns_are_found_by_their_usual_names_whatever_separates_them() {
+fn columns_are_found_by_name_under_any_separator() {
     for text in [
         "t_s,position_m,force_N,pulse_N\n1.5,0.25,-3,x\n",
         "# a remark\n\n\"Time (s)\";\"Position [m]\";Force [N]\n1,5;0,25;-3\n",
@@ -173,7 +173,7 @@ fn the_headings_of_a_file_are_known_before_it_is_read() {
 }
 
 #[test]
-fn remarks_units_rows_and_times_of_day_of_other_programs_are_read() {
+fn foreign_remarks_unit_rows_and_times_of_day_are_read() {
     for text in [
         "Device: probe 7\nRate: 1000 Hz\n\nTime;Position;Force\ns;mm;kN\n1,5;250;-0,003\n",
         "% made by hand\n// twice\nTime\tPosition\tForce\n[ms]\t[um]\t[mN]\n1500\t250000\t-3000\n",
@@ -257,7 +257,7 @@ fn motion(row: impl Fn(usize, f64, f64, f64) -> String) -> String {
 }
 
 #[test]
-fn whatever_another_program_writes_around_it_the_motion_is_the_same() {
+fn foreign_extras_leave_the_motion_unchanged() {
     let plain = motion(|_, t, x, f| format!("{t:.4},{x:.6},{f:.4}\n"));
     let truth = read_text(&format!("t_s,position_m,force_N\n{plain}"), |_| {}).expect("a record");
     assert!(

@@ -10,7 +10,7 @@ use haptic_recording::{Entry, Mark};
 use std::time::{Duration, Instant};
 
 #[test]
-fn a_session_with_ramps_stops_faults_and_failed_writes_is_the_same_to_the_last_bit() {
+fn eventful_session_replays_to_the_last_bit() {
     let session = eventful();
     // Wherever in its rest it began.
     for begun in [0, 1, 50, 100, 150, 180] {
@@ -66,7 +66,7 @@ fn every_bit_of_every_output_is_compared() {
 }
 
 #[test]
-fn after_a_gap_nothing_is_compared_until_the_rig_is_without_force_and_that_is_counted() {
+fn gap_suspends_comparison_until_the_rig_is_without_force() {
     let session = eventful();
     for with_mark in [true, false] {
         let mut entries = session.entries.clone();
@@ -95,7 +95,7 @@ fn after_a_gap_nothing_is_compared_until_the_rig_is_without_force_and_that_is_co
 }
 
 #[test]
-fn a_recording_that_began_with_force_says_so_and_goes_on_once_it_is_gone() {
+fn recording_begun_with_force_is_compared_after_it_ends() {
     let mut session = eventful();
     let whole = compared(&session.without_first(400));
     assert_eq!(reasons(&whole)[..2], [SkipReason::Settling, SkipReason::BeganWithForce]);
@@ -108,14 +108,14 @@ fn a_recording_that_began_with_force_says_so_and_goes_on_once_it_is_gone() {
 }
 
 #[test]
-fn force_that_comes_before_the_servo_has_settled_is_not_compared() {
+fn force_before_the_servo_settles_is_not_compared() {
     let report = compared(&eventful().without_first(280));
     assert!(reasons(&report).contains(&SkipReason::ForceTooSoon), "{report:?}");
     assert_eq!(report.differing, 0);
 }
 
 #[test]
-fn the_ticks_of_a_scene_that_is_not_in_the_recording_are_not_compared() {
+fn ticks_of_an_unrecorded_scene_are_not_compared() {
     let session = eventful();
     let mut entries = session.entries.clone();
     let place = entries
@@ -156,7 +156,7 @@ fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
 }
 
 #[test]
-fn a_silent_device_is_not_compared_where_its_period_was_set_before_the_recording() {
+fn silent_device_is_skipped_if_its_period_predates_recording() {
     let mut session = Session::new();
     session.run(350).command(Command::Engage).run(200);
     for _ in 0..6 {
@@ -213,7 +213,7 @@ fn what_follows_from_no_recording_is_refused() {
 }
 
 #[test]
-fn a_replay_of_what_a_recorder_wrote_needs_no_more_than_the_file() {
+fn replay_of_a_recorder_file_needs_only_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("session.csv");
     let mut recorder = haptic_recording::create(&path, &metadata(), false).expect("begun");
@@ -277,7 +277,7 @@ fn the_steps_of_an_hour_take_seconds() {
 
 /// A hand that moves leaves the tracker's last bits to be found, wherever the recording began.
 #[test]
-fn the_velocity_is_found_to_the_last_bit_under_a_hand_that_moves() {
+fn replay_finds_velocity_to_the_last_bit_under_a_moving_hand() {
     let mut session = Session::new();
     session.run(700).command(Command::Engage).run(150);
     let mut longest = 0;

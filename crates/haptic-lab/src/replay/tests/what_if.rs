@@ -51,7 +51,7 @@ fn the_same_scene_is_felt_the_same_and_another_otherwise() {
 }
 
 #[test]
-fn a_parameter_is_changed_in_every_scene_or_the_scene_that_lacks_it_is_named() {
+fn parameter_changes_in_every_scene_or_error_names_the_scene() {
     let session = eventful();
     let alternative = Alternative {
         changes: vec![("Fs".parse().expect("a key"), 9.0)],
@@ -66,7 +66,7 @@ fn a_parameter_is_changed_in_every_scene_or_the_scene_that_lacks_it_is_named() {
 }
 
 #[test]
-fn what_if_also_goes_along_where_force_flowed_from_the_beginning() {
+fn what_if_follows_a_recording_that_begins_with_force() {
     let session = eventful();
     let (_, whole) = what_if_rows(&session.entries, Alternative::default());
     let (rows, begun) = what_if_rows(&session.entries[420..], Alternative::default());

@@ -6,7 +6,7 @@ use statrs::function::erf::erfc;
 /// Share of correct answers by guessing among two.
 pub const GUESS: f64 = 0.5;
 /// Largest share of lapses (Wichmann and Hill 2001 take 0.06; psignifit's prior ends at 0.1).
-pub const LARGEST_LAPSE: f64 = 0.1;
+pub const MAX_LAPSE: f64 = 0.1;
 /// What the width may be, as shares of the extent of the levels: within it answers that jump, or do not get better, run
 /// into a wall instead of away.
 pub(super) const WIDTHS: [f64; 2] = [1e-3, 1e3];
@@ -46,10 +46,10 @@ impl Psychometric {
         self.width < 2.0 * WIDTHS[0] * extent
     }
 
-    /// Whether more answers are wrong at large differences than [`LARGEST_LAPSE`] allows.
+    /// Whether more answers are wrong at large differences than [`MAX_LAPSE`] allows.
     #[must_use]
     pub fn is_lapse_at_bound(&self) -> bool {
-        self.lapse > LARGEST_LAPSE - 1e-6
+        self.lapse > MAX_LAPSE - 1e-6
     }
 
     /// Probability of a correct answer at a level.

@@ -1,6 +1,6 @@
 //! The largest likelihood: the least sum of squared deviance residuals, which the solver for least squares finds.
 
-use super::function::{DEVIATIONS_IN_WIDTH, GUESS, LARGEST_LAPSE, Level, Psychometric, WIDTHS, normal_cdf};
+use super::function::{DEVIATIONS_IN_WIDTH, GUESS, Level, MAX_LAPSE, Psychometric, WIDTHS, normal_cdf};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
@@ -21,7 +21,7 @@ pub(super) fn deviance(level: &Level, correct: f64, wrong: f64) -> f64 {
 }
 
 /// The parameters as the solver moves them, where nothing is out of bounds: threshold, logarithm of sigma, and the
-/// angle whose squared sine is the share of [`LARGEST_LAPSE`].
+/// angle whose squared sine is the share of [`MAX_LAPSE`].
 struct Problem<'a> {
     levels: &'a [Level],
     values: DVector<f64>,
@@ -37,8 +37,7 @@ impl Problem<'_> {
     }
 
     fn lapse(&self) -> f64 {
-        self.lapse
-            .unwrap_or_else(|| LARGEST_LAPSE * self.values[2].sin().powi(2))
+        self.lapse.unwrap_or_else(|| MAX_LAPSE * self.values[2].sin().powi(2))
     }
 
     /// Probabilities of a correct and of a wrong answer.
@@ -108,7 +107,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
             row[0] = -slope * rise * density / sigma;
             row[1] = if is_bounded { 0.0 } else { -slope * rise * density * z };
             if self.lapse.is_none() {
-                row[2] = -slope * normal_cdf(z) * LARGEST_LAPSE * (2.0 * self.values[2]).sin();
+                row[2] = -slope * normal_cdf(z) * MAX_LAPSE * (2.0 * self.values[2]).sin();
             }
         }
         Some(jacobian)
@@ -127,7 +126,7 @@ pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometr
     }
     starts
         .into_iter()
-        .flat_map(|start| [None, Some(0.0), Some(LARGEST_LAPSE)].map(|lapse| (start, lapse)))
+        .flat_map(|start| [None, Some(0.0), Some(MAX_LAPSE)].map(|lapse| (start, lapse)))
         .map(|(start, lapse)| solved(&levels, extent, start, lapse))
         .min_by(|a, b| a.deviance.total_cmp(&b.deviance))
         .unwrap_or(Psychometric {
@@ -151,7 +150,7 @@ const GRID_WIDTHS: [f64; 9] = [2e-3, 0.02, 0.06, 0.15, 0.35, 0.8, 2.0, 6.0, 30.0
 /// Steps of the grid over the extent; it goes on by half of that at either end.
 const GRID_STEPS: i32 = 12;
 /// Lapses of the grid.
-const GRID_LAPSES: [f64; 3] = [0.0, 0.03, LARGEST_LAPSE];
+const GRID_LAPSES: [f64; 3] = [0.0, 0.03, MAX_LAPSE];
 /// Of each width, how many of its best thresholds are starts.
 const STARTS_OF_WIDTH: usize = 2;
 /// How many of all are, where there is a start that is nearly right.

@@ -11,14 +11,14 @@ mod function;
 mod likelihood;
 
 pub use bootstrap::{Bootstrap, Resampling, bootstrap};
-pub use function::{GUESS, LARGEST_LAPSE, Level, Psychometric};
+pub use function::{GUESS, Level, MAX_LAPSE, Psychometric};
 
 use super::StatsError;
 use super::error::{check_count, check_finite};
 use likelihood::best;
 
 /// Levels below which three parameters cannot be found.
-const LEAST_LEVELS: usize = 3;
+const MIN_LEVELS: usize = 3;
 
 /// Answers joined by level, the lowest first.
 #[must_use]
@@ -87,7 +87,7 @@ fn check(levels: &[Level]) -> Result<(), StatsError> {
         .collect();
     tested.sort_by(f64::total_cmp);
     tested.dedup();
-    check_count("levels", tested.len(), LEAST_LEVELS)?;
+    check_count("levels", tested.len(), MIN_LEVELS)?;
     let trials: u32 = levels.iter().map(|level| level.trials).sum();
     match levels.iter().map(|level| level.correct).sum::<u32>() {
         0 => Err(StatsError::AllWrong { trials }),

@@ -137,7 +137,7 @@ fn no_function_of_a_fine_grid_is_likelier() {
                 .iter()
                 .flat_map(|level| (-8..=8).map(|step| level.level + 0.1 * f64::from(step) * width));
             for threshold in even.chain(near) {
-                for lapse in [0.0, 0.01, 0.02, 0.04, 0.06, 0.08, LARGEST_LAPSE] {
+                for lapse in [0.0, 0.01, 0.02, 0.04, 0.06, 0.08, MAX_LAPSE] {
                     let function = Psychometric {
                         threshold,
                         width,

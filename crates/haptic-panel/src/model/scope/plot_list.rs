@@ -4,7 +4,7 @@ use super::value_axis::ValueAxis;
 use crate::tape::signal::{Quantity, Signal};
 
 /// Most plots at once: more would be lower than their names.
-const MOST_PLOTS: usize = 8;
+const MAX_PLOTS: usize = 8;
 
 /// A plot over time.
 #[derive(Clone, Debug)]
@@ -107,7 +107,7 @@ impl PlotList {
 
     /// Whether there is no room for another plot.
     pub(crate) fn is_full(&self) -> bool {
-        self.plots.len() >= MOST_PLOTS
+        self.plots.len() >= MAX_PLOTS
     }
 
     /// Removes the plot at a place.
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn two_lines_that_agree_are_both_seen_the_later_one_within_the_one_before() {
+    fn later_plot_lines_are_thinner_than_earlier_ones() {
         for plot in PlotList::default().plots() {
             let widths: Vec<f32> = plot.signals().iter().map(|signal| signal.width()).collect();
             assert!(
@@ -185,7 +185,7 @@ mod tests {
         for _ in 0..20 {
             list.add([]);
         }
-        assert!(list.is_full() && list.plots().len() == MOST_PLOTS);
+        assert!(list.is_full() && list.plots().len() == MAX_PLOTS);
     }
 
     #[test]

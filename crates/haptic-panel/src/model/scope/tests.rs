@@ -80,7 +80,7 @@ fn a_frozen_tape_stays_while_the_rig_goes_on() {
 }
 
 #[test]
-fn a_frozen_tape_shares_every_chunk_and_the_next_sample_copies_only_the_last() {
+fn sample_after_a_freeze_copies_only_the_last_chunk() {
     let mut bench = Bench::running();
     bench.freeze();
     let (shared, all) = bench.tape().shared_chunks(bench.tapes.live());
@@ -124,7 +124,7 @@ fn an_hour_is_frozen_and_outlined_within_5_ms() {
 }
 
 #[test]
-fn the_last_samples_stay_after_a_lost_connection_until_new_ones_come() {
+fn samples_stay_after_disconnect_until_new_ones_arrive() {
     let mut bench = Bench::running();
     bench.tapes.end_live();
     assert_eq!((bench.seen().from_s, bench.seen().to_s), (15.0, 20.0));

@@ -3,7 +3,7 @@
 use crate::tape::KEPT_S;
 
 /// Shortest window, s: a few ticks.
-const SHORTEST_S: f64 = 0.002;
+const MIN_S: f64 = 0.002;
 
 /// Usual length of the window, s.
 const USUAL_S: f64 = 5.0;
@@ -44,7 +44,7 @@ impl Default for TimeWindow {
 impl TimeWindow {
     /// The window from 0 to `length_s`.
     pub(crate) fn whole(zero_s: f64, length_s: f64) -> Self {
-        let span_s = length_s.max(SHORTEST_S);
+        let span_s = length_s.max(MIN_S);
         Self {
             zero: Zero::At(zero_s),
             span_s,
@@ -60,7 +60,7 @@ impl TimeWindow {
 
     /// The shortest and the longest span, s.
     pub(crate) fn reach_s(&self) -> (f64, f64) {
-        (SHORTEST_S, self.longest_s)
+        (MIN_S, self.longest_s)
     }
 
     /// The usual length, or all of something shorter, s.
@@ -87,7 +87,7 @@ impl TimeWindow {
     /// Makes the window shorter (a factor above 1) or longer around a time, s from the zero. A running
     /// window continues to run.
     pub(crate) fn zoom(&mut self, factor: f64, around_s: f64) {
-        let span_s = (self.span_s / factor).clamp(SHORTEST_S, self.longest_s);
+        let span_s = (self.span_s / factor).clamp(MIN_S, self.longest_s);
         if self.zero != Zero::Newest {
             let share = (self.right_s - around_s) / self.span_s;
             self.right_s = around_s + share * span_s;
@@ -138,7 +138,7 @@ mod tests {
     fn a_zoom_ends_somewhere() {
         let mut window = TimeWindow::default();
         window.zoom(1e30, 0.0);
-        assert_eq!(window.span_s(), SHORTEST_S);
+        assert_eq!(window.span_s(), MIN_S);
         window.zoom(1e-30, 0.0);
         assert_eq!(window.span_s(), KEPT_S, "no more is kept");
     }

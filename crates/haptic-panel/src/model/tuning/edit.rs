@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drag_is_one_step_of_undo_and_so_are_presses_of_a_key_in_a_row() {
+    fn drag_or_run_of_key_presses_is_one_undo_step() {
         let mut edit = Edit::default();
         for begin in [1.0, 10.0] {
             edit.hold(true);

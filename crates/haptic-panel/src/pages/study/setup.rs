@@ -3,7 +3,7 @@
 use crate::browse;
 use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
-use crate::model::studying::{StudyForm, Studying};
+use crate::model::study::{StudyForm, Studying};
 use crate::page::Page;
 use egui::{Button, Label, RichText, TextEdit, Ui};
 use haptic_studies::plan::Task;

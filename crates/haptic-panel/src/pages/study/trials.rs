@@ -6,7 +6,7 @@ use egui::style::ScrollStyle;
 use egui::{Align, Color32, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
 
 /// Most of the room beside the headings that a column gets, points.
-const MOST_SPARE: f32 = 40.0;
+const MAX_SPARE: f32 = 40.0;
 
 pub(super) fn show(ui: &mut Ui, state: &StudyState, rows: &[StudyRow]) {
     let palette = Palette::of(ui);
@@ -60,6 +60,6 @@ fn widths(ui: &Ui, columns: &[&str]) -> Vec<f32> {
     #[expect(clippy::cast_precision_loss, reason = "a dozen columns")]
     let count = columns.len().max(1) as f32;
     let spare = (ui.available_width() - headings.iter().sum::<f32>()) / count - ui.spacing().item_spacing.x;
-    let spare = spare.clamp(0.0, MOST_SPARE);
+    let spare = spare.clamp(0.0, MAX_SPARE);
     headings.into_iter().map(|heading| heading + spare).collect()
 }

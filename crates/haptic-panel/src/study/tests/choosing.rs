@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_subject_whose_files_are_wrong_is_told_and_another_one_can_be_chosen() {
+fn broken_subject_is_reported_and_another_can_be_chosen() {
     let mut daemon = Daemon::with_study(TARGETS);
     let folder = daemon.study().join("data/subject-P8/session-01");
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -21,7 +21,7 @@ fn a_subject_whose_files_are_wrong_is_told_and_another_one_can_be_chosen() {
 }
 
 #[test]
-fn the_rig_is_let_go_when_all_is_done_and_not_when_one_who_is_done_is_looked_at() {
+fn finished_subject_frees_the_rig_but_viewing_one_does_not() {
     let mut daemon = Daemon::with_study(TARGETS);
     daemon.begin();
     loop {

@@ -4,7 +4,7 @@ use super::super::super::trial::Trial;
 use super::*;
 
 #[test]
-fn a_program_that_was_killed_after_the_last_row_has_all_trials_in_one_file_when_it_is_opened_again() {
+fn reopening_a_finished_study_rebuilds_its_trials_file() {
     let (_parent, folder) = a_folder();
     make(&folder, &small_fitts());
     do_targets(&folder);
@@ -70,7 +70,7 @@ fn the_screen_of_a_subject_is_described_beside_its_rows() {
 }
 
 #[test]
-fn rows_of_an_earlier_version_are_gone_on_with_and_a_column_that_would_be_lost_is_told() {
+fn earlier_version_rows_continue_and_unknown_column_is_refused() {
     let (_parent, folder) = a_folder();
     make(&folder, &small_fitts());
     let click = |times: usize| {

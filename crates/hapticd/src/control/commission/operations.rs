@@ -9,8 +9,8 @@ use crate::control::journal::Completion;
 use crate::control::judge;
 use crate::control::requester::Requester;
 use crate::control::rig::commission_record::{Findings, Record};
-use crate::control::rig::sole_use::state::{Commissioning, Work};
-use crate::control::rig::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
+use crate::control::rig::exclusive_use::state::{Commissioning, Work};
+use crate::control::rig::exclusive_use::{self, begin_motion, end_if_over, largest_force_n, resting_device};
 use crate::control::rig_files::Origin;
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
@@ -21,7 +21,7 @@ use std::rc::Rc;
 const USUAL_PULSE_MS: f64 = 200.0;
 
 /// Smallest force of a pulse, N.
-const LEAST_FORCE_N: f64 = 0.001;
+const MIN_FORCE_N: f64 = 0.001;
 
 /// Begins a commissioning.
 ///
@@ -33,7 +33,7 @@ pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Res
         let message = "cannot commission: no device is connected";
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
-    sole_use::begin(rig, by, Work::Commissioning(Commissioning::default()), &device).await?;
+    exclusive_use::begin(rig, by, Work::Commissioning(Commissioning::default()), &device).await?;
     status(rig, by)
 }
 
@@ -42,10 +42,10 @@ pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Res
 /// # Errors
 /// This client is not commissioning the rig.
 pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
-    look(rig);
+    end_if_over(rig);
     let feed = rig.feed();
-    let sole_use = rig.sole_use().borrow();
-    let found = sole_use.as_ref().and_then(|current| {
+    let exclusive_use = rig.exclusive_use().borrow();
+    let found = exclusive_use.as_ref().and_then(|current| {
         let found = current.commissioning_of(by.session)?;
         Some((current, found))
     });
@@ -93,7 +93,7 @@ pub(in crate::control) async fn pulse(
     let device = resting_device(rig)?;
     let duration_ms = duration_ms.unwrap_or(USUAL_PULSE_MS);
     let (_, largest_n) = largest_force_n(rig, &device);
-    if !(LEAST_FORCE_N..=largest_n).contains(&force_n.abs()) {
+    if !(MIN_FORCE_N..=largest_n).contains(&force_n.abs()) {
         let message = format!(
             "force_N = {} N is out of range: it must be from {} to {} N",
             number(force_n),
@@ -156,7 +156,7 @@ pub(in crate::control) async fn store(
         ..JournalEntry::of("commission.store")
     };
     rig.enter(Completion::Done, entry);
-    if let Some(current) = rig.sole_use().borrow_mut().as_mut()
+    if let Some(current) = rig.exclusive_use().borrow_mut().as_mut()
         && let Work::Commissioning(found) = &mut current.work
     {
         (found.path, found.coupling) = (Some(path), coupling);
@@ -195,6 +195,6 @@ pub(in crate::control) async fn confirm(rig: &RigHandle, by: Requester<'_>) -> R
 /// This client is not commissioning the rig.
 pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     status(rig, by)?;
-    sole_use::end(rig, by.session, "its client has ended it");
+    exclusive_use::end(rig, by.session, "its client has ended it");
     status(rig, by)
 }

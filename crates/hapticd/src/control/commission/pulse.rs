@@ -2,8 +2,8 @@
 
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
-use crate::control::rig::sole_use::lent_loop::{self, ExclusiveMotion};
-use crate::control::rig::sole_use::state::Work;
+use crate::control::rig::exclusive_use::motion::{self, ExclusiveMotion};
+use crate::control::rig::exclusive_use::state::Work;
 use crate::telemetry::motion::Motion;
 use haptic_core::pulse::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
 use haptic_core::{PulseShape, Renderer};
@@ -20,7 +20,7 @@ const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
 const LONGEST: Duration = Duration::from_secs(4);
 
 /// Longest delay with which the mass is told, s: within it the force of a pulse hardly changes.
-const LONGEST_DELAY_S: f64 = 5e-3;
+const MAX_DELAY_S: f64 = 5e-3;
 
 /// A pulse of a force (N) and duration (ms), on an encoder of this resolution (m).
 pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseShape {
@@ -50,7 +50,7 @@ pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission
                 stops,
                 by,
             };
-            lent_loop::lend(
+            motion::lend(
                 rig,
                 exclusive,
                 |feed| {
@@ -70,7 +70,7 @@ pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission
         .as_mut()
         .and_then(|motion| motion.end_pulse(was_interrupted));
     if let Some(report) = &mut report
-        && rig.facts.steady_delay_s() > LONGEST_DELAY_S
+        && rig.facts.steady_delay_s() > MAX_DELAY_S
     {
         report.mass_kg = None;
     }
@@ -85,8 +85,8 @@ fn ended(rig: &RigHandle, report: Option<PulseReport>, interrupted: Option<Strin
             .as_ref()
             .is_some_and(|motion| motion.is_confirmed_by(report))
     });
-    let mut sole_use = rig.sole_use().borrow_mut();
-    let Some(current) = sole_use.as_mut() else { return };
+    let mut exclusive_use = rig.exclusive_use().borrow_mut();
+    let Some(current) = exclusive_use.as_mut() else { return };
     current.moving = false;
     if let Work::Commissioning(found) = &mut current.work {
         found.pulses += 1;

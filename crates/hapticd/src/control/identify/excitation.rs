@@ -2,8 +2,8 @@
 
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
-use crate::control::rig::sole_use::lent_loop::{self, ExclusiveMotion};
-use crate::control::rig::sole_use::state::Work;
+use crate::control::rig::exclusive_use::motion::{self, ExclusiveMotion};
+use crate::control::rig::exclusive_use::state::Work;
 use crate::telemetry::excitation::ObservedExcitation;
 use haptic_core::{Excitation, Renderer};
 use haptic_ipc::{ExcitationEnd, Peer};
@@ -25,7 +25,7 @@ pub(super) async fn run(rig: &RigHandle, excitation: Excitation, admission: Admi
                 stops,
                 by,
             };
-            lent_loop::lend(
+            motion::lend(
                 rig,
                 exclusive,
                 |feed| {
@@ -40,8 +40,8 @@ pub(super) async fn run(rig: &RigHandle, excitation: Excitation, admission: Admi
     let was_interrupted = given.is_err();
     let observed = rig.feed().excitation.take();
     let report = observed.and_then(|observed| observed.report(was_interrupted));
-    let mut sole_use = rig.sole_use().borrow_mut();
-    let Some(current) = sole_use.as_mut() else { return };
+    let mut exclusive_use = rig.exclusive_use().borrow_mut();
+    let Some(current) = exclusive_use.as_mut() else { return };
     current.moving = false;
     if report
         .as_ref()

@@ -7,8 +7,8 @@ use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
 use crate::control::rig::commission_record::CommissionState;
-use crate::control::rig::sole_use::state::{Identification, Work};
-use crate::control::rig::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
+use crate::control::rig::exclusive_use::state::{Identification, Work};
+use crate::control::rig::exclusive_use::{self, begin_motion, end_if_over, largest_force_n, resting_device};
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::motion::Motion;
 use haptic_core::rig_friction::RigFriction;
@@ -55,7 +55,7 @@ pub(in crate::control) async fn begin(
         last: None,
         path: None,
     });
-    sole_use::begin(rig, by, work, &device).await?;
+    exclusive_use::begin(rig, by, work, &device).await?;
     status(rig, by)
 }
 
@@ -64,10 +64,10 @@ pub(in crate::control) async fn begin(
 /// # Errors
 /// This client is not identifying the rig.
 pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
-    look(rig);
+    end_if_over(rig);
     let feed = rig.feed();
-    let sole_use = rig.sole_use().borrow();
-    let found = sole_use.as_ref().and_then(|current| {
+    let exclusive_use = rig.exclusive_use().borrow();
+    let found = exclusive_use.as_ref().and_then(|current| {
         let work = current.identification_of(by.session)?;
         Some((current, work))
     });
@@ -121,7 +121,7 @@ pub(in crate::control) async fn excite(
     BoundError::check(
         "force_limit_N",
         excitation.force_limit_n,
-        haptic_core::excitation::LEAST_FORCE_N,
+        haptic_core::excitation::MIN_FORCE_N,
         now.force_limit_n,
         "N",
     )?;
@@ -162,7 +162,7 @@ pub(in crate::control) async fn store(
         ..JournalEntry::of("identify.store")
     };
     rig.enter(Completion::Done, entry);
-    if let Some(current) = rig.sole_use().borrow_mut().as_mut()
+    if let Some(current) = rig.exclusive_use().borrow_mut().as_mut()
         && let Work::Identification(work) = &mut current.work
     {
         work.path = Some(path);
@@ -176,6 +176,6 @@ pub(in crate::control) async fn store(
 /// This client is not identifying the rig.
 pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
     status(rig, by)?;
-    sole_use::end(rig, by.session, "its client has ended it");
+    exclusive_use::end(rig, by.session, "its client has ended it");
     status(rig, by)
 }

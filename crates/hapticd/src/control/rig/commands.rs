@@ -1,7 +1,7 @@
 //! Commands to the real-time thread: admitted, sent, answered, and withdrawn if their client is
 //! gone.
 
-use super::{RigHandle, rig_friction, sole_use};
+use super::{RigHandle, exclusive_use, rig_friction};
 use crate::control::admission::{self, Admission, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
@@ -172,7 +172,7 @@ impl RigHandle {
         let _turn = self.commanding.lock().await;
         if command == Command::Engage && admission.purpose == Purpose::Scene {
             // A client may have taken the rig to itself since the admission.
-            sole_use::keep_out(self, "engage")?;
+            exclusive_use::refuse_others(self, "engage")?;
         }
         if self.closing.get() && command == Command::Engage {
             return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));

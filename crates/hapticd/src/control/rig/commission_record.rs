@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Largest age of a cached answer.
-const LONGEST_CACHED: Duration = Duration::from_secs(1);
+const MAX_CACHED: Duration = Duration::from_secs(1);
 
 /// The findings of a commissioning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,7 +81,7 @@ impl Records {
     fn fresh(&self, connection: u64) -> Option<CommissionState> {
         let cached = self.cached.borrow();
         let (of, at, known) = cached.as_ref()?;
-        (*of == connection && at.elapsed() < LONGEST_CACHED).then(|| known.clone())
+        (*of == connection && at.elapsed() < MAX_CACHED).then(|| known.clone())
     }
 
     /// What the newest answer has of the rig at a connection.

@@ -51,7 +51,7 @@ impl RigHandle {
         let enable_button = self.facts.servo.get().enable_button;
         for record in changes {
             let now = ObservedState::of(record, enable_button);
-            if let Some((op, message)) = now.news_since(self.observed.replace(now)) {
+            if let Some((op, message)) = now.change_since(self.observed.replace(now)) {
                 let entry = JournalEntry {
                     tick: Some(record.tick),
                     revision: record.revision,

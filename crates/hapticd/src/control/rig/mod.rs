@@ -4,6 +4,7 @@
 mod commands;
 pub(in crate::control) mod commission_record;
 mod entries;
+pub(crate) mod exclusive_use;
 #[cfg(test)]
 pub(super) mod fixture;
 mod observed_state;
@@ -13,7 +14,6 @@ mod reloads;
 pub(crate) mod rig_friction;
 mod scenes;
 pub(super) mod schedule;
-pub(crate) mod sole_use;
 mod stops;
 mod waiting_changes;
 
@@ -30,10 +30,10 @@ use crate::control::leases::Leases;
 use crate::control::link_log::LinkLog;
 use crate::control::presence::Presence;
 use crate::control::rig::commission_record::Records;
+use crate::control::rig::exclusive_use::state::ExclusiveUse;
 use crate::control::rig::observed_state::ObservedState;
 use crate::control::rig::reloads::Reloads;
 use crate::control::rig::rig_friction::record::RigFrictions;
-use crate::control::rig::sole_use::state::SoleUse;
 use crate::control::rig::waiting_changes::Schedule;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
@@ -58,14 +58,14 @@ struct Ramp {
 }
 
 /// Worker threads for the library, and as many for devices.
-const MOST_WORKERS: usize = 4;
+const MAX_WORKERS: usize = 4;
 
 /// Timeout of an answer from the real-time thread.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Further looks for an answer after the timeout: this thread itself may have been held up, and the
 /// real-time thread may not have run since.
-const LAST_LOOKS: u32 = 20;
+const FINAL_CHECKS: u32 = 20;
 
 /// The control thread's handle to the rig. Only one thread uses it, so cells suffice.
 #[derive(Debug)]
@@ -85,7 +85,7 @@ pub(crate) struct RigHandle {
     /// The ramp of the newest change, if it has one.
     ramp: RefCell<Option<Ramp>>,
     leases: Leases,
-    sole_use: RefCell<Option<SoleUse>>,
+    exclusive_use: RefCell<Option<ExclusiveUse>>,
     records: Records,
     frictions: RigFrictions,
     verdicts: Verdicts,
@@ -134,7 +134,7 @@ impl RigHandle {
             journal: RefCell::new(Journal::default()),
             ramp: RefCell::new(None),
             leases: Leases::default(),
-            sole_use: RefCell::new(None),
+            exclusive_use: RefCell::new(None),
             records: Records::default(),
             frictions: RigFrictions::default(),
             verdicts: Verdicts::default(),
@@ -144,8 +144,8 @@ impl RigHandle {
             observed: Cell::new(ObservedState::default()),
             presence: RefCell::default(),
             link_log: RefCell::default(),
-            library: WorkerPool::new("library", MOST_WORKERS),
-            devices: WorkerPool::new("devices", MOST_WORKERS),
+            library: WorkerPool::new("library", MAX_WORKERS),
+            devices: WorkerPool::new("devices", MAX_WORKERS),
             clients: Cell::new(0),
             closing: Cell::new(false),
             is_reachable: Cell::new(true),
@@ -208,8 +208,8 @@ impl RigHandle {
         &self.leases
     }
 
-    pub(super) fn sole_use(&self) -> &RefCell<Option<SoleUse>> {
-        &self.sole_use
+    pub(super) fn exclusive_use(&self) -> &RefCell<Option<ExclusiveUse>> {
+        &self.exclusive_use
     }
 
     pub(super) fn records(&self) -> &Records {
@@ -283,7 +283,7 @@ impl RigHandle {
     /// The real-time thread does not answer in time.
     async fn answer<T>(&self, answered: impl Fn(&Shared) -> Option<T>) -> Result<T, WireError> {
         let asked = Instant::now();
-        let mut last_looks = LAST_LOOKS;
+        let mut final_checks = FINAL_CHECKS;
         let mut timer = AnswerTimer::new(
             self.facts.period_ns,
             self.feed.borrow().newest().map(|record| record.deadline_ns),
@@ -293,7 +293,7 @@ impl RigHandle {
                 return Ok(answer);
             }
             let is_late = asked.elapsed() > ANSWER_TIMEOUT;
-            if is_late && last_looks == 0 {
+            if is_late && final_checks == 0 {
                 return Err(WireError::new(
                     ErrorCode::NotResponding,
                     format!(
@@ -302,7 +302,7 @@ impl RigHandle {
                     ),
                 ));
             }
-            last_looks -= u32::from(is_late);
+            final_checks -= u32::from(is_late);
             // The real-time thread wakes no other: that would be a system call.
             timer.next().await;
         }

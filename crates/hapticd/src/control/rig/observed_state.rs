@@ -23,7 +23,7 @@ impl ObservedState {
     }
 
     /// An event that no client asked for: the name of its journal entry, and its message.
-    pub(super) fn news_since(self, before: Self) -> Option<(&'static str, String)> {
+    pub(super) fn change_since(self, before: Self) -> Option<(&'static str, String)> {
         if let Some(fault) = self.fault.filter(|_| self.fault != before.fault) {
             let op = if self.state == Some(RigState::Faulted) {
                 "fault"

@@ -59,7 +59,7 @@ impl RigHandle {
     pub(super) fn enter_cancelled(&self, cancelled: usize, by: Option<&Peer>, why: &str) {
         let entry = JournalEntry {
             by: by.cloned(),
-            message: Some(format!("{cancelled} scheduled changes were taken back: {why}")),
+            message: Some(format!("{cancelled} scheduled changes were cancelled: {why}")),
             ..JournalEntry::of(if by.is_some() {
                 "schedule.cancel"
             } else {

@@ -13,13 +13,13 @@ use crate::rt::claim::Claim;
 use crate::rt::schedule::ScheduledScene;
 use haptic_core::Scene;
 use haptic_ipc::{
-    ErrorCode, JournalEntry, MOST_SCHEDULED_CHANGES, Peer, RigState, ScheduleStatus, WireError, quantity::number,
+    ErrorCode, JournalEntry, MAX_SCHEDULED_CHANGES, Peer, RigState, ScheduleStatus, WireError, quantity::number,
 };
 use std::rc::Rc;
 use std::sync::Arc;
 
 /// Most compiled scenes that wait, in all: a ramp has up to 250, and one takes up to 11 KB.
-const MOST_COMPILED: usize = 2000;
+const MAX_COMPILED: usize = 2000;
 
 /// How long before its tick a change must be asked for, s: until then the loop has surely seen it.
 const LEAD_S: f64 = 0.01;
@@ -103,7 +103,7 @@ impl RigHandle {
     ///
     /// # Errors
     /// Changes wait for their tick.
-    pub(in crate::control) fn keep_out_of_schedule(&self, what: &str) -> Result<(), WireError> {
+    pub(in crate::control) fn refuse_during_schedule(&self, what: &str) -> Result<(), WireError> {
         self.pump();
         self.refuse_while_waiting(what)
     }
@@ -185,13 +185,13 @@ impl RigHandle {
             (
                 "scenes with the steps of their ramps",
                 compiled(changes),
-                MOST_COMPILED.saturating_sub(waiting),
+                MAX_COMPILED.saturating_sub(waiting),
             ),
         ] {
             if value > max {
                 let message = format!(
-                    "{value} {what} are too many: there is room for {max} (at most {MOST_SCHEDULED_CHANGES} changes \
-                     and {MOST_COMPILED} compiled scenes may wait in all)"
+                    "{value} {what} are too many: there is room for {max} (at most {MAX_SCHEDULED_CHANGES} changes \
+                     and {MAX_COMPILED} compiled scenes may wait in all)"
                 );
                 #[expect(clippy::cast_precision_loss, reason = "some thousands")]
                 let (value, max) = (value as f64, max as f64);

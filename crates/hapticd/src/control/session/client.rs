@@ -10,7 +10,7 @@ use std::sync::Arc;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 
 /// Clients served at once.
-pub(in crate::control) const MOST_CLIENTS: usize = 32;
+pub(in crate::control) const MAX_CLIENTS: usize = 32;
 
 /// Bytes of a client's requests that may wait to be answered (with the memory of each beside its
 /// text), of its changes that may wait to be rendered, and of answers that may wait to be written;

@@ -1,14 +1,13 @@
 //! Dispatches each request to the file of its operation.
 
-use super::client::{Answer, Client, MOST_CLIENTS, PendingAnswer};
+use super::client::{Answer, Client, MAX_CLIENTS, PendingAnswer};
 use crate::control::change::{self, PendingChange};
 use crate::control::requester::Requester;
 use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::session::reply::answer;
 use crate::control::{
-    advise, commission, describe, devices, diff, drive, get, identify, lease, library, log, reload, schedule, status,
-    subscribe, timing,
+    advise, commission, devices, drive, identify, lease, library, reads, reload, schedule, status, subscribe,
 };
 use haptic_core::servo::Command;
 use haptic_ipc::{Envelope, ErrorCode, Request, Rights, WireError};
@@ -37,13 +36,13 @@ impl Client {
             Request::SceneLoad { scene, options } => return begun(change::load(rig, by, scene, options).await),
             Request::Undo { options } => return begun(change::undo(rig, by, options).await),
             Request::Redo { options } => return begun(change::redo(rig, by, options).await),
-            Request::Describe {} => answer(id, Ok(describe::describe(rig))),
-            Request::Get { scene } => answer(id, get::get(rig, scene).await),
+            Request::Describe {} => answer(id, Ok(reads::describe(rig))),
+            Request::Get { scene } => answer(id, reads::get(rig, scene).await),
             Request::SceneSave { name, scene, replace } => {
                 answer(id, library::save(rig, by.peer, name, scene, replace).await)
             }
             Request::SceneList {} => answer(id, library::list(rig).await),
-            Request::SceneDiff { from, to } => answer(id, diff::diff(rig, from, to).await),
+            Request::SceneDiff { from, to } => answer(id, reads::diff(rig, from, to).await),
             Request::SceneDelete { name } => answer(id, library::delete(rig, by.peer, name).await),
             Request::SceneRename { name, to, replace } => {
                 answer(id, library::rename(rig, by.peer, name, to, replace).await)
@@ -71,7 +70,7 @@ impl Client {
             Request::Reset {} => answer(id, command(Command::Reset).await),
             Request::Stop {} => answer(id, drive::stopped(rig, stops).await),
             Request::Status {} => answer(id, Ok(status::status(rig).await)),
-            Request::Timing {} => answer(id, Ok(timing::timing(rig))),
+            Request::Timing {} => answer(id, Ok(reads::timing(rig))),
             Request::Devices { probe } => answer(id, devices::devices(rig, probe).await),
             Request::Advise {} => answer(id, Ok(advise::advise(rig))),
             Request::Subscribe {
@@ -85,7 +84,7 @@ impl Client {
                     subscribe::subscribe(rig, self.session, outlet, &topics, rate_hz, batch_ms),
                 )
             }
-            Request::Log { after, limit } => answer(id, Ok(log::log(rig, after, limit))),
+            Request::Log { after, limit } => answer(id, Ok(reads::log(rig, after, limit))),
             Request::Reload {} => answer(id, reload::reload(&self.rig, Some(by.peer.clone())).await),
             Request::Lease { timeout_ms } => answer(id, Ok(lease::lease(rig, by, timeout_ms))),
             Request::CommissionBegin {} => answer(id, commission::begin(rig, by).await),
@@ -127,7 +126,7 @@ impl Client {
 
     /// The refusal of a newcomer.
     pub(super) fn only_stopping(&self) -> WireError {
-        let places = self.newcomer.as_ref().map_or(MOST_CLIENTS, |newcomer| newcomer.places);
+        let places = self.newcomer.as_ref().map_or(MAX_CLIENTS, |newcomer| newcomer.places);
         let message = format!(
             "{places} clients are connected, the maximum: close one first; until then only `stop` is served, to who asks \
              for it at once: if the motor pulls and you cannot stop it, cut the power"

@@ -6,13 +6,13 @@ mod lines;
 mod newcomer;
 mod reply;
 
-pub(super) use client::MOST_CLIENTS;
+pub(super) use client::MAX_CLIENTS;
 pub(super) use newcomer::Newcomer;
 
 use crate::control::session::client::{Answer, Client, Closed, PendingAnswer, WAITING_BYTES, room, take_room};
 use crate::control::session::lines::{Lines, unreadable};
 use crate::control::session::reply::{answer, line};
-use crate::control::{RigHandle, lease, sole_use};
+use crate::control::{RigHandle, exclusive_use, lease};
 use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
 use haptic_ipc::{
     BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, SceneChange, ScheduledChange, WireError,
@@ -41,10 +41,10 @@ const LAST_BYTES: usize = 1024 * 1024;
 const BYTES_OF_A_CHANGE: usize = 96;
 
 /// What a whole scene of a schedule counts as, in such values.
-const LARGEST_SCENE: usize = 8;
+const MAX_SCENE: usize = 8;
 
 /// Most changes of a client that wait for the real-time thread.
-const MOST_PENDING: usize = 64;
+const MAX_PENDING: usize = 64;
 
 /// Serves one client until it closes its connection; a newcomer for a moment.
 pub(super) async fn run(
@@ -115,7 +115,7 @@ impl ReceivedLine {
     fn beside_its_text(&self) -> usize {
         let in_change = |change: &ScheduledChange| match &change.change {
             SceneChange::Params(params) => 1 + params.0.len(),
-            SceneChange::Scene(_) => LARGEST_SCENE,
+            SceneChange::Scene(_) => MAX_SCENE,
         };
         let changes = match self {
             Self::Request { envelope, .. } => match &envelope.request {
@@ -207,7 +207,7 @@ impl Client {
     /// Takes the force away that depends on the client, which sends nothing more. The conversation may be given up
     /// meanwhile, as that of a client that does not take its events any more: the release is carried out all the same.
     async fn left(&self) {
-        sole_use::closed(&self.rig, self.session);
+        exclusive_use::closed(&self.rig, self.session);
         self.rig
             .end_schedule_of(self.session, "its client has closed the connection");
         let (rig, session) = (Rc::clone(&self.rig), self.session);
@@ -291,7 +291,7 @@ impl Client {
                     }
                     continue;
                 }
-                next = waiting.recv(), if pending.len() < MOST_PENDING => next,
+                next = waiting.recv(), if pending.len() < MAX_PENDING => next,
             };
             let Some(QueuedLine { incoming, room }) = next else {
                 // The session ends, whether or not the client reads these answers.

@@ -1,6 +1,6 @@
 //! One course of a trial: a hand, a tap, and the second after it.
 
-use super::{MOST_SIGN_CHANGES_PER_S, Trial, TrialHand};
+use super::{MAX_SIGN_CHANGES_PER_S, Trial, TrialHand};
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
 use haptic_core::compensation::Compensation;
@@ -16,7 +16,7 @@ const JUDGED_S: f64 = 1.0;
 /// Time from a tap after which a rig that nobody moves is to rest, s, and the changes of sign from then on that show
 /// that it does not: a late link lets a loop swing slowly, with all its force.
 const RESTS_AFTER_S: f64 = 0.5;
-const MOST_LATE_SIGN_CHANGES: u32 = 2;
+const MAX_LATE_SIGN_CHANGES: u32 = 2;
 
 /// Least time without force before it, s, and in samples of the device: the servo gets to know its clock.
 const SETTLING: (f64, f64) = (0.05, 30.0);
@@ -41,7 +41,7 @@ const STILL: (f64, f64) = (1e-4, 1e-5);
 const FELT_SHARE: f64 = 0.1;
 
 /// Longest delay, and longest time between two samples, that are tried, s: longer ones are no better.
-const LONGEST_DELAY_S: f64 = 0.5;
+const MAX_DELAY_S: f64 = 0.5;
 
 /// Stiffness (N/m) and damping (N s/m) of a hand that holds a handle: of fingers and relaxed hands some hundred N/m and
 /// a few N s/m were measured (Hajian and Howe 1997; Kuchenbecker, Park and Niemeyer 2003). A firmer grip damps more,
@@ -145,7 +145,7 @@ impl Line {
         reason = "at most some ten thousand periods"
     )]
     fn new(delay_s: f64, period_s: f64) -> Self {
-        let delay_s = delay_s.clamp(0.0, LONGEST_DELAY_S);
+        let delay_s = delay_s.clamp(0.0, MAX_DELAY_S);
         let periods = (delay_s / period_s).floor();
         Self {
             waiting: VecDeque::from(vec![0.0; periods as usize + 1]),
@@ -251,7 +251,7 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, side: 
         |time_s: f64| (time_s / period_s).ceil() as u32,
         (period_s * 1e9).round() as u64,
     );
-    let sample_period_s = rig.sample_period_s.min(LONGEST_DELAY_S);
+    let sample_period_s = rig.sample_period_s.min(MAX_DELAY_S);
     let engaged_at = ticks_in(SETTLING.0.max(SETTLING.1 * sample_period_s));
     let tapped_at = engaged_at + ticks_in(RAMP_S) + 1;
     let tapped_until = tapped_at + ticks_in(TAP_S);
@@ -298,7 +298,7 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, side: 
         } else {
             0.0
         };
-        if brief && f64::from(count.sign_changes) > MOST_SIGN_CHANGES_PER_S * JUDGED_S {
+        if brief && f64::from(count.sign_changes) > MAX_SIGN_CHANGES_PER_S * JUDGED_S {
             break;
         }
         if hand != TrialHand::Moving && tick >= tapped_until {
@@ -321,7 +321,7 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, side: 
         sign_changes_per_s: count.sign_changes_per_s(period_s),
         share_at_limit: f64::from(count.at_limit) / judged,
         greatest_force_n: count.greatest_force_n,
-        rests: hand == TrialHand::Moving || count.late_sign_changes < MOST_LATE_SIGN_CHANGES,
+        rests: hand == TrialHand::Moving || count.late_sign_changes < MAX_LATE_SIGN_CHANGES,
         fault: servo.fault(),
     }
 }

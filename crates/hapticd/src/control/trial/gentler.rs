@@ -15,7 +15,7 @@ const SOFTEST_SHARE: f64 = 1.0 / 1024.0;
 const FINENESS: f64 = 1.2;
 
 /// Steps down from there, and the ratio of each, until all of a factor passes.
-const MOST_STEPS_DOWN: i32 = 10;
+const MAX_STEPS_DOWN: i32 = 10;
 const STEP_DOWN: f64 = 0.8;
 
 /// A change of a scene.
@@ -86,7 +86,7 @@ fn stiffest((least, most): (f64, f64), passes: impl Fn(f64) -> bool) -> Option<f
 /// What is a factor below the stiffest grip, or a little more, and passes up to that factor: close to its edge a scene may
 /// be calm by chance.
 fn with_room<T>(most: f64, at: impl Fn(f64) -> T, passes: impl Fn(&T, f64) -> bool) -> Option<T> {
-    let mut fewer = (0..MOST_STEPS_DOWN).map(|step| at(most / FACTOR * STEP_DOWN.powi(step)));
+    let mut fewer = (0..MAX_STEPS_DOWN).map(|step| at(most / FACTOR * STEP_DOWN.powi(step)));
     let up_to_the_factor = [1.0, FACTOR.sqrt(), FACTOR];
     fewer.find(|found| up_to_the_factor.iter().all(|factor| passes(found, *factor)))
 }

@@ -21,7 +21,7 @@ use std::fmt;
 
 /// Most changes of sign a second: a hand that goes to and fro makes some, a loop that oscillates by itself two a period,
 /// of 10 Hz and more.
-pub(super) const MOST_SIGN_CHANGES_PER_S: f64 = 20.0;
+pub(super) const MAX_SIGN_CHANGES_PER_S: f64 = 20.0;
 
 /// Mass of a rig of which none is known, kg: that of the lightest usual ones. A loop that is steady with such a mass
 /// is with a heavier one; drag in the coupling alone can oscillate against a light one.
@@ -68,7 +68,7 @@ pub(super) struct Trial {
 impl Trial {
     /// Whether a hand may feel this.
     pub(super) fn is_calm(&self) -> bool {
-        self.fault.is_none() && self.rests && self.sign_changes_per_s <= MOST_SIGN_CHANGES_PER_S
+        self.fault.is_none() && self.rests && self.sign_changes_per_s <= MAX_SIGN_CHANGES_PER_S
     }
 
     /// The worse one is the greater one.

@@ -2,7 +2,7 @@
 
 use super::course::TrialRig;
 use super::gentler::{FACTOR, gentler, rounded_down, stiffest_coupling};
-use super::{LIGHT_RIG_KG, MOST_SIGN_CHANGES_PER_S, Trial, TrialHand, worst_trial};
+use super::{LIGHT_RIG_KG, MAX_SIGN_CHANGES_PER_S, Trial, TrialHand, worst_trial};
 use crate::config::SLIDE_DAMPING_NS_PER_M;
 use device_io::fake::RigProperties;
 use haptic_core::friction::{Friction, Karnopp};
@@ -231,7 +231,7 @@ fn a_rig_without_force_is_calm() {
 fn figures_are_told_with_their_hand() {
     let trial = Trial {
         hand: TrialHand::Absent,
-        sign_changes_per_s: MOST_SIGN_CHANGES_PER_S + 105.0,
+        sign_changes_per_s: MAX_SIGN_CHANGES_PER_S + 105.0,
         share_at_limit: 0.78,
         greatest_force_n: 5.0,
         rests: false,

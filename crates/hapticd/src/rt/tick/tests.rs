@@ -139,7 +139,7 @@ fn slewed(slew_n_per_s: f64) -> Settings {
 }
 
 /// A step of a ramp counts for this long at most, s: five periods.
-const LONGEST_STEP_S: f64 = 0.005;
+const MAX_STEP_S: f64 = 0.005;
 
 /// What other tests run the loop with: everything is at work.
 pub(crate) fn servo(ramp_s: f64, scene: CompiledScene) -> Servo {

@@ -91,7 +91,7 @@ fn what_a_slow_subscriber_misses_is_counted_and_told() {
 
 // hazard: H20
 #[test]
-fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
+fn backlog_of_an_unreading_subscriber_is_bounded_in_bytes() {
     let (mut producer, consumer) = outbox::outbox();
     let mut feed = Feed::new(consumer, 1_000_000, None);
     // As many lines as a client has, in batches as long as they may be.
@@ -158,7 +158,7 @@ fn told(events: &[Event]) -> Vec<String> {
 }
 
 #[test]
-fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
+fn state_and_settings_precede_their_rows_in_a_late_feed() {
     let (mut producer, consumer) = outbox::with_capacity(2000);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::State, Topic::Samples], 1, 64);

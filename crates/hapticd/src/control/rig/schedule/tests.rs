@@ -6,7 +6,7 @@ use crate::rt::claim::ClaimState;
 use crate::rt::outbox::tests::record;
 
 #[test]
-fn a_change_that_is_rendered_while_the_history_is_read_is_entered_afterwards() {
+fn change_rendered_during_history_read_is_entered_afterwards() {
     let (rig, mut producer) = rig();
     producer.push(|| record(0));
     rig.pump();

@@ -36,7 +36,7 @@ impl Device for Replaced {
 
 // hazard: H13
 #[test]
-fn an_engagement_for_a_device_that_was_replaced_meanwhile_is_refused() {
+fn engagement_for_a_replaced_device_is_refused() {
     let shared = Arc::new(Shared::new());
     let (producer, _records) = outbox::outbox();
     let connection = Arc::new(AtomicU64::new(1));
@@ -76,7 +76,7 @@ fn an_engagement_for_a_device_that_was_replaced_meanwhile_is_refused() {
 }
 
 #[test]
-fn commands_that_were_withdrawn_leave_no_setup_behind_and_the_newest_setup_counts() {
+fn withdrawn_commands_leave_no_setup_behind() {
     let mut bench = bench(ramp());
     let (mut sender, receiver) = rig_setups();
     bench.tick = bench.tick.with_rig_setups(receiver);
@@ -106,7 +106,7 @@ fn commands_that_were_withdrawn_leave_no_setup_behind_and_the_newest_setup_count
 
 // hazard: H21
 #[test]
-fn limits_are_taken_in_a_tick_of_their_own_whatever_becomes_of_the_word_that_announces_them() {
+fn limits_take_effect_even_if_their_announcement_is_replaced() {
     let mut bench = bench(ramp());
     let (mut sender, receiver) = rig_setups();
     bench.tick = bench.tick.with_rig_setups(receiver);

@@ -251,7 +251,7 @@ fn a_lease_that_lapses_lets_the_force_out_by_the_loop_alone() {
 }
 
 #[test]
-fn a_scene_waits_while_there_is_no_room_for_those_that_it_replaces() {
+fn scene_waits_while_replaced_scenes_have_no_room() {
     let mut bench = bench(ramp());
     let posted = (2..1000).find(|revision| {
         bench.shared.scenes.post(compiled(&Scene::paper(), *revision));

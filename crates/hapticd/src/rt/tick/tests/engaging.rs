@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn force_comes_with_engaging_opposes_the_motion_and_goes_with_a_stop() {
+fn force_begins_on_engaging_and_ends_with_a_stop() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
     assert_eq!(bench.last_written(), 0.0);
@@ -50,7 +50,7 @@ fn engaging_begins_without_force_wherever_and_whenever_it_comes() {
 }
 
 #[test]
-fn engaging_on_a_moving_hand_begins_without_force_and_then_opposes_it() {
+fn engaging_on_a_moving_hand_begins_without_force() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
     bench.serial += 1;
@@ -97,7 +97,7 @@ fn a_stall_does_not_skip_the_ramp() {
 }
 
 #[test]
-fn what_the_passivity_controller_adds_grows_with_the_ramp_as_everything_does() {
+fn passivity_controller_force_grows_with_the_ramp() {
     const CONTROL_N: f64 = 3.0;
     // A hand that trembles on a stiff coupling, along a ramp of a second.
     let run = |control_n: f64| {
@@ -168,7 +168,7 @@ fn the_motor_is_enabled_while_force_may_flow_and_never_else() {
 
 // hazard: H8
 #[test]
-fn the_devices_own_force_limit_holds_and_a_motor_without_force_is_not_engaged() {
+fn device_force_limit_holds_and_zero_limit_refuses_engaging() {
     let mut weak = bench(ramp());
     weak.tick.device.force_limit_n = 1.0;
     weak.tick.device.connection += 1;

@@ -3,7 +3,7 @@
 use super::*;
 use crate::control::compile::Compiled;
 use device_io::protocol::message::ErrorCode;
-use haptic_core::compensation::{Compensation, LARGEST_SHARE};
+use haptic_core::compensation::{Compensation, MAX_SHARE};
 use haptic_core::rig_friction::RigFriction;
 use haptic_core::velocity::METHODS;
 use haptic_core::{Course, Directional, Excitation, PulseShape};
@@ -125,7 +125,7 @@ fn motions() -> [Renderer; 3] {
 /// Of a rig of much friction.
 fn compensation() -> Compensation {
     Compensation {
-        share: LARGEST_SHARE,
+        share: MAX_SHARE,
         friction: RigFriction {
             mass: 1.0,
             dynamic_force: Directional::both(30.0),
@@ -247,13 +247,13 @@ proptest! {
             prop_assert!(!stopped || force == 0.0, "a stop takes it away at once: {record:?}");
             prop_assert!(!unreadable || force == 0.0, "nothing is known of the hand: {record:?}");
             letting_go_s = if is_lapsed || is_silent {
-                letting_go_s + (after_ns as f64 * 1e-9).min(LONGEST_STEP_S)
+                letting_go_s + (after_ns as f64 * 1e-9).min(MAX_STEP_S)
             } else {
                 0.0
             };
-            let is_let_go = letting_go_s > ramp_s + LONGEST_STEP_S;
+            let is_let_go = letting_go_s > ramp_s + MAX_STEP_S;
             prop_assert!(!is_let_go || force == 0.0, "nobody is there: {record:?}");
-            let most = slew_n_per_s * (after_ns as f64 * 1e-9).min(LONGEST_STEP_S) + 1e-9;
+            let most = slew_n_per_s * (after_ns as f64 * 1e-9).min(MAX_STEP_S) + 1e-9;
             prop_assert!(force.abs() - last.abs() <= most, "from {last} N to {force} N in {after_ns} ns");
             let written = bench.written.lock().expect("one thread").clone();
             if written.len() > wrote_before {

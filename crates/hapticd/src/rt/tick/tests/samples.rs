@@ -31,7 +31,7 @@ fn a_lone_wrong_sample_changes_no_force_and_is_counted() {
 
 // hazard: H16
 #[test]
-fn the_force_decays_while_no_new_sample_comes_and_returns_without_a_jump() {
+fn force_decays_without_new_samples_and_returns_without_jump() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
     bench.engage();
@@ -65,7 +65,7 @@ fn the_force_decays_while_no_new_sample_comes_and_returns_without_a_jump() {
 }
 
 #[test]
-fn a_device_that_repeats_itself_faults_and_comes_back_idle_after_a_reset() {
+fn repeating_device_faults_and_recovers_after_a_reset() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
@@ -89,7 +89,7 @@ fn a_device_that_repeats_itself_faults_and_comes_back_idle_after_a_reset() {
 }
 
 #[test]
-fn a_device_that_has_its_motor_off_faults_and_is_told_apart_from_one_that_is_gone() {
+fn motor_off_faults_and_a_lost_device_disconnects() {
     for (error, state, fault) in [
         (
             DeviceError::MotorOff { watchdog: true },

@@ -5,7 +5,7 @@ use super::*;
 use haptic_core::servo::Fault;
 
 #[test]
-fn a_stop_is_confirmed_only_when_the_device_has_taken_zero_force() {
+fn stop_is_confirmed_only_after_device_takes_zero_force() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
@@ -32,7 +32,7 @@ fn a_stop_is_confirmed_only_when_the_device_has_taken_zero_force() {
 
 // hazard: H12
 #[test]
-fn a_stop_is_confirmed_when_the_device_says_that_its_motor_is_off_and_never_waited_for_longer_than_100_ms() {
+fn stop_is_confirmed_by_motor_off_or_ends_unconfirmed() {
     let mut bench = bench(ramp());
     bench.tick.device.motor = Motor::Off;
     bench.ticks(SETTLE);
@@ -74,7 +74,7 @@ fn a_stop_is_confirmed_when_the_device_says_that_its_motor_is_off_and_never_wait
 }
 
 #[test]
-fn a_stop_that_no_device_can_hear_is_answered_at_once_and_says_so() {
+fn stop_without_a_device_reports_no_device_at_once() {
     let gone = || std::iter::repeat_n(Err(DeviceError::Disconnected), 20);
     let mut bench = bench(ramp().take(100).chain(gone()).chain(ramp().take(50)));
     bench.ticks(SETTLE);
@@ -118,7 +118,7 @@ fn a_reset_that_a_stop_has_overtaken_clears_nothing() {
 
 // hazard: H9
 #[test]
-fn a_motor_that_stays_enabled_is_an_alarm_in_every_state_without_force() {
+fn motor_left_enabled_is_a_fault_in_stopped_and_idle() {
     for stop in [true, false] {
         let mut bench = bench(ramp());
         bench.tick.device.motor = Motor::Off;
@@ -192,7 +192,7 @@ fn the_rigs_own_buttons_stop_it_and_let_it_go() {
 
 // hazard: H15
 #[test]
-fn a_lapsed_lease_lets_the_force_down_within_200_ms_whatever_the_ramp() {
+fn lapsed_lease_ends_force_within_200_ms_at_any_ramp() {
     let mut bench = bench_with(
         Settings {
             ramp_s: 1.0,
@@ -213,7 +213,7 @@ fn a_lapsed_lease_lets_the_force_down_within_200_ms_whatever_the_ramp() {
 
 // hazard: H2
 #[test]
-fn a_control_thread_that_hangs_lets_the_force_down_within_300_ms() {
+fn hanging_control_thread_ends_force_within_300_ms() {
     let mut bench = bench_with(
         Settings {
             ramp_s: 10.0,

@@ -24,7 +24,7 @@ fn a_record_has_its_number_and_the_time_that_the_link_took() {
 }
 
 #[test]
-fn a_tick_that_is_held_up_before_it_reads_has_the_time_of_the_reading() {
+fn held_up_tick_is_timed_at_its_reading() {
     let mut bench = bench(ramp());
     let held_up = std::time::Duration::from_millis(5);
     bench.tick.device.connection += 1;
@@ -132,7 +132,7 @@ fn no_lying_clock_makes_more_force_than_an_honest_one() {
 
 // hazard: H7
 #[test]
-fn a_stall_or_a_sleep_of_the_machine_while_force_flows_is_a_fault() {
+fn stall_or_machine_sleep_under_force_is_a_fault() {
     for (stalls_ns, sleeps_ns, fault) in [
         (STALE_NS, 0, None),
         (STALE_NS + 1, 0, Some(Fault::Stalled)),
@@ -166,10 +166,10 @@ fn a_stall_does_not_lift_the_slew_limit() {
     bench.tick.device.sample_ns = STALE_NS;
     let after = bench.tick_after(STALE_NS);
     assert!(after.coupling_force.abs() > MAX_FORCE, "{after:?}");
-    assert_eq!(after.command_force.abs(), slew_n_per_s * LONGEST_STEP_S, "{after:?}");
+    assert_eq!(after.command_force.abs(), slew_n_per_s * MAX_STEP_S, "{after:?}");
     bench.tick.device.sample_ns = 1_000_000;
     let next = bench.tick();
-    assert_eq!(next.command_force.abs(), slew_n_per_s * (LONGEST_STEP_S + 1e-3));
+    assert_eq!(next.command_force.abs(), slew_n_per_s * (MAX_STEP_S + 1e-3));
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn a_loop_that_is_too_late_faults_where_the_policy_says_so() {
 }
 
 #[test]
-fn only_what_is_missed_while_force_flows_makes_the_loop_too_late() {
+fn only_periods_missed_under_force_make_the_loop_too_late() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
     // Idle, and late in many ticks: nobody is harmed.

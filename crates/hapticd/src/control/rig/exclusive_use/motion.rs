@@ -22,7 +22,7 @@ pub(in crate::control) struct ExclusiveMotion<'a> {
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
     pub(in crate::control) admission: Admission,
-    /// The count of stops when the sole use began.
+    /// The count of stops when the exclusive use began.
     pub(in crate::control) stops: u64,
     pub(in crate::control) by: &'a Peer,
 }
@@ -72,17 +72,17 @@ async fn give(
     until(rig, exclusive.longest, |_| is_over(&rig.feed())).await
 }
 
-/// Waits for a condition while the sole use is active and the rig is engaging or engaged.
+/// Waits for a condition while the exclusive use is active and the rig is engaging or engaged.
 ///
 /// # Errors
-/// The sole use or the engagement has ended, or the condition does not hold after `timeout`.
+/// The exclusive use or the engagement has ended, or the condition does not hold after `timeout`.
 async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) -> bool) -> Result<(), String> {
     let began = Instant::now();
     loop {
         let state = rig.state();
-        watch::look(rig);
+        watch::end_if_over(rig);
         let ended = rig
-            .sole_use()
+            .exclusive_use()
             .borrow()
             .as_ref()
             .and_then(|current| current.ended.clone());

@@ -3,13 +3,13 @@
 //!
 //! A motion is handled like a scene: compiled here, posted to the mailbox, and rendered by the loop
 //! within all its limits, between an engagement and a release of its own. The motion of the handle
-//! is read from the records of the ticks. Whatever ends the sole use ends its motion at once, and
+//! is read from the records of the ticks. Whatever ends the exclusive use ends its motion at once, and
 //! restores the scene.
 
 mod begin;
-pub(in crate::control) mod lent_loop;
+pub(in crate::control) mod motion;
 pub(in crate::control) mod state;
 mod watch;
 
 pub(in crate::control) use begin::{begin, begin_motion, closed, end, largest_force_n, resting_device};
-pub(in crate::control) use watch::{by, keep_out, look};
+pub(in crate::control) use watch::{by, end_if_over, refuse_others};

@@ -16,7 +16,7 @@ use crate::velocity;
 use alloc::boxed::Box;
 
 /// Along a ramp a step counts for this many periods at most: a stall does not skip the ramp.
-const LONGEST_RAMP_STEP_PERIODS: f64 = 5.0;
+const MAX_RAMP_STEP_PERIODS: f64 = 5.0;
 
 /// The whole state between a measurement and a force.
 #[derive(Debug)]
@@ -51,7 +51,7 @@ impl Servo {
             scene,
             fading: None,
             retired: [None, None],
-            rig: Rig::new(settings.ramp_s, LONGEST_RAMP_STEP_PERIODS * settings.period_s),
+            rig: Rig::new(settings.ramp_s, MAX_RAMP_STEP_PERIODS * settings.period_s),
             was_live: false,
             sensing: Sensing::new(settings.velocity, settings.period_s, settings.stale_ns),
             limiter: SafetyLimiter::new(settings.limits),

@@ -2,24 +2,24 @@
 
 use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
-use haptic_ipc::{ErrorCode, LONGEST_COMMISSION_LEASE_MS, Peer, WireError};
+use haptic_ipc::{ErrorCode, MAX_COMMISSION_LEASE_MS, Peer, WireError};
 
 /// The client that has the rig to itself.
 pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
-    look(rig);
-    let sole_use = rig.sole_use().borrow();
-    let active = sole_use.as_ref().filter(|sole_use| sole_use.is_active());
-    active.map(|sole_use| sole_use.by.clone())
+    end_if_over(rig);
+    let exclusive_use = rig.exclusive_use().borrow();
+    let active = exclusive_use.as_ref().filter(|exclusive_use| exclusive_use.is_active());
+    active.map(|exclusive_use| exclusive_use.by.clone())
 }
 
-/// Refuses what would disturb a sole use.
+/// Refuses what would disturb a exclusive use.
 ///
 /// # Errors
 /// A client has the rig to itself; the error says which.
-pub(in crate::control) fn keep_out(rig: &RigHandle, what: &str) -> Result<(), WireError> {
-    look(rig);
-    let sole_use = rig.sole_use().borrow();
-    let Some(active) = sole_use.as_ref().filter(|sole_use| sole_use.is_active()) else {
+pub(in crate::control) fn refuse_others(rig: &RigHandle, what: &str) -> Result<(), WireError> {
+    end_if_over(rig);
+    let exclusive_use = rig.exclusive_use().borrow();
+    let Some(active) = exclusive_use.as_ref().filter(|exclusive_use| exclusive_use.is_active()) else {
         return Ok(());
     };
     let message = format!(
@@ -30,11 +30,11 @@ pub(in crate::control) fn keep_out(rig: &RigHandle, what: &str) -> Result<(), Wi
     Err(WireError::new(ErrorCode::Commissioning, message).about("state"))
 }
 
-/// Ends the sole use if the rig was stopped, its device has changed, or its lease has expired or was
+/// Ends the exclusive use if the rig was stopped, its device has changed, or its lease has expired or was
 /// lengthened.
-pub(in crate::control) fn look(rig: &RigHandle) {
-    let mut sole_use = rig.sole_use().borrow_mut();
-    let Some(current) = sole_use.as_mut().filter(|current| current.ended.is_none()) else {
+pub(in crate::control) fn end_if_over(rig: &RigHandle) {
+    let mut exclusive_use = rig.exclusive_use().borrow_mut();
+    let Some(current) = exclusive_use.as_mut().filter(|current| current.ended.is_none()) else {
         return;
     };
     let connection = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
@@ -45,9 +45,9 @@ pub(in crate::control) fn look(rig: &RigHandle) {
     } else {
         match rig.leases().timeout_ms(current.session) {
             None => current.end("the lease of its client has expired"),
-            Some(timeout_ms) if timeout_ms > LONGEST_COMMISSION_LEASE_MS => {
+            Some(timeout_ms) if timeout_ms > MAX_COMMISSION_LEASE_MS => {
                 current.end(&format!(
-                    "its client has taken a lease of {timeout_ms} ms, and at most {LONGEST_COMMISSION_LEASE_MS} ms \
+                    "its client has taken a lease of {timeout_ms} ms, and at most {MAX_COMMISSION_LEASE_MS} ms \
                      are allowed"
                 ));
             }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Most subjects of a study.
-const MOST_SUBJECTS: u32 = 999;
+const MAX_SUBJECTS: u32 = 999;
 
 /// What is typed to make or open a study.
 #[derive(Debug)]
@@ -75,7 +75,7 @@ impl StudyForm {
     fn subjects(&self) -> Result<Vec<String>, String> {
         let text = self.subjects.trim();
         let codes = match text.parse::<u32>() {
-            Ok(number) => numbered_codes(number.min(MOST_SUBJECTS + 1)),
+            Ok(number) => numbered_codes(number.min(MAX_SUBJECTS + 1)),
             Err(_) => text.split(',').map(|code| code.trim().to_owned()).collect(),
         };
         check_codes(&codes).map_err(|error| format!("Subjects: {error}"))?;

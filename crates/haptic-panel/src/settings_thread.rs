@@ -17,13 +17,13 @@ const AT_CLOSE: Duration = Duration::from_secs(1);
 
 /// The settings as they were kept last, and their file.
 #[derive(Debug)]
-pub(crate) struct Remembering {
+pub(crate) struct SettingsThread {
     file: PathBuf,
     kept: Settings,
     looked: Instant,
 }
 
-impl Remembering {
+impl SettingsThread {
     pub(crate) fn new(file: PathBuf, kept: Settings) -> Self {
         let looked = Instant::now();
         Self { file, kept, looked }

@@ -1,15 +1,15 @@
-//! The state of a sole use.
+//! The state of a exclusive use.
 
 use crate::control::connected_device::ConnectedDevice;
 use haptic_core::scene::Coupling;
 use haptic_ipc::{ExcitationReport, Peer, PulseReport};
 
 /// Largest share of the rig's force limit that a motion may have.
-pub(in crate::control) const LARGEST_SHARE: f64 = 0.5;
+pub(in crate::control) const MAX_SHARE: f64 = 0.5;
 
 /// A client's use of the rig; it is kept until the next one begins.
 #[derive(Debug)]
-pub(in crate::control) struct SoleUse {
+pub(in crate::control) struct ExclusiveUse {
     pub(in crate::control) session: u64,
     pub(in crate::control) by: Peer,
     pub(in crate::control) device: ConnectedDevice,
@@ -77,7 +77,7 @@ impl Work {
     }
 }
 
-impl SoleUse {
+impl ExclusiveUse {
     /// Whether it keeps all other clients out.
     pub(in crate::control) fn is_active(&self) -> bool {
         self.ended.is_none() || self.moving

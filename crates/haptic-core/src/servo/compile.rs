@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 
 /// Scenes that a way is made of at most: a force moves by less than a hundredth of its range in
 /// one.
-const MOST_STEPS: f64 = 250.0;
+const MAX_STEPS: f64 = 250.0;
 
 impl CompiledScene {
     /// Compiles a scene that takes `ramp_s` seconds to take effect after another, for ticks of about
@@ -38,7 +38,7 @@ impl CompiledScene {
                 transition: Transition::Fade { over_s: ramp_s },
             });
         };
-        let count = ceil(ramp_s / period_s).min(MOST_STEPS);
+        let count = ceil(ramp_s / period_s).min(MAX_STEPS);
         let mut on_the_way = Vec::new();
         let mut step = 1.0;
         while step < count {
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_takes_effect_by_a_step_a_period_from_the_one_before_to_itself() {
+    fn ramped_scene_steps_once_per_period_to_target() {
         let CompiledScene {
             mut renderer,
             transition: Transition::Steps(mut steps),

@@ -1,14 +1,14 @@
-//! The beginning and the end of a sole use.
+//! The beginning and the end of a exclusive use.
 
-use super::lent_loop;
-use super::state::{LARGEST_SHARE, SoleUse, Work};
-use super::watch::{keep_out, look};
+use super::motion;
+use super::state::{ExclusiveUse, MAX_SHARE, Work};
+use super::watch::{end_if_over, refuse_others};
 use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
 use crate::telemetry::motion::Motion;
-use haptic_ipc::{ErrorCode, JournalEntry, LONGEST_COMMISSION_LEASE_MS, RigState, WireError};
+use haptic_ipc::{ErrorCode, JournalEntry, MAX_COMMISSION_LEASE_MS, RigState, WireError};
 
 /// Gives a client the rig to itself, for some work with the device that is connected.
 ///
@@ -24,8 +24,8 @@ pub(in crate::control) async fn begin(
     let stops = rig.stops();
     let (verb, name) = (work.verb(), work.name());
     let (_turn, state) = rig.quiet_state().await;
-    keep_out(rig, &format!("{verb} the rig"))?;
-    rig.keep_out_of_schedule(&format!("{verb} the rig"))?;
+    refuse_others(rig, &format!("{verb} the rig"))?;
+    rig.refuse_during_schedule(&format!("{verb} the rig"))?;
     let wrong = |message: &str| Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     match state {
         RigState::Idle => {}
@@ -45,9 +45,9 @@ pub(in crate::control) async fn begin(
         return wrong(&format!("cannot {verb}: no device is connected"));
     };
     let timeout_ms = rig.leases().timeout_ms(by.session);
-    if timeout_ms.is_none_or(|timeout_ms| timeout_ms > LONGEST_COMMISSION_LEASE_MS) {
+    if timeout_ms.is_none_or(|timeout_ms| timeout_ms > MAX_COMMISSION_LEASE_MS) {
         return wrong(&format!(
-            "cannot {verb} without a lease: take one of at most {LONGEST_COMMISSION_LEASE_MS} ms first (`lease`), so \
+            "cannot {verb} without a lease: take one of at most {MAX_COMMISSION_LEASE_MS} ms first (`lease`), so \
              that the {name} ends if this client dies"
         ));
     }
@@ -61,7 +61,7 @@ pub(in crate::control) async fn begin(
         })
     };
     rig.enter(Completion::Done, entry);
-    *rig.sole_use().borrow_mut() = Some(SoleUse {
+    *rig.exclusive_use().borrow_mut() = Some(ExclusiveUse {
         session: by.session,
         by: by.peer.clone(),
         device,
@@ -83,15 +83,15 @@ fn begin_observing(rig: &RigHandle, resolution_m: f64) {
     feed.motion = Some(motion);
 }
 
-/// The device of the current sole use, if that is active and has no motion under way.
+/// The device of the current exclusive use, if that is active and has no motion under way.
 ///
 /// # Errors
 /// It has ended, or a motion is under way.
 pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDevice, WireError> {
-    look(rig);
+    end_if_over(rig);
     let state = rig.state();
-    let sole_use = rig.sole_use().borrow();
-    let Some(current) = sole_use.as_ref() else {
+    let exclusive_use = rig.exclusive_use().borrow();
+    let Some(current) = exclusive_use.as_ref() else {
         return Err(WireError::new(ErrorCode::WrongState, "no exclusive session is active").about("state"));
     };
     let name = current.work.name();
@@ -114,12 +114,12 @@ pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDev
 /// use began.
 ///
 /// # Errors
-/// Its sole use has ended, or a motion is under way.
+/// Its exclusive use has ended, or a motion is under way.
 pub(in crate::control) fn begin_motion(rig: &RigHandle, session: u64) -> Result<u64, WireError> {
     resting_device(rig)?;
-    let mut sole_use = rig.sole_use().borrow_mut();
+    let mut exclusive_use = rig.exclusive_use().borrow_mut();
     // Another client may have begun while this one waited.
-    let Some(current) = sole_use.as_mut().filter(|current| current.session == session) else {
+    let Some(current) = exclusive_use.as_mut().filter(|current| current.session == session) else {
         return Err(WireError::new(ErrorCode::WrongState, "another client has the rig to itself").about("state"));
     };
     current.moving = true;
@@ -130,26 +130,26 @@ pub(in crate::control) fn begin_motion(rig: &RigHandle, session: u64) -> Result<
 /// force of a motion.
 pub(in crate::control) fn largest_force_n(rig: &RigHandle, device: &ConnectedDevice) -> (f64, f64) {
     let limit_n = rig.facts.limits().force_n.min(device.force_limit_n);
-    (limit_n, LARGEST_SHARE * limit_n)
+    (limit_n, MAX_SHARE * limit_n)
 }
 
-/// Ends the sole use of a client that has closed its connection. A motion ends at once, instead of
+/// Ends the exclusive use of a client that has closed its connection. A motion ends at once, instead of
 /// along the ramp of the expired lease.
 pub(in crate::control) fn closed(rig: &RigHandle, session: u64) {
     end(rig, session, "its client has closed the connection");
 }
 
-/// Ends the sole use of a client, and its motion at once.
+/// Ends the exclusive use of a client, and its motion at once.
 pub(in crate::control) fn end(rig: &RigHandle, session: u64, why: &str) {
     let moving = {
-        let mut sole_use = rig.sole_use().borrow_mut();
-        let Some(current) = sole_use.as_mut().filter(|current| current.session == session) else {
+        let mut exclusive_use = rig.exclusive_use().borrow_mut();
+        let Some(current) = exclusive_use.as_mut().filter(|current| current.session == session) else {
             return;
         };
         current.end(why);
         current.moving
     };
     if moving {
-        lent_loop::rest(rig);
+        motion::rest(rig);
     }
 }
