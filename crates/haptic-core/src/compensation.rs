@@ -21,7 +21,7 @@
 //! friction, since whichever moment after the last rest: a handle that is left alone comes to rest on
 //! every rig whose friction is more than the assured share of the identified one.
 
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::math::copysign;
 use crate::passivity::RigLosses;
 use crate::rig_friction::RigFriction;

@@ -1,7 +1,5 @@
 //! A limit that may differ by the direction of motion.
 
-use crate::direction::Direction;
-
 /// One value for motion along the positive axis and one for motion along the negative axis.
 ///
 /// In TOML and JSON it is a number when both are equal and `{ positive = 5.0, negative = 3.0 }`
@@ -171,5 +169,34 @@ impl schemars::JsonSchema for Directional {
                 },
             ],
         })
+    }
+}
+
+/// Direction of motion along the device axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Direction {
+    /// Along the positive axis.
+    Positive,
+    /// Along the negative axis.
+    Negative,
+}
+
+impl Direction {
+    /// Both, positive first.
+    pub const BOTH: [Self; 2] = [Self::Positive, Self::Negative];
+
+    /// `+1` or `-1`.
+    #[must_use]
+    pub const fn sign(self) -> f64 {
+        match self {
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
+        }
+    }
+
+    /// The direction in which a force or velocity points; zero counts as positive.
+    #[must_use]
+    pub fn of(value: f64) -> Self {
+        if value < 0.0 { Self::Negative } else { Self::Positive }
     }
 }

@@ -47,7 +47,6 @@ pub mod block;
 mod bound_error;
 pub mod compensation;
 mod contact;
-mod direction;
 mod directional;
 pub mod excitation;
 mod flush;
@@ -71,7 +70,7 @@ pub mod servo;
 pub mod velocity;
 
 pub use bound_error::BoundError;
-pub use direction::Direction;
+pub use directional::Direction;
 pub use directional::Directional;
 pub use excitation::{Course, Excitation};
 pub use parameters::{Parameter, ParameterKey};

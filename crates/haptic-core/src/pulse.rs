@@ -6,7 +6,7 @@
 
 use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
 use crate::bound_error::BoundError;
-use crate::direction::Direction;
+use crate::directional::Direction;
 
 /// Longest pulse with its edges, s.
 pub const MAX_PULSE_S: f64 = 0.3;

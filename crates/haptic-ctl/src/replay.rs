@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output::count;
-use crate::recording::file_failure::unreadable;
+use crate::recording::unreadable;
 use crate::scene::offline;
 use crate::table_file::TableFile;
 use crate::{complete, output, progress, set};

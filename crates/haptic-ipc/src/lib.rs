@@ -5,8 +5,6 @@
 
 mod advice;
 mod async_client;
-mod built_in_scenes;
-mod change_options;
 mod changes;
 mod client;
 mod command_line;
@@ -43,8 +41,6 @@ mod values;
 
 pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
-pub use built_in_scenes::BUILT_IN_SCENES;
-pub use change_options::ChangeOptions;
 pub use changes::{Changes, ParameterChange, RelativeChange};
 pub use client::{Client, ClientError, Receiver, Sender};
 pub use command_line::set_command;
@@ -59,9 +55,11 @@ pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use reload::{LimitsChange, ReloadReply};
 pub use replay::{SceneArrival, SceneRamp, ServoSetup};
+pub use request::ChangeOptions;
 pub use request::Request;
 pub use rig_friction::{LossSource, RigFrictionStatus};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
+pub use scene::BUILT_IN_SCENES;
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
     differences, params_of,

@@ -1,13 +1,13 @@
 //! Schedules on the wire: changes of the scene that the real-time loop makes in ticks to come.
 
 use crate::advice::Advice;
-use crate::change_options::RAMP;
 use crate::changes::Changes;
 use crate::error::WireError;
 use crate::fields::{Fields as _, fields};
 use crate::journal::Peer;
 use crate::object::{Field, FieldValue, Limits, Object};
 use crate::refusal;
+use crate::request::RAMP;
 use crate::scene::SceneRef;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;

@@ -1,8 +1,8 @@
 //! Finding and greeting a device: what every kind of link does in its own way.
 
-use super::connection::Connection;
 use super::health::LinkCounters;
 use super::identity::RigIdentity;
+use crate::device::{DeviceError, Measurement, Written};
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -123,4 +123,21 @@ pub trait Connector: Send + std::fmt::Debug {
     /// # Errors
     /// Why it cannot be used.
     fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError>;
+}
+
+/// A device after its greeting.
+///
+/// Neither method waits, allocates or locks. [`DeviceError::Disconnected`] ends the connection.
+pub trait Connection: Send {
+    /// The newest sample; nothing before the first.
+    ///
+    /// # Errors
+    /// As [`Device::read`](crate::Device::read).
+    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError>;
+
+    /// Commands a force on the hand, N, as [`Device::write`](crate::Device::write).
+    ///
+    /// # Errors
+    /// As [`Device::write`](crate::Device::write).
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError>;
 }

@@ -1,6 +1,6 @@
 //! A rig on HID over a pair of sockets in place of a node, with the fake firmware at the other end.
 
-use super::connection::Connection;
+use super::connector::Connection;
 use super::connector::{ConnectError, GreetedDevice, LoopTiming};
 use super::health::LinkCounters;
 use super::hid::greet;

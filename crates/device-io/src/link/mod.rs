@@ -17,7 +17,6 @@
 //! its own: [`Line`] opens the serial line, [`LinkCounters`] counts, [`RigIdentity`] names the rig,
 //! and a [`Connection`] reads and writes.
 
-mod connection;
 mod connector;
 mod device_clock;
 #[cfg(test)]
@@ -47,7 +46,7 @@ mod test_firmware;
 mod wire;
 mod writer;
 
-pub use connection::Connection;
+pub use connector::Connection;
 pub use connector::{ConnectError, Connector, DeviceFacts, GreetedDevice, LoopTiming};
 pub use health::{AskGuard, Delivery, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 pub use hid::HidConnector;

@@ -34,7 +34,7 @@ use super::oscillator::Motion;
 use super::slide::{PieceEnd, Sides, Slide, SlideBounds};
 use super::state::BlockState;
 use crate::contact::{Contact, ContactMemory, StaticLimit};
-use crate::direction::Direction;
+use crate::directional::Direction;
 
 /// The exact scheme for one scene: `S` is how its slides differ by direction, `R` how its static
 /// limit goes with the time at rest.

@@ -12,7 +12,7 @@
 //! used.
 
 use super::body::Coupling;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::math::sqrt;
 use crate::series::{Newest, ORDER, Path, RECIPROCAL, ROOM, Recurrence, Series, first_root};
 

@@ -8,7 +8,7 @@ use super::oscillator::Motion;
 use super::slide::{PieceEnd, Slide, SlideBounds};
 use super::straight::LineEnd;
 use crate::contact::{Fall, FallSeries, LOOK_BACK_ON_CURVE, Line, MIN_ON_CURVE, fallen_from};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::series::{Newest, Path, Recurrence, integral_of_product};
 
 /// One direction of sliding under Stribeck's curve.

@@ -8,7 +8,7 @@ use super::oscillator::{Motion, Oscillator};
 use super::propagator::Propagator;
 use super::state::BlockState;
 use crate::contact::Contact;
-use crate::direction::Direction;
+use crate::directional::Direction;
 
 /// The block of a viscous scene.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use super::state::BlockState;
 use crate::contact::{Contact, ContactMemory};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use core::fmt::Debug;
 
 /// Result of one tick.

@@ -2,7 +2,7 @@
 
 use super::fall::FallLevel;
 use super::oscillator::Motion;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use core::fmt::Debug;
 
 /// End of a piece of a slide, in the coordinate in which it goes forwards.

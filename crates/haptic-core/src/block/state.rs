@@ -1,7 +1,7 @@
 //! The block's state between two ticks.
 
 use crate::contact::{Contact, ContactMemory};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::flush::flush;
 
 /// The block and the last device sample that moved it.

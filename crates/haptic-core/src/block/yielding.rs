@@ -14,7 +14,7 @@ use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;
 use super::straight::straight_piece;
 use crate::contact::{Contact, ContactMemory, SpringContact, StaticLimit, Stroke, YieldingContact};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::directional::Directional;
 use crate::math::sqrt;
 

@@ -5,7 +5,7 @@
 use super::level::Level;
 use super::state::{Contact, ContactMemory, LawContact};
 use super::yielding::{Stroke, YieldingContact, by_elastic_share};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
 use crate::math::{exp, exp_m1};

@@ -5,7 +5,7 @@ use super::level::Level;
 use super::state::{Contact, ContactMemory, LawContact};
 use super::static_limit::StaticLimit;
 use super::yielding::{Line, StraightContact, Stroke, YieldingContact};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
 

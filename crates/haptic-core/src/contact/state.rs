@@ -1,7 +1,7 @@
 //! Whether a body sticks or slides, and what its contact remembers.
 
 use super::level::Level;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::flush::flush;
 use core::fmt::Debug;
 

@@ -5,7 +5,7 @@
 //! form from one kink to the next, see [`block::yielding`](crate::block).
 
 use super::state::{Contact, LawContact};
-use crate::direction::Direction;
+use crate::directional::Direction;
 
 /// Friction from the present state to the next kink, for motion on in one direction: `force +
 /// stiffness d + damping w` after a displacement `d` with speed `w`, all positive against that

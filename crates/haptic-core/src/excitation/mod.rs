@@ -18,7 +18,7 @@ pub use course::Course;
 
 use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
 use crate::bound_error::BoundError;
-use crate::direction::Direction;
+use crate::directional::Direction;
 
 /// Range of the distance from its first place within which a handle is kept, m.
 pub const TRAVEL_M: (f64, f64) = (1e-5, 0.25);
@@ -117,6 +117,10 @@ impl Excitation {
             && lag_m.abs() <= self.lag_limit_m
     }
 }
+
+/// A tick counts for this many periods at most: after a stall the reference goes on where the handle still is, and is not
+/// out of its reach at once.
+const MAX_STEP_PERIODS: f64 = 5.0;
 
 /// How far an excitation has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -223,7 +227,7 @@ impl Moving for Follower {
         match self.phase {
             Phase::Armed => self.phase = Phase::Running,
             Phase::Running => {
-                self.elapsed_s += elapsed_s.max(0.0);
+                self.elapsed_s += elapsed_s.clamp(0.0, MAX_STEP_PERIODS * self.period_s);
                 self.least_s += MIN_SHARE_OF_A_TICK * self.period_s;
             }
             Phase::Unplaced | Phase::Spent => return Rendered::default(),

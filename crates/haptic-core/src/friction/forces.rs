@@ -2,7 +2,7 @@
 
 use super::usual;
 use crate::contact::{SUDDEN_FALL_MPS, Stribeck};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, SceneError};
 

@@ -12,7 +12,7 @@
 use super::law::{Law, LawKind};
 use super::usual;
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Note, NoteKind, Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};

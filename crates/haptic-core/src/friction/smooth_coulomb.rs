@@ -4,7 +4,7 @@
 use super::law::{Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter, LawContact, Leg, Stroke, YieldingContact};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::directional::Directional;
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};

@@ -4,7 +4,7 @@ use super::karnopp::Karnopp;
 use super::law::{Law, LawKind};
 use crate::block::LinearBlock;
 use crate::contact::ConstantLimit;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, Surface, ViscousSurface};

@@ -1,7 +1,7 @@
 //! A parameter, or one direction of it, as an address.
 
 use super::parameter::Parameter;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use core::fmt;
 
 /// A parameter, or one direction of it: `mass`, `M`, `static_force`, `Fs`, `Fs+`, `static_force-`.

@@ -3,7 +3,7 @@
 use super::error::SceneError;
 use super::key::ParameterKey;
 use super::table::TABLE;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::nearest::nearest;
 use alloc::string::ToString;
 use alloc::vec::Vec;

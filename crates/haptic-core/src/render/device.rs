@@ -4,7 +4,7 @@
 use super::legs::Motion;
 use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter};
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::directional::Directional;
 
 /// Drag: one multiplication.

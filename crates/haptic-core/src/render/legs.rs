@@ -7,7 +7,7 @@
 //! measured one never. So the noise of a velocity moves nothing.
 
 use crate::contact::Leg;
-use crate::direction::Direction;
+use crate::directional::Direction;
 
 /// Difference of two mean velocities, over the speeds, up to which they agree: rounding.
 const AGREEMENT: f64 = 1e-9;

@@ -1,7 +1,7 @@
 //! A scene with some parameters changed.
 
 use super::value::Scene;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::parameters::{Parameter, ParameterKey, SceneError, check_range};
 use alloc::vec::Vec;
 

@@ -1,7 +1,7 @@
 //! The way from one scene to another with the same law and the same parts.
 
 use super::value::Scene;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::math::powf;
 use crate::parameters::{Parameter, Scale, Slot, TABLE};
 

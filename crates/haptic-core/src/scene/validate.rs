@@ -2,7 +2,7 @@
 
 use super::value::Scene;
 use crate::block::MAX_PHASE_PER_TICK_RAD;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::math::sqrt;
 use crate::parameters::{Note, Parameter, SceneError, TABLE, check_range};
 use alloc::vec::Vec;

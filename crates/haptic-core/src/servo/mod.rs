@@ -14,7 +14,6 @@ mod fault;
 mod force;
 mod force_offset;
 mod inputs;
-mod outputs;
 mod rig;
 mod scene_change;
 mod sensing;
@@ -32,12 +31,12 @@ pub const VERSION: u32 = 3;
 
 pub use fault::Fault;
 pub use inputs::{Event, Events, InputWord, Inputs};
-pub use outputs::Outputs;
 pub use sensing::{DECAY_S, SILENT_PERIODS};
 pub use servo::Servo;
 pub use settings::Settings;
 pub use state::{Command, RigState};
 pub use step::OFF_TIMEOUT_NS;
+pub use step::Outputs;
 pub use transition::{CompiledScene, Steps, Transition};
 
 #[cfg(test)]

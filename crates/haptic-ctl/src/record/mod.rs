@@ -11,7 +11,7 @@ use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
-use crate::recording::report;
+use crate::recording;
 use crate::recording::summary::Summary;
 use crate::{beginning, complete, output, progress};
 use clap::ValueHint;
@@ -370,7 +370,7 @@ impl Session<'_> {
         };
         let ending = if is_complete { "" } else { "; without an end" };
         let summary = format!("{}: {}{ending}", file.display(), shown(&totals, markers));
-        let mut summary_json = report::as_json(file, &totals);
+        let mut summary_json = recording::as_json(file, &totals);
         summary_json["markers"] = markers.into();
         summary_json["complete"] = is_complete.into();
         match (is_streamed, json) {
@@ -386,7 +386,7 @@ impl Session<'_> {
 }
 
 fn shown(totals: &Totals, markers: u64) -> String {
-    let text = report::as_text(totals);
+    let text = recording::as_text(totals);
     match markers {
         0 => text,
         _ => format!("{text}, {}", output::count(markers, "marker")),

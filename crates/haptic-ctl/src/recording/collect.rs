@@ -1,7 +1,6 @@
 //! `recording collect`: recordings of many rigs as one Parquet set, partitioned by rig and date.
 
-use super::file_failure::{not_copied, unreadable};
-use super::report;
+use super::{not_copied, unreadable};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -72,11 +71,11 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     if json {
-        let each = collected.iter().map(|(to, totals)| report::as_json(to, totals));
+        let each = collected.iter().map(|(to, totals)| super::as_json(to, totals));
         return output::json(&each.collect::<Vec<_>>());
     }
     for (to, totals) in &collected {
-        output::text(&format!("{}: {}", to.display(), report::as_text(totals)))?;
+        output::text(&format!("{}: {}", to.display(), super::as_text(totals)))?;
     }
     Ok(())
 }

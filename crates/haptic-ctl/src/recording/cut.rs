@@ -1,9 +1,8 @@
 //! `recording cut`: a part of a recording, as a recording of its own.
 
-use super::file_failure::{not_copied, unreadable};
-use super::output::Output;
-use super::report;
+use super::Output;
 use super::summary::{EventKind, Summary};
+use super::{not_copied, unreadable};
 use crate::duration::duration;
 use crate::failure::Failure;
 use crate::{output, progress};
@@ -56,9 +55,9 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let totals = haptic_recording::cut(&arguments.file, out, &span, *force).map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
     if json {
-        return output::json(&report::as_json(out, &totals));
+        return output::json(&super::as_json(out, &totals));
     }
-    output::text(&format!("{}: {}", out.display(), report::as_text(&totals)))
+    output::text(&format!("{}: {}", out.display(), super::as_text(&totals)))
 }
 
 /// What is kept, s from the first row.

@@ -1,8 +1,7 @@
 //! `recording export`: the same recording in another format.
 
-use super::file_failure::not_copied;
-use super::output::Output;
-use super::report;
+use super::Output;
+use super::not_copied;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -24,7 +23,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let totals = haptic_recording::export(&arguments.file, out, *force).map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
     if json {
-        return output::json(&report::as_json(out, &totals));
+        return output::json(&super::as_json(out, &totals));
     }
-    output::text(&format!("{}: {}", out.display(), report::as_text(&totals)))
+    output::text(&format!("{}: {}", out.display(), super::as_text(&totals)))
 }

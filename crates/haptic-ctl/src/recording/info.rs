@@ -1,7 +1,7 @@
 //! `recording info`: what a recording holds.
 
-use super::file_failure::unreadable;
 use super::summary::{Disorder, Event, EventKind, Summary};
+use super::unreadable;
 use crate::failure::Failure;
 use crate::output::count;
 use crate::{output, progress};

@@ -1,8 +1,7 @@
 //! `recording repair`: what can be read of a recording, as one with an end.
 
-use super::file_failure::not_repaired;
-use super::output::Output;
-use super::report;
+use super::Output;
+use super::not_repaired;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -25,7 +24,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     bar.finish_and_clear();
     let (ending, dropped) = (repaired.ending.to_string(), repaired.dropped_bytes);
     if json {
-        let mut summary = report::as_json(out, &repaired.totals);
+        let mut summary = super::as_json(out, &repaired.totals);
         summary["ending_before"] = ending.into();
         summary["dropped_bytes"] = dropped.into();
         return output::json(&summary);
@@ -33,7 +32,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     output::text(&format!(
         "{}: {}\n{}: {ending}; {dropped} bytes could not be read",
         out.display(),
-        report::as_text(&repaired.totals),
+        super::as_text(&repaired.totals),
         arguments.file.display()
     ))
 }

@@ -3,7 +3,7 @@
 use super::curve::Curve;
 use super::loops::{draw_health, draw_histogram};
 use super::model::Model;
-use super::theme::Theme;
+use haptic_ipc::RigState;
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -149,6 +149,36 @@ fn elapsed(seconds: f64) -> String {
     )]
     let whole = seconds as u64;
     format!("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60)
+}
+
+/// The styles of the picture, with or without colours.
+#[derive(Clone, Copy)]
+pub(super) struct Theme {
+    coloured: bool,
+}
+
+impl Theme {
+    pub(super) const fn new(coloured: bool) -> Self {
+        Self { coloured }
+    }
+
+    pub(super) fn colour(self, colour: Color) -> Style {
+        if self.coloured {
+            Style::new().fg(colour)
+        } else {
+            Style::new()
+        }
+    }
+
+    pub(super) fn state(self, state: RigState) -> Style {
+        let colour = match state {
+            RigState::Engaged | RigState::Engaging => Color::Green,
+            RigState::Releasing => Color::Yellow,
+            RigState::Stopped | RigState::Faulted => Color::Red,
+            RigState::Idle | RigState::Disconnected => Color::Gray,
+        };
+        self.colour(colour).add_modifier(Modifier::REVERSED | Modifier::BOLD)
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The panes of the loop: its latencies, its counts and the link.
 
+use super::draw::Theme;
 use super::model::Model;
-use super::theme::Theme;
 use crate::timing;
 use haptic_ipc::{Percentiles, Status};
 use ratatui::Frame;

@@ -9,7 +9,6 @@ mod draw;
 mod loops;
 mod model;
 mod picture;
-mod theme;
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;

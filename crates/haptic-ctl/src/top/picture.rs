@@ -2,8 +2,8 @@
 //! somebody selects text in it, has it stopped with Ctrl-S, or the network stands still, it takes none.
 
 use super::draw;
+use super::draw::Theme;
 use super::model::{Model, lock};
-use super::theme::Theme;
 use crate::console;
 use crate::failure::Failure;
 use std::io;

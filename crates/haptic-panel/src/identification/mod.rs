@@ -2,13 +2,12 @@
 //! their own.
 
 mod fit_chart;
-mod found;
 mod question;
 
 /// The names of a file's columns, `None` for a recording, whose columns are known; or why they cannot be read.
 pub type Headings = Result<Option<Vec<String>>, String>;
 
 pub(crate) use fit_chart::{Extent, FitChart, FitTrace, thinned};
-pub use found::Found;
+pub use question::Found;
 pub use question::Question;
 pub(crate) use question::{Data, Samples};

@@ -1,9 +1,10 @@
 //! What to identify, and from which samples.
 
-use super::Found;
+use super::FitChart;
 use crate::tape::Tape;
-use haptic_lab::identify::record_file::{self, Loaded, MovingMass, Source};
-use haptic_lab::identify::{self, Clocks, Options};
+use haptic_lab::identify;
+use haptic_lab::identify::record_file::{Loaded, MovingMass, Source};
+use haptic_lab::identify::{Clocks, Identified, IdentifiedScene, Options, Record, record_file};
 use haptic_recording::{Ending, Metadata, Recording};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -104,6 +105,33 @@ impl Samples {
             rows: self.tape.within(self.from_s, self.to_s).copied().collect(),
             marks: Vec::new(),
             ending: Ending::Open,
+        }
+    }
+}
+
+/// Values, scene and plots.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Where the samples come from.
+    pub(crate) origin: String,
+    pub(crate) identified: Identified,
+    /// The scene that feels like it, or why there is none.
+    pub(crate) scene: Result<IdentifiedScene, String>,
+    pub(crate) charts: Vec<FitChart>,
+}
+
+/// Name of the scene until it is saved.
+const NAME: &str = "identified";
+
+impl Found {
+    pub(super) fn new(origin: String, record: &Record, identified: Identified) -> Self {
+        let (even, fitted_n) = identify::fitted(record, &identified);
+        let charts = identify::plots(&even, &identified, &fitted_n);
+        Self {
+            origin,
+            scene: identified.scene(NAME),
+            charts: charts.iter().map(FitChart::new).collect(),
+            identified,
         }
     }
 }

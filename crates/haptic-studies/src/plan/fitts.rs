@@ -1,7 +1,7 @@
 //! The plan of a targeting task.
 
+use super::Task;
 use super::check::{MAX_GAIN, PlanError, names, within};
-use super::task::Task;
 use haptic_core::friction::{Friction, Viscous};
 use haptic_core::{Directional, Scene};
 use serde::{Deserialize, Serialize};

@@ -3,15 +3,12 @@
 mod check;
 mod fitts;
 mod perception;
-mod task;
 
 pub use check::PlanError;
 pub use fitts::{Condition, Cursor, FittsPlan, MountedBlock, Resistance, RigMapping};
 pub use perception::{Constant, PerceptionPlan, Staircase, Test};
-pub use task::Task;
-
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 /// What a study consists of.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +64,39 @@ impl Plan {
 
 fn parse<T: DeserializeOwned>(text: &str) -> Result<T, PlanError> {
     toml::from_str(text).map_err(|error| PlanError::Toml(error.to_string().trim_end().to_owned()))
+}
+
+/// The task of a study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Task {
+    /// Targets to be clicked.
+    Fitts,
+    /// Surfaces to distinguish.
+    Perception,
+}
+
+impl Task {
+    /// All tasks.
+    pub const ALL: [Self; 2] = [Self::Fitts, Self::Perception];
+
+    /// Its name, in plans and in names of files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fitts => "fitts",
+            Self::Perception => "perception",
+        }
+    }
+
+    /// The plan that every program has for it, as TOML.
+    #[must_use]
+    pub const fn built_in_plan(self) -> &'static str {
+        match self {
+            Self::Fitts => include_str!("../../../../studies/fitts.toml"),
+            Self::Perception => include_str!("../../../../studies/perception.toml"),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The plan of perception tests.
 
 use super::super::trial::{Case, Method};
+use super::Task;
 use super::check::{PlanError, within};
-use super::task::Task;
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::{Directional, Scene};
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,7 @@ use super::super::plan::PlanError;
 use super::super::subject::CodeError;
 use super::super::subject::StudyMismatch;
 use super::super::trial::TrialError;
-use super::layout::{STUDY, VERSION};
+use super::{STUDY, VERSION};
 use std::io;
 use std::path::PathBuf;
 

@@ -22,7 +22,6 @@
 mod disk;
 mod error;
 mod keeper;
-mod layout;
 mod notes;
 mod parquet;
 mod reading;
@@ -30,22 +29,21 @@ mod sidecar;
 mod study_description;
 mod subject_files;
 
-pub use error::StoreError;
-pub use keeper::{Keeper, RigDescription};
-pub use notes::note;
-pub use reading::{read, trials, trials_of};
-pub use study_description::StudyDescription;
-pub use subject_files::SubjectFiles;
-
 use super::plan::{Plan, Task};
 use super::session;
 use super::subject::{Subject, check_codes};
 use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
 use disk::{at, replace, sync_folder, write_new};
-use layout::{ALL_TRIALS, DESCRIPTION, LOCK, PLAN, STUDY};
-use std::fs::{self, File, TryLockError};
-use std::io::{self, Write};
+pub use error::StoreError;
+pub use keeper::{Keeper, RigDescription};
+pub use notes::note;
+pub use reading::{read, trials, trials_of};
+use std::fs::{File, TryLockError};
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
+pub use study_description::StudyDescription;
+pub use subject_files::SubjectFiles;
 
 /// A study on the disk, which this program alone may continue.
 #[derive(Debug)]
@@ -285,6 +283,16 @@ fn description(plan: &Plan, about: &StudyDescription) -> Result<String, StoreErr
     });
     serde_json::to_string_pretty(&description).map_err(|error| at(Path::new(DESCRIPTION))(error.into()))
 }
+
+const PLAN: &str = "plan.toml";
+const STUDY: &str = "study.json";
+const DESCRIPTION: &str = "dataset_description.json";
+const LOCK: &str = ".lock";
+const DATA: &str = "data";
+const ALL_TRIALS: &str = "trials.parquet";
+
+/// The version of the layout.
+const VERSION: u32 = 1;
 
 #[cfg(test)]
 mod tests;

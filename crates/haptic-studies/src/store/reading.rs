@@ -5,9 +5,9 @@ use super::super::subject::Subject;
 use super::super::trial::Trial;
 use super::disk::at;
 use super::error::StoreError;
-use super::layout::{PLAN, STUDY, VERSION};
 use super::study_description::StudyDescription;
 use super::subject_files;
+use super::{PLAN, STUDY, VERSION};
 use std::path::Path;
 use std::{fs, io};
 

@@ -3,7 +3,7 @@
 use super::super::plan::{Plan, Task};
 use super::super::subject::{Subject, numbered_codes};
 use super::super::trial::Operator;
-use super::layout::VERSION;
+use super::VERSION;
 use serde::{Deserialize, Serialize};
 
 /// What a study is beside its plan.

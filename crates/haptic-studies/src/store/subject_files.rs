@@ -3,9 +3,9 @@
 use super::super::plan::Task;
 use super::super::subject::Subject;
 use super::super::trial::{self, Trial, VoidedTrial};
+use super::DATA;
 use super::disk::{append, at, create_folder, replace, sync_folder, whole_lines};
 use super::error::StoreError;
-use super::layout::DATA;
 use haptic_ipc::{Event, Sample, SamplesEvent};
 use haptic_recording::{CreateError, Mark, Metadata};
 use std::fs::{self, File};

@@ -3,7 +3,7 @@
 
 use crate::control::history::{Drag, FIRST_REVISION, Move};
 use crate::control::journal::bytes_of_changes;
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::control::rig::rig_friction;
 use crate::control::rig::schedule::NewChange;
 use crate::control::{RigHandle, advise, exclusive_use, judge, library};

@@ -1,7 +1,7 @@
 //! `engage`, `release`, `reset` and `stop`: the changes of the rig's state.
 
 use crate::control::RigHandle;
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
 use haptic_ipc::{StateReply, WireError};

@@ -4,7 +4,7 @@
 use crate::control::RigHandle;
 use crate::control::journal::Completion;
 use crate::control::leases::Lease;
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::rt::clock::now_ns;
 use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply};
 use std::rc::Rc;

@@ -23,7 +23,6 @@ mod places;
 mod presence;
 mod reads;
 pub(crate) mod reload;
-mod requester;
 mod rig;
 mod rig_files;
 mod schedule;

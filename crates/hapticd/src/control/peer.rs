@@ -140,6 +140,13 @@ fn supplementary_groups(socket: impl AsFd) -> rustix::io::Result<Vec<u32>> {
     }
 }
 
+/// A client, as the journal and the history know it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Requester<'a> {
+    pub(crate) session: u64,
+    pub(crate) peer: &'a Peer,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 
 use crate::control::change::{check_revision, values_set};
 use crate::control::history::Move;
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::control::rig::schedule::NewChange;
 use crate::control::{RigHandle, advise, exclusive_use, judge, library};
 use haptic_core::Scene;

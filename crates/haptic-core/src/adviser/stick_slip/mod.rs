@@ -25,7 +25,7 @@ pub use tuning::{static_force_for, stiffness_for};
 use crate::block::EventSink;
 use crate::bound_error::BoundError;
 use crate::contact::Contact;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::math::sqrt;
 use crate::parameters::{Parameter, SceneError};
 use crate::renderer::Renderer;

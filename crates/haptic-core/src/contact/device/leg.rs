@@ -1,6 +1,6 @@
 //! A leg of the motion within a tick: one direction, constant acceleration.
 
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::math::sqrt;
 
 /// A way in one direction, along which the speed grows or falls evenly with time, so that its

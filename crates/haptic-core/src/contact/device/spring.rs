@@ -9,7 +9,7 @@ use crate::contact::level::Level;
 use crate::contact::spring::{SpringContact, SpringState};
 use crate::contact::static_limit::StaticLimit;
 use crate::contact::yielding::YieldingContact;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::flush::flush;
 
 /// Most slides that begin and end on a leg one by one. Where there are more, the spring is found

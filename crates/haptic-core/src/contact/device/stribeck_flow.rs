@@ -7,7 +7,7 @@
 use super::gauss::{SIX, THREE, TWELVE};
 use super::leg::Leg;
 use crate::contact::level::Stribeck;
-use crate::direction::Direction;
+use crate::directional::Direction;
 use crate::math::{exp, exp_m1, ln_1p};
 
 /// Stribeck's curve in one direction.

@@ -5,7 +5,7 @@ use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::exclusive_use::state::{Identification, Work};
 use crate::control::rig::exclusive_use::{self, begin_motion, end_if_over, largest_force_n, resting_device};

@@ -6,7 +6,7 @@ use crate::control::admission::{self, Admission, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::judge;
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::rt::handoff::Outcome;
 use crate::rt::rig_setup::Setup;
 use haptic_core::limiter::Limits;

@@ -8,7 +8,7 @@ use super::RigHandle;
 use super::waiting_changes::WaitingChange;
 use crate::control::compile::Compiled;
 use crate::control::history::Move;
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::rt::claim::Claim;
 use crate::rt::schedule::ScheduledScene;
 use haptic_core::Scene;

@@ -2,7 +2,7 @@
 
 use super::client::{Answer, Client, MAX_CLIENTS, PendingAnswer};
 use crate::control::change::{self, PendingChange};
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::session::reply::answer;

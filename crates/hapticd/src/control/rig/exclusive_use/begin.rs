@@ -6,7 +6,7 @@ use super::watch::{end_if_over, refuse_others};
 use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
-use crate::control::requester::Requester;
+use crate::control::peer::Requester;
 use crate::telemetry::motion::Motion;
 use haptic_ipc::{ErrorCode, JournalEntry, MAX_COMMISSION_LEASE_MS, RigState, WireError};
 
