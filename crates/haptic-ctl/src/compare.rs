@@ -24,8 +24,8 @@ pub(crate) struct Arguments {
     /// Recording of the rendered surface
     rendered: PathBuf,
 
-    /// Moving mass, kg, whose inertia is taken out of both forces; 0 leaves it in [default: the mass of
-    /// the recorded scene's block, unless the real record shows another]
+    /// Moving mass, kg, whose inertia the plot and `--align velocity` leave out; 0 keeps it in [default:
+    /// the mass of the recorded scene's block, unless the real record shows another]
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
 

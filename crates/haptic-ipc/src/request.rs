@@ -170,9 +170,9 @@ operations! {
         /// The other; the active one when absent.
         to: Option<SceneRef>,
     } -> crate::SceneDiffReply;
-    /// Undo the newest change, of any client.
+    /// Undo the newest change, of any client. It takes no `at_tick`.
     Undo "undo" {} with options -> crate::ChangeReply;
-    /// Redo the change that was undone last.
+    /// Redo the change that was undone last. It takes no `at_tick`.
     Redo "redo" {} with options -> crate::ChangeReply;
     /// Change the scene in ticks to come: all of these changes, or none.
     Schedule "schedule" {

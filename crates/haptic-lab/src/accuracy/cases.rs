@@ -328,7 +328,11 @@ pub fn of_karnopp() -> Vec<Case> {
     let hands: [(&'static str, Changes, OscillatingHand); 27] = [
         ("paper", NONE, PLAIN),
         ("high stiction", &[("Fs", 7.0)], PLAIN),
-        ("viscous", &[("Fs", 0.0), ("Fd", 0.0), ("b", 35.0)], PLAIN),
+        (
+            "viscous friction alone",
+            &[("Fs", 0.0), ("Fd", 0.0), ("b", 35.0)],
+            PLAIN,
+        ),
         ("light block, 10 g", &[("M", 0.01)], PLAIN),
         ("asymmetric limits", ASYMMETRIC, PLAIN),
         ("K = 0", &[("K", 0.0), ("B", 30.0)], PLAIN),

@@ -50,7 +50,7 @@ pub fn targets() -> Result<Vec<Target>, SceneError> {
 const REFERENCES: [&str; 6] = [
     "paper",
     "high stiction",
-    "viscous",
+    "viscous friction alone",
     "slow ramp",
     "free motion",
     "light block, 10 g",

@@ -8,6 +8,9 @@ use jiff::tz::Offset;
 /// Lines among which the numbers begin.
 const MAX_HEAD_LINES: usize = 300;
 
+/// Further lines over which a cell in quotes may go on.
+const MAX_CELL_LINES: usize = 4;
+
 /// Rows of numbers that are a table for certain.
 const SURE_ROWS: usize = 3;
 
@@ -28,14 +31,32 @@ pub(super) struct Line<'a> {
     pub(super) is_remark: bool,
 }
 
-/// The lines of a text.
+/// The lines of a text; one with a cell in quotes that goes on in the next is one with it.
 pub(super) fn lines(text: &str) -> Vec<Line<'_>> {
-    text.trim_start_matches('\u{feff}')
-        .lines()
-        .enumerate()
-        .map(|(index, line)| line_of(index + 1, line.trim()))
-        .filter(|line| !line.text.is_empty())
-        .collect()
+    let mut rest = text.trim_start_matches('\u{feff}');
+    let (mut found, mut number) = (Vec::new(), 1);
+    while !rest.is_empty() {
+        let (line, after) = rest.split_at(line_length(rest));
+        found.push(line_of(number, line.trim()));
+        number += line.matches('\n').count();
+        rest = after;
+    }
+    found.retain(|line| !line.text.is_empty());
+    found
+}
+
+/// Bytes of the first line of a text. A quote opens a cell at its start alone, and is closed within few lines.
+fn line_length(text: &str) -> usize {
+    let mut ends = text
+        .match_indices('\n')
+        .map(|(at, _)| at + 1)
+        .chain(std::iter::once(text.len()));
+    let first = ends.next().unwrap_or(text.len());
+    let is_open = |end: usize| text[..end].matches('"').count() % 2 == 1;
+    let opening = text[..first].rfind('"').filter(|_| is_open(first));
+    let begins = opening.is_some_and(|at| text[..at].trim_end_matches(' ').ends_with([';', ',', '\t']) || at == 0);
+    let closing = ends.take(MAX_CELL_LINES).find(|end| !is_open(*end));
+    closing.filter(|_| begins).unwrap_or(first)
 }
 
 fn line_of(number: usize, text: &str) -> Line<'_> {
@@ -102,7 +123,8 @@ impl Layout {
         // A row may end with a separator that the heading lacks.
         let filled = |at: usize| rows[at].iter().rposition(|cell| !cell.is_empty());
         let is_alike = |at: &usize| rows[*at].len() == rows[data].len() || filled(*at) == filled(data);
-        let owned = |at: usize| rows[at].iter().map(|cell| (*cell).to_owned()).collect::<Vec<String>>();
+        let whole = |cell: &&str| cell.split_whitespace().collect::<Vec<_>>().join(" ");
+        let owned = |at: usize| rows[at].iter().map(whole).collect::<Vec<String>>();
         let named = |at: usize| rows[at].iter().filter(|cell| is_wanted(cell)).count();
         let above = || (0..data).rev().filter(is_alike);
         let best = above()
@@ -208,7 +230,7 @@ mod tests {
 
     fn found(text: &str) -> Option<(char, String, String, usize)> {
         let lines = lines(text);
-        let is_wanted = |title: &str| ["t", "time", "x", "position", "f", "force"].contains(&title);
+        let is_wanted = |title: &str| ["t", "time", "x", "position", "f", "force", "f\r\n(N)"].contains(&title);
         Layout::find(&lines, &is_wanted).map(|layout| {
             (
                 layout.separator,
@@ -244,6 +266,12 @@ mod tests {
             seen(',', "t x f", "", 5)
         );
         assert_eq!(found("t,x,f\n0,NaN,NaN\n1,1,2\n2,1,2\n"), seen(',', "t x f", "", 2));
+        // A title over two lines, and a quote that opens none.
+        assert_eq!(
+            found("\"t\",\"x\",\"f\r\n(N)\"\r\n0,1,2\r\n1,1,2\r\n"),
+            seen(',', "t x f (N)", "", 3)
+        );
+        assert_eq!(found("disk of 5\"\nt,x,f\n0,1,2\n1,1,2\n"), seen(',', "t x f", "", 3));
         assert_eq!(number("\u{2212}1", ','), None);
         assert_eq!(number("0,25", ';'), Some(0.25));
     }

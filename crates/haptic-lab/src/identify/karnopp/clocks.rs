@@ -4,6 +4,7 @@
 //! the fit: the force's change with time is its coefficient. Within the strokes of one sine that is a sum of inertia and
 //! viscous friction, so that many records do not determine it.
 
+use super::place;
 use super::problem::Problem;
 use super::regression::{OVERLAPPING, Row, Rows, Shape, Unknown};
 use crate::smoothing::{weighted, whole};
@@ -45,6 +46,9 @@ pub(super) fn find(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: 
     let noise_share = fit.noise_share(Unknown::Shift).unwrap_or(1.0);
     let freedom = fit.uncertainty_of(Unknown::Shift).map_or(0.0, |of| of.freedom);
     if noise_share > MAX_NOISE_SHARE || (freedom < MIN_FREEDOM && noise_share > CLEAR_NOISE_SHARE) {
+        return Err(NoShift::Noise);
+    }
+    if place::one_frequency(problem, rows).is_some() {
         return Err(NoShift::Noise);
     }
     search.only(&shift)?;

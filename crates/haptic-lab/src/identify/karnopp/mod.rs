@@ -51,6 +51,10 @@ const NOISE_STRUCTURE: f64 = 0.2;
 const NOISE_EXCESS: f64 = 1.4;
 const NOISE_FALL: f64 = 1.3;
 
+/// Of the time between two samples, what is not known of a shift whatever the fit says: the force between them is taken as a
+/// straight line.
+const BETWEEN_SAMPLES: f64 = 0.15;
+
 /// What is said where friction is taken as alike.
 pub(super) const ALIKE: &str = "friction is taken as alike in both directions; a constant force and a difference of Fd \
                                 look the same. Where the sensor's zero is known, give the offset";
@@ -94,12 +98,12 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
         slides.rows.rows.len(),
         2e3 * slides.rows.half_s
     ));
-    report_shift(&mut found, &slides);
+    report_shift(&mut found, &slides, grid.period_s);
     report(&mut found, &problem, &slides, options);
     statics::report(&mut found, &problem, &slides, options);
     refusal::refuse_poor(&mut found, &problem, &slides, options);
     refusal::refuse_beside_offset(&mut found, &slides, options);
-    place::note_one_frequency(&problem, &slides, &mut found);
+    place::note_assumptions(&problem, &slides, &mut found);
     found
 }
 
@@ -258,11 +262,12 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
 }
 
 /// Stores the clocks' shift in the result, where it was looked for.
-fn report_shift(found: &mut Identified, slides: &Slides) {
+fn report_shift(found: &mut Identified, slides: &Slides, period_s: f64) {
     let Some((change_s, reach_s)) = slides.value(&[(Unknown::Shift, 1.0)]) else {
         return;
     };
     found.shift_s += change_s;
+    let reach_s = reach_s.hypot(BETWEEN_SAMPLES * period_s);
     let [low_s, high_s] = [found.shift_s - reach_s, found.shift_s + reach_s];
     found.intervals.insert("shift_s".to_owned(), [low_s, high_s]);
     found.notes.push(format!(

@@ -2,7 +2,7 @@
 
 use crate::identify::grid::Grid;
 use crate::smoothing::{Window, encoder_step, slope, slope_noise, white_noise, whole};
-use haptic_motion::median::extent;
+use haptic_motion::median::{extent, median};
 use std::ops::Range;
 
 /// Longest time over which velocity is taken as even, s.
@@ -72,6 +72,21 @@ impl Motion {
     /// Samples that slide in a direction.
     pub(super) fn sliding(&self, sense: i8) -> usize {
         self.sense.iter().filter(|each| **each == sense).count()
+    }
+
+    /// The median travel of a slide, m.
+    pub(super) fn slide_m(&self, period_s: f64) -> f64 {
+        let mut travels = Vec::new();
+        let (mut travel_m, mut before) = (0.0, 0);
+        for (sense, velocity) in self.sense.iter().zip(&self.velocity_mps) {
+            if *sense != before {
+                travels.extend((before != 0).then_some(travel_m));
+                travel_m = 0.0;
+            }
+            travel_m += velocity.abs() * period_s;
+            before = *sense;
+        }
+        median(&mut travels).unwrap_or(0.0)
     }
 
     /// Slides in a direction: runs of at least `shortest` samples.

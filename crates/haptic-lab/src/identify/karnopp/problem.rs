@@ -113,7 +113,7 @@ impl<'a> Problem<'a> {
 
     /// Of the time of a step within its period, the share that does not cancel over the record; `None` where the force
     /// hardly steps.
-    fn share_of_steps(&self) -> Option<f64> {
+    pub(super) fn share_of_steps(&self) -> Option<f64> {
         let force = &self.force;
         let mut sorted = force.clone();
         sorted.sort_unstable_by(f64::total_cmp);
