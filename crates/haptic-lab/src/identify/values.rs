@@ -52,13 +52,20 @@ impl Identified {
                 _ => (format!("{what} -"), self.intervals.get(&format!("{name}.negative"))),
             };
             let digits = decimals(value, interval);
+            // A zero has no sign.
+            let text = |value: f64| {
+                let text = format!("{value:.digits$}");
+                let size = text.trim_start_matches('-');
+                let is_zero = size.chars().all(|letter| "0.".contains(letter));
+                if is_zero { size.to_owned() } else { text }
+            };
             values.push(FoundValue {
                 what,
-                value: format!("{value:.digits$}"),
+                value: text(value),
                 unit,
                 interval: interval.map_or_else(
                     || "given".to_owned(),
-                    |[low, high]| format!("{low:.digits$} to {high:.digits$}"),
+                    |[low, high]| format!("{} to {}", text(*low), text(*high)),
                 ),
             });
         };
@@ -95,4 +102,26 @@ fn decimals(value: f64, interval: Option<&Interval>) -> usize {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is clamped")]
     let decimals = (first + 1.0).clamp(0.0, 9.0) as usize;
     decimals
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::identify::{Identified, ModelKind};
+
+    #[test]
+    fn an_interval_leaves_its_digits_and_a_zero_has_no_sign() {
+        let mut found = Identified::empty(ModelKind::Karnopp);
+        let mut shown = |value, interval| {
+            found.offset_n = Some(value);
+            found.intervals.insert("offset_N".to_owned(), interval);
+            let [only] = &found.values()[..] else {
+                panic!("one value")
+            };
+            (only.value.clone(), only.interval.clone())
+        };
+        let text = |value: &str, interval: &str| (value.to_owned(), interval.to_owned());
+        assert_eq!(shown(-0.3, [-19.2, 18.6]), text("0", "-19 to 19"));
+        assert_eq!(shown(0.1234, [-0.004, 0.25]), text("0.12", "0.00 to 0.25"));
+        assert_eq!(shown(-0.1234, [-0.13, -0.12]), text("-0.1234", "-0.1300 to -0.1200"));
+    }
 }
