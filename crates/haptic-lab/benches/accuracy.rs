@@ -8,7 +8,7 @@
 use haptic_lab::accuracy::{self, Extent, Tables, Target, cases};
 use haptic_lab::cost::{self, CountError, Probe, SceneCost};
 use std::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The argument before the name of a probe.
 const PROBE: &str = "probe";
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             print_targets(&targets(&laws, &scenes)?);
             Ok(())
         }
-        [document, folder] => refresh(Path::new(document), Path::new(folder)),
+        [document, folder] => refresh(&of_workspace(document), &of_workspace(folder)),
         _ => Err("expected nothing, or a document and a folder for the plot".into()),
     }
 }
@@ -61,7 +61,13 @@ fn targets(laws: &[accuracy::LawMeasurement], scenes: &[SceneCost]) -> Result<Ve
     Ok(targets)
 }
 
+/// A path from the workspace's root: cargo starts benches in the crate's folder.
+fn of_workspace(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
+}
+
 fn refresh(document: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let before = std::fs::read_to_string(document).map_err(|error| format!("{}: {error}", document.display()))?;
     let counted = count(Probe::Cases)?;
     let schemes = accuracy::schemes().len();
     let mut measured = Vec::new();
@@ -80,7 +86,7 @@ fn refresh(document: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
         scenes: &scenes,
         targets: &targets(&laws, &scenes)?,
     };
-    let text = accuracy::refresh(&std::fs::read_to_string(document)?, &tables.all())?;
+    let text = accuracy::refresh(&before, &tables.all())?;
     std::fs::write(document, text)?;
     std::fs::write(folder.join("speed-vs-error.svg"), accuracy::plot(&laws))?;
     Ok(())
