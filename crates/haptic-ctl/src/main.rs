@@ -53,7 +53,7 @@ mod usage;
 mod wait;
 mod words;
 
-use clap::FromArgMatches;
+use clap::{CommandFactory, FromArgMatches};
 use command_line::{Arguments, Command, command_line};
 use daemon::Daemon;
 use failure::Failure;
@@ -64,18 +64,24 @@ use stop::NamedRig;
 fn main() -> ExitCode {
     clap_complete::CompleteEnv::with_factory(command_line::complete_command_line).complete();
     let words = words::in_order(std::env::args_os().collect());
-    let parsed = command_line()
-        .try_get_matches_from(&words)
-        .and_then(|matches| Arguments::from_arg_matches(&matches));
-    let arguments = match parsed {
-        Ok(arguments) => arguments,
-        Err(error) if error.use_stderr() && words::mean_a_stop(&words, &command_line()) => {
+    let parse = |command: clap::Command| {
+        let matches = command.try_get_matches_from(&words)?;
+        Arguments::from_arg_matches(&matches)
+    };
+    let parsed = match parse(Arguments::command()) {
+        Err(error) if error.use_stderr() && words::mean_a_stop(&words, &Arguments::command()) => {
             let json = usage::wants_json();
             return match tokio::runtime::Builder::new_current_thread().enable_all().build() {
                 Ok(runtime) => ended(runtime.block_on(stop::in_spite_of(&usage::text(&error), 2, json)), json),
                 Err(error) => Failure::from(error).report(json),
             };
         }
+        // The help is made only where it is shown: it takes most of the time that the program takes to start.
+        Err(_) => parse(command_line()),
+        parsed => parsed,
+    };
+    let arguments = match parsed {
+        Ok(arguments) => arguments,
         Err(error) => return usage::end(error, &command_line()),
     };
     let json = arguments.json;

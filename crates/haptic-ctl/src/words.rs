@@ -66,7 +66,8 @@ pub(crate) fn mean_a_stop(words: &[OsString], commands: &Command) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command_line::command_line;
+    use crate::command_line::Arguments;
+    use clap::CommandFactory;
 
     fn split(line: &str) -> Vec<OsString> {
         line.split(' ').map(OsString::from).collect()
@@ -104,7 +105,7 @@ mod tests {
             ("c lease -- stop", false),
             ("c set stop=1", false),
         ] {
-            assert_eq!(mean_a_stop(&split(line), &command_line()), means, "{line}");
+            assert_eq!(mean_a_stop(&split(line), &Arguments::command()), means, "{line}");
         }
     }
 }

@@ -42,7 +42,7 @@ use parquet_table::ParquetTable;
 use std::fs::File;
 use std::io::{Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
-use table::{Quantity, TableOptions};
+use table::{Quantity, TableError, TableOptions};
 
 /// One row of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl Rows {
         Self::open_with(path, &TableOptions::default())
     }
 
-    /// The same where `options` say how a table of another program is read.
+    /// The same where `options` say how a table is read; a recording in CSV is then one as well.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -133,6 +133,12 @@ impl Rows {
         if first.is_empty() {
             return Err(MotionError::format(path, "the file is empty"));
         }
+        options.check_gains()?;
+        // A recording is read as one unless something else is said of its columns.
+        let is_plain = *options == TableOptions::default();
+        let no_table = || TableError::NoTable {
+            path: path.to_path_buf(),
+        };
         let options = &TableOptions {
             is_of_device: true,
             ..options.clone()
@@ -144,15 +150,19 @@ impl Rows {
                 guarded(|| SerializedFileReader::new(file)).map_err(|error| MotionError::format(path, error))?;
             match table::ParquetTable::of_other(path, reader) {
                 Ok(file) => of_table(table::Table::of_parquet(&file, options, &MOTION)?),
+                Err(_) if !is_plain => return Err(no_table().into()),
                 Err(reader) => Source::Parquet(ParquetTable::new(path, *reader)?),
             }
         } else {
             let is_recording = first.starts_with(csv_table::RECORDING_TITLE);
             let is_mcap = first.starts_with(mcap::MAGIC);
             let mut input = Cursor::new(first).chain(file);
+            if is_mcap && !is_plain {
+                return Err(no_table().into());
+            }
             if is_mcap {
                 Source::Mcap(McapTable::new(path, input)?)
-            } else if is_recording {
+            } else if is_recording && is_plain {
                 Source::Csv(CsvTable::new(path, input)?)
             } else {
                 let mut bytes = Vec::new();

@@ -326,6 +326,34 @@ fn foreign_table_is_a_motion_by_its_names_and_units() {
     assert_eq!(row.expect("a row").expect("a motion").position_m, 1.5);
 }
 
+/// A gain of 0 would be a motion that stands still, and names that are not used would be taken for used ones.
+#[test]
+fn what_is_said_of_columns_is_used_or_refused() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("motion");
+    let open = |bytes: &[u8], options: &TableOptions| {
+        std::fs::write(&path, bytes).expect("written");
+        Rows::open_with(&path, options)?.collect::<Result<Vec<Row>, _>>()
+    };
+    let gain = |gain| TableOptions {
+        position_gain: Some(gain),
+        ..TableOptions::default()
+    };
+    for value in [0.0, f64::NAN, f64::INFINITY] {
+        let error = open(b"t_s,x\n0,1\n1,2\n", &gain(value)).expect_err("no gain");
+        assert!(error.to_string().starts_with("--position-gain = "), "{error}");
+    }
+    let recording = "# hapticd recording 1\n# {}\nt_s,device_position_m,block_position_m\n0.0,1,5\n0.001,2,6\n0.002,3";
+    let rows = open(recording.as_bytes(), &gain(2.0)).expect("a motion");
+    assert_eq!(rows.iter().map(|row| row.position_m).collect::<Vec<_>>(), [2.0, 4.0]);
+    let mut named = TableOptions::default();
+    named.columns.position = Some("block_position_m".to_owned());
+    let rows = open(recording.as_bytes(), &named).expect("a motion");
+    assert_eq!(rows.iter().map(|row| row.position_m).collect::<Vec<_>>(), [5.0, 6.0]);
+    let error = open(&mcap(9, SCHEMA, cdr), &named).expect_err("no table");
+    assert!(error.to_string().contains("cannot be named"), "{error}");
+}
+
 #[test]
 fn nothing_follows_an_error() {
     let directory = tempfile::tempdir().expect("a directory");

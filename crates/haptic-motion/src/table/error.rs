@@ -54,6 +54,21 @@ pub enum TableError {
         /// The file.
         path: PathBuf,
     },
+    /// Columns or units are given of a file whose own are known.
+    #[error("{}: the columns of a recording in MCAP or Parquet cannot be named, nor those of another MCAP file, and their \
+             units are known; `haptic-ctl recording export` makes CSV of a recording", .path.display())]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A gain cannot be.
+    #[error("{option} = {value} is not a finite number other than 0")]
+    Gain {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// The unit in a column's title is not one of its quantity.
     #[error("{}: the unit of `{column}` is not known: {instead}", .path.display())]
     UnknownUnit {

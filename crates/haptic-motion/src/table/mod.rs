@@ -16,6 +16,7 @@ pub use columns::{Columns, Quantity};
 pub use error::TableError;
 pub use parquet_table::{ParquetTable, RECORDING_KEY};
 
+use crate::csv_table::RECORDING_TITLE;
 use crate::error::Place;
 use crate::text::decoded;
 use columns::in_brackets;
@@ -48,6 +49,26 @@ pub struct TableOptions {
     pub time_unit_s: Option<f64>,
     /// Whether the motion is a device's: columns that say so are then likelier than others.
     pub is_of_device: bool,
+}
+
+impl TableOptions {
+    /// Whether the gains can be.
+    ///
+    /// # Errors
+    /// One is 0 or not finite; the error names its option.
+    pub fn check_gains(&self) -> Result<(), TableError> {
+        let gains = [
+            ("--force-gain", self.force_gain),
+            ("--position-gain", self.position_gain),
+        ];
+        let wrong = |value: &f64| !value.is_finite() || *value == 0.0;
+        for (option, gain) in gains {
+            if let Some(value) = gain.filter(wrong) {
+                return Err(TableError::Gain { option, value });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Columns of one file; times in seconds, growing.
@@ -161,7 +182,10 @@ impl Table {
         options: &TableOptions,
         quantities: &[Quantity],
     ) -> Result<Self, TableError> {
-        let text = text(path, bytes)?;
+        // The last number of a recording that was broken off may be half one.
+        let is_recording = bytes.starts_with(RECORDING_TITLE);
+        let end = bytes.iter().rposition(|byte| *byte == b'\n').filter(|_| is_recording);
+        let text = text(path, end.map_or(bytes, |end| &bytes[..=end]))?;
         let lines = lines(&text);
         let Layout {
             separator,

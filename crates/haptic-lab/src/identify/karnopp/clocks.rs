@@ -45,10 +45,8 @@ pub(super) fn find(problem: &Problem<'_>, rows: &Rows, shape: Shape, longest_s: 
         .map_err(|_| NoShift::OutOfReach)?;
     let noise_share = fit.noise_share(Unknown::Shift).unwrap_or(1.0);
     let freedom = fit.uncertainty_of(Unknown::Shift).map_or(0.0, |of| of.freedom);
-    if noise_share > MAX_NOISE_SHARE || (freedom < MIN_FREEDOM && noise_share > CLEAR_NOISE_SHARE) {
-        return Err(NoShift::Noise);
-    }
-    if place::one_frequency(problem, rows).is_some() {
+    let is_noise = noise_share > MAX_NOISE_SHARE || (freedom < MIN_FREEDOM && noise_share > CLEAR_NOISE_SHARE);
+    if is_noise || place::one_frequency(problem, rows).is_some() {
         return Err(NoShift::Noise);
     }
     search.only(&shift)?;

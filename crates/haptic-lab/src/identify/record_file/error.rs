@@ -44,13 +44,6 @@ pub enum RecordFileError {
         /// Why.
         reason: &'static str,
     },
-    /// Columns of a recording that is not text are named.
-    #[error("{}: the columns of a recording in MCAP or Parquet cannot be named, nor those of another MCAP file; \
-             `haptic-ctl recording export` makes CSV of a recording", .path.display())]
-    NoTable {
-        /// The file.
-        path: PathBuf,
-    },
     /// The two files have no time in common.
     #[error("{} and {} have less than 1 s in common", .path.display(), .force_path.display())]
     Apart {
@@ -58,13 +51,5 @@ pub enum RecordFileError {
         path: PathBuf,
         /// The file of forces.
         force_path: PathBuf,
-    },
-    /// A gain cannot be.
-    #[error("{option} = {value} is not a finite number other than 0")]
-    Gain {
-        /// The option.
-        option: &'static str,
-        /// Its value.
-        value: f64,
     },
 }

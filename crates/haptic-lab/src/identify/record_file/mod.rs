@@ -21,7 +21,7 @@ pub use source::{MovingMass, Source};
 
 use super::record::Record;
 use from_recording::Beginning;
-use haptic_motion::table::{self, Columns};
+use haptic_motion::table::{self, Columns, TableError};
 use haptic_recording::Recording;
 use std::path::Path;
 
@@ -43,7 +43,7 @@ pub struct Loaded {
 /// # Errors
 /// A file or a cell of it cannot be read, or a column is missing; the error says where.
 pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
-    check_gains(source)?;
+    source.table.check_gains()?;
     let beginning = from_recording::beginning(&source.path)?;
     let is_recording = beginning.is_some() && source.table.columns == Columns::default();
     let no_meaning = |option, reason| {
@@ -56,15 +56,17 @@ pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     if is_recording && source.force_path.is_some() {
         return no_meaning("--force-file", "a recording of hapticd holds its own forces");
     }
+    if is_recording && source.table.time_unit_s.is_some() {
+        return no_meaning("--time-unit", "a recording of hapticd has its times in seconds");
+    }
     if !is_recording && source.moving != MovingMass::Auto {
         return no_meaning("--moving", "it chooses between the masses of a recording of hapticd");
     }
     Ok(with_velocity_note(match beginning {
         Some(Beginning::Text) if source.table.columns != Columns::default() => tables::read(source)?,
         Some(Beginning::Binary) if source.table.columns != Columns::default() => {
-            return Err(RecordFileError::NoTable {
-                path: source.path.clone(),
-            });
+            let path = source.path.clone();
+            return Err(TableError::NoTable { path }.into());
         }
         Some(_) => from_recording::read(source)?,
         None => tables::read(source)?,
@@ -76,7 +78,7 @@ pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
 /// # Errors
 /// It holds nothing of what was asked for.
 pub fn take(recording: &Recording, source: &Source) -> Result<Loaded, RecordFileError> {
-    check_gains(source)?;
+    source.table.check_gains()?;
     Ok(with_velocity_note(from_recording::take(recording, source)?))
 }
 
@@ -89,18 +91,6 @@ pub fn headings(path: &Path) -> Result<Option<Vec<String>>, RecordFileError> {
         Some(_) => Ok(None),
         None => Ok(Some(table::headings(path)?)),
     }
-}
-
-fn check_gains(source: &Source) -> Result<(), RecordFileError> {
-    for (option, value) in [
-        ("--force-gain", source.table.force_gain),
-        ("--position-gain", source.table.position_gain),
-    ] {
-        if let Some(value) = value.filter(|value| !value.is_finite() || *value == 0.0) {
-            return Err(RecordFileError::Gain { option, value });
-        }
-    }
-    Ok(())
 }
 
 fn with_velocity_note(mut loaded: Loaded) -> Loaded {

@@ -1,4 +1,4 @@
-//! The beginning and the end of a exclusive use.
+//! The beginning and the end of an exclusive use.
 
 use super::motion;
 use super::state::{ExclusiveUse, MAX_SHARE, Work};

@@ -1,4 +1,4 @@
-//! The state of a exclusive use.
+//! The state of an exclusive use.
 
 use crate::control::connected_device::ConnectedDevice;
 use haptic_core::scene::Coupling;

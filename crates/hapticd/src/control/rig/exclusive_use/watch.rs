@@ -12,7 +12,7 @@ pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
     active.map(|exclusive_use| exclusive_use.by.clone())
 }
 
-/// Refuses what would disturb a exclusive use.
+/// Refuses what would disturb an exclusive use.
 ///
 /// # Errors
 /// A client has the rig to itself; the error says which.
