@@ -5,12 +5,11 @@
 //! needed to look at it.
 
 use crate::{PATIENCE, binary, until};
-use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::thread;
 use std::time::{Duration, Instant};
+use std::{fs, thread};
 
 /// Width and height of the usual screen, pixels: what the panel opens with.
 pub const SIZE: (usize, usize) = (1280, 800);

@@ -10,8 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::process::size_kib;
-use system_tests::stalled;
-use system_tests::{Daemon, PATIENCE, binary, ctl, wait_for_state};
+use system_tests::{Daemon, PATIENCE, binary, ctl, stalled, wait_for_state};
 
 /// Each kind of file that is none to read, with what the refusal says of it.
 const TRAPS: [(&str, &str); 6] = [

@@ -7,10 +7,9 @@ use rustix::process::{Signal, kill_process};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use system_tests::process;
 use system_tests::recorded::{self, wait_for_more_rows};
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, status, until, wait_for, wait_for_state};
+use system_tests::{Daemon, binary, process, status, until, wait_for, wait_for_state};
 
 /// A hand that soon moves steadily (from rest, as every motion of a file begins), so that the paper's block slides
 /// and the force is its kinetic friction, 3.5 N.

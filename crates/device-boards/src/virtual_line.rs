@@ -9,7 +9,8 @@ use device_io::fake::{Channel, Quality};
 use device_io::link::LinkCounters;
 use device_io::{DeviceError, Measurement};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
 
 pub(crate) const MS: u64 = 1_000_000;
 

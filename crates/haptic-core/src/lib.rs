@@ -70,8 +70,7 @@ pub mod servo;
 pub mod velocity;
 
 pub use bound_error::BoundError;
-pub use directional::Direction;
-pub use directional::Directional;
+pub use directional::{Direction, Directional};
 pub use excitation::{Course, Excitation};
 pub use parameters::{Parameter, ParameterKey};
 pub use pulse::PulseShape;

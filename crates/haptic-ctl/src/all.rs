@@ -3,8 +3,7 @@
 use crate::command_line::Command;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::output;
-use crate::stop;
+use crate::{output, stop};
 use haptic_ipc::socket_path::{Environment, NamedSocket};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;

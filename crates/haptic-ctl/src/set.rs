@@ -1,10 +1,9 @@
 //! `set`: change parameters.
 
 use crate::change::{Change, ChangeArguments, ChangeView};
-use crate::complete;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{output, units};
+use crate::{complete, output, units};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::ParameterKey;

@@ -1,9 +1,8 @@
 //! `stop`: which rigs are meant, and what each has answered. In doubt, all.
 
-use crate::all;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::output;
+use crate::{all, output};
 use haptic_ipc::socket_path::{self, Environment, NamedSocket};
 use haptic_ipc::{ClientError, Request, StateReply};
 use std::io::ErrorKind;

@@ -6,8 +6,7 @@
 //! made it: the server gives each client a range of numbers, so there is nothing to wait for, as for a property.
 //! Wayland delivers a window's keys to one queue alone, so a stop by key waits for the frame there.
 
-use std::io;
-use std::thread;
+use std::{io, thread};
 use x11rb::connection::Connection as _;
 use x11rb::errors::ReplyError;
 use x11rb::protocol::Event;

@@ -55,22 +55,18 @@ pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use reload::{LimitsChange, ReloadReply};
 pub use replay::{SceneArrival, SceneRamp, ServoSetup};
-pub use request::ChangeOptions;
-pub use request::Request;
+pub use request::{ChangeOptions, Request};
 pub use rig_friction::{LossSource, RigFrictionStatus};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
-pub use scene::BUILT_IN_SCENES;
 pub use scene::{
-    ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
-    differences, params_of,
+    BUILT_IN_SCENES, ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply,
+    SceneSaveReply, Value, differences, params_of,
 };
 pub use schedule::{
     AcceptedChange, MAX_SCHEDULED_CHANGES, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduleStatus,
     ScheduledChange,
 };
-pub use status::Problem;
-pub use status::{DeviceStatus, ForceLimitBy, LibraryScene, RealTimeStatus, Status};
-pub use status::{RigState, StateReply};
+pub use status::{DeviceStatus, ForceLimitBy, LibraryScene, Problem, RealTimeStatus, RigState, StateReply, Status};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 pub use unknown_word::meant_in;
 

@@ -2,8 +2,7 @@
 
 use crate::error::WireError;
 use crate::object::{FieldValue, Object};
-use crate::quantity;
-use crate::refusal;
+use crate::{quantity, refusal};
 use haptic_core::parameters::ParameterInfo;
 use haptic_core::{Directional, ParameterKey};
 

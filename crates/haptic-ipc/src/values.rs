@@ -2,8 +2,7 @@
 
 use crate::error::WireError;
 use crate::object::{Field, FieldValue, Limits};
-use crate::quantity;
-use crate::refusal;
+use crate::{quantity, refusal};
 use serde::de::value::StrDeserializer;
 use serde::de::{self, DeserializeOwned};
 use std::fmt;

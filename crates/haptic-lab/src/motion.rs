@@ -2,9 +2,8 @@
 
 use haptic_core::velocity::AlphaBetaGamma;
 pub use haptic_motion::MotionError;
-use haptic_motion::median;
 use haptic_motion::table::TableOptions;
-use haptic_motion::{Row, Rows};
+use haptic_motion::{Row, Rows, median};
 use std::path::Path;
 
 /// One sample of the device.

@@ -2,9 +2,8 @@
 
 use crate::LARGEST;
 use crate::table::TableError;
-use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fmt, io};
 use thiserror::Error;
 
 /// Where in a file something is.

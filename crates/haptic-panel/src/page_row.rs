@@ -1,13 +1,12 @@
 //! The row of pages, with what is recorded and the outcome of the last file beside it.
 
-use crate::close_question;
 use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::{Closing, Reading};
-use crate::notice;
 use crate::page::Page;
 use crate::recording::amount;
 use crate::theme::Palette;
+use crate::{close_question, notice};
 use egui::{Frame, Key, Label, Modifiers, ProgressBar, RichText, Ui};
 use std::time::Duration;
 

@@ -3,8 +3,7 @@
 use crate::frame_limiter::FrameLimiter;
 use crate::update::Update;
 use std::fmt;
-use std::sync::mpsc;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::{Duration, Instant};
 
 /// The panel is closed: nothing receives updates any more.

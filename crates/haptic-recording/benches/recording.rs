@@ -4,7 +4,8 @@
 //! the files for other programs to be tried with.
 #![expect(clippy::cast_sign_loss, reason = "what is cast is positive")]
 
-use haptic_core::{Scene, servo::RigState};
+use haptic_core::Scene;
+use haptic_core::servo::RigState;
 use haptic_ipc::Sample;
 use haptic_recording::{Format, Metadata, Writer, export};
 use std::path::{Path, PathBuf};

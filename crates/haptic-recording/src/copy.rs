@@ -3,8 +3,7 @@
 use crate::error::{CopyError, CreateError, Ending, RecordingError};
 use crate::format::Format;
 use crate::gaps::Gaps;
-use crate::mark::Entry;
-use crate::mark::Mark;
+use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::parquet;
 use crate::reader::{Reader, open};

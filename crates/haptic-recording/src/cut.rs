@@ -2,8 +2,7 @@
 
 use crate::copy::{Copy, Source};
 use crate::error::CopyError;
-use crate::mark::Entry;
-use crate::mark::Mark;
+use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::writer::Totals;
 use haptic_ipc::Sample;

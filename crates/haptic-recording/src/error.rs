@@ -1,8 +1,7 @@
 //! Why a recording cannot be read or made, and how one ends.
 
 use crate::csv;
-use crate::format::UnknownFormat;
-use crate::format::VERSION;
+use crate::format::{UnknownFormat, VERSION};
 pub use haptic_motion::Place;
 use std::path::PathBuf;
 use std::{fmt, io};

@@ -2,8 +2,7 @@
 
 use crate::error::{Ending, Place, RecordingError};
 use crate::format::Format;
-use crate::mark::Entry;
-use crate::mark::Mark;
+use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::{csv, mcap, parquet};
 use bytes::Bytes;

@@ -1,10 +1,9 @@
 //! Has a file put on the disk now and then, for the case that the machine loses its power.
 
 use std::fs::File;
-use std::io;
 use std::sync::mpsc::{self, SyncSender, TrySendError};
-use std::thread;
 use std::time::{Duration, Instant};
+use std::{io, thread};
 
 /// What a loss of power takes at most.
 const EVERY: Duration = Duration::from_secs(5);

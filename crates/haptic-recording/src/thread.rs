@@ -13,9 +13,8 @@ use crate::recorder::Recorder;
 use crate::writer::Totals;
 use haptic_ipc::{Event, SamplesEvent, ServoEvent, StateEvent};
 use std::collections::VecDeque;
-use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::{io, thread};
 
 /// How much waits for the disk at most.
 #[derive(Clone, Copy, Debug)]

@@ -2,8 +2,7 @@
 
 use crate::error::CreateError;
 use crate::format::Format;
-use crate::mark::Entry;
-use crate::mark::Mark;
+use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::sync::Syncer;
 use crate::{csv, mcap, parquet};

@@ -12,8 +12,7 @@
 
 use super::plan::{Condition, FittsPlan, Resistance, RigMapping};
 use super::random::{Purpose, Random};
-use super::subject::Subject;
-use super::subject::{StudyMismatch, compare};
+use super::subject::{StudyMismatch, Subject, compare};
 use super::trial::{FittsTrial, Operator};
 
 /// Trials of one condition under one resistance, one after the other.

@@ -11,8 +11,7 @@ mod staircase;
 
 use super::plan::{PerceptionPlan, Test};
 use super::random::{Purpose, Random};
-use super::subject::Subject;
-use super::subject::{StudyMismatch, compare};
+use super::subject::{StudyMismatch, Subject, compare};
 use super::trial::{Case, Operator, PerceptionTrial};
 use haptic_core::Scene;
 use staircase::Levels;

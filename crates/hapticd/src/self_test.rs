@@ -15,10 +15,8 @@ use haptic_core::servo::CompiledScene;
 use hdrhistogram::Histogram;
 use std::fmt::Write;
 use std::sync::Arc;
-use std::sync::atomic::{
-    AtomicBool,
-    Ordering::{Acquire, Release},
-};
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::{Acquire, Release};
 use std::thread::JoinHandle;
 use std::time::Duration;
 

@@ -5,7 +5,8 @@
 
 use crate::protocol::message::{ErrorCode, ErrorReport};
 use std::fmt;
-use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64};
 
 /// The counters of a link. Only the real-time thread writes them. They do not depend on each other,
 /// so they need no order.

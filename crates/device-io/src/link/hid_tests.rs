@@ -1,7 +1,6 @@
 //! A rig on HID over a pair of sockets in place of a node, with the fake firmware at the other end.
 
-use super::connector::Connection;
-use super::connector::{ConnectError, GreetedDevice, LoopTiming};
+use super::connector::{ConnectError, Connection, GreetedDevice, LoopTiming};
 use super::health::LinkCounters;
 use super::hid::greet;
 use super::identity::RigIdentity;
@@ -16,7 +15,8 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::net::{AddressFamily, SocketFlags, SocketType, socketpair};
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 

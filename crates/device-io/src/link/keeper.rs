@@ -2,8 +2,7 @@
 //! thread, takes it back after a failure, and looks again. It looks when the device nodes change,
 //! and otherwise only repeats its question to a device that is there and does not answer.
 
-use super::connector::Connection;
-use super::connector::{ConnectError, Connector, DeviceFacts, LoopTiming};
+use super::connector::{ConnectError, Connection, Connector, DeviceFacts, LoopTiming};
 use super::health::LinkCounters;
 use super::link_device::{Handover, LinkDevice};
 use super::nodes::NodeWatch;

@@ -33,10 +33,8 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use crate::protocol::message::{FromHost, is_newer};
-use std::sync::atomic::{
-    AtomicU64,
-    Ordering::{Acquire, Release},
-};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::{Acquire, Release};
 
 /// The slots. They begin with zero, which is not a message of a new conversation.
 #[derive(Debug, Default)]

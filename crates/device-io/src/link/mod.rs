@@ -46,8 +46,7 @@ mod test_firmware;
 mod wire;
 mod writer;
 
-pub use connector::Connection;
-pub use connector::{ConnectError, Connector, DeviceFacts, GreetedDevice, LoopTiming};
+pub use connector::{ConnectError, Connection, Connector, DeviceFacts, GreetedDevice, LoopTiming};
 pub use health::{AskGuard, Delivery, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 pub use hid::HidConnector;
 pub use hid_node::HidId;

@@ -2,8 +2,7 @@
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-use super::connector::Connection;
-use super::connector::{ConnectError, Connector, GreetedDevice, LoopTiming};
+use super::connector::{ConnectError, Connection, Connector, GreetedDevice, LoopTiming};
 use super::health::{LinkCounters, add};
 use super::identity::RigIdentity;
 use super::line::{Line, SendOutcome};

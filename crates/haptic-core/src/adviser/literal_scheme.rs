@@ -20,8 +20,7 @@
 use super::finding::{About, Check, Finding, at_least, at_most};
 use super::{UNFELT_RIPPLE_N, UNSEEN_LIMIT_CYCLE_MPS};
 use crate::block::{Block, BlockState, Coupling};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::Parameter;
 use crate::renderer::Renderer;
 use crate::scene::Scene;

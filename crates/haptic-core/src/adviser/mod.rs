@@ -46,8 +46,7 @@ pub use finding::{Check, Finding, Fix};
 pub use rig_facts::{LinkTimes, RigFacts};
 pub use stick_slip::{StickSlip, StickSlipError, static_force_for, stick_slip, stiffness_for};
 
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::Parameter;
 use crate::scene::Scene;
 use crate::scheme::Scheme;

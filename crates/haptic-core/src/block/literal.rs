@@ -15,8 +15,7 @@ use super::body::Coupling;
 use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;
 use crate::contact::{Contact, ContactMemory, Level, StaticLimit, Stroke, YieldingContact};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use core::fmt::Debug;
 use core::num::NonZeroU32;
 

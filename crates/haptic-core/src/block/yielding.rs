@@ -14,8 +14,7 @@ use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;
 use super::straight::straight_piece;
 use crate::contact::{Contact, ContactMemory, SpringContact, StaticLimit, Stroke, YieldingContact};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::math::sqrt;
 
 /// Pieces that every tick may be cut into, beside those of its half-turns.

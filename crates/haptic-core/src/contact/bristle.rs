@@ -5,8 +5,7 @@
 use super::level::Level;
 use super::state::{Contact, ContactMemory, LawContact};
 use super::yielding::{Stroke, YieldingContact, by_elastic_share};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 use crate::math::{exp, exp_m1};
 use core::fmt::Debug;

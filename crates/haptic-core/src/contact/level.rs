@@ -1,7 +1,6 @@
 //! Kinetic friction as a function of speed: a constant, or Stribeck's curve.
 
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::math::{exp, ln, sqrt};
 use crate::series::{Newest, Products, RECIPROCAL};
 use core::fmt::Debug;

@@ -5,8 +5,7 @@ use super::level::Level;
 use super::state::{Contact, ContactMemory, LawContact};
 use super::static_limit::StaticLimit;
 use super::yielding::{Line, StraightContact, Stroke, YieldingContact};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 
 /// What a stuck spring is anchored to when a slide ends.

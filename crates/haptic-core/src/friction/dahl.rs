@@ -20,8 +20,7 @@ use crate::contact::{
     BristleForce, Contact, ContactMemory, DeviceContact, EnergyMeter, LawContact, Leg, Line, PowerSeries, SETTLED_N,
     StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
 };
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 use crate::math::{exp, exp_m1, ln_1p, powf};
 use crate::parameters::{Parameter, Slot};

@@ -16,8 +16,7 @@ use crate::contact::{
     Bristle, BristleForce, DeviceElastoPlastic, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level, MIN_ON_CURVE, MasterLaw,
     ORDER, PathBristle, PathSeries, Plasticity, RatioSeries, TowardsLimit, UnderCurve, flow_in_pieces, series_product,
 };
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};

@@ -2,8 +2,7 @@
 
 use super::usual;
 use crate::contact::{SUDDEN_FALL_MPS, Stribeck};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, SceneError};
 
 /// Refuses a static force below the dynamic one.

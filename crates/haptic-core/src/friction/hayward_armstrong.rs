@@ -19,8 +19,7 @@ use crate::contact::{
     Bristle, BristleForce, MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, TowardsLimit, flow_in_pieces,
     series_product,
 };
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::math::sqrt;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};

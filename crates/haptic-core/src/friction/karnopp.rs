@@ -26,8 +26,7 @@ use crate::block::{
 use crate::contact::{
     ConstantLimit, Level, Reseat, RisingLimit, SUDDEN_FALL_MPS, SpringContact, SpringState, StaticLimit, Stribeck,
 };
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::{NotApplicable, Note, NoteKind, Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;

@@ -1,8 +1,7 @@
 //! The interface of a friction law: all that the rest of the crate asks of one. Only the law's own
 //! file knows more.
 
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::{NotApplicable, Note, Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, Surface};
 use alloc::boxed::Box;

@@ -18,8 +18,7 @@ use crate::contact::{
     Bristle, BristleForce, DeviceLugre, FallSeries, FlowLevel, FullPlasticity, Level, RatioSeries, TowardsLimit,
     UnderCurve,
 };
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
 use crate::series::USUAL_TOLERANCE_N;

@@ -35,8 +35,7 @@ pub use usual::DEFAULT_CONTACT_STIFFNESS;
 
 pub(crate) use law::Law;
 
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, ParameterKey, Slot, TABLE};
 use alloc::vec::Vec;
 use law::LawKind;

@@ -15,8 +15,7 @@ use super::forces::{check_static_not_below, check_stiction, limit_stiction, rais
 use super::law::{Law, LawKind};
 use super::usual;
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;

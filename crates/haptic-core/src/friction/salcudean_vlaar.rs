@@ -12,8 +12,7 @@
 use super::law::{Law, LawKind};
 use super::usual;
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::parameters::{Note, NoteKind, Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;

@@ -4,8 +4,7 @@
 use super::law::{Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter, LawContact, Leg, Stroke, YieldingContact};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};

@@ -1,8 +1,7 @@
 //! A block on a surface, under each of the schemes.
 
 use super::surface::Surface;
-use crate::block::{BlockState, Coupling, EventSink, Moving, PiecewiseContact, Rendered};
-use crate::block::{literal, yielding};
+use crate::block::{BlockState, Coupling, EventSink, Moving, PiecewiseContact, Rendered, literal, yielding};
 use crate::contact::{Contact, ContactMemory};
 use crate::scheme::Scheme;
 use alloc::boxed::Box;

@@ -4,8 +4,7 @@
 use super::legs::Motion;
 use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 
 /// Drag: one multiplication.
 #[derive(Clone, Copy, Debug)]

@@ -2,8 +2,7 @@
 //! chooses the others.
 
 use super::value::Scene;
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::friction::Friction;
 use crate::parameters::{Parameter, SceneError, TABLE};
 

@@ -1,8 +1,7 @@
 //! The scene's data, and access to its parameters by name.
 
 use crate::block::{Block, Coupling};
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::friction::{Friction, Karnopp};
 use crate::parameters::{NotApplicable, Parameter, ParameterInfo, ParameterKey, SceneError, Slot, TABLE};
 use alloc::string::String;

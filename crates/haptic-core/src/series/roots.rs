@@ -184,7 +184,8 @@ impl Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::{vec, vec::Vec};
+    use alloc::vec;
+    use alloc::vec::Vec;
     use proptest::prelude::*;
 
     fn padded(coefficients: &[f64]) -> [f64; ROOM] {

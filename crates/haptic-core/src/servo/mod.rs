@@ -35,8 +35,7 @@ pub use sensing::{DECAY_S, SILENT_PERIODS};
 pub use servo::Servo;
 pub use settings::Settings;
 pub use state::{Command, RigState};
-pub use step::OFF_TIMEOUT_NS;
-pub use step::Outputs;
+pub use step::{OFF_TIMEOUT_NS, Outputs};
 pub use transition::{CompiledScene, Steps, Transition};
 
 #[cfg(test)]

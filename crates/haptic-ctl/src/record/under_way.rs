@@ -7,7 +7,8 @@ use std::fs::File;
 use std::io;
 use std::os::fd::AsFd;
 use std::path::Path;
-use tokio::sync::oneshot::{self, error::TryRecvError};
+use tokio::sync::oneshot::error::TryRecvError;
+use tokio::sync::oneshot::{self};
 use tokio::sync::watch;
 
 /// A recording under way. Only [`finish`](Self::finish) and [`break_off`](Self::break_off) wait for the disk.

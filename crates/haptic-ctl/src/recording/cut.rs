@@ -1,8 +1,7 @@
 //! `recording cut`: a part of a recording, as a recording of its own.
 
-use super::Output;
 use super::summary::{EventKind, Summary};
-use super::{not_copied, unreadable};
+use super::{Output, not_copied, unreadable};
 use crate::duration::duration;
 use crate::failure::Failure;
 use crate::{output, progress};

@@ -1,7 +1,6 @@
 //! `recording export`: the same recording in another format.
 
-use super::Output;
-use super::not_copied;
+use super::{Output, not_copied};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;

@@ -1,7 +1,6 @@
 //! `recording repair`: what can be read of a recording, as one with an end.
 
-use super::Output;
-use super::not_repaired;
+use super::{Output, not_repaired};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;

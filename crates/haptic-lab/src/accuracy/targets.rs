@@ -1,8 +1,7 @@
 //! The figures that the exact scheme is held to, each measured here and now.
 
 use super::cases::{self, OscillatingHand};
-use super::compare;
-use super::reference;
+use super::{compare, reference};
 use crate::motion::DeviceSample;
 use crate::simulate::{Start, measure_cost, renderer, simulate};
 use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator};

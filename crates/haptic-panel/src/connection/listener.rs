@@ -13,11 +13,10 @@ use crate::update_sender::{PanelGone, UpdateSender};
 use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, ServerLine, StateEvent, WireError};
 use serde::de::DeserializeOwned;
 use std::convert::Infallible;
-use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
+use std::{fmt, io};
 
 /// Entries of the journal that the panel asks for at first.
 const PAST_CHANGES: usize = 20;

@@ -25,11 +25,10 @@ use crate::update_sender::UpdateSender;
 use asker::{Asker, Job};
 use listener::Listener;
 use shared::Shared;
-use std::io;
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
-use std::thread;
 use std::time::Duration;
+use std::{io, thread};
 
 /// A connection that reconnects by itself.
 #[derive(Debug)]

@@ -8,6 +8,5 @@ mod question;
 pub type Headings = Result<Option<Vec<String>>, String>;
 
 pub(crate) use fit_chart::{Extent, FitChart, FitTrace, thinned};
-pub use question::Found;
-pub use question::Question;
 pub(crate) use question::{Data, Samples};
+pub use question::{Found, Question};

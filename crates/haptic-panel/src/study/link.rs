@@ -7,11 +7,10 @@ use crate::intent::Intent;
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::Event;
-use std::fmt;
 use std::sync::mpsc::{self, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
 use std::time::Instant;
+use std::{fmt, thread};
 
 /// What waits for the thread at most: forty seconds of batches. What finds no room is missing, and voids the trial.
 const ROOM: usize = 10_000;

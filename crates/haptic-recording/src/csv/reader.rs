@@ -1,11 +1,9 @@
 //! Reads CSV, to its end or to where it was broken off.
 
 use super::{TITLE, row};
-use crate::error::excerpt;
-use crate::error::{Ending, Place, RecordingError};
+use crate::error::{Ending, Place, RecordingError, excerpt};
 use crate::format::VERSION;
-use crate::mark::Entry;
-use crate::mark::Mark;
+use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use haptic_ipc::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS};
 use serde::Deserialize;

@@ -3,11 +3,9 @@
 use super::layout::{Layout, bytes_at};
 use super::records::{self, Next, RECORD_HEADER, Records, damaged};
 use super::{MARKS, MESSAGE_HEADER, METADATA, SAMPLES};
-use crate::error::excerpt;
-use crate::error::{Ending, Place, RecordingError};
+use crate::error::{Ending, Place, RecordingError, excerpt};
 use crate::fields::from_fields;
-use crate::mark::Entry;
-use crate::mark::Mark;
+use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use mcap::records::op;
 use std::collections::BTreeMap;

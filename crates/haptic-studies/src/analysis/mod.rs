@@ -16,11 +16,9 @@ mod sequences;
 mod tables;
 mod trajectories;
 
-pub use comparison::BASELINE;
-pub use comparison::{Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
+pub use comparison::{BASELINE, Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
 pub use difficulty::{DifficultyLine, Point};
-pub use error::AnalysisError;
-pub use error::Refusal;
+pub use error::{AnalysisError, Refusal};
 pub use files::{ReadError, Trials, read_file, read_folder};
 pub use outputs::{fitts_files, perception_files};
 pub use paper::BesidePaper;

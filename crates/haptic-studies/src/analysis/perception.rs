@@ -1,7 +1,6 @@
 //! Just noticeable differences by case.
 
-use super::error::AnalysisError;
-use super::error::Refusal;
+use super::error::{AnalysisError, Refusal};
 use super::paper;
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;

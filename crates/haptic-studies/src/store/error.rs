@@ -1,8 +1,7 @@
 //! Why a study cannot be stored, or continued.
 
 use super::super::plan::PlanError;
-use super::super::subject::CodeError;
-use super::super::subject::StudyMismatch;
+use super::super::subject::{CodeError, StudyMismatch};
 use super::super::trial::TrialError;
 use super::{STUDY, VERSION};
 use std::io;

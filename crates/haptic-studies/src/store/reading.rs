@@ -6,8 +6,7 @@ use super::super::trial::Trial;
 use super::disk::at;
 use super::error::StoreError;
 use super::study_description::StudyDescription;
-use super::subject_files;
-use super::{PLAN, STUDY, VERSION};
+use super::{PLAN, STUDY, VERSION, subject_files};
 use std::path::Path;
 use std::{fs, io};
 

@@ -12,8 +12,7 @@ mod table;
 pub use fitts::FittsTrial;
 pub use operator::Operator;
 pub use perception::{Case, Method, PerceptionTrial};
-pub use row::VoidedTrial;
-pub use row::{OutOfRange, Trial};
+pub use row::{OutOfRange, Trial, VoidedTrial};
 pub(crate) use table::heading;
 pub use table::{TrialError, line, read, write};
 

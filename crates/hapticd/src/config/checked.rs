@@ -2,8 +2,7 @@
 
 use super::error::{ConfigError, read_toml, within};
 use super::options::{Options, PolicyName};
-use super::rig::EngageRules;
-use super::rig::{FrictionOptions, RigChoice};
+use super::rig::{EngageRules, FrictionOptions, RigChoice};
 use super::source::Configuration;
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, default_cpu};

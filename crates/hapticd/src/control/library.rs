@@ -1,12 +1,11 @@
 //! The library of scenes: the built-in ones, and the saved ones, a TOML file each.
 
 use crate::config::MAX_TITLE;
-use crate::control::RigHandle;
 use crate::control::history::Origin;
 use crate::control::journal::Completion;
 use crate::control::rig::rig_friction;
-use crate::control::whole_file;
 use crate::control::worker_pool::{WorkError, WorkerPool};
+use crate::control::{RigHandle, whole_file};
 use haptic_core::Scene;
 use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::scene::SceneFile;

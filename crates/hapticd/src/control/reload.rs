@@ -4,10 +4,9 @@
 //! named. The scenes of the library are read whenever one is asked for, so here they are only looked through.
 
 use crate::config::{ConfigError, ReloadedLimits};
-use crate::control::RigHandle;
 use crate::control::journal::Completion;
-use crate::control::library;
 use crate::control::worker_pool::WorkError;
+use crate::control::{RigHandle, library};
 use crate::ending::SignalWakeup;
 use crate::service::ServiceManager;
 use haptic_ipc::{ErrorCode, JournalEntry, LimitsChange, Peer, ReloadReply, WireError};

@@ -1,9 +1,8 @@
 //! The metrics in a file, for the textfile collector of node_exporter: written again every few seconds, whole or not
 //! at all.
 
-use crate::control::RigHandle;
-use crate::control::whole_file;
 use crate::control::worker_pool::WorkerPool;
+use crate::control::{RigHandle, whole_file};
 use crate::every::every;
 use crate::say;
 use std::path::PathBuf;

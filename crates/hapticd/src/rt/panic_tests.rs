@@ -9,7 +9,8 @@ use device_io::{Device, DeviceError, Measurement, Written};
 use haptic_core::Scene;
 use haptic_core::servo::Command;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::SeqCst;
 use std::time::Instant;
 
 /// A rig that panics while force flows.

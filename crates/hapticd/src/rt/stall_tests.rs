@@ -13,7 +13,8 @@ use crate::rt::clock::Wake;
 use crate::rt::handoff::Shared;
 use crate::rt::lateness::{LatePolicy, Lateness};
 use crate::rt::outbox;
-use crate::rt::tick::{Tick, tests::servo};
+use crate::rt::tick::Tick;
+use crate::rt::tick::tests::servo;
 use crossbeam::queue::ArrayQueue;
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
@@ -22,7 +23,8 @@ use haptic_core::{Renderer, Scene, Scheme};
 use std::arch::asm;
 use std::hint::black_box;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering::SeqCst};
+use std::sync::atomic::Ordering::SeqCst;
+use std::sync::atomic::{AtomicPtr, AtomicU64};
 
 /// Instructions after which the real-time side counts as stuck: some ten times what its tick takes.
 const BOUND: u64 = 30_000;

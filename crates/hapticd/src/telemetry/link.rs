@@ -4,7 +4,8 @@ use crate::rt::clock::now_ns;
 use device_io::link::{ConnectError, DeviceFacts, LinkCounters, LinkMonitor, LinkState, UNKNOWN_DRIFT};
 use haptic_core::adviser::LinkTimes;
 use haptic_ipc::{LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// The measured times of the link; the device's own rate is in its state.
 pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {

@@ -5,8 +5,7 @@
 
 use super::{StickSlipError, stick_slip};
 use crate::bound_error::BoundError;
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::math::{exp, ln};
 use crate::parameters::{Parameter, ParameterKey};
 use crate::scene::Scene;

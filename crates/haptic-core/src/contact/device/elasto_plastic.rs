@@ -9,14 +9,12 @@
 use super::leg::Leg;
 use super::lugre::dissipated_by_nodes;
 use super::master_path::{MasterLaw, MasterPath, series_product};
-use super::root;
 use super::stribeck_flow::{Curve, Part, follow, follow_constant};
-use super::{DeviceContact, EnergyMeter};
+use super::{DeviceContact, EnergyMeter, root};
 use crate::contact::level::{Level, Stribeck};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 use crate::math::{powf, sin_cos};
 use alloc::sync::Arc;

@@ -7,8 +7,7 @@ use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::{Level, Stribeck};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 use crate::math::exp_m1;
 

@@ -6,8 +6,7 @@ use super::master_path::{FARTHEST, MasterLaw, MasterPath};
 use super::{DeviceContact, EnergyMeter};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
-use crate::directional::Direction;
-use crate::directional::Directional;
+use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 use alloc::sync::Arc;
 

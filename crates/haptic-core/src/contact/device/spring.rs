@@ -3,8 +3,7 @@
 
 use super::gauss::TWELVE;
 use super::leg::Leg;
-use super::root;
-use super::{DeviceContact, EnergyMeter};
+use super::{DeviceContact, EnergyMeter, root};
 use crate::contact::level::Level;
 use crate::contact::spring::{SpringContact, SpringState};
 use crate::contact::static_limit::StaticLimit;

@@ -1,10 +1,9 @@
 //! A pulse or an excitation in the place of a scene.
 
 use super::*;
-use crate::Directional;
 use crate::compensation::{Compensation, MAX_SHARE};
 use crate::rig_friction::RigFriction;
-use crate::{Course, Excitation, PulseShape};
+use crate::{Course, Directional, Excitation, PulseShape};
 
 const EXCITATION: Excitation = Excitation {
     course: Course::Sweep {

@@ -2,16 +2,15 @@
 //! `commission.end`.
 
 use super::pulse as one_pulse;
-use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
-use crate::control::judge;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::{Findings, Record};
 use crate::control::rig::exclusive_use::state::{Commissioning, Work};
 use crate::control::rig::exclusive_use::{self, begin_motion, end_if_over, largest_force_n, resting_device};
 use crate::control::rig_files::Origin;
+use crate::control::{RigHandle, judge};
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
 use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, StateReply, WireError};

@@ -1,7 +1,6 @@
 //! A rig without a real-time thread, for tests of what the control thread keeps of it.
 
-use crate::config::EngageRules;
-use crate::config::{Configuration, FrictionOptions};
+use crate::config::{Configuration, EngageRules, FrictionOptions};
 use crate::control::RigHandle;
 use crate::control::facts::Facts;
 use crate::rt::handoff::Shared;

@@ -12,9 +12,8 @@ use crate::control::peer::Requester;
 use crate::rt::claim::Claim;
 use crate::rt::schedule::ScheduledScene;
 use haptic_core::Scene;
-use haptic_ipc::{
-    ErrorCode, JournalEntry, MAX_SCHEDULED_CHANGES, Peer, RigState, ScheduleStatus, WireError, quantity::number,
-};
+use haptic_ipc::quantity::number;
+use haptic_ipc::{ErrorCode, JournalEntry, MAX_SCHEDULED_CHANGES, Peer, RigState, ScheduleStatus, WireError};
 use std::rc::Rc;
 use std::sync::Arc;
 

@@ -3,7 +3,8 @@
 use super::*;
 use crate::rt::handoff::ANY_CONNECTION;
 use crate::rt::rig_setup::{RigSetup, Setup, rig_setups};
-use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::SeqCst;
 
 /// A device that another is put in the place of.
 struct Replaced {
