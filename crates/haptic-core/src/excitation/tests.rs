@@ -395,3 +395,18 @@ fn what_is_beyond_the_bounds_is_refused_by_its_field() {
     assert_eq!(chirp().check(), Ok(()));
     assert_eq!(sweep().check(), Ok(()));
 }
+
+#[test]
+fn a_stall_does_not_put_the_reference_out_of_reach() {
+    let mut renderer = armed(chirp(), 0.1);
+    // A handle that is always where the reference is.
+    for _ in 0..3500 {
+        let reference = renderer.state();
+        renderer.tick(PERIOD_S, reference.position, reference.velocity);
+    }
+    let before = renderer.state();
+    renderer.tick(0.15, before.position, before.velocity);
+    let moved_m = (renderer.state().position - before.position).abs();
+    // Half a period of 3 Hz would be 10 mm, and the lag's limit is 6 mm.
+    assert!(!has_ended(&renderer) && moved_m < 6.0 * PERIOD_S * 0.1, "{moved_m}");
+}

@@ -1,5 +1,6 @@
 //! Identification of records whose truth is known.
 
+use crate::identify::study::kinds::{self, Conditions, Kind};
 use crate::identify::study::{Experiment, Movement, Sensors, Truth};
 use crate::identify::{Clocks, Directions, Identified, ModelKind, Options, Record, identify};
 use haptic_core::Directional;
@@ -536,4 +537,35 @@ fn single_file_is_not_shifted_but_a_better_shift_is_noted() {
     );
     assert!((found(Clocks::Delayed).shift_s - 4e-3).abs() < 5e-4);
     assert!(!says(&self::found(&record(alike(), 1)), "--shift-ms"));
+}
+
+#[test]
+fn one_frequency_does_not_determine_the_shift_of_recorders() {
+    let conditions = Conditions {
+        shift_s: 4e-3,
+        ..Conditions::FAIR
+    };
+    let options = Options {
+        clocks: Clocks::Two,
+        ..Options::new(ModelKind::Karnopp)
+    };
+    // These would be answered: a shift, inertia and viscous friction together leave little.
+    for (kind, seed) in [(Kind::Sine, 6), (Kind::Sine, 36), (Kind::Growing, 4)] {
+        let found = identify(&kinds::record(kind, &conditions, seed).0, &options).expect("a record");
+        assert!(refused(&found).contains(&"shift_s"), "{kind:?} {seed}: {found:#?}");
+        assert!(found.intervals.is_empty(), "{:?}", found.intervals);
+    }
+}
+
+#[test]
+fn slides_of_few_steps_of_the_encoder_are_said() {
+    for (resolution_m, is_said) in [(1e-4, true), (1e-5, false)] {
+        let conditions = Conditions {
+            resolution_m,
+            ..Conditions::FAIR
+        };
+        let found = found(&kinds::record(Kind::Relay, &conditions, 3).0);
+        assert!(found.mass_kg.is_some() && says(&found, "cogging"), "{found:#?}");
+        assert_eq!(says(&found, "steps of the encoder"), is_said, "{:?}", found.notes);
+    }
 }
