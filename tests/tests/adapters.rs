@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 use system_tests::process::Killed;
-use system_tests::{Daemon, PATIENCE, binary, pull_until, status, wait_for, wait_for_state};
+use system_tests::{Daemon, PATIENCE, binary, pull_until, status, timed, wait_for, wait_for_state};
 use tempfile::TempDir;
 
 /// A running fake-board. It is killed when the test ends.
@@ -168,35 +168,37 @@ impl Setup {
 
 #[test]
 fn the_papers_scene_is_felt_on_every_board() {
-    for kind in &KINDS {
-        let mut setup = Setup::new(kind);
-        let link = status(&mut setup.client).device.link;
-        let device = link.and_then(|link| link.device).expect("one");
-        assert!(device.firmware.starts_with(kind.firmware), "{}", device.firmware);
-        assert!((device.force_limit_n - 20.0).abs() < 1e-9, "{device:?}");
-        assert!(!setup.board.force().on, "no motor before it is wanted");
-        // Two seconds and more of its ticks, in which the hand goes to and fro over the block's stiction.
-        setup.pull();
-        let before = counts(&status(&mut setup.client));
-        let after = wait_for(&mut setup.client, "samples", |status| {
-            samples(status) > before.samples + 2000 || status.state != RigState::Engaged
-        });
-        assert_eq!(after.state, RigState::Engaged, "{:?}", after.fault);
-        let force = setup.board.force();
-        setup.daemon.ctl_ok(&["release"]);
-        assert!(force.on, "{force:?}");
-        // Its kinetic friction is 3.5 N and its stiction 4 N; the limit is 20 N.
-        assert!((3.0..20.001).contains(&force.largest_n), "{}: {force:?}", kind.firmware);
-        let force = setup.board.wait_for("the motor to be off", |force| !force.on);
-        assert_eq!(force.now_n, 0.0);
-        let after = counts(&status(&mut setup.client));
-        assert_eq!(
-            (after.bad_crc, after.malformed),
-            (before.bad_crc, before.malformed),
-            "{after:?}"
-        );
-        println!("{}: {after:?}", kind.firmware);
-    }
+    timed("a scene felt on boards of others", || {
+        for kind in &KINDS {
+            let mut setup = Setup::new(kind);
+            let link = status(&mut setup.client).device.link;
+            let device = link.and_then(|link| link.device).expect("one");
+            assert!(device.firmware.starts_with(kind.firmware), "{}", device.firmware);
+            assert!((device.force_limit_n - 20.0).abs() < 1e-9, "{device:?}");
+            assert!(!setup.board.force().on, "no motor before it is wanted");
+            // Two seconds and more of its ticks, in which the hand goes to and fro over the block's stiction.
+            setup.pull();
+            let before = counts(&status(&mut setup.client));
+            let after = wait_for(&mut setup.client, "samples", |status| {
+                samples(status) > before.samples + 2000 || status.state != RigState::Engaged
+            });
+            assert_eq!(after.state, RigState::Engaged, "{:?}", after.fault);
+            let force = setup.board.force();
+            setup.daemon.ctl_ok(&["release"]);
+            assert!(force.on, "{force:?}");
+            // Its kinetic friction is 3.5 N and its stiction 4 N; the limit is 20 N.
+            assert!((3.0..20.001).contains(&force.largest_n), "{}: {force:?}", kind.firmware);
+            let force = setup.board.wait_for("the motor to be off", |force| !force.on);
+            assert_eq!(force.now_n, 0.0);
+            let after = counts(&status(&mut setup.client));
+            assert_eq!(
+                (after.bad_crc, after.malformed),
+                (before.bad_crc, before.malformed),
+                "{after:?}"
+            );
+            println!("{}: {after:?}", kind.firmware);
+        }
+    });
 }
 
 #[test]

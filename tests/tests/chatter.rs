@@ -7,7 +7,7 @@ use haptic_ipc::{
 };
 use system_tests::commissioning::refused;
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, LIGHT_BLOCK, PAPER_SCENE, status, wait_for, wait_for_state};
+use system_tests::{Daemon, LIGHT_BLOCK, PAPER_SCENE, status, timed, wait_for, wait_for_state};
 
 /// As light and as weak as a rig of a kit, with next to no friction.
 const LIGHT: [&str; 8] = [
@@ -134,26 +134,28 @@ fn a_surface_that_leaves_its_coupling_to_the_rig_has_a_calm_one() {
 // hazard: H30
 #[test]
 fn late_link_softens_coupling_or_prevents_engagement() {
-    let begun_on = |delay: &str, until: fn(&Status) -> bool| {
-        let rig = FakeRig::start(&["--fault", delay]);
-        let daemon = Daemon::start_on(&rig.address(), &[]);
-        let mut client = daemon.client();
-        wait_for(&mut client, "what comes of the delay", until);
-        let scene: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
-        let engaged = client.request::<StateReply>(Request::engage());
-        (scene.scene.coupling.expect("a grip"), engaged.is_ok())
-    };
-    // As late as what gathers samples for 16 ms.
-    let (grip, is_engaged) = begun_on("delay 8", |status| status.revision > 1);
-    assert!(is_engaged && (20.0..100.0).contains(&grip.stiffness), "{grip:?}");
-    let is_late = |status: &Status| {
-        status
-            .device
-            .engage_refused
-            .iter()
-            .any(|why| why.what.contains("late: 8"))
-    };
-    assert_eq!(begun_on("delay 41", is_late), (Coupling::CALM, false));
+    timed("a late link's coupling", || {
+        let begun_on = |delay: &str, until: fn(&Status) -> bool| {
+            let rig = FakeRig::start(&["--fault", delay]);
+            let daemon = Daemon::start_on(&rig.address(), &[]);
+            let mut client = daemon.client();
+            wait_for(&mut client, "what comes of the delay", until);
+            let scene: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
+            let engaged = client.request::<StateReply>(Request::engage());
+            (scene.scene.coupling.expect("a grip"), engaged.is_ok())
+        };
+        // As late as what gathers samples for 16 ms.
+        let (grip, is_engaged) = begun_on("delay 8", |status| status.revision > 1);
+        assert!(is_engaged && (20.0..100.0).contains(&grip.stiffness), "{grip:?}");
+        let is_late = |status: &Status| {
+            status
+                .device
+                .engage_refused
+                .iter()
+                .any(|why| why.what.contains("late: 8"))
+        };
+        assert_eq!(begun_on("delay 41", is_late), (Coupling::CALM, false));
+    });
 }
 
 // hazard: H30

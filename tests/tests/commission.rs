@@ -12,120 +12,122 @@ use system_tests::commissioning::{
 };
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, engage, status, wait_for, wait_for_state};
+use system_tests::{Daemon, binary, engage, status, timed, wait_for, wait_for_state};
 
 // hazard: H13
 #[test]
 fn custom_rig_engages_only_once_commissioned_and_unchanged() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let link = directory.path().join("rig");
-    let mut rig = FakeRig::start_at(&link, &[&OWN[..], &["--stops-mm", "15"]].concat());
-    let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+    timed("a whole commissioning of a rig of one's own", || {
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("rig");
+        let mut rig = FakeRig::start_at(&link, &[&OWN[..], &["--stops-mm", "15"]].concat());
+        let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
 
-    let output = daemon.ctl(&["engage"]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    for part in [
-        "mine 1.0",
-        "never commissioned",
-        "haptic-ctl commission",
-        "--uncommissioned",
-    ] {
-        assert!(said.contains(part), "{said} lacks {part}");
-    }
-    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
-    let problems = status(&mut client).device.engage_refused;
-    assert!(
-        problems
-            .iter()
-            .any(|problem| problem.remedy.contains("haptic-ctl commission")),
-        "{problems:?}"
-    );
-    let doctor = daemon.ctl(&["doctor"]);
-    let checked = String::from_utf8_lossy(&doctor.stdout).into_owned();
-    assert!(checked.contains("fail  engage: "), "{checked}");
-
-    // A handle that is not in the middle: the first pulses of its friction meet an end, which takes up their energy.
-    let mut mover = begun(&daemon);
-    for _ in 0..10 {
-        let _: CommissionReply = mover.request(pulse(PUSH_N, 100.0)).expect("it is bounded");
-        if after_the_pulse(&mut mover).position_m > 0.007 {
-            break;
+        let output = daemon.ctl(&["engage"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        for part in [
+            "mine 1.0",
+            "never commissioned",
+            "haptic-ctl commission",
+            "--uncommissioned",
+        ] {
+            assert!(said.contains(part), "{said} lacks {part}");
         }
-    }
-    drop(mover.request::<CommissionReply>(Request::CommissionEnd {}));
-    drop(mover.request::<LeaseReply>(Request::Lease { timeout_ms: 0 }));
-    let found = commission(daemon.socket(), &[]);
-    println!("{found}");
-    let number = |pointer: &str| found.pointer(pointer).and_then(Value::as_f64).expect(pointer);
-    assert_eq!(found["sign"], 1);
-    for direction in ["positive", "negative"] {
-        let friction_n = number(&format!("/friction_N/{direction}"));
-        assert!((friction_n - 0.8).abs() <= 0.1 * 0.8, "{friction_n} N");
-        let breakaway_n = number(&format!("/breakaway_N/{direction}"));
-        assert!((0.8..=0.8 * 1.5).contains(&breakaway_n), "{breakaway_n} N");
-    }
-    assert!((number("/range_m") - 0.03).abs() <= 0.05 * 0.03, "{found}");
-    assert!((number("/step_m") - 1e-5).abs() < 1e-9, "{found}");
-    // A machine that is held up may keep the pulses from agreeing on the mass, and the search from ending.
-    if let Some(mass_kg) = found["mass_kg"].as_f64() {
-        assert!((mass_kg - 1.4).abs() <= 0.15 * 1.4, "{mass_kg} kg");
-    }
-    let coupling = &found["coupling"];
-    if let Some(stiffness) = coupling["stiffness"].as_f64() {
-        assert!(stiffness > 100.0 && stiffness < 30_000.0, "{found}");
-        let surface = SceneRef::Name("high-stiction".to_owned());
-        let reply: SceneReply = client.request(Request::Get { scene: Some(surface) }).expect("a scene");
-        assert_eq!(json!(reply.scene.coupling), *coupling);
-    }
-    let friction = status(&mut client).device.rig_friction.expect("it is told");
-    assert_eq!(friction.friction_from, LossSource::Commissioned);
-    assert!((friction.friction_n - 0.8).abs() <= 0.1 * 0.8, "{friction:?}");
-    let path = found["path"].as_str().expect("a path");
-    let kept = std::fs::read_to_string(path).expect("it is kept");
-    for part in ["mine 1.0", "resolution_m", "friction_N"] {
-        assert!(kept.contains(part), "{kept} lacks {part}");
-    }
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
+        let problems = status(&mut client).device.engage_refused;
+        assert!(
+            problems
+                .iter()
+                .any(|problem| problem.remedy.contains("haptic-ctl commission")),
+            "{problems:?}"
+        );
+        let doctor = daemon.ctl(&["doctor"]);
+        let checked = String::from_utf8_lossy(&doctor.stdout).into_owned();
+        assert!(checked.contains("fail  engage: "), "{checked}");
 
-    // At once, and after a restart once somebody has said that it is the same.
-    renders_the_scene(&daemon, &mut client);
-    assert_eq!(status(&mut client).device.engage_refused, []);
-    drop((daemon, client));
-    let surface = directory.path().join("surface.toml");
-    std::fs::write(&surface, include_str!("../../scenes/high-stiction.toml")).expect("it can be written");
-    let (daemon, mut client) = daemon_at(&rig, directory.path(), &["--scene", &surface.to_string_lossy()]);
-    if coupling.is_object() {
-        wait_for(&mut client, "the rig's coupling", |status| status.revision == 2);
-        let reply: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
-        assert_eq!(json!(reply.scene.coupling), *coupling);
-    }
-    drop((daemon, client));
-    let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
-    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
-    let _: StateReply = client
-        .request(Request::CommissionConfirm {})
-        .expect("it was commissioned");
-    renders_the_scene(&daemon, &mut client);
+        // A handle that is not in the middle: the first pulses of its friction meet an end, which takes up their energy.
+        let mut mover = begun(&daemon);
+        for _ in 0..10 {
+            let _: CommissionReply = mover.request(pulse(PUSH_N, 100.0)).expect("it is bounded");
+            if after_the_pulse(&mut mover).position_m > 0.007 {
+                break;
+            }
+        }
+        drop(mover.request::<CommissionReply>(Request::CommissionEnd {}));
+        drop(mover.request::<LeaseReply>(Request::Lease { timeout_ms: 0 }));
+        let found = commission(daemon.socket(), &[]);
+        println!("{found}");
+        let number = |pointer: &str| found.pointer(pointer).and_then(Value::as_f64).expect(pointer);
+        assert_eq!(found["sign"], 1);
+        for direction in ["positive", "negative"] {
+            let friction_n = number(&format!("/friction_N/{direction}"));
+            assert!((friction_n - 0.8).abs() <= 0.1 * 0.8, "{friction_n} N");
+            let breakaway_n = number(&format!("/breakaway_N/{direction}"));
+            assert!((0.8..=0.8 * 1.5).contains(&breakaway_n), "{breakaway_n} N");
+        }
+        assert!((number("/range_m") - 0.03).abs() <= 0.05 * 0.03, "{found}");
+        assert!((number("/step_m") - 1e-5).abs() < 1e-9, "{found}");
+        // A machine that is held up may keep the pulses from agreeing on the mass, and the search from ending.
+        if let Some(mass_kg) = found["mass_kg"].as_f64() {
+            assert!((mass_kg - 1.4).abs() <= 0.15 * 1.4, "{mass_kg} kg");
+        }
+        let coupling = &found["coupling"];
+        if let Some(stiffness) = coupling["stiffness"].as_f64() {
+            assert!(stiffness > 100.0 && stiffness < 30_000.0, "{found}");
+            let surface = SceneRef::Name("high-stiction".to_owned());
+            let reply: SceneReply = client.request(Request::Get { scene: Some(surface) }).expect("a scene");
+            assert_eq!(json!(reply.scene.coupling), *coupling);
+        }
+        let friction = status(&mut client).device.rig_friction.expect("it is told");
+        assert_eq!(friction.friction_from, LossSource::Commissioned);
+        assert!((friction.friction_n - 0.8).abs() <= 0.1 * 0.8, "{friction:?}");
+        let path = found["path"].as_str().expect("a path");
+        let kept = std::fs::read_to_string(path).expect("it is kept");
+        for part in ["mine 1.0", "resolution_m", "friction_N"] {
+            assert!(kept.contains(part), "{kept} lacks {part}");
+        }
 
-    // Another rig behind the same path.
-    for (other, code, why) in [
-        (
-            ["--firmware-name", "mine 1.0", "--resolution-mm", "0.005"],
-            ErrorCode::NotCommissioned,
-            "5.0000 um",
-        ),
-        (
-            ["--firmware-name", "theirs 2", "--resolution-mm", "0.01"],
-            ErrorCode::MaybeAnotherRig,
-            "theirs 2",
-        ),
-    ] {
-        rig = plugged_in(rig, &link, &other, &mut client);
-        let error = refused(&mut client, Request::engage());
-        assert_eq!(error.code, code, "{error}");
-        assert!(error.message.contains(why), "{error} lacks {why}");
-    }
-    drop(rig);
+        // At once, and after a restart once somebody has said that it is the same.
+        renders_the_scene(&daemon, &mut client);
+        assert_eq!(status(&mut client).device.engage_refused, []);
+        drop((daemon, client));
+        let surface = directory.path().join("surface.toml");
+        std::fs::write(&surface, include_str!("../../scenes/high-stiction.toml")).expect("it can be written");
+        let (daemon, mut client) = daemon_at(&rig, directory.path(), &["--scene", &surface.to_string_lossy()]);
+        if coupling.is_object() {
+            wait_for(&mut client, "the rig's coupling", |status| status.revision == 2);
+            let reply: SceneReply = client.request(Request::Get { scene: None }).expect("a scene");
+            assert_eq!(json!(reply.scene.coupling), *coupling);
+        }
+        drop((daemon, client));
+        let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
+        let _: StateReply = client
+            .request(Request::CommissionConfirm {})
+            .expect("it was commissioned");
+        renders_the_scene(&daemon, &mut client);
+
+        // Another rig behind the same path.
+        for (other, code, why) in [
+            (
+                ["--firmware-name", "mine 1.0", "--resolution-mm", "0.005"],
+                ErrorCode::NotCommissioned,
+                "5.0000 um",
+            ),
+            (
+                ["--firmware-name", "theirs 2", "--resolution-mm", "0.01"],
+                ErrorCode::MaybeAnotherRig,
+                "theirs 2",
+            ),
+        ] {
+            rig = plugged_in(rig, &link, &other, &mut client);
+            let error = refused(&mut client, Request::engage());
+            assert_eq!(error.code, code, "{error}");
+            assert!(error.message.contains(why), "{error} lacks {why}");
+        }
+        drop(rig);
+    });
 }
 
 /// Another rig in the place of one; it is idle.
@@ -183,31 +185,33 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
 // hazard: H27
 #[test]
 fn chip_in_name_serves_as_serial_number() {
-    const CHIP: [&str; 4] = ["--firmware-name", "mine 1.0#A1b2", "--hand", "free"];
-    let directory = tempfile::tempdir().expect("a directory");
-    let link = directory.path().join("rig");
-    let rig = FakeRig::start_at(&link, &CHIP);
-    let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
-    let found = commission(daemon.socket(), &["--range", "skip"]);
-    assert_eq!(
-        (&found["rig"], &found["firmware"]),
-        (&json!("chip-A1b2"), &json!("mine 1.0"))
-    );
-    let rig = plugged_in(rig, &link, &CHIP, &mut client);
-    renders_the_scene(&daemon, &mut client);
-    // Its hello says something else of its watchdog: once confirmed, this stays known.
-    let changed = [&CHIP[..], &["--watchdog-ms", "150"]].concat();
-    let rig = plugged_in(rig, &link, &changed, &mut client);
-    let error = refused(&mut client, Request::engage());
-    assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
-    assert!(error.message.contains("150 ms, and was 200 ms then"), "{error}");
-    daemon.ctl_ok(&["commission", "--check", "--yes"]);
-    let rig = plugged_in(rig, &link, &changed, &mut client);
-    renders_the_scene(&daemon, &mut client);
-    // Another chip was never commissioned.
-    let other = ["--firmware-name", "mine 1.0#C3"];
-    let _rig = plugged_in(rig, &link, &other, &mut client);
-    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
+    timed("the serial number in a board's name", || {
+        const CHIP: [&str; 4] = ["--firmware-name", "mine 1.0#A1b2", "--hand", "free"];
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("rig");
+        let rig = FakeRig::start_at(&link, &CHIP);
+        let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+        let found = commission(daemon.socket(), &["--range", "skip"]);
+        assert_eq!(
+            (&found["rig"], &found["firmware"]),
+            (&json!("chip-A1b2"), &json!("mine 1.0"))
+        );
+        let rig = plugged_in(rig, &link, &CHIP, &mut client);
+        renders_the_scene(&daemon, &mut client);
+        // Its hello says something else of its watchdog: once confirmed, this stays known.
+        let changed = [&CHIP[..], &["--watchdog-ms", "150"]].concat();
+        let rig = plugged_in(rig, &link, &changed, &mut client);
+        let error = refused(&mut client, Request::engage());
+        assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
+        assert!(error.message.contains("150 ms, and was 200 ms then"), "{error}");
+        daemon.ctl_ok(&["commission", "--check", "--yes"]);
+        let rig = plugged_in(rig, &link, &changed, &mut client);
+        renders_the_scene(&daemon, &mut client);
+        // Another chip was never commissioned.
+        let other = ["--firmware-name", "mine 1.0#C3"];
+        let _rig = plugged_in(rig, &link, &other, &mut client);
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
+    });
 }
 
 // hazard: H27

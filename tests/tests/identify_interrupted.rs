@@ -7,7 +7,7 @@ use std::time::Instant;
 use system_tests::commissioning::daemon;
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, pause, status, wait_for, wait_for_state};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, pause, status, timed, wait_for, wait_for_state};
 
 /// How old a sample may be; and a device that stands still for longer, and for less than the pause before a motion is
 /// repeated.
@@ -94,19 +94,21 @@ fn motion_repeats_as_often_as_agreed_then_needs_consent() {
 // hazard: F20
 #[test]
 fn delayed_control_thread_interrupts_motion_not_identification() {
-    let mut rig = FakeRig::start(&["--hand", "free"]);
-    // Lost before the lease lapses, of which at least two thirds are left: that would end it.
-    let (daemon, _client) = daemon(&rig, &[&STALE[..], &["--control-timeout-ms", "1000"]].concat());
-    let mut terminal = identifying(&daemon, "1");
-    pulls(&mut rig, &mut terminal);
-    let held = HeldThread::control(daemon.pid());
-    lets_go(&mut rig);
-    drop(held);
-    terminal.wait_for("the announcement", |shown| shown.contains("In 3 s the rig is reset"));
-    assert_eq!(rig.force().now_n, 0.0);
-    println!("{}", terminal.written());
-    // By itself it goes on.
-    pulls(&mut rig, &mut terminal);
+    timed("a control thread that is late in an identification", || {
+        let mut rig = FakeRig::start(&["--hand", "free"]);
+        // Lost before the lease lapses, of which at least two thirds are left: that would end it.
+        let (daemon, _client) = daemon(&rig, &[&STALE[..], &["--control-timeout-ms", "1000"]].concat());
+        let mut terminal = identifying(&daemon, "1");
+        pulls(&mut rig, &mut terminal);
+        let held = HeldThread::control(daemon.pid());
+        lets_go(&mut rig);
+        drop(held);
+        terminal.wait_for("the announcement", |shown| shown.contains("In 3 s the rig is reset"));
+        assert_eq!(rig.force().now_n, 0.0);
+        println!("{}", terminal.written());
+        // By itself it goes on.
+        pulls(&mut rig, &mut terminal);
+    });
 }
 
 // hazard: F20
