@@ -25,6 +25,7 @@ use crate::directional::Direction;
 use crate::math::copysign;
 use crate::passivity::RigLosses;
 use crate::rig_friction::RigFriction;
+use crate::snapshot::Archive;
 
 /// Largest share of the rig's friction that may be compensated. The rest is more than identified
 /// friction differs between two directions, two places and two days.
@@ -128,6 +129,23 @@ struct Before {
 }
 
 impl Compensator {
+    /// Saves or loads the account.
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("account_J", &mut self.account_j);
+        let blank = Before {
+            position: 0.0,
+            dragged: 0.0,
+            motor_n: 0.0,
+        };
+        archive.option("has_sample", &mut self.before, blank, |archive, before| {
+            archive.number("sample_m", &mut before.position);
+            archive.number("dragged_m", &mut before.dragged);
+            archive.number("motor_N", &mut before.motor_n);
+        });
+        archive.number("still_s", &mut self.still_s);
+        archive.number("sample_s", &mut self.sample_s);
+    }
+
     pub(crate) fn new(compensation: Compensation) -> Self {
         let friction = compensation.friction;
         let losses = friction.losses();

@@ -22,6 +22,7 @@
 //!   against what a hand can do, before anything is made of them.
 //! * [`pulse`] takes the place of a scene while a rig is commissioned, and [`excitation`] while it
 //!   is identified.
+//! * [`snapshot`] is the state of a servo, from which another one goes on.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
 //!   the motor, and [`passivity`] watches the energy that sampling makes.
 //! * [`rig_friction`] is what the rig itself takes from every motion, and [`compensation`] gives a
@@ -67,6 +68,7 @@ pub mod scene;
 mod scheme;
 mod series;
 pub mod servo;
+pub mod snapshot;
 pub mod velocity;
 
 pub use bound_error::BoundError;

@@ -3,6 +3,7 @@
 //! of control.
 
 use crate::flush::flush;
+use crate::snapshot::Archive;
 use thiserror::Error;
 
 /// What a rig allows.
@@ -59,6 +60,14 @@ pub struct SafetyLimiter {
 pub struct NonFiniteForce(pub f64);
 
 impl SafetyLimiter {
+    /// Saves or loads where its force and its limit are.
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("configured_N", &mut self.configured_n);
+        archive.number("move_N_per_s", &mut self.move_n_per_s);
+        archive.number("force_N", &mut self.force_n);
+        archive.number("last_N", &mut self.last_n);
+    }
+
     /// A gate that begins without force.
     #[must_use]
     pub fn new(limits: Limits) -> Self {

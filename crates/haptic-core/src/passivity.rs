@@ -16,6 +16,7 @@
 
 use crate::flush::NOTHING;
 use crate::math::copysign;
+use crate::snapshot::Archive;
 
 /// What the rig itself takes up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +52,21 @@ struct Sample {
 }
 
 impl PassivityObserver {
+    /// Saves or loads the account.
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("excess_J", &mut self.excess_j);
+        let blank = Sample {
+            position: 0.0,
+            force: 0.0,
+            applied: 0.0,
+        };
+        archive.option("has_sample", &mut self.last, blank, |archive, last| {
+            archive.number("sample_m", &mut last.position);
+            archive.number("surface_N", &mut last.force);
+            archive.number("applied_N", &mut last.applied);
+        });
+    }
+
     /// An empty account. `control_n` (N, >= 0) is the largest force that the controller may add;
     /// with 0 it only observes.
     #[must_use]

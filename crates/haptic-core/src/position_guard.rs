@@ -6,6 +6,7 @@
 //! then the encoder has jumped.
 
 use crate::limiter::SafetyLimiter;
+use crate::snapshot::Archive;
 
 /// How far a sample may lie from where the motion led, m, on the softest surface: below what a hand
 /// feels as a kick (0.3 mm are 0.3 N at 1 kN/m). On a stiffer one it may lie as far as makes a step of
@@ -94,6 +95,22 @@ impl Motion {
 }
 
 impl PositionGuard {
+    /// Saves or loads what it doubts.
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
+        let blank = Held {
+            position: 0.0,
+            elapsed_s: 0.0,
+            too_far: false,
+        };
+        archive.option("holds_back", &mut self.held, blank, |archive, held| {
+            archive.number("held_back_m", &mut held.position);
+            archive.number("held_back_s", &mut held.elapsed_s);
+            archive.flag("held_back_too_far", &mut held.too_far);
+        });
+        archive.count_u32("doubts", &mut self.score);
+        archive.count("forgotten_samples", &mut self.forgotten, u64::MAX);
+    }
+
     /// Samples that were forgotten so far.
     #[must_use]
     pub fn forgotten(&self) -> u64 {

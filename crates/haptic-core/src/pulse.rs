@@ -7,6 +7,7 @@
 use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
 use crate::bound_error::BoundError;
 use crate::directional::Direction;
+use crate::snapshot::Archive;
 
 /// Longest pulse with its edges, s.
 pub const MAX_PULSE_S: f64 = 0.3;
@@ -175,6 +176,9 @@ impl Moving for Pulse {
     }
 
     /// None, for whatever follows: the force of a pulse that is replaced ends at once and does not fade.
+    /// A motion of its own is never gone on with.
+    fn archive(&mut self, _archive: &mut Archive<'_>) {}
+
     fn coupling_force(&self) -> f64 {
         0.0
     }

@@ -11,6 +11,7 @@ use crate::pulse::{Pulse, PulseShape};
 use crate::render::{BlockSetup, Shown, Surface};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
+use crate::snapshot::Archive;
 use alloc::boxed::Box;
 
 /// Greatest distance from the hand at which a block is re-seated when its coupling changes, m, unless it was
@@ -142,6 +143,11 @@ impl Renderer {
             state.memory = ContactMemory::RESTED;
         }
         self.set_state(state);
+    }
+
+    /// Saves or loads all that a tick keeps for the next one.
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.surface.archive(archive);
     }
 
     /// The contact of a block at rest: sliding where no friction can hold it.

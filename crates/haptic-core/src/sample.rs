@@ -46,6 +46,11 @@ pub enum Motor {
     Off = 3,
 }
 
+impl Motor {
+    /// All of them.
+    pub(crate) const ALL: [Self; 4] = [Self::Unreported, Self::Enabled, Self::Unconfirmed, Self::Off];
+}
+
 /// Why a rig could not be read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum DeviceError {

@@ -6,6 +6,7 @@
 //! then the middle one of the three is, so that no single wrong clock is ever rendered. A device
 //! whose stamps run backwards, stand still, jump or drift is an error besides.
 
+use crate::snapshot::Archive;
 use core::mem::replace;
 use thiserror::Error;
 
@@ -58,12 +59,24 @@ pub enum ClockError {
     Drifts,
 }
 
+impl ClockError {
+    /// All of them.
+    pub(crate) const ALL: [Self; 3] = [Self::Jumped, Self::StoodStill, Self::Drifts];
+}
+
 /// How the clocks stood to each other at the quickest sample of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Quickest {
     host_ns: u64,
     /// Our time less the device's, ns.
     offset_ns: i64,
+}
+
+impl Quickest {
+    const BLANK: Self = Self {
+        host_ns: 0,
+        offset_ns: 0,
+    };
 }
 
 /// A window that is being filled.
@@ -121,7 +134,7 @@ impl SampleClock {
     }
 
     /// The next sample begins again, with what is known of the period: as after an error.
-    pub fn begin_anew(&mut self) {
+    fn begin_anew(&mut self) {
         self.running = None;
     }
 
@@ -131,15 +144,45 @@ impl SampleClock {
         self.period_s
     }
 
-    /// Whether our clock contradicts a sample's stamps: the sampling period then decides on the time since
-    /// the sample before.
-    #[must_use]
-    pub fn is_contradicted(&self, stamp: Stamp) -> bool {
-        self.running.as_ref().is_some_and(|last| {
-            let device_ns = stamp.device_ns.saturating_sub(last.last_device_ns);
-            let host_ns = stamp.host_ns.saturating_sub(last.last_host_ns);
-            !agree(seconds(device_ns), seconds(host_ns))
-        })
+    /// Saves or loads what is known of the device's clock.
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
+        let blank = Running {
+            last_sequence: 0,
+            equal: 0,
+            last_device_ns: 0,
+            last_host_ns: 0,
+            window: Window {
+                first_sequence: 0,
+                samples: 0,
+                first_host_ns: 0,
+                end_host_ns: 0,
+                quickest: Quickest::BLANK,
+            },
+            before: None,
+        };
+        archive.option("clock_runs", &mut self.running, blank, |archive, running| {
+            archive.count_u32("clock_sequence", &mut running.last_sequence);
+            archive.count_u32("clock_equal", &mut running.equal);
+            archive.count("clock_device_ns", &mut running.last_device_ns, u64::MAX);
+            archive.count("clock_host_ns", &mut running.last_host_ns, u64::MAX);
+            let window = &mut running.window;
+            archive.count_u32("clock_window_sequence", &mut window.first_sequence);
+            archive.count_u32("clock_window_samples", &mut window.samples);
+            archive.count("clock_window_host_ns", &mut window.first_host_ns, u64::MAX);
+            archive.count("clock_window_end_ns", &mut window.end_host_ns, u64::MAX);
+            archive.count("clock_quickest_ns", &mut window.quickest.host_ns, u64::MAX);
+            archive.difference("clock_quickest_offset_ns", &mut window.quickest.offset_ns);
+            archive.option(
+                "clock_had_window",
+                &mut running.before,
+                Quickest::BLANK,
+                |archive, before| {
+                    archive.count("clock_before_ns", &mut before.host_ns, u64::MAX);
+                    archive.difference("clock_before_offset_ns", &mut before.offset_ns);
+                },
+            );
+        });
+        archive.number("clock_period_s", &mut self.period_s);
     }
 
     /// Whether the sampling period bears a sample's stamps out: it may have come late, and its clock is right.

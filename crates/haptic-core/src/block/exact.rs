@@ -35,6 +35,7 @@ use super::slide::{PieceEnd, Sides, Slide, SlideBounds};
 use super::state::BlockState;
 use crate::contact::{Contact, ContactMemory, StaticLimit};
 use crate::directional::Direction;
+use crate::snapshot::Archive;
 
 /// The exact scheme for one scene: `S` is how its slides differ by direction, `R` how its static
 /// limit goes with the time at rest.
@@ -400,6 +401,12 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
         } else {
             Contact::Stuck
         }
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.coupled.state.archive(archive);
+        self.slides.archive(archive);
+        self.static_limit.archive(archive);
     }
 
     fn coupling_force(&self) -> f64 {

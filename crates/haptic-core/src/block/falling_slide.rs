@@ -10,6 +10,7 @@ use super::straight::LineEnd;
 use crate::contact::{Fall, FallSeries, LOOK_BACK_ON_CURVE, Line, MIN_ON_CURVE, fallen_from};
 use crate::directional::Direction;
 use crate::series::{Newest, Path, Recurrence, integral_of_product};
+use crate::snapshot::Archive;
 
 /// One direction of sliding under Stribeck's curve.
 #[derive(Clone, Copy, Debug)]
@@ -193,6 +194,19 @@ impl Slide for FallingSlide {
         if self.peak != self.static_force() {
             self.set_off(self.static_force());
         }
+    }
+
+    fn archive(&mut self, direction: Direction, archive: &mut Archive<'_>) {
+        let name = match direction {
+            Direction::Positive => "set_off_positive_N",
+            Direction::Negative => "set_off_negative_N",
+        };
+        let mut peak = self.peak;
+        archive.number(name, &mut peak);
+        if archive.is_loading() {
+            self.set_off(peak);
+        }
+        self.fast.archive(direction, archive);
     }
 
     fn set_off(&mut self, limit: f64) {

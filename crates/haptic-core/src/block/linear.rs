@@ -9,6 +9,7 @@ use super::propagator::Propagator;
 use super::state::BlockState;
 use crate::contact::Contact;
 use crate::directional::Direction;
+use crate::snapshot::Archive;
 
 /// The block of a viscous scene.
 #[derive(Clone, Copy, Debug)]
@@ -135,6 +136,12 @@ impl Moving for LinearBlock {
         if self.state.contact == Contact::Stuck {
             self.state.contact = self.at_rest();
         }
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.state.archive(archive);
+        self.propagator
+            .archive(["tick_s", "tick_s"], Direction::Positive, &self.oscillator, archive);
     }
 
     fn coupling_force(&self) -> f64 {

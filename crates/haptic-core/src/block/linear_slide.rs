@@ -4,6 +4,8 @@ use super::fall::{FallLevel, SlideEnd, first_fall, passes};
 use super::oscillator::{Motion, Oscillator};
 use super::propagator::Propagator;
 use super::slide::{PieceEnd, Slide, SlideBounds};
+use crate::directional::Direction;
+use crate::snapshot::Archive;
 
 /// A slide against constant and viscous friction: solved exactly.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +56,11 @@ impl Slide for LinearSlide {
 
     fn rest(&mut self) {
         self.propagator.rest(&self.oscillator);
+    }
+
+    fn archive(&mut self, direction: Direction, archive: &mut Archive<'_>) {
+        let names = ["tick_to_positive_s", "tick_to_negative_s"];
+        self.propagator.archive(names, direction, &self.oscillator, archive);
     }
 
     fn set_off(&mut self, _limit: f64) {}

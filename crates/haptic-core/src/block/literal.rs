@@ -16,6 +16,7 @@ use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;
 use crate::contact::{Contact, ContactMemory, Level, StaticLimit, Stroke, YieldingContact};
 use crate::directional::{Direction, Directional};
+use crate::snapshot::Archive;
 use core::fmt::Debug;
 use core::num::NonZeroU32;
 
@@ -42,6 +43,8 @@ pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
     fn contact(&self, velocity: f64) -> Contact;
     /// The contact of a block at rest.
     fn at_rest(&self) -> Contact;
+    /// Saves or loads its state.
+    fn archive(&mut self, archive: &mut Archive<'_>);
     /// Energy that the deflection holds, J.
     fn stored_energy(&self) -> f64;
     /// Goes on from what a contact remembers, at a speed, m/s.
@@ -134,6 +137,12 @@ impl<L: Level, R: StaticLimit> SteppedLaw for RigidLaw<L, R> {
         }
     }
 
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.flag("stuck", &mut self.stuck);
+        self.level.archive(archive);
+        self.static_limit.archive(archive);
+    }
+
     fn stored_energy(&self) -> f64 {
         0.0
     }
@@ -204,6 +213,10 @@ impl<C: YieldingContact> SteppedLaw for Yielding<C> {
 
     fn at_rest(&self) -> Contact {
         self.0.contact_at(0.0)
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.0.archive(archive);
     }
 
     fn stored_energy(&self) -> f64 {
@@ -316,6 +329,11 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
 
     fn at_rest(&self) -> Contact {
         self.law.at_rest()
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.state.archive(archive);
+        self.law.archive(archive);
     }
 
     fn coupling_force(&self) -> f64 {

@@ -3,6 +3,7 @@
 use super::state::BlockState;
 use crate::contact::{Contact, ContactMemory};
 use crate::directional::Direction;
+use crate::snapshot::Archive;
 use core::fmt::Debug;
 
 /// Result of one tick.
@@ -89,4 +90,7 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
 
     /// The force of the last sample, N, as [`Rendered::coupling_force`] had it.
     fn coupling_force(&self) -> f64;
+
+    /// Saves or loads all that a tick keeps for the next one.
+    fn archive(&mut self, archive: &mut Archive<'_>);
 }

@@ -2,6 +2,8 @@
 
 use super::oscillator::Oscillator;
 use super::response::Response;
+use crate::directional::Direction;
+use crate::snapshot::Archive;
 
 /// The response for the tick length met last: a steady tick finds it here.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +24,25 @@ impl Propagator {
     pub(super) fn rest(&mut self, oscillator: &Oscillator) {
         if self.cached_for != 0.0 {
             *self = Self::new(oscillator);
+        }
+    }
+
+    /// Saves or loads for which tick it is kept; the response follows from that.
+    pub(super) fn archive(
+        &mut self,
+        [positive, negative]: [&'static str; 2],
+        direction: Direction,
+        oscillator: &Oscillator,
+        archive: &mut Archive<'_>,
+    ) {
+        let name = if direction == Direction::Positive {
+            positive
+        } else {
+            negative
+        };
+        archive.number(name, &mut self.cached_for);
+        if archive.is_loading() {
+            self.cached = oscillator.response(self.cached_for);
         }
     }
 

@@ -3,6 +3,7 @@
 use super::fall::FallLevel;
 use super::oscillator::Motion;
 use crate::directional::Direction;
+use crate::snapshot::Archive;
 use core::fmt::Debug;
 
 /// End of a piece of a slide, in the coordinate in which it goes forwards.
@@ -55,6 +56,8 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     fn half_turns(&self, time_s: f64) -> f64;
     /// Forgets the ticks before.
     fn rest(&mut self);
+    /// Saves or loads what it keeps from tick to tick, under names that end in a direction.
+    fn archive(&mut self, direction: Direction, archive: &mut Archive<'_>);
     /// The contact lets go at a limit, N.
     fn set_off(&mut self, limit: f64);
     /// The limit at which it did, N, where that matters to the slide.
@@ -77,6 +80,13 @@ pub(crate) trait Sides: Clone + Debug + Send + Sync + 'static {
     type Slide: Slide;
     fn get(&self, direction: Direction) -> &Self::Slide;
     fn get_mut(&mut self, direction: Direction) -> &mut Self::Slide;
+
+    /// Saves or loads what the slides keep.
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        for direction in Direction::BOTH {
+            self.get_mut(direction).archive(direction, archive);
+        }
+    }
 }
 
 /// A surface that is the same either way: one slide, and no question which.

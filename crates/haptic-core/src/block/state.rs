@@ -3,6 +3,7 @@
 use crate::contact::{Contact, ContactMemory};
 use crate::directional::Direction;
 use crate::flush::flush;
+use crate::snapshot::Archive;
 
 /// The block and the last device sample that moved it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +52,17 @@ impl BlockState {
             },
             residue: 0.0,
         }
+    }
+
+    /// Saves or loads it; the contact's own state is saved with the contact.
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("position_m", &mut self.position);
+        archive.number("residue_m", &mut self.residue);
+        archive.number("velocity_mps", &mut self.velocity);
+        self.contact.archive(archive);
+        archive.flag("armed", &mut self.armed);
+        archive.number("device_position_m", &mut self.device_position);
+        archive.number("device_velocity_mps", &mut self.device_velocity);
     }
 
     /// Moves on by a distance, m.

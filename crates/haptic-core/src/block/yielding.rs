@@ -16,6 +16,7 @@ use super::straight::straight_piece;
 use crate::contact::{Contact, ContactMemory, SpringContact, StaticLimit, Stroke, YieldingContact};
 use crate::directional::{Direction, Directional};
 use crate::math::sqrt;
+use crate::snapshot::Archive;
 
 /// Pieces that every tick may be cut into, beside those of its half-turns.
 const PIECES: u32 = 128;
@@ -269,6 +270,11 @@ impl<C: PiecewiseContact> Moving for YieldingBlock<C> {
 
     fn at_rest(&self) -> Contact {
         self.contact.contact_at(0.0)
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.coupled.state.archive(archive);
+        self.contact.archive(archive);
     }
 
     fn coupling_force(&self) -> f64 {

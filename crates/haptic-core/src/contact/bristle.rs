@@ -8,6 +8,7 @@ use super::yielding::{Stroke, YieldingContact, by_elastic_share};
 use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 use crate::math::{exp, exp_m1};
+use crate::snapshot::Archive;
 use core::fmt::Debug;
 
 /// How much of a motion is lost to plastic flow, as a function of the deflection along the motion
@@ -119,6 +120,11 @@ impl<L: Level, P: Plasticity> LawContact for Bristle<L, P> {
 
     fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
         self.deflection = flush(memory.held(|direction| self.level.at(direction, 0.0)) / self.stiffness);
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("deflection_m", &mut self.deflection);
+        self.level.archive(archive);
     }
 
     fn contact(&self, direction: Direction, speed: f64) -> Contact {

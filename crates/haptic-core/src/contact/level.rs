@@ -3,6 +3,7 @@
 use crate::directional::{Direction, Directional};
 use crate::math::{exp, ln, sqrt};
 use crate::series::{Newest, Products, RECIPROCAL};
+use crate::snapshot::Archive;
 use core::fmt::Debug;
 
 /// Friction while sliding, without its viscous part.
@@ -19,6 +20,8 @@ pub(crate) trait Level: Clone + Copy + Debug + Send + Sync + 'static {
     fn set_off_at(&self, _direction: Direction) -> Option<f64> {
         None
     }
+    /// Saves or loads where its curves begin.
+    fn archive(&mut self, _archive: &mut Archive<'_>) {}
     /// Its part that falls with speed; `None` where there is none.
     fn fall(&self, _direction: Direction) -> Option<Fall> {
         None
@@ -94,6 +97,16 @@ impl Level for Stribeck {
 
     fn set_off_at(&self, direction: Direction) -> Option<f64> {
         Some(self.static_force.get(direction))
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        let mut begins = Direction::BOTH.map(|direction| self.static_force.get(direction));
+        archive.numbers("set_off_N", &mut begins);
+        if archive.is_loading() {
+            for (direction, limit) in Direction::BOTH.into_iter().zip(begins) {
+                self.set_off(direction, limit);
+            }
+        }
     }
 
     fn fall(&self, direction: Direction) -> Option<Fall> {

@@ -7,6 +7,7 @@ use super::static_limit::StaticLimit;
 use super::yielding::{Line, StraightContact, Stroke, YieldingContact};
 use crate::directional::{Direction, Directional};
 use crate::flush::flush;
+use crate::snapshot::Archive;
 
 /// What a stuck spring is anchored to when a slide ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,6 +54,24 @@ pub(crate) enum SpringState {
 
 impl SpringState {
     pub(crate) const AT_REST: Self = Self::Stuck { force: 0.0 };
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        let (mut slide, mut force, mut armed) = match *self {
+            Self::Stuck { force } => (None, force, false),
+            Self::Sliding { direction, armed } => (Some(direction), 0.0, armed),
+        };
+        archive.choice(
+            "slide",
+            &mut slide,
+            &[None, Some(Direction::Positive), Some(Direction::Negative)],
+        );
+        archive.number("spring_force_N", &mut force);
+        archive.flag("slide_armed", &mut armed);
+        *self = match slide {
+            None => Self::Stuck { force },
+            Some(direction) => Self::Sliding { direction, armed },
+        };
+    }
 }
 
 /// A spring that is this near its limit, as a share of it, has reached it: displacements are found
@@ -160,6 +179,12 @@ impl<L: Level, R: StaticLimit> LawContact for SpringContact<L, R> {
             dwell_s: self.static_limit.dwell_s(),
             ..memory
         }
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.state.archive(archive);
+        self.level.archive(archive);
+        self.static_limit.archive(archive);
     }
 
     fn contact(&self, _direction: Direction, _speed: f64) -> Contact {

@@ -3,6 +3,7 @@
 use super::level::Level;
 use crate::directional::Direction;
 use crate::flush::flush;
+use crate::snapshot::Archive;
 use core::fmt::Debug;
 
 /// How the block touches the surface.
@@ -23,6 +24,15 @@ impl Contact {
             Self::Sliding(Direction::Positive) => 1,
             Self::Sliding(Direction::Negative) => -1,
         }
+    }
+
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
+        const ALL: [Contact; 3] = [
+            Contact::Stuck,
+            Contact::Sliding(Direction::Positive),
+            Contact::Sliding(Direction::Negative),
+        ];
+        archive.choice("contact", self, &ALL);
     }
 }
 
@@ -106,6 +116,9 @@ pub(crate) trait LawContact: Clone + Debug + Send + Sync + 'static {
             ..ContactMemory::RESTED
         }
     }
+
+    /// Saves or loads what it goes by.
+    fn archive(&mut self, archive: &mut Archive<'_>);
 
     /// How it counts in a motion: stuck where more than half of it is taken up by deflection.
     fn contact(&self, direction: Direction, speed: f64) -> Contact;

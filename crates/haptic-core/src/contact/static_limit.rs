@@ -2,6 +2,7 @@
 
 use crate::flush::flush;
 use crate::math::{exp, exp_m1, ln_1p};
+use crate::snapshot::Archive;
 use core::fmt::Debug;
 
 /// The static limit of a contact at rest. Limits are given for one direction: what the contact
@@ -29,6 +30,9 @@ pub(crate) trait StaticLimit: Clone + Copy + Debug + Send + Sync + 'static {
 
     /// For how long it has rested, s; infinite where that is not kept.
     fn dwell_s(&self) -> f64;
+
+    /// Saves or loads that.
+    fn archive(&mut self, archive: &mut Archive<'_>);
 }
 
 /// The whole limit is there at once.
@@ -49,6 +53,8 @@ impl StaticLimit for ConstantLimit {
     fn begin(&mut self, _dwell_s: f64) {}
 
     fn begin_at(&mut self, _rested: f64, _fresh: f64, _limit: f64) {}
+
+    fn archive(&mut self, _archive: &mut Archive<'_>) {}
 
     fn dwell_s(&self) -> f64 {
         f64::INFINITY
@@ -115,6 +121,10 @@ impl StaticLimit for RisingLimit {
         } else {
             -ln_1p(-(limit - fresh) / (rested - fresh)) / self.rate
         };
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("rest_s", &mut self.dwell_s);
     }
 
     fn dwell_s(&self) -> f64 {

@@ -19,6 +19,7 @@ pub use course::Course;
 use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
 use crate::bound_error::BoundError;
 use crate::directional::Direction;
+use crate::snapshot::Archive;
 
 /// Range of the distance from its first place within which a handle is kept, m.
 pub const TRAVEL_M: (f64, f64) = (1e-5, 0.25);
@@ -278,6 +279,9 @@ impl Moving for Follower {
 
     /// None, for whatever follows: the force of an excitation that is replaced ends at once and does
     /// not fade.
+    /// A motion of its own is never gone on with.
+    fn archive(&mut self, _archive: &mut Archive<'_>) {}
+
     fn coupling_force(&self) -> f64 {
         0.0
     }

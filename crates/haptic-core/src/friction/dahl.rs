@@ -26,6 +26,7 @@ use crate::math::{exp, exp_m1, ln_1p, powf};
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
 use crate::series::integral_of_product;
+use crate::snapshot::Archive;
 use alloc::boxed::Box;
 
 /// What a series may leave out, N: under a slow hand the pieces of a light block add up.
@@ -160,6 +161,10 @@ impl LawContact for DahlContact {
 
     fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
         self.force = memory.held(|direction| self.law.dynamic_force.get(direction));
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("force_N", &mut self.force);
     }
 
     fn contact(&self, direction: Direction, _speed: f64) -> Contact {

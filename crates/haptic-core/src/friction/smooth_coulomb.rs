@@ -9,6 +9,7 @@ use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
 use crate::series::{Newest, Path, Products, RECIPROCAL, Recurrence};
+use crate::snapshot::Archive;
 use alloc::boxed::Box;
 
 /// Smooth Coulomb friction.
@@ -85,6 +86,8 @@ impl LawContact for SmoothCoulomb {
     }
 
     fn recall(&mut self, _memory: &ContactMemory, _speed: f64) {}
+
+    fn archive(&mut self, _archive: &mut Archive<'_>) {}
 
     fn contact(&self, direction: Direction, _speed: f64) -> Contact {
         Contact::Sliding(direction)

@@ -4,6 +4,7 @@ use super::surface::Surface;
 use crate::block::{BlockState, Coupling, EventSink, Moving, PiecewiseContact, Rendered, literal, yielding};
 use crate::contact::{Contact, ContactMemory};
 use crate::scheme::Scheme;
+use crate::snapshot::Archive;
 use alloc::boxed::Box;
 
 /// The block that a law is compiled under.
@@ -71,6 +72,10 @@ impl<M: Moving> Moving for ImplicitScheme<M> {
 
     fn at_rest(&self) -> Contact {
         self.0.at_rest()
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.0.archive(archive);
     }
 
     fn coupling_force(&self) -> f64 {

@@ -5,6 +5,7 @@ use super::legs::Motion;
 use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::{Contact, ContactMemory, DeviceContact, EnergyMeter};
 use crate::directional::{Direction, Directional};
+use crate::snapshot::Archive;
 
 /// Drag: one multiplication.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +57,11 @@ impl Moving for ViscousSurface {
 
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("device_position_m", &mut self.position);
+        archive.number("device_velocity_mps", &mut self.velocity);
     }
 
     fn coupling_force(&self) -> f64 {
@@ -163,6 +169,13 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
 
     fn at_rest(&self) -> Contact {
         self.law.contact_at(0.0)
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("device_position_m", &mut self.position);
+        archive.number("device_velocity_mps", &mut self.velocity);
+        self.contact.archive(archive);
+        self.law.archive(archive);
     }
 
     fn coupling_force(&self) -> f64 {

@@ -2,6 +2,7 @@
 
 use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::Contact;
+use crate::snapshot::Archive;
 use alloc::boxed::Box;
 use core::fmt::Debug;
 
@@ -33,6 +34,8 @@ pub(crate) trait Surface: Debug + Send + Sync {
     fn at_rest(&self) -> Contact;
     /// See [`Moving::coupling_force`].
     fn coupling_force(&self) -> f64;
+    /// See [`Moving::archive`].
+    fn archive(&mut self, archive: &mut Archive<'_>);
     /// A copy.
     fn boxed(&self) -> Box<dyn Surface>;
 }
@@ -77,6 +80,10 @@ impl<M: Moving> Surface for M {
 
     fn coupling_force(&self) -> f64 {
         Moving::coupling_force(self)
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        Moving::archive(self, archive);
     }
 
     fn boxed(&self) -> Box<dyn Surface> {

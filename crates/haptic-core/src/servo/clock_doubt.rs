@@ -2,6 +2,7 @@
 //! wants to engage is told of them, and of those that were a fault.
 
 use crate::sample_clock::ClockError;
+use crate::snapshot::Archive;
 
 /// Time in which errors are counted, and for which a clock is in doubt after the last of them, ns.
 const MEMORY_NS: u64 = 1_000_000_000;
@@ -19,6 +20,16 @@ pub(super) struct ClockDoubt {
 }
 
 impl ClockDoubt {
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.count("clock_errors_since_ns", &mut self.since_ns, u64::MAX);
+        archive.count_u32("clock_jumps", &mut self.jumps);
+        let blank = (ClockError::Jumped, 0);
+        archive.option("clock_doubted", &mut self.doubted, blank, |archive, (error, at_ns)| {
+            archive.choice("clock_error", error, &ClockError::ALL);
+            archive.count("clock_error_ns", at_ns, u64::MAX);
+        });
+    }
+
     /// An error, at a time of ours.
     pub(super) fn add(&mut self, error: ClockError, now_ns: u64) {
         if now_ns.saturating_sub(self.since_ns) > MEMORY_NS {

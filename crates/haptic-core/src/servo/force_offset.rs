@@ -1,5 +1,7 @@
 //! A step of force, taken back at once and let in slowly.
 
+use crate::snapshot::Archive;
+
 /// Time in which the step takes effect, s.
 const FADE_S: f64 = 0.05;
 
@@ -12,6 +14,11 @@ pub(super) struct ForceOffset {
 }
 
 impl ForceOffset {
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("step_N", &mut self.force);
+        archive.number("left_s", &mut self.left_s);
+    }
+
     /// Takes back a step, N; what is left of the last one is taken back with it.
     pub(super) fn add(&mut self, step: f64) {
         if step != 0.0 {

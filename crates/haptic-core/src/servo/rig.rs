@@ -10,6 +10,7 @@
 
 use super::fault::Fault;
 use super::state::{Command, RigState};
+use crate::snapshot::Archive;
 
 /// The command does not fit the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +45,24 @@ impl Rig {
             fault_after_release: None,
             longest_step_s,
         }
+    }
+
+    /// Saves or loads it. Of a fault its kind is kept: nothing follows from more.
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.choice("state", &mut self.state, &RigState::ALL);
+        for (name, fault) in [
+            ("fault", &mut self.fault),
+            ("fault_after_release", &mut self.fault_after_release),
+        ] {
+            let of_code = |fault: Fault| Fault::KINDS.iter().position(|kind| kind.code() == fault.code());
+            let mut kind = fault.and_then(of_code).map_or(0, |kind| kind + 1);
+            archive.place(name, &mut kind, Fault::KINDS.len());
+            if archive.is_loading() {
+                *fault = kind.checked_sub(1).map(|kind| Fault::KINDS[kind]);
+            }
+        }
+        archive.number("gain", &mut self.gain);
+        archive.number("release_s", &mut self.release_s);
     }
 
     pub(super) fn state(&self) -> RigState {

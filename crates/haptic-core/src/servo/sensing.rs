@@ -7,6 +7,7 @@ use crate::limiter::SafetyLimiter;
 use crate::position_guard::{Motion, PositionGuard, Verdict};
 use crate::sample::{DeviceError, Measurement, Motor};
 use crate::sample_clock::{ClockError, SampleClock, Stamp, seconds};
+use crate::snapshot::Archive;
 use crate::velocity::{Estimator, Method};
 
 /// Periods without a new sample after which the force decays.
@@ -96,12 +97,28 @@ impl Sensing {
         self.velocity_mps
     }
 
-    pub(super) fn estimator_mut(&mut self) -> &mut Estimator {
-        &mut self.estimator
-    }
-
-    pub(super) fn clock_mut(&mut self) -> &mut SampleClock {
-        &mut self.clock
+    /// Saves or loads what is known of the hand.
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        let blank = Newest {
+            sequence: 0,
+            read_ns: 0,
+        };
+        archive.option("has_device", &mut self.newest, blank, |archive, newest| {
+            archive.count_u32("sequence", &mut newest.sequence);
+            archive.count("read_ns", &mut newest.read_ns, u64::MAX);
+        });
+        self.clock.archive(archive);
+        self.clock_doubt.archive(archive);
+        self.guard.archive(archive);
+        archive.part("velocity", |archive| self.estimator.archive(archive));
+        archive.number("position_m", &mut self.position_m);
+        archive.number("velocity_mps", &mut self.velocity_mps);
+        archive.number("seen_over_s", &mut self.seen_over_s);
+        archive.choice("motor", &mut self.motor, &Motor::ALL);
+        let mut buttons = self.buttons.into();
+        archive.count("buttons", &mut buttons, u8::MAX.into());
+        self.buttons = u8::try_from(buttons).unwrap_or_default();
+        archive.number("share", &mut self.share);
     }
 
     /// What the device says of its motor.

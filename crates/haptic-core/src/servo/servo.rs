@@ -11,8 +11,8 @@ use crate::compensation::{Compensation, Compensator};
 use crate::limiter::{Limits, SafetyLimiter};
 use crate::passivity::{PassivityObserver, RigLosses};
 use crate::sample::Motor;
-use crate::sample_clock::{ClockError, SampleClock};
-use crate::velocity;
+use crate::sample_clock::ClockError;
+use crate::snapshot::{Archive, FieldValue, Snapshot, SnapshotError};
 use alloc::boxed::Box;
 
 /// Along a ramp a step counts for this many periods at most: a stall does not skip the ramp.
@@ -100,19 +100,59 @@ impl Servo {
         &self.settings
     }
 
-    /// The estimate of velocity, for a servo that continues where another one was.
-    pub fn estimator_mut(&mut self) -> &mut velocity::Estimator {
-        self.sensing.estimator_mut()
+    /// Its state after the step before, from which a [`restored`](Self::restored) one goes on; `None` while a motion of
+    /// the rig's own takes the place of a scene.
+    pub fn snapshot(&mut self) -> Option<Snapshot> {
+        if self.scene.renderer.is_motion() || self.fading.as_ref().is_some_and(FadingScene::is_motion) {
+            return None;
+        }
+        let mut snapshot = Snapshot::EMPTY;
+        snapshot.revision = self.scene.revision;
+        snapshot.fading_revision = self.fading.as_ref().map(FadingScene::revision);
+        self.archive(&mut Archive::saving(&mut snapshot));
+        Some(snapshot)
     }
 
-    /// What is known of the device's clock, for a servo that continues where another one was.
-    pub fn clock_mut(&mut self) -> &mut SampleClock {
-        self.sensing.clock_mut()
+    /// A servo that goes on from a [`snapshot`](Self::snapshot), whose fields `find` gives by their names. The scenes are
+    /// those of its revisions, compiled as the other servo's were.
+    ///
+    /// # Errors
+    /// A field is missing, or has a value that it cannot have.
+    pub fn restored(
+        settings: Settings,
+        scene: Box<CompiledScene>,
+        fading: Option<Box<CompiledScene>>,
+        find: &dyn Fn(&str) -> Option<FieldValue>,
+    ) -> Result<Self, SnapshotError> {
+        let mut servo = Self::new(settings, scene);
+        servo.fading = fading.map(|scene| FadingScene::new(scene, 0.0));
+        let mut archive = Archive::loading(find);
+        servo.archive(&mut archive);
+        archive.end()?;
+        Ok(servo)
     }
 
-    /// Sets our own clock, ns, by which samples are timed, for a servo that continues where another one was.
-    pub fn set_now_ns(&mut self, now_ns: u64) {
-        self.now_ns = now_ns;
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.count("now_ns", &mut self.now_ns, u64::MAX);
+        archive.flag("was_live", &mut self.was_live);
+        archive.option("is_switching_off", &mut self.off_since_ns, 0, |archive, since_ns| {
+            archive.count("off_since_ns", since_ns, u64::MAX);
+        });
+        archive.part("rig", |archive| self.rig.archive(archive));
+        archive.part("sensing", |archive| self.sensing.archive(archive));
+        archive.part("limiter", |archive| self.limiter.archive(archive));
+        archive.part("passivity", |archive| self.passivity.archive(archive));
+        archive.part("offset", |archive| self.offset.archive(archive));
+        // What is known of a rig may have changed since; it holds with the next force.
+        let mut compensates = self.compensator.is_some();
+        archive.flag("compensates", &mut compensates);
+        if let Some(compensator) = self.compensator.as_mut().filter(|_| compensates) {
+            archive.part("compensation", |archive| compensator.archive(archive));
+        }
+        archive.part("scene", |archive| self.scene.archive(archive));
+        if let Some(fading) = &mut self.fading {
+            archive.part("fading", |archive| fading.archive(archive));
+        }
     }
 
     /// State of the rig.

@@ -13,9 +13,13 @@ use crate::friction::LAWS;
 use crate::limiter::Limits;
 use crate::passivity::RigLosses;
 use crate::sample::{DeviceError, Measurement, Motor};
+use crate::snapshot::FieldValue;
 use crate::velocity::{self, METHODS};
 use crate::{Renderer, Scene, Scheme};
 use alloc::boxed::Box;
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::ToString;
 use alloc::vec::Vec;
 use proptest::prelude::*;
 
@@ -66,14 +70,17 @@ impl Dice {
     }
 }
 
+/// Another of a scene's kind.
+type Vary = fn(Scene, &mut Dice) -> Scene;
+
 /// Every law behind a block and on the device, by both schemes.
-fn scene(dice: &mut Dice, revision: u64) -> Box<CompiledScene> {
+fn scene_with(dice: &mut Dice, revision: u64, vary: Vary) -> Box<CompiledScene> {
     let mut scene = Scene::paper();
     if dice.below(3) == 0 {
         (scene.block, scene.coupling) = (None, None);
     }
     let law = LAWS[usize::try_from(dice.below(LAWS.len() as u64)).expect("small")];
-    let scene = scene.with_law(law).expect("a law").expect("a scene");
+    let scene = vary(scene.with_law(law).expect("a law").expect("a scene"), dice);
     let scheme = if dice.below(4) == 0 {
         Scheme::LITERAL
     } else {
@@ -95,6 +102,17 @@ fn scene(dice: &mut Dice, revision: u64) -> Box<CompiledScene> {
 /// Steps a servo through a motion and through everything that can happen, all of it decided by a
 /// seed; returns the bits of all outputs.
 fn run(seed: u64, steps: u32) -> Vec<u64> {
+    run_with(seed, steps, |scene, _| scene, |servo, _| servo)
+}
+
+/// The same; after each step another servo may take the place of the one that was stepped. It is
+/// given what compiles the scene of a revision again.
+fn run_with(
+    seed: u64,
+    steps: u32,
+    vary: Vary,
+    mut after: impl FnMut(Servo, &dyn Fn(u64) -> Box<CompiledScene>) -> Servo,
+) -> Vec<u64> {
     let mut dice = Dice(seed);
     let settings = Settings {
         losses: RigLosses {
@@ -106,7 +124,8 @@ fn run(seed: u64, steps: u32) -> Vec<u64> {
         stop_button: Some(0),
         ..SETTINGS
     };
-    let mut servo = Servo::new(settings, scene(&mut dice, 1));
+    let mut seeds = alloc::vec![0, dice.0];
+    let mut servo = Servo::new(settings, scene_with(&mut dice, 1, vary));
     let (mut time_ns, mut phase, mut revision) = (0_u64, 0.0_f64, 1);
     let mut bits = Vec::new();
     for sequence in 0..steps {
@@ -146,7 +165,8 @@ fn run(seed: u64, steps: u32) -> Vec<u64> {
         };
         let new = (80..90).contains(&happening).then(|| {
             revision += 1;
-            scene(&mut dice, revision)
+            seeds.push(dice.0);
+            scene_with(&mut dice, revision, vary)
         });
         let outputs = servo.step(&inputs, new);
         while servo.take_retired().is_some() {}
@@ -167,6 +187,10 @@ fn run(seed: u64, steps: u32) -> Vec<u64> {
         );
         bits.push(servo.state() as u64 | u64::from(outputs.refused) << 8 | u64::from(outputs.enabled) << 9);
         bits.push(u64::from(outputs.contact.cast_unsigned()));
+        servo = after(servo, &|revision| {
+            let seed = seeds[usize::try_from(revision).expect("small")];
+            scene_with(&mut Dice(seed), revision, vary)
+        });
     }
     bits
 }
@@ -179,6 +203,72 @@ proptest! {
         let elsewhere = std::thread::spawn(move || run(seed, 1500));
         let here = run(seed, 1500);
         prop_assert_eq!(here, elsewhere.join().expect("it ends"));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever its scenes, its estimate of velocity and its state are.
+    #[test]
+    fn a_servo_goes_on_from_a_snapshot_to_the_last_bit(seed in any::<u64>()) {
+        // What a law has beside its defaults: a limit that rises at rest, a curve, the other scheme.
+        let vary: Vary = |scene, dice| {
+            let karnopp = dice.below(2) == 0;
+            let law = if karnopp { "karnopp" } else { scene.friction.law() };
+            let mut scene = scene.with_law(law).expect("a law").expect("a scene");
+            for (name, value) in [("rising_rate", 50.0), ("stribeck_velocity", 0.2), ("Fs+", 5.0)] {
+                let key = name.parse().expect("a key");
+                scene = match scene.with(&[(key, value)]) {
+                    Ok(varied) if dice.below(2) == 0 => varied,
+                    _ => scene,
+                };
+            }
+            scene
+        };
+        let mut dice = Dice(!seed);
+        let mut restored = 0;
+        let with_others = run_with(seed, 1500, vary, |mut servo, compiled| {
+            if dice.below(5) != 0 {
+                return servo;
+            }
+            restored += 1;
+            let snapshot = servo.snapshot().expect("no motion of its own");
+            let fields: BTreeMap<_, _> = snapshot.fields().collect();
+            let fading = snapshot.fading_revision.map(compiled);
+            let scene = compiled(snapshot.revision);
+            let other = Servo::restored(*servo.settings(), scene, fading, &|name| fields.get(name).copied());
+            let mut other = other.expect("all fields are there");
+            let again = other.snapshot().expect("no motion of its own");
+            assert_eq!(format!("{again:?}"), format!("{snapshot:?}"));
+            other
+        });
+        prop_assert!(restored > 20);
+        prop_assert_eq!(with_others, run_with(seed, 1500, vary, |servo, _| servo));
+    }
+}
+
+/// What is missing or cannot be is named.
+#[test]
+fn damaged_snapshot_is_refused_by_the_name_of_its_field() {
+    let mut bench = Bench::new();
+    bench.step(Events::default(), None, None);
+    let snapshot = bench.servo.snapshot().expect("no motion of its own");
+    let restored = |name: &str, value: Option<FieldValue>| {
+        let mut fields: BTreeMap<_, _> = snapshot.fields().collect();
+        assert!(fields.remove(name).is_some(), "there is no {name}");
+        fields.extend(value.map(|value| (name.into(), value)));
+        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
+        let scene = Box::new(CompiledScene::at_once(renderer, 1));
+        let servo = Servo::restored(SETTINGS, scene, None, &|name| fields.get(name).copied());
+        servo.expect_err("it is damaged").to_string()
+    };
+    assert_eq!(restored("limiter.last_N", None), "the snapshot lacks limiter.last_N");
+    for (value, told) in [(FieldValue::Count(9), "9"), (FieldValue::Number(0.5), "0.5")] {
+        assert_eq!(
+            restored("scene.contact", Some(value)),
+            format!("the snapshot has no such value of scene.contact as {told}")
+        );
     }
 }
 

@@ -5,6 +5,7 @@
 //! are no scenes; both are rendered for a while, and the force goes over from one to the other.
 
 use crate::Renderer;
+use crate::snapshot::Archive;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
@@ -20,6 +21,19 @@ pub struct CompiledScene {
 }
 
 impl CompiledScene {
+    /// Saves or loads how far it has taken effect, and its motion.
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        if let Transition::Steps(steps) = &mut self.transition {
+            let mut taken = steps.taken;
+            archive.place("steps", &mut taken, steps.count());
+            if archive.is_loading() {
+                steps.take(taken, &mut self.renderer);
+            }
+            archive.number("steps_s", &mut steps.gone_s);
+        }
+        self.renderer.archive(archive);
+    }
+
     /// A scene that takes effect at once.
     #[must_use]
     pub fn at_once(renderer: Renderer, revision: u64) -> Self {
@@ -129,6 +143,22 @@ pub(super) struct FadingScene {
 }
 
 impl FadingScene {
+    pub(super) fn is_motion(&self) -> bool {
+        self.scene.renderer.is_motion()
+    }
+
+    /// Saves or loads how far it has faded.
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("left_s", &mut self.left_s);
+        archive.number("over_s", &mut self.over_s);
+        archive.number("excess_N", &mut self.excess);
+        self.scene.archive(archive);
+    }
+
+    pub(super) fn revision(&self) -> u64 {
+        self.scene.revision
+    }
+
     pub(super) fn new(scene: Box<CompiledScene>, over_s: f64) -> Self {
         Self {
             scene,

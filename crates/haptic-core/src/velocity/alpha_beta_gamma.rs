@@ -8,6 +8,7 @@
 
 use crate::flush::flush;
 use crate::math::powf;
+use crate::snapshot::Archive;
 
 /// Estimates velocity from positions at irregular times.
 ///
@@ -78,21 +79,16 @@ impl AlphaBetaGamma {
         }
     }
 
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.flag("has_sample", &mut self.started);
+        archive.number("tracked_m", &mut self.position);
+        archive.number("tracked_mps", &mut self.velocity);
+        archive.number("tracked_mps2", &mut self.acceleration);
+    }
+
     /// Forgets the past: the next sample is at rest.
     pub fn reset(&mut self) {
         self.started = false;
-    }
-
-    /// Position (m), velocity (m/s) and acceleration (m/s^2) after the newest sample.
-    #[must_use]
-    pub fn state(&self) -> [f64; 3] {
-        [self.position, self.velocity, self.acceleration]
-    }
-
-    /// Goes on from a [`state`](Self::state).
-    pub fn set_state(&mut self, [position, velocity, acceleration]: [f64; 3]) {
-        (self.position, self.velocity, self.acceleration) = (position, velocity, acceleration);
-        self.started = true;
     }
 
     /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the

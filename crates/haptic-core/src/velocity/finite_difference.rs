@@ -1,5 +1,7 @@
 //! The difference to the sample before: no lag to speak of, and all of the encoder's noise.
 
+use crate::snapshot::Archive;
+
 /// Estimates velocity as the difference of two positions over the time between them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FiniteDifference {
@@ -8,6 +10,13 @@ pub struct FiniteDifference {
 }
 
 impl FiniteDifference {
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.option("has_sample", &mut self.last, 0.0, |archive, last| {
+            archive.number("sample_m", last);
+        });
+        archive.number("slope_mps", &mut self.velocity);
+    }
+
     /// Forgets the past: the next sample is at rest.
     pub fn reset(&mut self) {
         *self = Self::default();

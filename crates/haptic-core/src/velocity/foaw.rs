@@ -3,6 +3,8 @@
 //! one count of every sample. Slow motion gets a long window and little noise, fast motion a short
 //! one and little lag.
 
+use crate::snapshot::Archive;
+
 /// Most samples that a window reaches back.
 pub const MAX_WINDOW: usize = 16;
 
@@ -39,6 +41,18 @@ impl Foaw {
             newest: None,
             velocity: 0.0,
         }
+    }
+
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("tolerance_m", &mut self.tolerance_m);
+        archive.option("has_sample", &mut self.newest, 0.0, |archive, newest| {
+            archive.number("sample_m", newest);
+        });
+        archive.place("past_samples", &mut self.kept, MAX_WINDOW);
+        let past = &mut self.past[..self.kept];
+        archive.numbers("past_age_s", past.iter_mut().map(|(age_s, _)| age_s));
+        archive.numbers("past_m", past.iter_mut().map(|(_, position)| position));
+        archive.number("slope_mps", &mut self.velocity);
     }
 
     /// Forgets the past: the next sample is at rest.

@@ -4,6 +4,7 @@
 use super::finite_difference::FiniteDifference;
 use crate::flush::flush;
 use crate::math::exp_m1;
+use crate::snapshot::Archive;
 use core::f64::consts::TAU;
 
 /// Cutoff of the default filter, Hz.
@@ -26,6 +27,11 @@ impl LowPass {
             rate: TAU * cutoff_hz,
             velocity: 0.0,
         }
+    }
+
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.difference.archive(archive);
+        archive.number("filtered_mps", &mut self.velocity);
     }
 
     /// Forgets the past: the next sample is at rest.

@@ -16,6 +16,7 @@ pub use foaw::{Fit, Foaw, MAX_WINDOW};
 pub use low_pass::{DEFAULT_CUTOFF_HZ, LowPass};
 
 use crate::nearest::meant_or_semicolon;
+use crate::snapshot::Archive;
 use alloc::string::{String, ToString};
 use core::fmt;
 use core::str::FromStr;
@@ -134,11 +135,13 @@ impl Estimator {
         })
     }
 
-    /// The tracker, where that is the method.
-    pub fn tracker_mut(&mut self) -> Option<&mut AlphaBetaGamma> {
+    /// Saves or loads its past.
+    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
         match &mut self.0 {
-            Kind::AlphaBetaGamma(tracker) => Some(tracker),
-            _ => None,
+            Kind::FiniteDifference(estimator) => estimator.archive(archive),
+            Kind::LowPass(estimator) => estimator.archive(archive),
+            Kind::AlphaBetaGamma(estimator) => estimator.archive(archive),
+            Kind::Foaw(estimator) => estimator.archive(archive),
         }
     }
 

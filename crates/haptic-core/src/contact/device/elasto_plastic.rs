@@ -17,6 +17,7 @@ use crate::contact::yielding::by_elastic_share;
 use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 use crate::math::{powf, sin_cos};
+use crate::snapshot::Archive;
 use alloc::sync::Arc;
 use core::f64::consts::PI;
 
@@ -343,6 +344,10 @@ impl<M: MasterLaw> LawContact for DeviceElastoPlastic<M> {
 
     fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
         self.force = memory.held(|direction| self.level.at(direction, 0.0));
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("force_N", &mut self.force);
     }
 
     fn contact(&self, direction: Direction, speed: f64) -> Contact {

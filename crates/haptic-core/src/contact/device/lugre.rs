@@ -10,6 +10,7 @@ use crate::contact::yielding::by_elastic_share;
 use crate::directional::{Direction, Directional};
 use crate::flush::flush;
 use crate::math::exp_m1;
+use crate::snapshot::Archive;
 
 /// The steady force of a bristle, and the flow towards it.
 pub(crate) trait FlowLevel: Level {
@@ -98,6 +99,10 @@ impl<L: FlowLevel> LawContact for DeviceLugre<L> {
 
     fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
         self.force = memory.held(|direction| self.level.at(direction, 0.0));
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("force_N", &mut self.force);
     }
 
     fn contact(&self, direction: Direction, speed: f64) -> Contact {

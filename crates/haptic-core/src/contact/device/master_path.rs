@@ -97,6 +97,11 @@ impl MasterPath {
         }
     }
 
+    /// Its last cell.
+    pub(crate) fn last_cell(&self) -> usize {
+        self.cells.len() - 1
+    }
+
     /// Where it comes to 1.
     pub(crate) fn end(&self) -> f64 {
         self.edges[self.cells.len()]

@@ -8,6 +8,7 @@ use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::directional::{Direction, Directional};
 use crate::flush::flush;
+use crate::snapshot::Archive;
 use alloc::sync::Arc;
 
 /// A place on the path.
@@ -111,6 +112,21 @@ impl<M: MasterLaw> LawContact for PathBristle<M> {
     fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
         self.force = memory.held(|direction| self.limit.get(direction));
         self.place = None;
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("force_N", &mut self.force);
+        let blank = Place {
+            direction: Direction::Positive,
+            at: 0.0,
+            cell: 0,
+        };
+        let most = self.path.last_cell();
+        archive.option("path", &mut self.place, blank, |archive, place| {
+            archive.choice("path_direction", &mut place.direction, &Direction::BOTH);
+            archive.number("path_at", &mut place.at);
+            archive.place("path_cell", &mut place.cell, most);
+        });
     }
 
     fn contact(&self, direction: Direction, _speed: f64) -> Contact {
