@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use system_tests::console::{Reader, Step, is_as_shown, steps};
 use system_tests::links::{anchors, dead_ends, links};
+use system_tests::timed;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -48,7 +49,8 @@ fn follow(page: &str) {
 #[test]
 fn the_tutorial_leads_to_a_felt_block() {
     let _one = one_of_two();
-    follow("tutorial.md");
+    // It commissions a rig by pulses.
+    timed("the tutorial", || follow("tutorial.md"));
 }
 
 #[test]

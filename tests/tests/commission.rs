@@ -145,41 +145,43 @@ fn plugged_in(rig: FakeRig, link: &Path, other: &[&str], client: &mut Client) ->
 // hazard: H27
 #[test]
 fn board_without_serial_number_is_confirmed_at_each_connection() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let link = directory.path().join("rig");
-    let rig = FakeRig::start_at(&link, &OWN);
-    let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
-    assert_eq!(daemon.ctl(&["commission", "--check", "--yes"]).status.code(), Some(1));
-    commission(daemon.socket(), &["--range", "skip"]);
-    engage(&mut client);
+    timed("a board without a serial number", || {
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("rig");
+        let rig = FakeRig::start_at(&link, &OWN);
+        let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+        assert_eq!(daemon.ctl(&["commission", "--check", "--yes"]).status.code(), Some(1));
+        commission(daemon.socket(), &["--range", "skip"]);
+        engage(&mut client);
 
-    // Another board, which pulls the other way.
-    let rig = plugged_in(rig, &link, &[&OWN[..], &["--reversed"]].concat(), &mut client);
-    let error = refused(&mut client, Request::engage());
-    assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
-    for part in ["no serial number", "commission --check", "engage --same-rig"] {
-        assert!(error.message.contains(part), "{error} lacks {part}");
-    }
-    let ticks = Ticks::of(&daemon);
-    let checked = daemon.ctl(&["commission", "--check", "--yes"]);
-    let said = String::from_utf8_lossy(&checked.stderr).into_owned();
-    assert!(!checked.status.success() && said.contains("the other way"), "{said}");
-    let forces_n = ticks.come_so_far().into_iter().map(|row| row.command_force_n.abs());
-    let largest_n = forces_n.fold(0.0, f64::max);
-    assert!((0.5..=1.0).contains(&largest_n), "{largest_n} N");
-    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
+        // Another board, which pulls the other way.
+        let rig = plugged_in(rig, &link, &[&OWN[..], &["--reversed"]].concat(), &mut client);
+        let error = refused(&mut client, Request::engage());
+        assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
+        for part in ["no serial number", "commission --check", "engage --same-rig"] {
+            assert!(error.message.contains(part), "{error} lacks {part}");
+        }
+        let ticks = Ticks::of(&daemon);
+        let checked = daemon.ctl(&["commission", "--check", "--yes"]);
+        let said = String::from_utf8_lossy(&checked.stderr).into_owned();
+        assert!(!checked.status.success() && said.contains("the other way"), "{said}");
+        let forces_n = ticks.come_so_far().into_iter().map(|row| row.command_force_n.abs());
+        let largest_n = forces_n.fold(0.0, f64::max);
+        assert!((0.5..=1.0).contains(&largest_n), "{largest_n} N");
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
 
-    // The first again: a push shows it, or a person says so; each time that it is plugged in.
-    let rig = plugged_in(rig, &link, &OWN, &mut client);
-    let told = daemon.ctl_ok(&["commission", "--check", "--yes"]);
-    assert!(told.contains("moves as it was commissioned"), "{told}");
-    renders_the_scene(&daemon, &mut client);
-    let rig = plugged_in(rig, &link, &OWN, &mut client);
-    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
-    daemon.ctl_ok(&["engage", "--same-rig", "--wait"]);
-    let _: StateReply = client.request(Request::Release {}).expect("it is engaged");
-    wait_for_state(&mut client, RigState::Idle);
-    drop(rig);
+        // The first again: a push shows it, or a person says so; each time that it is plugged in.
+        let rig = plugged_in(rig, &link, &OWN, &mut client);
+        let told = daemon.ctl_ok(&["commission", "--check", "--yes"]);
+        assert!(told.contains("moves as it was commissioned"), "{told}");
+        renders_the_scene(&daemon, &mut client);
+        let rig = plugged_in(rig, &link, &OWN, &mut client);
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::MaybeAnotherRig);
+        daemon.ctl_ok(&["engage", "--same-rig", "--wait"]);
+        let _: StateReply = client.request(Request::Release {}).expect("it is engaged");
+        wait_for_state(&mut client, RigState::Idle);
+        drop(rig);
+    });
 }
 
 // hazard: H27
@@ -310,40 +312,42 @@ fn on_a_terminal(daemon: &Daemon, arguments: &[&str]) -> Terminal {
 
 #[test]
 fn commissioning_asks_before_each_step_and_before_keeping() {
-    let start = || FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
-    let rig = start();
-    let (daemon, mut client) = daemon(&rig, &[]);
-    let output = daemon.ctl(&["commission"]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("--yes"), "{said}");
+    timed("the questions of a commissioning", || {
+        let start = || FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
+        let rig = start();
+        let (daemon, mut client) = daemon(&rig, &[]);
+        let output = daemon.ctl(&["commission"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("--yes"), "{said}");
 
-    let mut terminal = on_a_terminal(&daemon, &[]);
-    terminal.wait_for("the first question", |shown| shown.contains("1. Direction"));
-    assert_eq!(status(&mut client).state, RigState::Idle, "nothing moves before a yes");
-    assert!(status(&mut client).commissioning.is_some());
-    terminal.type_in("\n");
-    assert_eq!(terminal.end().code(), Some(130), "no is what is meant without a word");
-    assert!(terminal.written().contains("Nothing is kept"), "{}", terminal.written());
-    wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
+        let mut terminal = on_a_terminal(&daemon, &[]);
+        terminal.wait_for("the first question", |shown| shown.contains("1. Direction"));
+        assert_eq!(status(&mut client).state, RigState::Idle, "nothing moves before a yes");
+        assert!(status(&mut client).commissioning.is_some());
+        terminal.type_in("\n");
+        assert_eq!(terminal.end().code(), Some(130), "no is what is meant without a word");
+        assert!(terminal.written().contains("Nothing is kept"), "{}", terminal.written());
+        wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
 
-    let mut terminal = on_a_terminal(&daemon, &["--range", "by-hand"]);
-    for question in [
-        "1. Direction",
-        "2. Friction",
-        "3. Range: the motor is off",
-        "Keep this?",
-    ] {
-        let shown = terminal.wait_for(question, |shown| {
-            shown.contains(question) || shown.contains("has ended")
-        });
-        assert!(shown.contains(question), "{shown}");
-        terminal.type_in("y\n");
-    }
-    assert_eq!(terminal.end().code(), Some(0), "{}", terminal.written());
-    let written = terminal.written();
-    for part in ["is commissioned", "friction", "range", "encoder step", "kept in"] {
-        assert!(written.contains(part), "{written} lacks {part}");
-    }
-    engage(&mut client);
+        let mut terminal = on_a_terminal(&daemon, &["--range", "by-hand"]);
+        for question in [
+            "1. Direction",
+            "2. Friction",
+            "3. Range: the motor is off",
+            "Keep this?",
+        ] {
+            let shown = terminal.wait_for(question, |shown| {
+                shown.contains(question) || shown.contains("has ended")
+            });
+            assert!(shown.contains(question), "{shown}");
+            terminal.type_in("y\n");
+        }
+        assert_eq!(terminal.end().code(), Some(0), "{}", terminal.written());
+        let written = terminal.written();
+        for part in ["is commissioned", "friction", "range", "encoder step", "kept in"] {
+            assert!(written.contains(part), "{written} lacks {part}");
+        }
+        engage(&mut client);
+    });
 }

@@ -255,7 +255,9 @@ fn a_subscriber_gets_the_state_then_every_tick_in_order() {
     let (mut timed, mut engaged) = (false, false);
     while ticks.len() < 1500 || !timed || states.len() < 3 {
         match client.next_event().expect("the daemon goes on") {
-            Event::Unknown | Event::Servo(_) | Event::Log(_) => panic!("a topic that nobody asked for"),
+            Event::Unknown | Event::Servo(_) | Event::Snapshot(_) | Event::Log(_) => {
+                panic!("a topic that nobody asked for")
+            }
             Event::State(state) => states.push(state.state),
             Event::Timing(timing) => timed |= timing.since_start.ticks > 0,
             Event::Samples(batch) => {

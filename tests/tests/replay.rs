@@ -3,7 +3,7 @@
 
 use haptic_core::servo::Settings;
 use haptic_ipc::RigState;
-use haptic_lab::replay::{self, Report, SkipReason};
+use haptic_lab::replay::{self, ReplayError, Report};
 use haptic_recording::{Ending, Mark, Metadata, Recording};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -15,10 +15,10 @@ use system_tests::recorded::{entries, is_whole, wait_for_more_rows};
 use system_tests::{Daemon, binary, wait_for, wait_for_state};
 
 /// Computes every row again with such settings.
-fn replay(recording: &Recording, settings: Settings) -> Report {
+fn replay(recording: &Recording, settings: Settings) -> Result<Report, ReplayError> {
     let mut metadata: Metadata = recording.metadata.clone();
     metadata.servo.as_mut().expect("the setup of the servo").settings = settings;
-    replay::replay(&metadata, entries(recording).map(Ok)).expect("it is replayed")
+    replay::replay(&metadata, entries(recording).map(Ok))
 }
 
 /// `haptic-ctl replay` of a file.
@@ -73,7 +73,7 @@ fn schedule(daemon: &Daemon, file: &Path) -> [u64; 4] {
     ticks
 }
 
-/// Some thousand ticks with force, of which nothing has its usual value: two ramps, of which the second
+/// Some thousand ticks with force, from the first row on, of which nothing has its usual value: two ramps, of which the second
 /// interrupts the first, another law, a schedule, a stop, and force again. Such a rig chatters.
 fn session(file: &Path) -> Recording {
     let daemon = Daemon::start(&[
@@ -88,9 +88,8 @@ fn session(file: &Path) -> Recording {
         "--hand=arm",
         "--hand-frequency-hz=2",
     ]);
-    let recorder = daemon.recorder(file, &[]);
-    wait_for_more_rows(file, 300);
     daemon.ctl_ok(&["engage", "--wait", "--anyway"]);
+    let recorder = daemon.recorder(file, &[]);
     wait_for_more_rows(file, 200);
     daemon.ctl_ok(&["set", "Fs=8", "Fd=5", "K=9000", "--ramp=400ms", "--anyway"]);
     daemon.ctl_ok(&["set", "M=1.5", "Fs+=6", "--ramp=300ms", "--anyway"]);
@@ -144,15 +143,9 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
         .as_ref()
         .expect("the setup of the servo")
         .settings;
-    let report = replay(&recording, settings);
+    let report = replay(&recording, settings).expect("it is replayed");
     assert_eq!((report.differing, &report.first_differing), (0, &None));
-    // What came before its first row it does not hold. Without force only the estimator remembers that,
-    // and for a few ticks.
-    assert!(report.not_compared < 300, "{report:?}");
-    assert!(
-        report.uncompared.iter().all(|one| one.reason == SkipReason::Settling),
-        "{report:?}"
-    );
+    assert_eq!((report.not_compared, report.uncompared.len()), (0, 0), "{report:?}");
     assert_eq!(report.with_force, live);
     let (said, code) = ctl_json(&file, &[]);
     assert_eq!((&said["ticks"], &said["differing"]), (&report.ticks.into(), &0.into()));
@@ -166,9 +159,9 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
     changed[4].losses.friction = 1.0;
     changed[5].passivity_control_n = 0.0;
     for changed in changed {
-        let report = replay(&recording, changed);
-        // Another estimate of velocity never settles, so that nothing is compared.
-        assert!(!report.is_exact(), "it makes no difference: {changed:?}");
+        // Another estimate of velocity has no state in the snapshots.
+        let is_exact = replay(&recording, changed).is_ok_and(|report| report.is_exact());
+        assert!(!is_exact, "it makes no difference: {changed:?}");
     }
     println!("{} ticks, {live} of them with force, are the same", report.compared());
 }
@@ -230,9 +223,18 @@ fn rig_behind_link_replays_its_forces_after_device_swap() {
 
 #[test]
 fn a_recording_of_an_earlier_build_gives_its_forces_again() {
-    let fixtures = fixtures();
-    assert!(!fixtures.is_empty());
-    for file in fixtures {
+    let directory = tempfile::tempdir().expect("a directory");
+    // As an earlier recorder wrote it: the servo settles within its rest.
+    let without = directory.path().join("without-snapshots.csv");
+    let text = std::fs::read_to_string(&fixtures()[0]).expect("the fixture");
+    let kept: Vec<&str> = text
+        .lines()
+        .filter(|line| !line.contains(r#""mark":"snapshot""#))
+        .collect();
+    assert_eq!(kept.len() + 1, text.lines().count());
+    std::fs::write(&without, kept.join("\n") + "\n").expect("it is written");
+    let files = fixtures().into_iter().map(|file| (file, 0)).chain([(without, 300)]);
+    for (file, most) in files {
         let (said, code) = ctl_json(&file, &[]);
         assert_eq!(
             (&said["differing"], code),
@@ -240,9 +242,33 @@ fn a_recording_of_an_earlier_build_gives_its_forces_again() {
             "{}: {said}",
             file.display()
         );
-        assert!(said["ticks"].as_u64() > Some(2000), "{said}");
-        assert!(said["not_compared"].as_u64() < Some(300), "{said}");
+        assert_eq!(said["ticks"], 2300, "{said}");
+        assert!(said["not_compared"].as_u64() <= Some(most), "{said}");
         assert!(said["with_force"].as_u64() > Some(1500), "{said}");
+    }
+}
+
+#[test]
+fn a_part_that_begins_with_force_gives_its_forces_again() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for file in fixtures() {
+        let (whole, _) = ctl_json(&file, &[]);
+        // From its last snapshot on, which is that of its beginning.
+        assert_eq!(ctl_json(&file, &["--from", "1s"]).0["compared"], whole["compared"]);
+        // Engaging, while a ramp goes on, with another law, and after that.
+        for from in ["320ms", "700ms", "1.3s", "1.7s"] {
+            let part = directory.path().join("part.csv");
+            let cut = Command::new(binary("haptic-ctl"))
+                .args(["recording", "cut", "--force", "--from", from])
+                .args([&file, &part])
+                .output()
+                .expect("haptic-ctl runs");
+            assert!(cut.status.success(), "{}", String::from_utf8_lossy(&cut.stderr));
+            let (said, code) = ctl_json(&part, &[]);
+            let found = (&said["differing"], &said["not_compared"], code);
+            assert_eq!(found, (&0.into(), &0.into(), Some(0)), "{from}: {said}");
+            assert!(said["with_force"].as_u64() > Some(300), "{from}: {said}");
+        }
     }
 }
 

@@ -8,7 +8,9 @@ use system_tests::blocked::Blocked;
 use system_tests::fake_rig::FakeRig;
 #[cfg(target_arch = "x86_64")]
 use system_tests::hung::{Hang, HungThread};
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, engage, pause, pull_until, status, wait_for, wait_for_state};
+use system_tests::{
+    Daemon, HeldThread, PATIENCE, binary, engage, pause, pull_until, status, timed, wait_for, wait_for_state,
+};
 
 /// A rig with more arguments, and a daemon with more arguments that has connected to it.
 fn connected(rig: &[&str], daemon: &[&str]) -> (FakeRig, Daemon, Client) {
@@ -33,6 +35,10 @@ fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
 
 /// Has the control thread of an engaged daemon hang in some way, and sees the rig let go of.
 fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) {
+    timed(what, || hang_it_now(what, stdout, &hang));
+}
+
+fn hang_it_now<T>(what: &str, stdout: Option<&Blocked>, hang: &impl Fn(u32) -> T) {
     // A busy machine keeps the commands back for a while as well.
     let mut rig = FakeRig::start(&["--watchdog-ms", "5000"]);
     let directory = tempfile::tempdir().expect("a directory");

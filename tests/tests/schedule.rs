@@ -8,7 +8,7 @@ use haptic_ipc::{
 use std::collections::BTreeMap;
 use std::sync::mpsc;
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, engage, status, wait_for, wait_for_state};
+use system_tests::{Daemon, engage, status, timed, wait_for, wait_for_state};
 
 /// Ticks between two changes of the staircase.
 const STEP: u64 = 4;
@@ -361,64 +361,66 @@ fn stop_or_client_end_cancels_schedule_but_release_does_not() {
 
 #[test]
 fn fault_or_unplugging_cancels_schedule_and_next_one_runs() {
-    let mut rig = FakeRig::start(&[]);
-    let daemon = Daemon::start_on(&rig.address(), &["--ramp-ms", "20", "--stale-ms", "200"]);
-    let mut client = daemon.client();
-    for (fault, after) in [
-        ("stall 0.4", RigState::Faulted),
-        ("hang-up 0.3", RigState::Disconnected),
-    ] {
-        wait_for_state(&mut client, RigState::Idle);
-        engage(&mut client);
-        let revision = status(&mut client).revision;
-        let first = status(&mut client).tick + FAR;
-        let changes = vec![at(first, &[("M", 2.0)]), at(first + 5, &[("M", 3.0)])];
-        let _: ScheduleReply = client.request(schedule(changes, "far", true)).expect("it is accepted");
-        rig.fail(fault);
-        let lost = wait_for(&mut client, "no schedule", |status| waiting(status) == 0);
-        assert_eq!(lost.revision, revision, "{fault}: nothing of it was rendered");
-        let told = log(&mut client)
-            .into_iter()
-            .rfind(|entry| entry.op == "schedule_cancelled");
-        let told = told.and_then(|entry| entry.message).unwrap_or_default();
-        assert!(
-            told.starts_with("2 scheduled changes") && told.contains("faulted or disconnected"),
-            "{told}"
-        );
-        if lost.state == after {
-            // Or it has come back by now.
-            let error = client.request::<ScheduleReply>(schedule(vec![at(first, &[("M", 2.0)])], "late", true));
-            match error {
-                Err(ClientError::Refused(error)) => {
-                    assert!(
-                        matches!(error.code, ErrorCode::Faulted | ErrorCode::WrongState),
-                        "{fault}: {error}"
-                    );
+    timed("a schedule after a fault", || {
+        let mut rig = FakeRig::start(&[]);
+        let daemon = Daemon::start_on(&rig.address(), &["--ramp-ms", "20", "--stale-ms", "200"]);
+        let mut client = daemon.client();
+        for (fault, after) in [
+            ("stall 0.4", RigState::Faulted),
+            ("hang-up 0.3", RigState::Disconnected),
+        ] {
+            wait_for_state(&mut client, RigState::Idle);
+            engage(&mut client);
+            let revision = status(&mut client).revision;
+            let first = status(&mut client).tick + FAR;
+            let changes = vec![at(first, &[("M", 2.0)]), at(first + 5, &[("M", 3.0)])];
+            let _: ScheduleReply = client.request(schedule(changes, "far", true)).expect("it is accepted");
+            rig.fail(fault);
+            let lost = wait_for(&mut client, "no schedule", |status| waiting(status) == 0);
+            assert_eq!(lost.revision, revision, "{fault}: nothing of it was rendered");
+            let told = log(&mut client)
+                .into_iter()
+                .rfind(|entry| entry.op == "schedule_cancelled");
+            let told = told.and_then(|entry| entry.message).unwrap_or_default();
+            assert!(
+                told.starts_with("2 scheduled changes") && told.contains("faulted or disconnected"),
+                "{told}"
+            );
+            if lost.state == after {
+                // Or it has come back by now.
+                let error = client.request::<ScheduleReply>(schedule(vec![at(first, &[("M", 2.0)])], "late", true));
+                match error {
+                    Err(ClientError::Refused(error)) => {
+                        assert!(
+                            matches!(error.code, ErrorCode::Faulted | ErrorCode::WrongState),
+                            "{fault}: {error}"
+                        );
+                    }
+                    _ => drop(client.request::<ScheduleCancelReply>(Request::ScheduleCancel { name: None })),
                 }
-                _ => drop(client.request::<ScheduleCancelReply>(Request::ScheduleCancel { name: None })),
             }
+            let mut person = daemon.client();
+            wait_for(&mut client, "a rig that was reset", |status| {
+                if status.state == RigState::Faulted {
+                    // Refused until the device answers again.
+                    drop(person.request::<StateReply>(Request::Reset {}));
+                }
+                status.state == RigState::Idle
+            });
+            // Nothing of the old schedule keeps the next change from its tick.
+            let tick = status(&mut client).tick + ahead();
+            let reply: ChangeReply = client
+                .request(set_at(tick, &[("M", 1.5)]))
+                .expect("it is asked in time");
+            assert_eq!(reply.revision, revision + 1);
+            wait_for(&mut client, "the end of the schedule", |status| waiting(status) == 0);
+            assert_eq!(status(&mut client).revision, revision + 1);
+            let rendered = log(&mut client)
+                .into_iter()
+                .rfind(|entry| entry.op == "set")
+                .expect("an entry");
+            assert_eq!(rendered.tick, Some(tick));
+            let _: ChangeReply = client.request(Request::set(params(&[("M", 0.5)]))).expect("a change");
         }
-        let mut person = daemon.client();
-        wait_for(&mut client, "a rig that was reset", |status| {
-            if status.state == RigState::Faulted {
-                // Refused until the device answers again.
-                drop(person.request::<StateReply>(Request::Reset {}));
-            }
-            status.state == RigState::Idle
-        });
-        // Nothing of the old schedule keeps the next change from its tick.
-        let tick = status(&mut client).tick + ahead();
-        let reply: ChangeReply = client
-            .request(set_at(tick, &[("M", 1.5)]))
-            .expect("it is asked in time");
-        assert_eq!(reply.revision, revision + 1);
-        wait_for(&mut client, "the end of the schedule", |status| waiting(status) == 0);
-        assert_eq!(status(&mut client).revision, revision + 1);
-        let rendered = log(&mut client)
-            .into_iter()
-            .rfind(|entry| entry.op == "set")
-            .expect("an entry");
-        assert_eq!(rendered.tick, Some(tick));
-        let _: ChangeReply = client.request(Request::set(params(&[("M", 0.5)]))).expect("a change");
-    }
+    });
 }

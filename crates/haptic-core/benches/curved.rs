@@ -6,7 +6,11 @@
 
 use haptic_core::block::BlockState;
 use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre};
+use haptic_core::limiter::Limits;
+use haptic_core::passivity::RigLosses;
 use haptic_core::scene::{Block, Coupling};
+use haptic_core::servo::{CompiledScene, Servo, Settings};
+use haptic_core::velocity::Method;
 use haptic_core::{Directional, Renderer, Scene, Scheme};
 use std::hint::black_box;
 use std::process::{Command, Stdio};
@@ -251,4 +255,35 @@ fn main() {
             );
         }
     }
+    print_snapshot();
+}
+
+/// What the loop does every ten seconds of a recording.
+fn print_snapshot() {
+    let settings = Settings {
+        period_s: T,
+        ramp_s: 0.1,
+        limits: Limits::default(),
+        losses: RigLosses {
+            damping: 0.0,
+            friction: 0.0,
+        },
+        passivity_control_n: 0.0,
+        velocity: Method::FoawBestFit,
+        stale_ns: 20_000_000,
+        stop_button: None,
+        enable_button: None,
+        compensation: None,
+    };
+    let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, T).expect("a valid scene");
+    let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1)));
+    let costs: Vec<f64> = (0..10_000)
+        .map(|_| {
+            let began = Instant::now();
+            black_box(servo.snapshot());
+            began.elapsed().as_secs_f64() * 1e9
+        })
+        .collect();
+    let (median_ns, dearest_ns) = spread(costs);
+    println!("a servo's snapshot: {median_ns:.0} ns (median), {dearest_ns:.0} ns (dearest of 10,000)");
 }

@@ -28,6 +28,62 @@ pub enum FieldValue {
     Count(u64),
 }
 
+#[cfg(feature = "serde")]
+mod wire {
+    use super::FieldValue;
+    use core::fmt;
+    use serde::de::{Error, Visitor};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    /// Of numbers that are none in JSON.
+    const WORDS: [(&str, f64); 3] = [("inf", f64::INFINITY), ("-inf", f64::NEG_INFINITY), ("nan", f64::NAN)];
+
+    /// A count is a whole number, a number has a point or an exponent, and what is no number is a word.
+    impl Serialize for FieldValue {
+        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            match *self {
+                Self::Count(count) => serializer.serialize_u64(count),
+                Self::Number(number) if number.is_finite() => serializer.serialize_f64(number),
+                Self::Number(number) => {
+                    let same = |other: f64| number == other || (number.is_nan() && other.is_nan());
+                    let word = WORDS.iter().find(|(_, other)| same(*other));
+                    serializer.serialize_str(word.map_or("nan", |(word, _)| word))
+                }
+            }
+        }
+    }
+
+    impl<'de> Deserialize<'de> for FieldValue {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            struct Value;
+
+            impl Visitor<'_> for Value {
+                type Value = FieldValue;
+
+                fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                    f.write_str("a number, inf, -inf or nan")
+                }
+
+                fn visit_u64<E: Error>(self, count: u64) -> Result<FieldValue, E> {
+                    Ok(FieldValue::Count(count))
+                }
+
+                fn visit_f64<E: Error>(self, number: f64) -> Result<FieldValue, E> {
+                    Ok(FieldValue::Number(number))
+                }
+
+                fn visit_str<E: Error>(self, text: &str) -> Result<FieldValue, E> {
+                    let word = WORDS.iter().find(|(word, _)| *word == text);
+                    word.map(|(_, number)| FieldValue::Number(*number))
+                        .ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(text), &self))
+                }
+            }
+
+            deserializer.deserialize_any(Value)
+        }
+    }
+}
+
 /// A field: the part of the servo, the name in it, and the place in a list.
 #[derive(Clone, Copy, Debug)]
 struct Field {

@@ -179,7 +179,7 @@ impl Printer {
                 )
             }
             Event::Servo(servo) => format!("servo  other settings from tick {}", servo.tick),
-            Event::Samples(_) | Event::Unknown => return Ok(()),
+            Event::Samples(_) | Event::Snapshot(_) | Event::Unknown => return Ok(()),
         };
         self.left -= 1;
         output::line(&text)

@@ -1,5 +1,6 @@
 //! `replay`: a recording's forces again, to the last bit, or those of another scene.
 
+use crate::duration::duration;
 use crate::failure::Failure;
 use crate::output::count;
 use crate::recording::unreadable;
@@ -11,15 +12,16 @@ use clap_complete::engine::ArgValueCompleter;
 use haptic_core::Scheme;
 use haptic_ipc::WireError;
 use haptic_lab::replay::{self, Alternative, LargestDifference, Report, Summary, Tally, WhatIf, WhatIfRow};
-use haptic_recording::{Ending, Metadata, Reader};
+use haptic_recording::{Ending, Entry, Metadata, Reader, RecordingError};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// The end of the help.
 pub(crate) const HELP: &str = "\
 Without --scene, --set or --scheme every recorded output is computed again and compared. The exit code is 0 if \
-something was compared and nothing differs, and 1 otherwise.
+something was compared and nothing differs, and 1 otherwise. A recording holds the servo's state before its first row, \
+after every gap and every ten seconds: a replay begins at any of these snapshots.
 
 With one of them the recorded motion is rendered with something else: the hand moves as it did then, and does not react \
 to the other force.";
@@ -28,6 +30,10 @@ to the other force.";
 pub(crate) struct Arguments {
     /// Recording, with every tick
     file: PathBuf,
+
+    /// Begin at a time since the first row, as in 12m30s: at the last snapshot before it
+    #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
+    from: Option<Duration>,
 
     /// Render another scene: a name of the library, a revision as @42, or a FILE.toml
     #[arg(long, value_name = "SCENE", add = ArgValueCompleter::new(complete::scenes))]
@@ -51,6 +57,11 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
+    /// The entries from the time on that was asked for.
+    fn entries<'a>(&self, reader: &'a mut Reader) -> impl Iterator<Item = Result<Entry, RecordingError>> + use<'a> {
+        replay::from(reader, self.from.unwrap_or_default().as_secs_f64())
+    }
+
     fn is_what_if(&self) -> bool {
         self.scene.is_some() || !self.set.is_empty() || self.scheme.is_some()
     }
@@ -62,7 +73,7 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
             let why = "--out writes what would have been felt: name --scene, --set or --scheme";
             return Err(Failure::Usage(why.to_owned()));
         }
-        return compare(&arguments.file, as_json);
+        return compare(arguments, as_json);
     }
     let scene = match &arguments.scene {
         Some(text) => Some(offline::find(socket, text).await?),
@@ -103,11 +114,12 @@ fn open(path: &Path) -> Result<(Reader, Metadata), Failure> {
     Ok((reader, metadata))
 }
 
-fn compare(path: &Path, as_json: bool) -> Result<(), Failure> {
+fn compare(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+    let path = &arguments.file;
     let (mut reader, metadata) = open(path)?;
     let began = Instant::now();
     let bar = progress::busy("replaying");
-    let report = replay::replay(&metadata, reader.by_ref()).map_err(unreplayable(path));
+    let report = replay::replay(&metadata, arguments.entries(&mut reader)).map_err(unreplayable(path));
     bar.finish_and_clear();
     let report = report?;
     let ticks_per_s = rate(report.ticks, began);
@@ -160,7 +172,7 @@ fn show(path: &Path, report: &Report, ending: Ending, ticks_per_s: f64) -> Resul
         output::text(&format!("the recording is {ending}"))?;
     }
     if report.compared() == 0 {
-        output::text("nothing was compared: begin a recording before force flows")?;
+        output::text("nothing was compared: nothing follows from what the recording holds")?;
     }
     output::text(&format!("{ticks_per_s} ticks a second"))
 }
@@ -176,7 +188,7 @@ fn what_if(arguments: &Arguments, alternative: Alternative, as_json: bool) -> Re
     let began = Instant::now();
     let bar = progress::busy("replaying");
     let mut what_if = WhatIf::new(&metadata, alternative).map_err(unreplayable(path))?;
-    for entry in reader.by_ref() {
+    for entry in arguments.entries(&mut reader) {
         let felt = what_if
             .entry(&entry.map_err(|error| unreadable(path, &error))?)
             .map_err(unreplayable(path))?;

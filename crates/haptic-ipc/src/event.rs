@@ -3,7 +3,7 @@
 use crate::error::WireError;
 use crate::journal::JournalEntry;
 use crate::object::{Field, FieldValue, Limits};
-use crate::replay::{SceneArrival, ServoSetup};
+use crate::replay::{SceneArrival, ServoSetup, ServoSnapshot};
 use crate::sample::Sample;
 use crate::status::RigState;
 use crate::timing::Timing;
@@ -26,6 +26,8 @@ pub enum Topic {
     Samples,
     /// Every change, by whom and when, from now on.
     Log,
+    /// The servo's state: before the first tick of `samples`, after lost ones, and every ten seconds.
+    Snapshot,
 }
 
 impl Field for Vec<Topic> {
@@ -66,6 +68,9 @@ pub enum Event {
     Samples(SamplesEvent),
     /// A change, with its author and time.
     Log(Box<JournalEntry>),
+    /// The servo's state before a tick. Where every tick is subscribed to as well, the first one is that of
+    /// the first snapshot.
+    Snapshot(Box<SnapshotEvent>),
     /// A topic of a later server.
     #[serde(other)]
     #[cfg_attr(feature = "schema", schemars(skip))]
@@ -111,6 +116,16 @@ pub struct ServoEvent {
     pub tick: u64,
     /// The settings.
     pub servo: ServoSetup,
+}
+
+/// The servo's state before a tick.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SnapshotEvent {
+    /// The tick that goes on from it.
+    pub tick: u64,
+    /// The state.
+    pub snapshot: ServoSnapshot,
 }
 
 /// A batch of ticks.

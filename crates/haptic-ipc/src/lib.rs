@@ -48,13 +48,13 @@ pub use commission::{CommissionReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseRe
 pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
 pub use error::{ErrorCode, WireError};
-pub use event::{Event, SamplesEvent, ServoEvent, StateEvent, SubscribeReply, Topic};
+pub use event::{Event, SamplesEvent, ServoEvent, SnapshotEvent, StateEvent, SubscribeReply, Topic};
 pub use identification::{ExcitationEnd, ExcitationReport, IdentificationReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use reload::{LimitsChange, ReloadReply};
-pub use replay::{SceneArrival, SceneRamp, ServoSetup};
+pub use replay::{SceneArrival, SceneRamp, ServoSetup, ServoSnapshot, SnapshotScene};
 pub use request::{ChangeOptions, Request};
 pub use rig_friction::{LossSource, RigFrictionStatus};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};

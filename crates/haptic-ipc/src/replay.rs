@@ -2,8 +2,10 @@
 //! in. With both, [`haptic_core::servo::Servo`] gives the forces of the rows again.
 
 use haptic_core::servo::Settings;
+use haptic_core::snapshot::FieldValue;
 use haptic_core::{Scene, Scheme};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// How the servo is set up.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,4 +49,33 @@ pub struct SceneRamp {
     pub from: Scene,
     /// Time that it takes, s.
     pub over_s: f64,
+}
+
+/// State of the servo between two ticks. Another one goes on from it to the last bit:
+/// [`haptic_core::servo::Servo::restored`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ServoSnapshot {
+    /// Version of the fields.
+    pub version: u32,
+    /// The scene that is rendered.
+    pub scene: SnapshotScene,
+    /// The scene whose force fades out; absent where none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fading: Option<SnapshotScene>,
+    /// Its fields by name: a number in the unit that the name ends in, a whole number (a count, a time in
+    /// ns, one of a few, 1 for yes), or `inf`, `-inf` and `nan`.
+    #[cfg_attr(feature = "schema", schemars(with = "BTreeMap<String, serde_json::Value>"))]
+    pub fields: BTreeMap<String, FieldValue>,
+}
+
+/// A scene of a snapshot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SnapshotScene {
+    /// Its revision.
+    pub revision: u64,
+    /// The scene, and how it took effect.
+    #[serde(flatten)]
+    pub arrival: SceneArrival,
 }

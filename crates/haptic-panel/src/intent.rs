@@ -329,7 +329,7 @@ impl Intent {
                 },
             },
             Self::Stream { batch_ms } => Request::Subscribe {
-                topics: vec![Topic::State, Topic::Timing, Topic::Samples, Topic::Log],
+                topics: vec![Topic::State, Topic::Timing, Topic::Samples, Topic::Snapshot, Topic::Log],
                 // Every tick: a spike of a single one must be visible.
                 rate_hz: None,
                 batch_ms: Some(*batch_ms),

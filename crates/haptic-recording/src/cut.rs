@@ -23,12 +23,13 @@ pub enum Span {
 /// scene and the moment in which the part begins. Its first marks are the state then, and a scene
 /// whose ramp continues.
 ///
-/// A replay of the part gives the same forces where the part begins without force.
+/// A replay of the part gives the same forces where the part begins without force, or with a `snapshot` of the servo's
+/// state before its first row.
 ///
 /// # Errors
 /// The recording is damaged before the end of the part, no row is within it, or the copy cannot be
 /// written. Then there is no copy.
-pub fn cut(from: &Path, to: &Path, span: &Span, replace: bool) -> Result<Totals, CopyError> {
+pub fn cut(from: &Path, to: &Path, span: &Span, replace: bool, snapshot: Option<&Mark>) -> Result<Totals, CopyError> {
     let mut reader = Source::open(from)?;
     let mut before = PriorState::new(reader.metadata().clone());
     let mut copy: Option<Copy> = None;
@@ -49,6 +50,8 @@ pub fn cut(from: &Path, to: &Path, span: &Span, replace: bool) -> Result<Totals,
                     None if is_early => before.pass(),
                     None if !is_late => {
                         let (metadata, mut marks) = before.at(&row, since_s);
+                        // The state before a row comes before all that changes with it.
+                        marks.extend(snapshot.filter(|mark| mark.tick() == Some(row.tick)).cloned());
                         marks.append(&mut before.recent);
                         let begun = copy.insert(Copy::new(to, &metadata, replace)?);
                         for mark in marks {

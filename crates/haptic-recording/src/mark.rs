@@ -1,7 +1,7 @@
 //! What happened between two rows.
 
 use haptic_core::Directional;
-use haptic_ipc::{JournalEntry, RigState, Sample, SceneArrival, ServoSetup};
+use haptic_ipc::{JournalEntry, RigState, Sample, SceneArrival, ServoSetup, ServoSnapshot};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -49,6 +49,13 @@ pub enum Mark {
         tick: u64,
         /// The settings.
         servo: Box<ServoSetup>,
+    },
+    /// The servo's state before a tick: a replay begins here. An earlier recorder wrote none.
+    Snapshot {
+        /// The tick that goes on from it.
+        tick: u64,
+        /// The state.
+        snapshot: Box<ServoSnapshot>,
     },
     /// Rows are missing here.
     Lost {
@@ -103,6 +110,7 @@ impl Mark {
             | Self::State { tick, .. }
             | Self::Journal { tick, .. }
             | Self::Servo { tick, .. }
+            | Self::Snapshot { tick, .. }
             | Self::Missed { tick, .. }
             | Self::Marker { tick, .. }
             | Self::Link { tick, .. } => Some(*tick),
@@ -119,8 +127,8 @@ impl Mark {
         let kind: Kind = serde_json::from_slice(text)?;
         match kind.mark.as_deref() {
             Some(
-                "scene" | "state" | "journal" | "servo" | "lost" | "lost_changes" | "missed" | "marker" | "link"
-                | "end",
+                "scene" | "state" | "journal" | "servo" | "snapshot" | "lost" | "lost_changes" | "missed" | "marker"
+                | "link" | "end",
             ) => serde_json::from_slice(text).map(Some),
             _ => Ok(None),
         }

@@ -7,13 +7,13 @@ use crate::mark::Mark;
 use crate::metadata::Metadata;
 use crate::state_marks::StateMarks;
 use crate::writer::{Totals, Writer};
-use haptic_ipc::{Event, Sample, SamplesEvent};
+use haptic_ipc::{Event, Sample, SamplesEvent, SnapshotEvent};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// Writes what a subscription to the topics `state`, `log` and `samples` brings, with each change put
+/// Writes what a subscription to the topics `state`, `log`, `snapshot` and `samples` brings, with each change put
 /// before the first row that it concerns: events of the topics overtake one another on their way.
 pub struct Recorder {
     writer: Writer,
@@ -65,6 +65,12 @@ impl Recorder {
             }
             Event::Servo(event) => {
                 self.mark((**event).clone().into());
+                Ok(())
+            }
+            Event::Snapshot(event) => {
+                let SnapshotEvent { tick, snapshot } = (**event).clone();
+                let snapshot = Box::new(snapshot);
+                self.mark(Mark::Snapshot { tick, snapshot });
                 Ok(())
             }
             Event::Log(entry) => {

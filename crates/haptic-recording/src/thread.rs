@@ -152,6 +152,10 @@ impl RecordingThread {
             Event::State(_) | Event::Servo(_) | Event::Log(_) => {
                 self.enqueue(|waiting| waiting.enqueue_change(Part::Change(event.clone())))
             }
+            Event::Snapshot(_) => self.enqueue(|waiting| {
+                waiting.enqueue_snapshot(event);
+                true
+            }),
             Event::Timing(_) | Event::Unknown => Enqueued::Yes,
         }
     }
@@ -283,6 +287,13 @@ impl QueueState {
             _ => {}
         }
         false
+    }
+
+    /// One without room is left out: a replay goes on from the next one.
+    fn enqueue_snapshot(&mut self, snapshot: &Event) {
+        if self.missing.changes == 0 && self.changes < self.room.changes {
+            self.push_change(Part::Change(snapshot.clone()));
+        }
     }
 
     fn push_change(&mut self, change: Part) {

@@ -27,7 +27,7 @@ impl Observations {
                     self.fulfils(condition)
                 });
             }
-            Event::Servo(_) | Event::Log(_) | Event::Unknown => return false,
+            Event::Servo(_) | Event::Snapshot(_) | Event::Log(_) | Event::Unknown => return false,
         }
         self.fulfils(condition)
     }
@@ -38,7 +38,7 @@ impl Observations {
             && condition.topics().iter().all(|topic| match topic {
                 Topic::Samples => self.sample.is_some(),
                 Topic::Timing => self.counts.is_some(),
-                Topic::State | Topic::Log => true,
+                Topic::State | Topic::Log | Topic::Snapshot => true,
             })
     }
 

@@ -127,9 +127,13 @@ impl Arguments {
     }
 
     fn subscription(&self) -> Request {
+        // What is reported each second shows that the daemon is there, however slow the samples.
+        let mut topics = vec![Topic::State, Topic::Log, Topic::Timing, Topic::Samples];
+        if self.rate.is_none() {
+            topics.push(Topic::Snapshot);
+        }
         Request::Subscribe {
-            // What is reported each second shows that the daemon is there, however slow the samples.
-            topics: vec![Topic::State, Topic::Log, Topic::Timing, Topic::Samples],
+            topics,
             rate_hz: self.rate,
             batch_ms: Some(20),
         }

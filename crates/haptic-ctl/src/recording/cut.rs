@@ -7,16 +7,17 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
 use haptic_core::nearest::meant_or_semicolon;
-use haptic_recording::Span;
+use haptic_lab::replay;
+use haptic_recording::{Mark, Span};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// For the help text.
 pub(super) const HELP: &str = "\
 Times are from the recording's first row; a row at the beginning is in the part, and one at the end is not. The part \
-begins with the scene and the state that its first row had. Where it begins under force, its forces cannot be computed \
-again to the last bit: that needs what came before.";
+begins with the scene and the state that its first row had, and with a snapshot of the servo's state there, as far as it \
+follows from the recording: `haptic-ctl replay` then computes its forces again to the last bit.";
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -50,13 +51,23 @@ const SAME_TIME_S: f64 = 5e-6;
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let Output { out, force } = &arguments.output;
     let bar = progress::busy("cutting");
-    let span = Span::Time(span(arguments)?);
-    let totals = haptic_recording::cut(&arguments.file, out, &span, *force).map_err(|error| not_copied(&error))?;
+    let span = span(arguments)?;
+    let snapshot = snapshot(&arguments.file, span.start)?;
+    let cut = haptic_recording::cut(&arguments.file, out, &Span::Time(span), *force, snapshot.as_ref());
+    let totals = cut.map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
     if json {
         return output::json(&super::as_json(out, &totals));
     }
     output::text(&format!("{}: {}", out.display(), super::as_text(&totals)))
+}
+
+/// The servo's state where the part begins, if it follows from the recording.
+fn snapshot(file: &Path, from_s: f64) -> Result<Option<Mark>, Failure> {
+    let mut reader = haptic_recording::open(file).map_err(|error| unreadable(file, &error))?;
+    let metadata = reader.metadata().clone();
+    // What cannot be replayed is cut all the same.
+    Ok(replay::snapshot_at(&metadata, reader.by_ref(), from_s).unwrap_or_default())
 }
 
 /// What is kept, s from the first row.

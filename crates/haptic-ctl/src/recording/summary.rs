@@ -186,7 +186,7 @@ impl Summary {
                 return;
             }
             // What follows from it is an event of its own.
-            Mark::Journal { .. } | Mark::End { .. } => return,
+            Mark::Journal { .. } | Mark::Snapshot { .. } | Mark::End { .. } => return,
         };
         self.events.push(Event { t_s: 0.0, tick, what });
     }

@@ -101,7 +101,7 @@ impl Model {
                     self.past.pop_front();
                 }
             }
-            Event::Servo(_) | Event::Log(_) | Event::Unknown => {}
+            Event::Servo(_) | Event::Snapshot(_) | Event::Log(_) | Event::Unknown => {}
         }
     }
 

@@ -59,7 +59,7 @@ pub struct SkippedTicks {
 }
 
 /// Result of a replay.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Rows of the recording.
     pub ticks: u64,
@@ -76,6 +76,22 @@ pub struct Report {
 }
 
 impl Report {
+    /// Takes in the report of a later part.
+    pub(super) fn append(&mut self, later: Self) {
+        self.ticks += later.ticks;
+        self.differing += later.differing;
+        self.not_compared += later.not_compared;
+        self.with_force += later.with_force;
+        self.first_differing = self.first_differing.take().or(later.first_differing);
+        for one in later.uncompared {
+            match self.uncompared.iter_mut().find(|known| known.reason == one.reason) {
+                Some(known) => known.ticks += one.ticks,
+                None => self.uncompared.push(one),
+            }
+        }
+        self.uncompared.sort_by_key(|one| one.reason);
+    }
+
     /// Rows that were compared.
     #[must_use]
     pub const fn compared(&self) -> u64 {
@@ -124,6 +140,43 @@ impl Comparison {
         })
     }
 
+    /// One that begins where this one has come to, and knows what holds there but not the servo's state.
+    pub(super) fn begin(&self) -> Self {
+        Self {
+            stepper: self.stepper.begin_anew(),
+            server: self.server.clone(),
+            ticks: 0,
+            with_force: 0,
+            differing: 0,
+            first_differing: None,
+            uncompared: BTreeMap::new(),
+            ..*self
+        }
+    }
+
+    /// Passes over an entry, which another one compares.
+    pub(super) fn follow(&mut self, entry: &Entry) {
+        match entry {
+            Entry::Row(row) => self.arrive(row),
+            Entry::Mark(mark) => {
+                self.lose(mark);
+                self.stepper.follow(mark);
+            }
+        }
+    }
+
+    fn arrive(&mut self, row: &Sample) {
+        if word(row).new_scene() {
+            self.arrived = Some((row.tick, row.revision));
+        }
+    }
+
+    fn lose(&mut self, mark: &Mark) {
+        if let Mark::Lost { rows } = mark {
+            self.lost += rows;
+        }
+    }
+
     /// Takes the next entry.
     ///
     /// # Errors
@@ -132,11 +185,8 @@ impl Comparison {
         match entry {
             Entry::Row(row) => self.row(row),
             Entry::Mark(mark) => {
-                if let Mark::Lost { rows } = mark {
-                    self.lost += rows;
-                }
-                self.stepper.mark(mark);
-                Ok(())
+                self.lose(mark);
+                self.stepper.mark(mark)
             }
         }
     }
@@ -164,9 +214,7 @@ impl Comparison {
 
     fn row(&mut self, row: &Sample) -> Result<(), ReplayError> {
         self.ticks += 1;
-        if word(row).new_scene() {
-            self.arrived = Some((row.tick, row.revision));
-        }
+        self.arrive(row);
         match self.stepper.row(row)? {
             StepResult::Unknown(reason) => self.uncompared.entry(reason).or_insert((0, row.tick)).0 += 1,
             StepResult::Computed(computed) => {

@@ -1,6 +1,7 @@
 //! Why a recording cannot be replayed.
 
 use haptic_core::SceneError;
+use haptic_core::snapshot::SnapshotError;
 use haptic_recording::RecordingError;
 use thiserror::Error;
 
@@ -46,6 +47,14 @@ pub enum ReplayError {
         revision: u64,
         /// Why.
         error: SceneError,
+    },
+    /// No servo goes on from a snapshot.
+    #[error("before tick {tick}: {error}")]
+    Snapshot {
+        /// The tick that goes on from it.
+        tick: u64,
+        /// Why.
+        error: SnapshotError,
     },
     /// The recording cannot be read.
     #[error(transparent)]

@@ -6,6 +6,7 @@ use haptic_core::{ParameterKey, Renderer, Scene, SceneError, Scheme};
 use haptic_ipc::{SceneArrival, ServoSetup};
 use haptic_recording::Metadata;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// What is rendered instead of what was. The default changes nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,10 +36,11 @@ pub(super) enum IncomingScene {
 }
 
 /// All scenes of a recording so far.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Scenes {
-    by_revision: BTreeMap<u64, SceneArrival>,
+    by_revision: BTreeMap<u64, Arc<SceneArrival>>,
     scheme: Scheme,
+    recorded_scheme: Scheme,
     period_s: f64,
     alternative: Option<Alternative>,
 }
@@ -50,18 +52,24 @@ impl Scenes {
             ramp: None,
         };
         Self {
-            by_revision: BTreeMap::from([(metadata.revision, first)]),
+            by_revision: BTreeMap::from([(metadata.revision, Arc::new(first))]),
             scheme: alternative
                 .as_ref()
                 .and_then(|alternative| alternative.scheme)
                 .unwrap_or(setup.scheme),
+            recorded_scheme: setup.scheme,
             period_s: setup.settings.period_s,
             alternative,
         }
     }
 
     pub(super) fn add(&mut self, revision: u64, arrival: &SceneArrival) {
-        self.by_revision.insert(revision, arrival.clone());
+        self.by_revision.insert(revision, Arc::new(arrival.clone()));
+    }
+
+    /// How a scene came in, if the recording holds it.
+    pub(super) fn arrival(&self, revision: u64) -> Option<&SceneArrival> {
+        self.by_revision.get(&revision).map(|arrival| &**arrival)
     }
 
     /// The law of a scene, if the recording holds it.
@@ -70,11 +78,21 @@ impl Scenes {
         Some(arrival.scene.friction.law())
     }
 
+    /// A scene as it was compiled when it came in, without what is rendered instead.
+    pub(super) fn recorded(&self, revision: u64, arrival: &SceneArrival) -> Result<Box<CompiledScene>, ReplayError> {
+        let SceneArrival { scene, ramp } = arrival;
+        let (from, ramp_s) = ramp.as_ref().map_or((scene, 0.0), |ramp| (&ramp.from, ramp.over_s));
+        CompiledScene::ramped(from, scene, revision, self.recorded_scheme, self.period_s, ramp_s)
+            .map(Box::new)
+            .map_err(|error| ReplayError::Scene { revision, error })
+    }
+
     /// An incoming scene, with its ramp.
     pub(super) fn incoming(&self, revision: u64) -> Result<IncomingScene, ReplayError> {
-        let Some(SceneArrival { scene, ramp }) = self.by_revision.get(&revision) else {
+        let Some(arrival) = self.by_revision.get(&revision) else {
             return Ok(IncomingScene::Unknown);
         };
+        let SceneArrival { scene, ramp } = &**arrival;
         if self.alternative.as_ref().is_some_and(|other| other.scene.is_some()) {
             return Ok(IncomingScene::Unchanged);
         }
@@ -85,6 +103,14 @@ impl Scenes {
         };
         let compiled = compile().map_err(|error| ReplayError::Scene { revision, error })?;
         Ok(IncomingScene::Compiled(Box::new(compiled)))
+    }
+
+    /// Whether a scene is rendered otherwise than it was.
+    pub(super) fn is_otherwise(&self, revision: u64, scene: &Scene) -> Result<bool, ReplayError> {
+        let changed = self
+            .changed(scene)
+            .map_err(|error| ReplayError::Scene { revision, error })?;
+        Ok(self.scheme != self.recorded_scheme || changed != *scene)
     }
 
     /// A scene that has arrived; `None` if the recording does not hold it.

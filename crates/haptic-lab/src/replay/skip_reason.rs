@@ -16,26 +16,21 @@ pub enum SkipReason {
     ForceTooSoon,
     /// The recording does not hold the scene: a pulse, an excitation, or a scene from before it began.
     UnknownScene,
-    /// The device fell silent. The force then depends on its period over a time before the recording.
-    DeviceSilent,
-    /// The clocks contradicted each other. The period over a time before the recording then decides.
-    ClockUnknown,
+    /// What came before the recording decides: the device fell silent, or the clocks contradicted each other.
+    NoSnapshot,
 }
 
 impl std::fmt::Display for SkipReason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Settling => "the estimate of velocity still remembered what came before",
-            Self::BeganWithForce => "the recording began while force flowed",
-            Self::RowsLost => "rows were lost before, and the force had not been zero since",
+            Self::BeganWithForce => "the recording began while force flowed, without a snapshot of the servo",
+            Self::RowsLost => "rows were lost before, and force has flowed without a snapshot since",
             Self::ForceTooSoon => "force began to flow before the estimate of velocity had settled",
             Self::UnknownScene => {
                 "the scene is not in the recording (a pulse or an excitation, or one from before it began)"
             }
-            Self::DeviceSilent => "the device fell silent, and its exact period was set before the recording began",
-            Self::ClockUnknown => {
-                "the device's clock contradicted ours, and its exact period was set before the recording began"
-            }
+            Self::NoSnapshot => "the state before the recording decides, of which it holds no snapshot",
         })
     }
 }

@@ -1,13 +1,14 @@
 //! A servo that is stepped through a recording's rows, wherever its state is known.
 
-use super::device::Device;
 use super::error::ReplayError;
 use super::scenes::{Alternative, IncomingScene, Scenes};
 use super::skip_reason::SkipReason;
 use crate::row::with_outputs;
 use haptic_core::sample::{DeviceError, Motor};
-use haptic_core::servo::{Command, Event, Events, InputWord, Inputs, Servo, VERSION};
-use haptic_ipc::{RigState, Sample, ServoSetup};
+use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, VERSION};
+use haptic_core::snapshot;
+use haptic_core::velocity::Method;
+use haptic_ipc::{RigState, Sample, ServoSetup, ServoSnapshot, SnapshotScene};
 use haptic_recording::{Mark, Metadata};
 
 /// Ticks in a row with the recorded numbers after which a servo that began without force is known to
@@ -17,6 +18,10 @@ pub const SETTLED_TICKS: u32 = 32;
 /// Samples that no estimate of velocity remembers: after these a servo that began without force is in
 /// the recorded one's state, or is another servo.
 pub const MAX_MEMORY_SAMPLES: u32 = 1000;
+
+/// Time for which the force may depend on how long the device was silent, and so on its exact period, ns: it comes
+/// back within 50 ms.
+const DOUBT_NS: u64 = 60_000_000;
 
 /// Share by which the rate of the rows may lie below the loop's before ticks are missing.
 const RATE_TOLERANCE: f64 = 1e-6;
@@ -51,7 +56,16 @@ pub(super) struct Stepper {
     scenes: Scenes,
     servo: Option<Servo>,
     phase: Phase,
-    device: Device,
+    /// Whether the servo goes on from a snapshot, and knows all that the recorded one knew.
+    is_certain: bool,
+    /// A scene that takes the place of the recorded one in the next step.
+    next_scene: Option<Box<CompiledScene>>,
+    /// Number of the device's newest sample.
+    sequence: Option<u32>,
+    /// Whether the newest row has a new sample.
+    is_fresh: bool,
+    /// For how long yet the device's exact period may matter, ns.
+    doubt_ns: u64,
     last_tick: Option<u64>,
     /// A what-if has no recorded force to be exact about.
     is_exact: bool,
@@ -92,10 +106,14 @@ impl Stepper {
         Ok(Self {
             is_exact: alternative.is_none(),
             scenes: Scenes::new(metadata, &setup, alternative),
-            device: Device::new(setup.settings.period_s, setup.settings.stale_ns),
             setup,
             servo: None,
             phase: Phase::Waiting(SkipReason::BeganWithForce),
+            is_certain: false,
+            next_scene: None,
+            sequence: None,
+            is_fresh: false,
+            doubt_ns: 0,
             last_tick: None,
         })
     }
@@ -105,8 +123,37 @@ impl Stepper {
         &self.scenes
     }
 
+    /// One that knows what holds here, and not the servo's state.
+    pub(super) fn begin_anew(&self) -> Self {
+        Self {
+            setup: self.setup.clone(),
+            scenes: self.scenes.clone(),
+            servo: None,
+            next_scene: None,
+            phase: Phase::Waiting(SkipReason::BeganWithForce),
+            is_certain: false,
+            ..*self
+        }
+    }
+
     /// Takes a mark.
-    pub(super) fn mark(&mut self, mark: &Mark) {
+    ///
+    /// # Errors
+    /// A scene cannot be rendered, or no servo goes on from a snapshot.
+    pub(super) fn mark(&mut self, mark: &Mark) -> Result<(), ReplayError> {
+        self.follow(mark);
+        match mark {
+            Mark::Lost { .. } | Mark::LostChanges { .. } => self.wait(SkipReason::RowsLost),
+            Mark::Snapshot { tick, snapshot } if self.is_exact || self.servo.is_none() => {
+                self.restore(*tick, snapshot)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Takes what a mark says of scenes and settings.
+    pub(super) fn follow(&mut self, mark: &Mark) {
         match mark {
             Mark::Scene {
                 revision,
@@ -114,9 +161,55 @@ impl Stepper {
                 ..
             } => self.scenes.add(*revision, arrival),
             Mark::Servo { servo, .. } => self.set_up(servo),
-            Mark::Lost { .. } | Mark::LostChanges { .. } => self.lose_rows(),
+            Mark::Snapshot { snapshot, .. } => self.scenes.add(snapshot.scene.revision, &snapshot.scene.arrival),
             _ => {}
         }
+    }
+
+    /// Goes on from a snapshot.
+    fn restore(&mut self, tick: u64, snapshot: &ServoSnapshot) -> Result<(), ReplayError> {
+        if snapshot.version != snapshot::VERSION {
+            return Ok(());
+        }
+        let compiled = |scene: &SnapshotScene| self.scenes.recorded(scene.revision, &scene.arrival);
+        let fading = snapshot.fading.as_ref().map(compiled).transpose()?;
+        let find = |name: &str| snapshot.fields.get(name).copied();
+        let servo = Servo::restored(self.setup.settings, compiled(&snapshot.scene)?, fading, &find);
+        let mut servo = servo.map_err(|error| ReplayError::Snapshot { tick, error })?;
+        // Without force it has the settings of the next engagement, and not yet those of the recording.
+        servo.set_rig(self.setup.settings.losses, self.setup.settings.compensation);
+        self.scenes.add(snapshot.scene.revision, &snapshot.scene.arrival);
+        if self
+            .scenes
+            .is_otherwise(snapshot.scene.revision, &snapshot.scene.arrival.scene)?
+        {
+            self.next_scene = self.scenes.active(snapshot.scene.revision)?;
+        }
+        self.servo = Some(servo);
+        self.phase = Phase::Settled;
+        self.is_certain = true;
+        self.last_tick = Some(tick.wrapping_sub(1));
+        Ok(())
+    }
+
+    /// The servo's state before a tick, where it is known.
+    pub(super) fn snapshot(&mut self, tick: u64) -> Option<Mark> {
+        let snapshot = self.servo.as_mut()?.snapshot()?;
+        let scene = |revision| {
+            let arrival = self.scenes.arrival(revision)?.clone();
+            Some(SnapshotScene { revision, arrival })
+        };
+        let fading = match snapshot.fading_revision {
+            Some(revision) => Some(scene(revision)?),
+            None => None,
+        };
+        let snapshot = Box::new(ServoSnapshot {
+            version: snapshot::VERSION,
+            scene: scene(snapshot.revision)?,
+            fading,
+            fields: snapshot.fields().collect(),
+        });
+        Some(Mark::Snapshot { tick, snapshot })
     }
 
     /// Goes on with other settings.
@@ -129,23 +222,24 @@ impl Stepper {
         }
     }
 
-    /// Rows are missing here, and with them samples of the device.
-    fn lose_rows(&mut self) {
-        self.device.lose();
-        self.wait(SkipReason::RowsLost);
-    }
-
     /// Steps through a row.
     ///
     /// # Errors
     /// A scene cannot be rendered.
     pub(super) fn row(&mut self, row: &Sample) -> Result<StepResult, ReplayError> {
         if self.last_tick.is_some_and(|last| row.tick != last.wrapping_add(1)) {
-            self.lose_rows();
+            self.wait(SkipReason::RowsLost);
         }
         self.last_tick = Some(row.tick);
         let inputs = self.inputs(row);
-        self.device.take(row, &inputs.sample);
+        let sequence = inputs.sample.as_ref().ok().map(|sample| sample.sequence);
+        self.is_fresh = sequence.is_some() && self.sequence != sequence;
+        self.sequence = sequence;
+        self.doubt_ns = if self.is_fresh {
+            self.doubt_ns.saturating_sub(row.elapsed_ns)
+        } else {
+            DOUBT_NS
+        };
         if word(row).is_motion() {
             self.wait(SkipReason::UnknownScene);
             return Ok(StepResult::Unknown(SkipReason::UnknownScene));
@@ -159,12 +253,11 @@ impl Stepper {
         if !matches!(self.phase, Phase::Settled) {
             return self.settle(row, &inputs, &computed);
         }
-        if self.is_exact
-            && !is_same(row, &computed)
-            && let Some(why) = self.device.doubt(row, &computed)
-        {
-            self.wait(why);
-            return Ok(StepResult::Unknown(why));
+        // Without a snapshot the clock of the device is known from the recording's first row on only.
+        let is_timed_otherwise = row.device_velocity_mps.to_bits() != computed.device_velocity_mps.to_bits();
+        if self.is_exact && !self.is_certain && !is_same(row, &computed) && (is_timed_otherwise || self.doubt_ns > 0) {
+            self.wait(SkipReason::NoSnapshot);
+            return Ok(StepResult::Unknown(SkipReason::NoSnapshot));
         }
         Ok(StepResult::Computed(computed))
     }
@@ -174,20 +267,22 @@ impl Stepper {
         let Phase::Settling { same, samples } = &mut self.phase else {
             return Ok(StepResult::Computed(*computed));
         };
-        *samples += u32::from(self.device.is_fresh());
+        *samples += u32::from(self.is_fresh);
         // A device that repeats a sample, or a motor that must be off, may bring a fault by a time that
         // began before the servo did.
         let is_conclusive = match inputs.sample {
             Ok(sample) => *samples > 0 && (sample.motor != Motor::Enabled || row.state.is_live()),
             Err(_) => true,
         };
-        *same = if is_conclusive && self.device.is_velocity_found() && is_same(row, computed) {
+        *same = if is_conclusive && is_same(row, computed) {
             *same + 1
         } else {
             0
         };
         let samples = *samples;
-        if *same >= SETTLED_TICKS || samples >= MAX_MEMORY_SAMPLES {
+        // A tracker forgets where it began, but not to the last bit.
+        let forgets = self.setup.settings.velocity != Method::AlphaBetaGamma;
+        if *same >= SETTLED_TICKS || (forgets && samples >= MAX_MEMORY_SAMPLES) {
             self.phase = Phase::Settled;
         } else if row.state.is_live() {
             self.wait(SkipReason::ForceTooSoon);
@@ -202,6 +297,8 @@ impl Stepper {
     /// Goes on only once the rig is without force.
     fn wait(&mut self, why: SkipReason) {
         self.servo = None;
+        self.is_certain = false;
+        self.next_scene = None;
         self.phase = Phase::Waiting(why);
     }
 
@@ -241,7 +338,6 @@ impl Stepper {
         if word.write_failed() || row.state == RigState::Disconnected {
             servo.disconnect();
         }
-        self.device.begin(row, &quiet, &mut servo);
         self.servo = Some(servo);
         self.phase = if self.is_exact {
             Phase::Settling { same: 0, samples: 0 }
@@ -273,13 +369,11 @@ impl Stepper {
                 IncomingScene::Unknown => return Ok(None),
             }
         } else {
-            None
+            self.next_scene.take()
         };
         let Some(servo) = &mut self.servo else {
             return Ok(None);
         };
-        let is_settled = matches!(self.phase, Phase::Settled);
-        self.device.before(row, inputs, servo, is_settled);
         let outputs = servo.step(inputs, scene);
         while servo.take_retired().is_some() {}
         if word.write_failed() {

@@ -143,7 +143,7 @@ impl WhatIf {
     pub fn entry(&mut self, entry: &Entry) -> Result<Option<WhatIfRow>, ReplayError> {
         match entry {
             Entry::Mark(mark) => {
-                self.stepper.mark(mark);
+                self.stepper.mark(mark)?;
                 Ok(None)
             }
             Entry::Row(row) => self.row(row).map(Some),

@@ -225,7 +225,7 @@ impl Model {
         let Self { daemon, tapes, view } = self;
         match event {
             // A topic of a later daemon.
-            Event::Servo(_) | Event::Unknown => {}
+            Event::Servo(_) | Event::Snapshot(_) | Event::Unknown => {}
             Event::Log(entry) => {
                 tapes.mark_journal(&entry);
                 daemon.scene.take_entry(*entry);

@@ -149,7 +149,11 @@ fn add_marks(tape: &mut Tape, first: &Scene, marks: &[Mark]) {
             Mark::Servo { tick, .. } => (*tick, MarkKind::Scene, "other settings of the servo".to_owned()),
             Mark::Missed { tick, periods } => (*tick, MarkKind::Trouble, format!("{periods} periods missed")),
             Mark::Link { tick, text } => (*tick, MarkKind::Trouble, text.clone()),
-            Mark::Journal { .. } | Mark::Lost { .. } | Mark::LostChanges { .. } | Mark::End { .. } => continue,
+            Mark::Journal { .. }
+            | Mark::Snapshot { .. }
+            | Mark::Lost { .. }
+            | Mark::LostChanges { .. }
+            | Mark::End { .. } => continue,
         };
         tape.mark(TapeMark {
             tick,

@@ -129,7 +129,10 @@ impl Daemon {
         let Request::Subscribe { topics, .. } = subscribe.request else {
             panic!("{subscribe:?}");
         };
-        assert_eq!(topics, [Topic::State, Topic::Timing, Topic::Samples, Topic::Log]);
+        assert_eq!(
+            topics,
+            [Topic::State, Topic::Timing, Topic::Samples, Topic::Snapshot, Topic::Log]
+        );
         let reply = r#"{"topics":["state"],"rate_hz":250,"batch_ms":33,"columns":[]}"#;
         self.answer(subscribe.id, reply);
         let library = self.hear();

@@ -192,7 +192,7 @@ fn a_cut_begins_with_the_scene_and_the_state_of_its_moment() {
     let whole = folder.write("r.mcap", &session(), true);
     let part = |name: &str, span: Span| {
         let path = folder.path(name);
-        let totals = cut(&whole, &path, &span, true).expect("cut");
+        let totals = cut(&whole, &path, &span, true, None).expect("cut");
         let part = read(&path).expect("reads");
         assert_eq!(totals.rows, part.rows.len() as u64);
         assert_eq!(part.ending, Ending::Complete);
@@ -221,7 +221,7 @@ fn a_cut_begins_with_the_scene_and_the_state_of_its_moment() {
     assert_eq!(ticks(&later), (600, 1000));
     let all = part("all.mcap", Span::Time(0.0..f64::INFINITY));
     assert_eq!(all, read(&whole).expect("reads"));
-    let error = cut(&whole, &folder.path("none.csv"), &Span::Time(5.0..6.0), false).expect_err("too late");
+    let error = cut(&whole, &folder.path("none.csv"), &Span::Time(5.0..6.0), false, None).expect_err("too late");
     assert!(error.to_string().contains("none of its 1000 rows, 0.999 s"), "{error}");
     assert!(!folder.path("none.csv").exists());
 }

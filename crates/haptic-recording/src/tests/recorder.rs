@@ -105,6 +105,7 @@ fn change_precedes_its_first_row_when_it_comes_late_or_early() {
                 | Mark::Link { .. }
                 | Mark::End { .. }
                 | Mark::Servo { .. }
+                | Mark::Snapshot { .. }
                 | Mark::LostChanges { .. } => "wrong",
             };
             (*row, kind)

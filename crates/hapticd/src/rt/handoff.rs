@@ -87,6 +87,8 @@ pub(crate) struct Shared {
     /// Stops asked for so far.
     stops: AtomicU64,
     quit: AtomicBool,
+    /// Whether a snapshot of the servo is asked for.
+    snapshot: AtomicBool,
     command: AtomicU64,
     /// The connection to a device for which the newest command to engage holds.
     admitted: AtomicU64,
@@ -139,6 +141,7 @@ impl Shared {
             scenes: SceneMailbox::new(),
             stops: AtomicU64::new(0),
             quit: AtomicBool::new(false),
+            snapshot: AtomicBool::new(false),
             command: AtomicU64::new(0),
             admitted: AtomicU64::new(ANY_CONNECTION),
             lease_until_ns: AtomicU64::new(u64::MAX),
@@ -185,6 +188,21 @@ impl Shared {
     /// Whether the loop shall end.
     pub(crate) fn quitting(&self) -> bool {
         self.quit.load(Ordering::Acquire)
+    }
+
+    /// Asks for a snapshot of the servo after the tick that is under way.
+    pub(crate) fn ask_for_snapshot(&self) {
+        self.snapshot.store(true, Ordering::Release);
+    }
+
+    /// Whether one is asked for.
+    pub(crate) fn is_snapshot_asked_for(&self) -> bool {
+        self.snapshot.load(Ordering::Acquire)
+    }
+
+    /// It was given.
+    pub(crate) fn snapshot_given(&self) {
+        self.snapshot.store(false, Ordering::Release);
     }
 
     /// Says for which connection to a device the next command to engage holds. To be said before

@@ -1,11 +1,12 @@
 //! The way out of the real-time thread: a record of every tick, and scenes that are rendered no more.
 //!
-//! Two queues of rtrb, each with one producer and one consumer, which are wait-free on both sides.
+//! Three queues of rtrb, each with one producer and one consumer, which are wait-free on both sides.
 //! When the records find no room they are dropped and counted, and the count travels in the next
 //! one: records pushed plus records dropped are the ticks. A scene without room stays with the
 //! producer, as nothing is freed on the real-time thread.
 
 use haptic_core::servo::{CompiledScene, Fault, InputWord};
+use haptic_core::snapshot::Snapshot;
 use haptic_ipc::{MAX_SCHEDULED_CHANGES, RigState};
 
 /// One tick as the real-time thread saw it.
@@ -45,6 +46,16 @@ pub(crate) struct TickRecord {
 // Three cache lines: what a tick costs here is known and does not creep up.
 const _: () = assert!(size_of::<TickRecord>() <= 192);
 
+/// State of the servo before a tick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TickSnapshot {
+    pub(crate) tick: u64,
+    pub(crate) snapshot: Snapshot,
+}
+
+/// Snapshots that the queue holds: the next is asked for once the one before has come.
+const SNAPSHOTS: usize = 2;
+
 /// Records that the queue holds: more than eight seconds at 1 kHz.
 const RECORDS: usize = 8192;
 
@@ -58,6 +69,7 @@ pub(crate) struct Producer {
     records: rtrb::Producer<TickRecord>,
     dropped: u64,
     scenes: rtrb::Producer<Box<CompiledScene>>,
+    snapshots: rtrb::Producer<TickSnapshot>,
 }
 
 /// The control end.
@@ -65,6 +77,7 @@ pub(crate) struct Producer {
 pub(crate) struct Consumer {
     records: rtrb::Consumer<TickRecord>,
     scenes: rtrb::Consumer<Box<CompiledScene>>,
+    snapshots: rtrb::Consumer<TickSnapshot>,
 }
 
 /// The two ends.
@@ -75,14 +88,17 @@ pub(crate) fn outbox() -> (Producer, Consumer) {
 pub(crate) fn with_capacity(records: usize) -> (Producer, Consumer) {
     let (to_records, from_records) = rtrb::RingBuffer::new(records);
     let (to_scenes, from_scenes) = rtrb::RingBuffer::new(SCENES);
+    let (to_snapshots, from_snapshots) = rtrb::RingBuffer::new(SNAPSHOTS);
     let producer = Producer {
         records: to_records,
         dropped: 0,
         scenes: to_scenes,
+        snapshots: to_snapshots,
     };
     let consumer = Consumer {
         records: from_records,
         scenes: from_scenes,
+        snapshots: from_snapshots,
     };
     (producer, consumer)
 }
@@ -96,6 +112,11 @@ impl Producer {
         if self.records.is_full() || self.records.push(TickRecord { dropped, ..record() }).is_err() {
             self.dropped += 1;
         }
+    }
+
+    /// Leaves the servo's state before a tick, if there is room for it.
+    pub(crate) fn push_snapshot(&mut self, tick: u64, snapshot: Snapshot) {
+        self.snapshots.push(TickSnapshot { tick, snapshot }).unwrap_or_default();
     }
 
     /// Whether this number of scenes can be handed back.
@@ -116,6 +137,11 @@ impl Consumer {
     /// The oldest record.
     pub(crate) fn pop(&mut self) -> Option<TickRecord> {
         self.records.pop().ok()
+    }
+
+    /// The oldest snapshot.
+    pub(crate) fn pop_snapshot(&mut self) -> Option<TickSnapshot> {
+        self.snapshots.pop().ok()
     }
 
     /// Frees the scenes that were handed back.

@@ -418,7 +418,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     // The control side, as busy as it gets: the next scene as soon as one is rendered, and the next
     // command as soon as one is answered.
     let (mut revision, mut serial, mut stops, mut newest) = (1, 0, 0, None);
-    let mut ticks = TickCounts::default();
+    let (mut ticks, mut snapshots) = (TickCounts::default(), 0);
     let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
     while newest.is_none_or(|record: TickRecord| record.tick < watch_until + 10) {
         // Some take effect over twenty ticks, and are given ten or thirty.
@@ -456,6 +456,8 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
             shared.send(serial, command, shared.stops());
         }
         records.drop_retired();
+        shared.ask_for_snapshot();
+        snapshots += std::iter::from_fn(|| records.pop_snapshot()).count();
         while let Some(record) = records.pop() {
             ticks.count(&record);
             newest = Some(record);
@@ -469,7 +471,8 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     }
     assert!(running.end().is_some_and(|end| end.panic.is_none()));
 
-    println!("{revision} scenes, {serial} commands; {ticks:?}");
+    println!("{revision} scenes, {serial} commands, {snapshots} snapshots; {ticks:?}");
+    assert!(snapshots > 100);
     ticks.check();
     assert_eq!(
         (ALLOCATED.load(SeqCst), FREED.load(SeqCst)),

@@ -190,7 +190,19 @@ impl<D: Device + ?Sized> Tick<D> {
             self.answer_stop(written, wake.began_ns, ended_ns);
         }
         self.tick += 1;
+        if self.shared.is_snapshot_asked_for() {
+            self.give_snapshot();
+        }
         ended_ns
+    }
+
+    /// Leaves the state of the servo before the next tick; a motion of the rig's own has none, and is waited for.
+    #[cold]
+    fn give_snapshot(&mut self) {
+        if let Some(snapshot) = self.servo.snapshot() {
+            self.outbox.push_snapshot(self.tick, snapshot);
+            self.shared.snapshot_given();
+        }
     }
 
     /// What the step is made from, once the device has been read, and when that was, ns; 0 without a link.

@@ -1,7 +1,7 @@
 //! Distributes the records of the ticks: to the timing histograms, the newest state, and the subscribers.
 
 use crate::rt::handoff::Answers;
-use crate::rt::outbox::{Consumer, TickRecord};
+use crate::rt::outbox::{Consumer, TickRecord, TickSnapshot};
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::link;
 use crate::telemetry::motion::Motion;
@@ -32,6 +32,8 @@ pub(crate) struct Feed {
     newest: Option<TickRecord>,
     /// Records that were taken and are not processed yet.
     taken: Vec<TickRecord>,
+    /// Snapshots whose ticks are not processed yet.
+    snapshots: VecDeque<TickSnapshot>,
     subscribers: Subscribers,
     /// State and revision of the newest record.
     last_state: Option<(RigState, u64)>,
@@ -56,6 +58,7 @@ impl Feed {
             started_ns: 0,
             newest: None,
             taken: Vec::new(),
+            snapshots: VecDeque::new(),
             subscribers: Subscribers::default(),
             last_state: None,
             changes: Vec::new(),
@@ -141,6 +144,15 @@ impl Feed {
         while let Some(record) = self.consumer.pop() {
             self.taken.push(record);
         }
+        // After the records: one that comes before a record that was taken is here, too.
+        while let Some(snapshot) = self.consumer.pop_snapshot() {
+            self.snapshots.push_back(snapshot);
+        }
+    }
+
+    /// Whether a subscriber waits for the state of the servo.
+    pub(crate) fn is_snapshot_due(&self) -> bool {
+        self.subscribers.is_snapshot_due(Instant::now())
     }
 
     /// Processes the records that were taken, and sends the events that are due. `scenes` holds all scenes that these
@@ -187,6 +199,13 @@ impl Feed {
         if let Some(excitation) = &mut self.excitation {
             excitation.take(record);
         }
+        // The state before a row comes before all that changes with it.
+        while let Some(snapshot) = self.snapshots.pop_front_if(|snapshot| snapshot.tick <= record.tick) {
+            // The rows between are lost, where it is of an earlier one.
+            if snapshot.tick == record.tick {
+                self.subscribers.add_snapshot(&snapshot, scenes);
+            }
+        }
         // What a row is computed with is sent before the row: a stall of this thread may leave rows for
         // several events.
         let before = self.newest.replace(*record);
@@ -195,6 +214,9 @@ impl Feed {
             && let Some(servo) = servo(record)
         {
             self.subscribers.set_servo(record.tick, servo);
+        }
+        if before.is_some_and(|before| before.input_word.is_motion()) && !record.input_word.is_motion() {
+            self.subscribers.need_snapshot();
         }
         let state = Some((record.state, record.revision));
         if self.last_state != state {

@@ -1,9 +1,11 @@
 //! The subscribers: what each has asked for, and the events that it is sent.
 
-use crate::rt::outbox::TickRecord;
+use crate::rt::outbox::{TickRecord, TickSnapshot};
 use haptic_core::Scene;
+use haptic_core::snapshot;
 use haptic_ipc::{
-    Event, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup, StateEvent, Topic, params_of,
+    Event, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup, ServoSnapshot, SnapshotEvent,
+    SnapshotScene, StateEvent, Topic, params_of,
 };
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -22,6 +24,12 @@ const MAX_ROWS: usize = 256;
 /// every tick at 1 kHz.
 pub(crate) const BACKLOG_BYTES: usize = 512 * 1024;
 
+/// Time between two snapshots for a subscriber that has lost nothing.
+const SNAPSHOT_PERIOD: Duration = Duration::from_secs(10);
+
+/// Longest time for which rows wait for the first snapshot: a motion of the rig's own has none.
+const MAX_HOLD: Duration = Duration::from_millis(250);
+
 /// A line for a client, with the room that it takes until it is written.
 #[derive(Debug)]
 pub(crate) struct Line {
@@ -38,6 +46,20 @@ pub(crate) struct KnownScene {
     pub(crate) ramp: Option<Box<SceneRamp>>,
     pub(crate) undo_depth: usize,
     pub(crate) redo_depth: usize,
+}
+
+impl KnownScene {
+    fn of(revision: u64, scenes: &VecDeque<Self>) -> Option<&Self> {
+        let found = scenes.binary_search_by_key(&revision, |known| known.revision);
+        found.ok().and_then(|index| scenes.get(index))
+    }
+
+    fn arrival(&self) -> SceneArrival {
+        SceneArrival {
+            scene: Scene::clone(&self.scene),
+            ramp: self.ramp.as_deref().cloned(),
+        }
+    }
 }
 
 /// A client's subscription.
@@ -78,6 +100,10 @@ struct Subscriber {
     servo: ServoSetup,
     /// Whether there are others, which are not sent yet.
     servo_due: bool,
+    /// When it is to be sent the next snapshot; never, without that topic.
+    snapshot_due: Option<Instant>,
+    /// Until when its rows wait for the first snapshot.
+    held_until: Option<Instant>,
 }
 
 /// All subscribers.
@@ -96,9 +122,15 @@ impl Subscribers {
         if subscription.topics.is_empty() {
             return;
         }
+        let now = Instant::now();
+        let wants = |topic| subscription.topics.contains(&topic);
+        let snapshot_due = wants(Topic::Snapshot).then_some(now);
+        let is_replayable = wants(Topic::Samples) && subscription.every == 1;
         self.all.push(Subscriber {
             session,
-            due: Instant::now() + subscription.batch,
+            due: now + subscription.batch,
+            snapshot_due,
+            held_until: snapshot_due.filter(|_| is_replayable).map(|now| now + MAX_HOLD),
             subscription,
             rows: Vec::new(),
             seq: 0,
@@ -122,9 +154,61 @@ impl Subscribers {
         self.announce_servo();
     }
 
+    /// Whether a snapshot is due for a subscriber.
+    pub(super) fn is_snapshot_due(&self, now: Instant) -> bool {
+        self.all
+            .iter()
+            .any(|subscriber| subscriber.snapshot_due.is_some_and(|due| due <= now))
+    }
+
+    /// Rows from here on do not go on from the last snapshot.
+    pub(super) fn need_snapshot(&mut self) {
+        for subscriber in &mut self.all {
+            subscriber.need_snapshot();
+        }
+    }
+
+    /// Sends the servo's state before the next row to those who want it, if its scenes are known.
+    pub(super) fn add_snapshot(
+        &mut self,
+        TickSnapshot { tick, snapshot }: &TickSnapshot,
+        scenes: &VecDeque<KnownScene>,
+    ) {
+        let of_revision = |revision| {
+            let arrival = KnownScene::of(revision, scenes)?.arrival();
+            Some(SnapshotScene { revision, arrival })
+        };
+        let fading = snapshot.fading_revision.map(of_revision);
+        let (Some(scene), false) = (of_revision(snapshot.revision), matches!(fading, Some(None))) else {
+            return;
+        };
+        let event = Event::Snapshot(Box::new(SnapshotEvent {
+            tick: *tick,
+            snapshot: ServoSnapshot {
+                version: snapshot::VERSION,
+                scene,
+                fading: fading.flatten(),
+                fields: snapshot.fields().collect(),
+            },
+        }));
+        let (line, next) = (line(&event), Instant::now() + SNAPSHOT_PERIOD);
+        for subscriber in &mut self.all {
+            // A subscriber whose backlog is full gets another one as soon as there is room.
+            if subscriber.snapshot_due.is_some() && subscriber.subscription.send(line.clone()) {
+                (subscriber.snapshot_due, subscriber.held_until) = (Some(next), None);
+            }
+        }
+    }
+
     /// Adds a tick to the rows of those who want it; `lost` records were lost before it.
     pub(super) fn add_row(&mut self, sample: &Sample, lost: u64) {
         for subscriber in &mut self.all {
+            if subscriber.is_held() {
+                continue;
+            }
+            if lost > 0 {
+                subscriber.need_snapshot();
+            }
             if subscriber.wants(Topic::Samples) {
                 subscriber.dropped += lost / subscriber.subscription.every;
                 if sample.tick.is_multiple_of(subscriber.subscription.every) {
@@ -176,8 +260,7 @@ impl Subscribers {
 
     fn announce_to(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, whom: impl Fn(&Subscriber) -> bool) {
         let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && whom(subscriber);
-        let found = scenes.binary_search_by_key(&record.revision, |known| known.revision);
-        let Some(known) = found.ok().and_then(|index| scenes.get(index)) else {
+        let Some(known) = KnownScene::of(record.revision, scenes) else {
             return;
         };
         if !self.all.iter().any(listening) {
@@ -193,10 +276,7 @@ impl Subscribers {
             params: params_of(&known.scene),
             undo_depth: known.undo_depth,
             redo_depth: known.redo_depth,
-            arrival: Some(Box::new(SceneArrival {
-                scene: Scene::clone(&known.scene),
-                ramp: known.ramp.as_deref().cloned(),
-            })),
+            arrival: Some(Box::new(known.arrival())),
         });
         let line = line(&event);
         for subscriber in self.all.iter_mut().filter(|subscriber| listening(subscriber)) {
@@ -224,6 +304,16 @@ impl Subscriber {
         self.subscription.topics.contains(&topic)
     }
 
+    fn need_snapshot(&mut self) {
+        self.snapshot_due = self.snapshot_due.map(|_| Instant::now());
+    }
+
+    /// Whether its rows still wait for the first snapshot.
+    fn is_held(&mut self) -> bool {
+        self.held_until = self.held_until.filter(|until| Instant::now() < *until);
+        self.held_until.is_some()
+    }
+
     /// Sends the collected rows, or counts them as dropped.
     fn flush(&mut self) {
         if self.rows.is_empty() {
@@ -242,6 +332,7 @@ impl Subscriber {
             self.dropped = 0;
         } else {
             self.dropped += count as u64;
+            self.need_snapshot();
         }
         // The next batch will probably be as long.
         self.rows.reserve(count);

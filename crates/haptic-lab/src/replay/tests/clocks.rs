@@ -345,30 +345,36 @@ fn links() -> Vec<(&'static str, Link)> {
     ]
 }
 
-/// Replays of recordings of it: one that began in its first rest, and one that began anywhere.
-fn replays(seed: u64, link: Link) -> [Report; 2] {
-    let session = session(seed, link);
-    let anywhere = Rng::with_seed(seed).usize(..session.entries.len() / 2);
-    [seed as usize * 7 % 140, anywhere].map(|first| session.replayed(first))
-}
-
 #[test]
 fn a_replay_differs_nowhere_however_the_clocks_jitter() {
     let seeds = test_run::extent(5, 200);
     for (name, link) in links() {
         let (mut ticks, mut compared, mut with_force) = (0, 0, 0);
         for seed in 0..seeds {
-            for (report, begun) in replays(seed, link).iter().zip(["in its first rest", "anywhere"]) {
+            let session = session(seed, link);
+            let mut rng = Rng::with_seed(seed);
+            let is_same = |report: &Report, begun: &str| {
                 assert_eq!(
                     (report.differing, &report.first_differing),
                     (0, &None),
-                    "{name}, seed {seed}, begun {begun}: {report:?}"
+                    "{name}, seed {seed}, {begun}: {report:?}"
                 );
+            };
+            // One snapshot at the beginning, or more of them: all of it is compared.
+            for every in [usize::MAX, rng.usize(1..20)] {
+                let report = session.replayed_from(rng.usize(..session.snapshots.len()), every);
+                is_same(&report, "begun at a snapshot");
+                assert_eq!(report.not_compared, 0, "{name}, seed {seed}: {report:?}");
+            }
+            let anywhere = rng.usize(..session.entries.len() / 2);
+            for first in [seed as usize * 7 % 140, anywhere] {
+                let report = session.replayed(first);
+                is_same(&report, "without a snapshot");
                 ticks += report.ticks;
                 compared += report.compared();
                 with_force += report.with_force;
             }
         }
-        println!("{name}: {compared} of {ticks} compared, {with_force} with force");
+        println!("{name}: without snapshots {compared} of {ticks} compared, {with_force} with force");
     }
 }

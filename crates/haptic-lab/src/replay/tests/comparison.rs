@@ -1,7 +1,7 @@
 //! What was recorded against what is computed.
 
 use super::session::{Session, TickInput, compared, eventful, metadata, reasons};
-use crate::replay::{Comparison, SkipReason, replay};
+use crate::replay::{Comparison, SkipReason, from, replay};
 use haptic_core::Scene;
 use haptic_core::passivity::RigLosses;
 use haptic_core::servo::{Command, InputWord};
@@ -12,24 +12,18 @@ use std::time::{Duration, Instant};
 #[test]
 fn eventful_session_replays_to_the_last_bit() {
     let session = eventful();
-    // Wherever in its rest it began.
-    for begun in [0, 1, 50, 100, 150, 180] {
-        let entries = session.without_first(begun);
-        let report = compared(&entries);
-        assert_eq!((report.differing, &report.first_differing), (0, &None), "{begun}");
-        assert_eq!(reasons(&report), [SkipReason::Settling]);
-        assert!(report.not_compared < 150 && report.with_force > 900, "{report:?}");
-        assert!(report.is_exact());
-    }
+    let report = compared(&session.entries);
+    assert_eq!((report.differing, &report.first_differing), (0, &None));
+    assert_eq!(reasons(&report), [SkipReason::Settling]);
+    assert!(report.not_compared < 50 && report.with_force > 900, "{report:?}");
+    assert!(report.is_exact());
 }
 
 #[test]
 fn every_bit_of_every_output_is_compared() {
-    let session = eventful();
+    let recorded = eventful().with_snapshots(0, usize::MAX);
     let at = 450;
-    let Entry::Row(row) = session.entries[at] else {
-        panic!("a row")
-    };
+    let Entry::Row(row) = recorded[at] else { panic!("a row") };
     let mut changed = [row; 8];
     let nudge = |number: &mut f64| *number = f64::from_bits(number.to_bits() ^ 1);
     nudge(&mut changed[0].device_position_m);
@@ -42,7 +36,7 @@ fn every_bit_of_every_output_is_compared() {
     changed[7].state = RigState::Faulted;
     let mut columns = Vec::new();
     for changed in changed {
-        let mut entries = session.entries.clone();
+        let mut entries = recorded.clone();
         entries[at] = Entry::Row(changed);
         let report = compared(&entries);
         assert_eq!(report.differing, 1, "{report:?}");
@@ -66,40 +60,8 @@ fn every_bit_of_every_output_is_compared() {
 }
 
 #[test]
-fn gap_suspends_comparison_until_the_rig_is_without_force() {
-    let session = eventful();
-    for with_mark in [true, false] {
-        let mut entries = session.entries.clone();
-        // Ten rows within the first stretch of force: about 410 to 420, with two scenes and a stop to come.
-        entries.drain(410..420);
-        if with_mark {
-            entries.insert(410, Entry::Mark(Mark::Lost { rows: 10 }));
-        }
-        let report = compared(&entries);
-        assert_eq!(report.differing, 0, "{report:?}");
-        assert_eq!(reasons(&report), [SkipReason::Settling, SkipReason::RowsLost]);
-        let lost = report.uncompared[1];
-        let stopped = session.entries.iter().find_map(|entry| match entry {
-            Entry::Row(row) if row.state == RigState::Stopped => Some(row.tick),
-            _ => None,
-        });
-        assert_eq!(
-            Some(lost.first_tick + lost.ticks),
-            stopped,
-            "it continues where the rig stopped: {report:?}"
-        );
-        // The rest begins with too short a time without force, and is compared from the next one on.
-        assert!(report.with_force > 100, "{report:?}");
-        assert!(report.is_exact());
-    }
-}
-
-#[test]
-fn recording_begun_with_force_is_compared_after_it_ends() {
+fn without_a_snapshot_a_beginning_with_force_is_not_compared() {
     let mut session = eventful();
-    let whole = compared(&session.without_first(400));
-    assert_eq!(reasons(&whole)[..2], [SkipReason::Settling, SkipReason::BeganWithForce]);
-    assert!(whole.is_exact(), "{whole:?}");
     session.entries.truncate(500);
     let report = compared(&session.without_first(400));
     assert_eq!((report.compared(), report.differing), (0, 0));
@@ -116,20 +78,20 @@ fn force_before_the_servo_settles_is_not_compared() {
 
 #[test]
 fn ticks_of_an_unrecorded_scene_are_not_compared() {
-    let session = eventful();
-    let mut entries = session.entries.clone();
+    let mut entries = eventful().with_snapshots(0, 1);
     let place = entries
         .iter()
         .position(|entry| matches!(entry, Entry::Mark(Mark::Scene { .. })));
     entries.remove(place.expect("a scene arrived"));
     let report = compared(&entries);
-    assert_eq!(reasons(&report), [SkipReason::Settling, SkipReason::UnknownScene]);
-    assert!(report.differing == 0 && report.with_force > 300, "{report:?}");
+    // Until the next snapshot, which holds it.
+    assert_eq!(reasons(&report), [SkipReason::UnknownScene]);
+    assert!(report.differing == 0 && report.not_compared < 97, "{report:?}");
 }
 
 #[test]
 fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
-    let mut entries = eventful().entries;
+    let mut entries = eventful().with_snapshots(0, 1);
     let mut rows = entries.iter_mut().filter_map(|entry| match entry {
         Entry::Row(row) => Some(row),
         Entry::Mark(_) => None,
@@ -151,12 +113,13 @@ fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
         .uncompared
         .iter()
         .find(|one| one.reason == SkipReason::UnknownScene);
-    assert_eq!(motion.expect("it is reported").ticks, 40, "{report:?}");
+    // From then to the next snapshot.
+    assert!((40..97).contains(&motion.expect("it is reported").ticks), "{report:?}");
     assert!(report.with_force > 900 && report.is_exact(), "{report:?}");
 }
 
 #[test]
-fn silent_device_is_skipped_if_its_period_predates_recording() {
+fn silent_device_without_a_snapshot_is_not_compared() {
     let mut session = Session::new();
     session.run(350).command(Command::Engage).run(200);
     for _ in 0..6 {
@@ -165,16 +128,13 @@ fn silent_device_is_skipped_if_its_period_predates_recording() {
             ..TickInput::default()
         });
     }
-    session
-        .run(100)
-        .command(Command::Release)
-        .run(200)
-        .command(Command::Engage)
-        .run(100);
-    let report = compared(&session.without_first(137));
+    session.run(100);
+    let report = compared(&session.entries);
     assert_eq!(report.differing, 0, "{report:?}");
-    assert!(reasons(&report).contains(&SkipReason::DeviceSilent), "{report:?}");
-    assert!(report.with_force > 250, "{report:?}");
+    // From its 2nd row on the clock has another window than that of a recording.
+    let later = compared(&session.without_first(1));
+    assert_eq!(later.differing, 0, "{later:?}");
+    assert!(session.replayed_from(0, usize::MAX).is_exact());
 }
 
 #[test]
@@ -275,17 +235,75 @@ fn the_steps_of_an_hour_take_seconds() {
     );
 }
 
-/// A hand that moves leaves the tracker's last bits to be found, wherever the recording began.
+/// Wherever it begins: before force flows, while a scene ramps or fades, stopped, or unplugged.
 #[test]
-fn replay_finds_velocity_to_the_last_bit_under_a_moving_hand() {
-    let mut session = Session::new();
-    session.run(700).command(Command::Engage).run(150);
-    let mut longest = 0;
-    for begun in 0..550 {
-        let report = compared(&session.without_first(begun));
-        assert!(report.is_exact() && report.with_force > 100, "{begun}: {report:?}");
-        longest = longest.max(report.not_compared);
+fn recording_begun_at_a_snapshot_is_compared_from_its_first_row() {
+    let session = eventful();
+    let mut with_force = 0;
+    for snapshot in 0..session.snapshots.len() {
+        let report = session.replayed_from(snapshot, usize::MAX);
+        assert!(report.is_exact() && report.not_compared == 0, "{snapshot}: {report:?}");
+        with_force += u64::from(report.with_force > 0);
     }
-    println!("compared after {longest} ticks at most");
-    assert!(longest < 150);
+    assert!(with_force > 10, "{with_force}");
+}
+
+#[test]
+fn after_lost_rows_it_goes_on_at_the_next_snapshot() {
+    let session = eventful();
+    let mut entries = session.with_snapshots(0, 1);
+    let snapshot_at = |entries: &[Entry], from: usize| {
+        let found = entries[from..]
+            .iter()
+            .position(|entry| matches!(entry, Entry::Mark(Mark::Snapshot { .. })));
+        from + found.expect("a later one")
+    };
+    // Ten rows of the first stretch of force.
+    entries.drain(410..420);
+    let missing = snapshot_at(&entries, 410) - 410;
+    let report = compared(&entries);
+    assert_eq!(reasons(&report), [SkipReason::RowsLost], "{report:?}");
+    assert_eq!((report.differing, report.not_compared), (0, missing as u64));
+}
+
+#[test]
+fn seeking_begins_at_the_last_snapshot_before_the_time() {
+    let session = eventful();
+    let entries = session.with_snapshots(0, 3);
+    for from_s in [0.0, 0.4, 0.75, 1.2] {
+        let found: Vec<Entry> = from(entries.iter().cloned().map(Ok), from_s)
+            .map(Result::unwrap)
+            .collect();
+        let report = compared(&found);
+        assert!(report.is_exact() && report.not_compared == 0, "{from_s}: {report:?}");
+        let rows = found.iter().filter_map(|entry| match entry {
+            Entry::Row(row) => Some(row.t_s),
+            Entry::Mark(_) => None,
+        });
+        let first_s = rows.clone().next().expect("a row");
+        // Every third of one in 97 ticks.
+        assert!(
+            (from_s - 0.292..=from_s + 0.001).contains(&first_s),
+            "{first_s} for {from_s}"
+        );
+        assert_eq!(rows.count() as u64, report.ticks);
+    }
+}
+
+#[test]
+fn parts_are_compared_as_the_whole_is() {
+    let session = eventful();
+    let mut entries = session.with_snapshots(0, 2);
+    let row = entries.iter_mut().filter_map(|entry| match entry {
+        Entry::Row(row) => Some(row),
+        Entry::Mark(_) => None,
+    });
+    for row in row.skip(350).step_by(400) {
+        row.command_force_n += 1.0;
+    }
+    let mut whole = Comparison::new(&metadata()).expect("it is replayed");
+    for entry in &entries {
+        whole.entry(entry).expect("it is rendered");
+    }
+    assert_eq!(compared(&entries), whole.report());
 }

@@ -10,8 +10,9 @@ use haptic_core::sample::{DeviceError, ErrorCode, Measurement};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, Settings};
 use haptic_core::velocity::Method;
 use haptic_core::{Directional, Renderer, Scene, Scheme};
-use haptic_ipc::{RigState, SceneArrival, SceneRamp, ServoSetup};
+use haptic_ipc::{RigState, SceneArrival, SceneRamp, ServoSetup, ServoSnapshot, SnapshotScene};
 use haptic_recording::{Entry, Mark, Metadata};
+use std::collections::BTreeMap;
 
 const PERIOD_NS: u64 = 1_000_000;
 
@@ -98,6 +99,9 @@ pub(super) struct Session {
     pub(super) tick: u64,
     sequence: u32,
     pub(super) entries: Vec<Entry>,
+    /// The servo's state before every 97th tick, and its place among the entries.
+    pub(super) snapshots: Vec<(usize, Mark)>,
+    arrivals: BTreeMap<u64, SceneArrival>,
 }
 
 impl Session {
@@ -111,6 +115,14 @@ impl Session {
         Self {
             setup,
             first: scene.clone(),
+            arrivals: BTreeMap::from([(
+                1,
+                SceneArrival {
+                    scene: scene.clone(),
+                    ramp: None,
+                },
+            )]),
+            snapshots: Vec::new(),
             servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
             scene,
             revision: 1,
@@ -142,6 +154,10 @@ impl Session {
             device_force_limit_n,
             ..
         } = self.setup;
+        if self.tick.is_multiple_of(97) {
+            let snapshot = self.snapshot();
+            self.snapshots.push((self.entries.len(), snapshot));
+        }
         self.tick += 1;
         if !happening.is_silent {
             self.sequence += 1;
@@ -164,13 +180,16 @@ impl Session {
             let from = std::mem::replace(&mut self.scene, scene.clone());
             let compiled = CompiledScene::ramped(&from, &scene, self.revision, scheme, settings.period_s, ramp_s);
             let ramp = (ramp_s > 0.0).then_some(SceneRamp { from, over_s: ramp_s });
+            let arrival = SceneArrival { scene, ramp };
+            self.arrivals.insert(self.revision, arrival.clone());
+            let scene = &arrival.scene;
             self.entries.push(Entry::Mark(Mark::Scene {
                 tick: self.tick,
                 revision: self.revision,
                 name: scene.name.clone(),
                 law: scene.friction.law().to_owned(),
-                params: haptic_ipc::params_of(&scene),
-                arrival: Some(Box::new(SceneArrival { scene, ramp })),
+                params: haptic_ipc::params_of(scene),
+                arrival: Some(Box::new(arrival)),
             }));
             Box::new(compiled.expect("it is rendered"))
         });
@@ -185,6 +204,45 @@ impl Session {
         let row = of_step(self.tick, t_s, &inputs, word, &self.servo, &outputs);
         self.entries.push(Entry::Row(row));
         self
+    }
+
+    /// The servo's state before the next tick.
+    fn snapshot(&mut self) -> Mark {
+        let snapshot = self.servo.snapshot().expect("no motion of its own");
+        let scene = |revision: u64| SnapshotScene {
+            revision,
+            arrival: self.arrivals[&revision].clone(),
+        };
+        let snapshot = ServoSnapshot {
+            version: haptic_core::snapshot::VERSION,
+            scene: scene(snapshot.revision),
+            fading: snapshot.fading_revision.map(scene),
+            fields: snapshot.fields().collect(),
+        };
+        // As a file holds it.
+        let text = serde_json::to_string(&snapshot).expect("it is written");
+        Mark::Snapshot {
+            tick: self.tick + 1,
+            snapshot: serde_json::from_str(&text).expect("it is read"),
+        }
+    }
+
+    /// The entries from one on with the snapshots among them, every so many of them.
+    pub(super) fn with_snapshots(&self, first: usize, every: usize) -> Vec<Entry> {
+        let mut snapshots = self
+            .snapshots
+            .iter()
+            .filter(|(place, _)| *place >= first)
+            .step_by(every)
+            .peekable();
+        let mut entries = Vec::new();
+        for (place, entry) in self.entries.iter().enumerate().skip(first) {
+            while let Some((_, mark)) = snapshots.next_if(|(at, _)| *at <= place) {
+                entries.push(Entry::Mark(mark.clone()));
+            }
+            entries.push(entry.clone());
+        }
+        entries
     }
 
     /// More is known of the rig from the next tick on.
@@ -202,9 +260,19 @@ impl Session {
         self.servo.state()
     }
 
-    /// A replay of a recording that began a number of entries later.
+    /// A replay of a recording that began a number of entries later, without snapshots.
     pub(super) fn replayed(&self, first: usize) -> Report {
-        let (before, recorded) = self.entries.split_at(first);
+        self.replayed_as(first, self.entries[first..].to_vec())
+    }
+
+    /// A replay of a recording that began at one of the snapshots, with every so many of those that follow.
+    pub(super) fn replayed_from(&self, snapshot: usize, every: usize) -> Report {
+        let first = self.snapshots[snapshot].0;
+        self.replayed_as(first, self.with_snapshots(first, every))
+    }
+
+    fn replayed_as(&self, first: usize, recorded: Vec<Entry>) -> Report {
+        let before = &self.entries[..first];
         let mut metadata = metadata_of(self.setup.clone(), self.first.clone());
         for entry in before {
             match entry {
@@ -217,7 +285,7 @@ impl Session {
                 _ => {}
             }
         }
-        replay(&metadata, recorded.iter().cloned().map(Ok)).expect("it is replayed")
+        replay(&metadata, recorded.into_iter().map(Ok)).expect("it is replayed")
     }
 
     /// Leaves the first entries out, as a recording does that began later.

@@ -26,6 +26,9 @@ impl RigHandle {
             .feed
             .borrow_mut()
             .update_subscribers(self.history.borrow().scenes(), |record| self.servo_of(record));
+        if self.feed.borrow().is_snapshot_due() {
+            self.shared.ask_for_snapshot();
+        }
         self.keep_journal(&changes);
     }
 

@@ -205,7 +205,7 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
     }
 }
 
-fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
+pub(crate) fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
     CompiledScene::at_once(
         Renderer::new(scene, Scheme::Exact, 1e-3).expect("a valid scene"),
         revision,

@@ -152,6 +152,7 @@ fn told(events: &[Event]) -> Vec<String> {
             [first, .., last] => format!("rows {} to {}", first.tick, last.tick),
             rows => format!("{} rows", rows.len()),
         },
+        Event::Snapshot(event) => format!("snapshot before {}", event.tick),
         other => format!("{other:?}"),
     };
     events.iter().map(about).collect()
@@ -201,4 +202,46 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
         told(&events(&mut heard)),
         ["revision 2 from 600", "0.7 N from 601", "revision 2 from 601"]
     );
+}
+
+#[test]
+fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
+    let (mut producer, consumer) = outbox::with_capacity(16);
+    let mut feed = Feed::new(consumer, 1_000_000, None);
+    let (subscription, mut received) = subscription(&[Topic::Samples, Topic::Snapshot], 1, 64);
+    feed.subscribe(1, subscription, setup(0.5));
+    let scenes = VecDeque::from([known(1)]);
+    let mut servo = crate::rt::tick::tests::servo(0.1, crate::rt::tick::tests::compiled(&Scene::paper(), 1));
+    let mut snapshot = || servo.snapshot().expect("no motion of its own");
+    let mut go_on = |ticks: std::ops::Range<u64>, snapshot_at: Option<u64>, feed: &mut Feed| {
+        for tick in ticks {
+            if snapshot_at == Some(tick) {
+                producer.push_snapshot(tick, snapshot());
+            }
+            producer.push(|| outbox::tests::record(tick));
+        }
+        pump(feed, &scenes, || None);
+        (told(&events(&mut received)), feed.is_snapshot_due())
+    };
+    assert_eq!(
+        go_on(0..5, None, &mut feed),
+        (vec![], true),
+        "they wait for the first one"
+    );
+    let begun = vec!["snapshot before 8".to_owned(), "rows 8 to 11".to_owned()];
+    assert_eq!(go_on(5..12, Some(8), &mut feed), (begun, false));
+    assert_eq!(
+        go_on(12..15, None, &mut feed),
+        (vec!["rows 12 to 14".to_owned()], false)
+    );
+    // The queue holds sixteen.
+    let (lossy, due) = go_on(15..40, None, &mut feed);
+    assert_eq!(
+        (lossy, due),
+        (vec!["rows 15 to 30".to_owned()], false),
+        "nothing is known of it yet"
+    );
+    assert_eq!(go_on(40..43, None, &mut feed), (vec!["rows 40 to 42".to_owned()], true));
+    let again = vec!["snapshot before 44".to_owned(), "rows 43 to 46".to_owned()];
+    assert_eq!(go_on(43..47, Some(44), &mut feed), (again, false));
 }
