@@ -246,42 +246,46 @@ fn engage_until(client: &mut Client, what: &str, wanted: impl Fn(Option<ErrorCod
 // hazard: H23
 #[test]
 fn a_rig_that_takes_too_few_commands_or_none_is_not_engaged() {
-    let _one = crate::one_of_two();
-    // A command waits behind some twenty of 9 ms each.
-    let (mut rig, daemon, mut client) = connected_with(&["--fault", "carry 2000"], &["--stale-ms", "100"]);
-    engage_until(&mut client, "a refusal", |refused| {
-        refused == Some(ErrorCode::CommandsLate)
-    });
-    let told = daemon.ctl(&["engage"]);
-    let told = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert!(
-        told.contains("carries less than the loop sends") && told.contains("rate"),
-        "{told}"
-    );
-    rig.fail("carry 1000000");
-    engage_until(&mut client, "force", |refused| refused.is_none());
-    wait_for(&mut client, "an end of it", |status| status.state != RigState::Engaging);
-    let _: StateReply = client.request(Request::Stop {}).expect("heard");
-    let _: StateReply = client.request(Request::Reset {}).expect("confirmed");
-    rig.fail("no-echo");
-    engage_until(&mut client, "a refusal", |refused| {
-        refused == Some(ErrorCode::CommandsIgnored)
+    timed("a rig that takes too few commands", || {
+        let _one = crate::one_of_two();
+        // A command waits behind some twenty of 9 ms each.
+        let (mut rig, daemon, mut client) = connected_with(&["--fault", "carry 2000"], &["--stale-ms", "100"]);
+        engage_until(&mut client, "a refusal", |refused| {
+            refused == Some(ErrorCode::CommandsLate)
+        });
+        let told = daemon.ctl(&["engage"]);
+        let told = String::from_utf8_lossy(&told.stderr).into_owned();
+        assert!(
+            told.contains("carries less than the loop sends") && told.contains("rate"),
+            "{told}"
+        );
+        rig.fail("carry 1000000");
+        engage_until(&mut client, "force", |refused| refused.is_none());
+        wait_for(&mut client, "an end of it", |status| status.state != RigState::Engaging);
+        let _: StateReply = client.request(Request::Stop {}).expect("heard");
+        let _: StateReply = client.request(Request::Reset {}).expect("confirmed");
+        rig.fail("no-echo");
+        engage_until(&mut client, "a refusal", |refused| {
+            refused == Some(ErrorCode::CommandsIgnored)
+        });
     });
 }
 
 // hazard: H23
 #[test]
 fn a_rig_that_takes_no_command_any_more_is_let_go_of() {
-    let _one = crate::one_of_two();
-    let (mut rig, _daemon, mut client) = connected(&[]);
-    pull(&mut rig, &mut client);
-    rig.fail("no-echo");
-    let faulted = wait_for(&mut client, "a fault", |status| status.state != RigState::Engaged);
-    let fault = faulted.fault.clone().unwrap_or_default();
-    // Where this machine stands still, the device hears no command for as long, and its own watchdog is the first.
-    let is_let_go = fault.starts_with("commands_ignored") || fault.contains("watchdog has switched its motor off");
-    assert!(is_let_go, "{fault}");
-    wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
+    timed("a rig that takes no command any more", || {
+        let _one = crate::one_of_two();
+        let (mut rig, _daemon, mut client) = connected(&[]);
+        pull(&mut rig, &mut client);
+        rig.fail("no-echo");
+        let faulted = wait_for(&mut client, "a fault", |status| status.state != RigState::Engaged);
+        let fault = faulted.fault.clone().unwrap_or_default();
+        // Where this machine stands still, the device hears no command for as long, and its own watchdog is the first.
+        let is_let_go = fault.starts_with("commands_ignored") || fault.contains("watchdog has switched its motor off");
+        assert!(is_let_go, "{fault}");
+        wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
+    });
 }
 
 #[test]
