@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
     /// Recording, with every tick
     file: PathBuf,
 
-    /// Begin at a time since the first row, as in 12m30s: at the last snapshot before it
+    /// Begin at the last snapshot before a time since the first row, as in 12m30s
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     from: Option<Duration>,
 
@@ -122,6 +122,13 @@ fn compare(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let report = replay::replay(&metadata, arguments.entries(&mut reader)).map_err(unreplayable(path));
     bar.finish_and_clear();
     let report = report?;
+    if let (0, Some(from)) = (report.ticks, arguments.from) {
+        return Err(Failure::Usage(format!(
+            "--from = {} s: {} has no row so late; `haptic-ctl recording info` shows its length",
+            from.as_secs_f64(),
+            path.display()
+        )));
+    }
     let ticks_per_s = rate(report.ticks, began);
     let ending = reader.ending().unwrap_or(Ending::Open);
     if as_json {

@@ -4,10 +4,10 @@
 //! next event or to where a series no longer converges. The work of a tick is bounded; when the
 //! bound is reached, a few backward-Euler steps do the rest.
 
-use super::body::Coupling;
-use super::load::{Load, rounding};
+use super::body::{Coupling, Load, rounding};
 use super::moving::{EventSink, Rendered};
 use super::state::BlockState;
+use core::f64::consts::PI;
 
 /// Backward-Euler steps that do the rest of a tick whose work is used up.
 const FALLBACK_STEPS: u32 = 8;
@@ -226,4 +226,21 @@ fn tick<B: PiecewiseBlock>(
     coupled.state.device_velocity = velocity;
     rendered.coupling_force = coupled.coupling_force();
     rendered
+}
+
+/// Largest `omega_d T` accepted, rad: the work of a tick is bounded by the half-turns in it.
+pub const MAX_PHASE_PER_TICK_RAD: f64 = 400.0;
+
+/// Work that every tick may do, beside that of its half-turns.
+const BASE_WORK: f64 = 16.0;
+
+/// The work that a tick may do, with so much for each half-turn of the free oscillation.
+pub(super) fn work_budget(half_turns: f64, for_each: f64, extra: u32) -> u32 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "from 16 to some thousand"
+    )]
+    let budget = (BASE_WORK + for_each * half_turns.min(MAX_PHASE_PER_TICK_RAD / PI)) as u32;
+    budget + extra
 }

@@ -24,11 +24,9 @@
 //! no energy and the block does not creep. Work per tick is bounded; what is left when the bound is
 //! reached is done in a few implicit steps.
 
-use super::body::Coupling;
-use super::budget::work_budget;
-use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock};
+use super::body::{Coupling, Load};
+use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
 use super::fall::FallLevel;
-use super::load::Load;
 use super::moving::{EventSink, Moving, Rendered};
 use super::oscillator::Motion;
 use super::slide::{PieceEnd, Sides, Slide, SlideBounds};

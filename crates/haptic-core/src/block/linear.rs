@@ -1,8 +1,7 @@
 //! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly,
 //! without an event to look for.
 
-use super::body::Coupling;
-use super::load::Load;
+use super::body::{Coupling, Load};
 use super::moving::{EventSink, Moving, Rendered};
 use super::oscillator::{Motion, Oscillator};
 use super::propagator::Propagator;

@@ -9,7 +9,6 @@
 //! Where a law is curved, a piece is a power series of the motion: see the `expansion`.
 
 mod body;
-mod budget;
 mod course;
 pub mod exact;
 mod expansion;
@@ -18,7 +17,6 @@ mod falling_slide;
 pub mod linear;
 mod linear_slide;
 pub mod literal;
-mod load;
 mod moving;
 mod oscillator;
 mod propagator;
@@ -30,7 +28,7 @@ pub mod yielding;
 
 pub use crate::contact::{Contact, ContactMemory};
 pub use body::{Block, Coupling};
-pub use budget::MAX_PHASE_PER_TICK_RAD;
+pub use course::MAX_PHASE_PER_TICK_RAD;
 pub use moving::{EventSink, Rendered};
 pub use state::BlockState;
 

@@ -7,8 +7,7 @@
 //! however stiff the contact. Where it is curved, a piece is a power series of the motion.
 
 use super::body::Coupling;
-use super::budget::work_budget;
-use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock};
+use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
 use super::expansion::{Held, Piece, Start};
 use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;

@@ -8,7 +8,6 @@ mod key;
 mod note;
 mod parameter;
 mod read;
-mod slot;
 mod table;
 
 pub use error::{NotApplicable, SceneError};
@@ -18,4 +17,4 @@ pub use parameter::{Parameter, ParameterInfo, Scale};
 pub use table::{TABLE, known_names};
 
 pub(crate) use error::check_range;
-pub(crate) use slot::Slot;
+pub(crate) use parameter::Slot;

@@ -1,5 +1,6 @@
 //! A parameter's identity, and the form of its row in the table.
 
+use crate::directional::Directional;
 /// A parameter of a scene that can be changed while the rig renders it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Parameter {
@@ -79,4 +80,13 @@ impl ParameterInfo {
     pub fn is_called(&self, text: &str) -> bool {
         self.name == text || self.symbol == text || self.aliases.contains(&text)
     }
+}
+
+/// The place of a parameter's value.
+#[derive(Debug)]
+pub(crate) enum Slot<'a> {
+    /// One value.
+    One(&'a mut f64),
+    /// A value for each direction.
+    Two(&'a mut Directional),
 }

@@ -19,7 +19,6 @@ mod scene_change;
 mod sensing;
 #[expect(clippy::module_inception, reason = "the value that the folder is named after")]
 mod servo;
-mod settings;
 mod state;
 mod step;
 mod transition;
@@ -32,8 +31,7 @@ pub const VERSION: u32 = 3;
 pub use fault::Fault;
 pub use inputs::{Event, Events, InputWord, Inputs};
 pub use sensing::{DECAY_S, SILENT_PERIODS};
-pub use servo::Servo;
-pub use settings::Settings;
+pub use servo::{Servo, Settings};
 pub use state::{Command, RigState};
 pub use step::{OFF_TIMEOUT_NS, Outputs};
 pub use transition::{CompiledScene, Steps, Transition};

@@ -1,7 +1,6 @@
 //! What was computed against what was recorded.
 
-use super::error::ReplayError;
-use super::skip_reason::SkipReason;
+use super::error::{ReplayError, SkipReason};
 use super::stepper::{StepResult, Stepper, is_same, word};
 use haptic_ipc::{RigState, Sample};
 use haptic_recording::{Entry, Mark, Metadata};

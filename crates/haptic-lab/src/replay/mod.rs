@@ -14,16 +14,14 @@ mod error;
 mod parallel;
 mod scenes;
 mod seek;
-mod skip_reason;
 mod stepper;
 mod what_if;
 
 pub use comparison::{Comparison, Difference, Report, SkippedTicks, Value};
-pub use error::ReplayError;
+pub use error::{ReplayError, SkipReason};
 pub use parallel::replay;
 pub use scenes::Alternative;
 pub use seek::{from, snapshot_at};
-pub use skip_reason::SkipReason;
 pub use stepper::{MAX_MEMORY_SAMPLES, SETTLED_TICKS};
 pub use what_if::{LargestDifference, Summary, Tally, WhatIf, WhatIfRow};
 

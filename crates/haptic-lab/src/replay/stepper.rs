@@ -1,8 +1,7 @@
 //! A servo that is stepped through a recording's rows, wherever its state is known.
 
-use super::error::ReplayError;
+use super::error::{ReplayError, SkipReason};
 use super::scenes::{Alternative, IncomingScene, Scenes};
-use super::skip_reason::SkipReason;
 use crate::row::with_outputs;
 use haptic_core::sample::{DeviceError, Motor};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, VERSION};

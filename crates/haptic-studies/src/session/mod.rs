@@ -12,10 +12,10 @@
 //! renders the scenes that it asks for ([`take_scene`](Session::take_scene), [`rendered`](Session::rendered)), shows
 //! its [`View`], and puts what becomes final on the disk ([`take_news`](Session::take_news)) before it continues.
 
+use crate::trial::{FittsTrial, Operator, PerceptionTrial, VoidedTrial};
 mod active_scene;
 mod frames;
 mod interruption;
-mod news;
 mod recent_ticks;
 mod stage;
 mod task;
@@ -24,7 +24,6 @@ mod view;
 
 pub use frames::Frame;
 pub use interruption::Interruption;
-pub use news::{FinishedTrial, News, Row};
 pub use task::Task;
 pub use ticks::Ticks;
 pub use view::{Feedback, Instruction, Phase, Targets, View};
@@ -32,7 +31,6 @@ pub use view::{Feedback, Instruction, Phase, Targets, View};
 use super::fitts::{self, Event};
 use super::perception::Answer;
 use super::subject::Subject;
-use super::trial::{Operator, VoidedTrial};
 use active_scene::ActiveScene;
 use frames::Frames;
 use haptic_core::Scene;
@@ -477,4 +475,33 @@ impl Session {
 fn whole_seconds(time_s: f64) -> u32 {
     // Ticks are not a whole number of binary fractions of a second.
     (time_s - 1e-6).ceil() as u32
+}
+
+/// The row of a trial.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Row {
+    /// Of the targeting task.
+    Fitts(Box<FittsTrial>),
+    /// Of the perception tests.
+    Perception(Box<PerceptionTrial>),
+}
+
+/// A trial that is done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FinishedTrial {
+    /// Its row.
+    pub row: Row,
+    /// Whether it is for practice.
+    pub is_practice: bool,
+    /// Its ticks; none where nobody knows which scene they rendered.
+    pub ticks: Option<Ticks>,
+}
+
+/// What the disk must get.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// A trial is done.
+    Finished(Box<FinishedTrial>),
+    /// An attempt at a trial is void.
+    Voided(VoidedTrial),
 }

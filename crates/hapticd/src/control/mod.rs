@@ -8,7 +8,6 @@ pub(crate) mod commission;
 pub(crate) mod compile;
 mod connected_device;
 mod devices;
-mod drive;
 mod facts;
 pub(crate) mod history;
 mod identify;

@@ -1,8 +1,7 @@
 //! The subscribers: what each has asked for, and the events that it is sent.
 
 use crate::rt::outbox::{TickRecord, TickSnapshot};
-use haptic_core::Scene;
-use haptic_core::snapshot;
+use haptic_core::{Scene, snapshot};
 use haptic_ipc::{
     Event, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup, ServoSnapshot, SnapshotEvent,
     SnapshotScene, StateEvent, Topic, params_of,

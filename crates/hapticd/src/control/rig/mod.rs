@@ -1,6 +1,7 @@
 //! The rig as the control thread sees it: the newest scene, what is sent to the real-time thread,
 //! and what comes back.
 
+use tokio::sync::Mutex;
 mod commands;
 pub(in crate::control) mod commission_record;
 mod entries;
@@ -10,7 +11,6 @@ pub(super) mod fixture;
 mod observed_state;
 mod outcomes;
 mod pump;
-mod reloads;
 pub(crate) mod rig_friction;
 mod scenes;
 pub(super) mod schedule;
@@ -32,7 +32,6 @@ use crate::control::presence::Presence;
 use crate::control::rig::commission_record::Records;
 use crate::control::rig::exclusive_use::state::ExclusiveUse;
 use crate::control::rig::observed_state::ObservedState;
-use crate::control::rig::reloads::Reloads;
 use crate::control::rig::rig_friction::record::RigFrictions;
 use crate::control::rig::waiting_changes::Schedule;
 use crate::control::worker_pool::WorkerPool;
@@ -307,4 +306,13 @@ impl RigHandle {
             timer.next().await;
         }
     }
+}
+
+/// What is kept of reloads.
+#[derive(Debug, Default)]
+pub(in crate::control) struct Reloads {
+    /// One at a time.
+    pub(in crate::control) turn: Arc<Mutex<()>>,
+    /// Why the newest one was refused, if it was.
+    pub(in crate::control) refusal: RefCell<Option<String>>,
 }

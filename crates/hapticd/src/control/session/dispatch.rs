@@ -5,12 +5,13 @@ use crate::control::change::{self, PendingChange};
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
-use crate::control::session::reply::answer;
 use crate::control::{
-    advise, commission, devices, drive, identify, lease, library, reads, reload, schedule, status, subscribe,
+    RigHandle, advise, commission, devices, identify, lease, library, reads, reload, schedule, status, subscribe,
 };
+use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
-use haptic_ipc::{Envelope, ErrorCode, Request, Rights, WireError};
+use haptic_ipc::{Envelope, ErrorCode, Request, Rights, StateReply, WireError};
+use serde::Serialize;
 
 impl Client {
     /// Carries out a request; a change of scene is only begun.
@@ -20,7 +21,7 @@ impl Client {
         if let Some(refusal) = self.refusal(&envelope.request) {
             return Answer::Now(answer::<()>(id, Err(refusal)));
         }
-        let command = async |command| drive::command(rig, command, stops, by).await;
+        let command = async |wanted| command(rig, wanted, stops, by).await;
         let begun = |begun: Result<PendingChange, WireError>| match begun {
             Ok(change) => Answer::OnceRendered(PendingAnswer {
                 id: envelope.id,
@@ -65,10 +66,10 @@ impl Client {
                 answer(id, schedule::schedule(rig, by, changes, options).await)
             }
             Request::ScheduleCancel { name } => answer(id, schedule::cancel(rig, by, name.as_deref())),
-            Request::Engage { anyway } => answer(id, drive::engage(rig, anyway, stops, by).await),
+            Request::Engage { anyway } => answer(id, engage(rig, anyway, stops, by).await),
             Request::Release {} => answer(id, command(Command::Release).await),
             Request::Reset {} => answer(id, command(Command::Reset).await),
-            Request::Stop {} => answer(id, drive::stopped(rig, stops).await),
+            Request::Stop {} => answer(id, stopped(rig, stops).await),
             Request::Status {} => answer(id, Ok(status::status(rig).await)),
             Request::Timing {} => answer(id, Ok(reads::timing(rig))),
             Request::Devices { probe } => answer(id, devices::devices(rig, probe).await),
@@ -145,4 +146,61 @@ impl Client {
 fn only_watching() -> WireError {
     let message = "this socket only serves watching and `stop`: connect to the control socket to change anything";
     WireError::new(ErrorCode::ReadOnly, message)
+}
+
+pub(super) async fn engage(
+    rig: &RigHandle,
+    anyway: bool,
+    stops_known: u64,
+    by: Requester<'_>,
+) -> Result<StateReply, WireError> {
+    rig.engage(anyway, stops_known, by).await.map(reply)
+}
+
+pub(super) async fn command(
+    rig: &RigHandle,
+    command: Command,
+    stops_known: u64,
+    by: Requester<'_>,
+) -> Result<StateReply, WireError> {
+    rig.command(command, stops_known, by).await.map(reply)
+}
+
+fn reply(outcome: Outcome) -> StateReply {
+    StateReply {
+        state: outcome.state,
+        tick: outcome.tick,
+    }
+}
+
+/// Answers a stop, which was raised when its line was read.
+pub(super) async fn stopped(rig: &RigHandle, stop: u64) -> Result<StateReply, WireError> {
+    let (tick, state) = rig.stopped(stop).await?;
+    Ok(StateReply { state, tick })
+}
+
+/// An answer, serialised without a tree of values in between: some are long.
+#[derive(Serialize)]
+struct Reply<T> {
+    id: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ok: Option<T>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<WireError>,
+}
+
+/// The line that answers a request.
+pub(super) fn answer<T: Serialize>(id: Option<u64>, result: Result<T, WireError>) -> String {
+    let (ok, error) = match result {
+        Ok(ok) => (Some(ok), None),
+        Err(error) => (None, Some(error)),
+    };
+    line(&Reply { id, ok, error })
+}
+
+/// A message as a line.
+pub(super) fn line(message: &impl Serialize) -> String {
+    let mut line = serde_json::to_string(message).expect("messages hold nothing that JSON cannot");
+    line.push('\n');
+    line
 }

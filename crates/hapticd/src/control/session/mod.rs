@@ -4,14 +4,13 @@ mod client;
 mod dispatch;
 mod lines;
 mod newcomer;
-mod reply;
 
 pub(super) use client::MAX_CLIENTS;
 pub(super) use newcomer::Newcomer;
 
 use crate::control::session::client::{Answer, Client, Closed, PendingAnswer, WAITING_BYTES, room, take_room};
+use crate::control::session::dispatch::{answer, line};
 use crate::control::session::lines::{Lines, unreadable};
-use crate::control::session::reply::{answer, line};
 use crate::control::{RigHandle, exclusive_use, lease};
 use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
 use haptic_ipc::{
