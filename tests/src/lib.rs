@@ -51,9 +51,11 @@ use std::time::{Duration, Instant};
 #[must_use]
 pub fn binary(name: &str) -> PathBuf {
     const NICE: i32 = -10;
+    // What builds it goes on as it is.
+    let path = test_run::binary(name);
     // Without the right, everything is as it was.
     rustix::process::setpriority_process(None, NICE).ok();
-    test_run::binary(name)
+    path
 }
 
 /// Longest that anything may take on a busy machine before a test gives up.

@@ -12,7 +12,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, TryRecvError};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// How long a recording waits for the snapshot that it begins with; a motion of the rig's own has none.
+const SNAPSHOT_TIME: Duration = Duration::from_millis(500);
 
 /// How long a closing panel waits until its recording is written.
 const CLOSING_TIME: Duration = Duration::from_secs(1);
@@ -37,6 +40,8 @@ struct Writer {
     folder: PathBuf,
     thread: RecordingThread,
     done: mpsc::Receiver<()>,
+    /// Until when the first snapshot is waited for.
+    waits_until: Option<Instant>,
 }
 
 impl Recorder {
@@ -97,8 +102,23 @@ impl Recorder {
         }
     }
 
+    /// Leaves out what comes before the next snapshot of the servo, for a moment: the recording is replayed from its first
+    /// row.
+    pub(crate) fn begin_at_snapshot(&self) {
+        if let Some(writer) = &mut self.slot().writer {
+            writer.waits_until = Some(Instant::now() + SNAPSHOT_TIME);
+        }
+    }
+
     /// Passes on an event. Waits for nothing.
     pub(crate) fn keep(&self, event: &Event) {
+        if let Some(writer) = &mut self.slot().writer {
+            let waits = |until: Instant| !matches!(event, Event::Snapshot(_)) && Instant::now() < until;
+            writer.waits_until = writer.waits_until.filter(|until| waits(*until));
+            if writer.waits_until.is_some() {
+                return;
+            }
+        }
         self.keep_with(|thread| thread.event(event));
     }
 
@@ -150,7 +170,12 @@ impl Writer {
             let news_of_end = ended.unwrap_or_else(|why| RecordingNews::Failed { why });
             updates.send(Update::Recording(news_of_end)).unwrap_or_default();
         })?;
-        Ok(Self { folder, thread, done })
+        Ok(Self {
+            folder,
+            thread,
+            done,
+            waits_until: None,
+        })
     }
 }
 

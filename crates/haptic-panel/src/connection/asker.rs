@@ -23,6 +23,8 @@ pub(super) enum Job {
     },
     /// An intent of the user, and the number of stops pressed before it.
     Intent { intent: Intent, stops: u64 },
+    /// A recording begins: so does the subscription anew, with a snapshot of the servo.
+    SubscribeAnew,
     /// A stop was pressed. [`Stops`] has its number.
     Stop,
 }
@@ -31,6 +33,8 @@ pub(super) enum Job {
 struct Conversation {
     number: u64,
     sender: Sender,
+    /// The newest subscription.
+    subscription: Option<Request>,
     /// The newest stop that needs no sending on it.
     stops_sent: u64,
 }
@@ -72,6 +76,7 @@ impl Asker {
                 self.conversation = Some(Conversation {
                     number: conversation,
                     sender,
+                    subscription: None,
                     stops_sent: self.stops.settled(),
                 });
                 self.stop_if_asked();
@@ -106,6 +111,12 @@ impl Asker {
                     self.send(request, asked);
                 }
             }
+            Job::SubscribeAnew => {
+                let open = self.conversation.as_ref();
+                if let Some(subscription) = open.and_then(|open| open.subscription.clone()) {
+                    self.send(subscription, Asked::Subscribe);
+                }
+            }
             Job::Stop => {}
         }
     }
@@ -129,6 +140,9 @@ impl Asker {
     /// Sends a request. If that fails, the connection is lost, which the listening thread reports.
     fn send(&mut self, request: Request, asked: Asked) {
         let Some(open) = &mut self.conversation else { return };
+        if matches!(asked, Asked::Subscribe) {
+            open.subscription = Some(request.clone());
+        }
         // Noted first: the answer may arrive before the write returns.
         let key = (open.number, open.sender.next_id());
         self.shared.asked().insert(key, asked);

@@ -121,7 +121,11 @@ impl Connection {
                 folder,
                 format,
                 metadata,
-            } => self.recorder.begin(folder, format, *metadata),
+            } => {
+                self.recorder.begin(folder, format, *metadata);
+                self.recorder.begin_at_snapshot();
+                self.outgoing.do_next(Job::SubscribeAnew);
+            }
             Intent::Marker { tick, text } => self.recorder.mark(tick, text),
             Intent::EndRecording => self.recorder.end(),
             Intent::Study(command) => self.study.command(command),

@@ -212,9 +212,16 @@ fn recording(bench: &Bench, format: Format) -> (Daemon, PathBuf, Totals) {
         folder: bench.dir.path().to_path_buf(),
         metadata: Box::new(metadata),
     });
-    // An intent that is answered has overtaken none before it.
-    bench.connection.send(Intent::Engage);
-    daemon.hear();
+    // It subscribes anew, and begins with the snapshot that comes of it.
+    let subscribe = daemon.hear();
+    assert!(matches!(subscribe.request, Request::Subscribe { .. }), "{subscribe:?}");
+    let earlier = r#"[6,0.006,"engaged",0,0.1,0,0.1,0,3.25,-3.25,1,0,0,0]"#;
+    daemon.say(&format!(
+        r#"{{"event":"samples","seq":9,"dropped":0,"rows":[{earlier}]}}"#
+    ));
+    let scene = serde_json::to_string(&Scene::paper()).expect("a scene");
+    let snapshot = format!(r#"{{"version":1,"scene":{{"revision":1,"scene":{scene}}},"fields":{{}}}}"#);
+    daemon.say(&format!(r#"{{"event":"snapshot","tick":7,"snapshot":{snapshot}}}"#));
     let row = r#"[7,0.007,"engaged",0,0.1,0,0.1,0,3.25,-3.25,1,0,0,0]"#;
     daemon.say(&format!(r#"{{"event":"samples","seq":0,"dropped":2,"rows":[{row}]}}"#));
     let (path, totals) = bench.until(|update| match update {

@@ -117,6 +117,10 @@ impl Subscribers {
     /// Begins, replaces or (without topics) ends the subscription of a session.
     /// `servo` holds the servo's settings, which it has been sent.
     pub(super) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
+        // What was collected for the one before is not lost.
+        for before in self.all.iter_mut().filter(|subscriber| subscriber.session == session) {
+            before.flush();
+        }
         self.unsubscribe(session);
         if subscription.topics.is_empty() {
             return;
