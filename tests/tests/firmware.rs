@@ -236,7 +236,12 @@ fn hung_main_loop_releases_motor_in_promised_time() {
     for encoder in ENCODERS {
         // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the
         // loop that hangs kicks it, the interrupt's after 50.
-        for (how, resets, promised_s) in [("loop", 1, 0.033), ("deaf", 1, 0.033), ("kicking", 0, WATCHDOG_S)] {
+        for (how, resets, promised_s) in [
+            ("loop", 1, 0.033),
+            ("deaf", 1, 0.033),
+            ("clock", 1, 0.033),
+            ("kicking", 0, WATCHDOG_S),
+        ] {
             let Some((mut rig, _host)) = pulling(encoder) else {
                 return;
             };
@@ -258,6 +263,27 @@ fn hung_main_loop_releases_motor_in_promised_time() {
                 "{how}: {stats}"
             );
         }
+    }
+}
+
+#[test]
+fn a_reset_leaves_no_force_whatever_the_host_commands() {
+    for encoder in ENCODERS {
+        let Some((mut rig, mut host)) = pulling(encoder) else {
+            return;
+        };
+        rig.order("patience 0");
+        let reset_s = number(&rig.stats(), "/time_s");
+        rig.order("reset");
+        for _ in 0..100 {
+            host.command(3000);
+            rig.live(0.001);
+        }
+        let stats = rig.stats();
+        let off_s = number(&stats, "/motor/last_on_s");
+        // Orders are taken between two slices of simulated time.
+        assert!(off_s - reset_s < 0.001, "{} s after: {stats}", off_s - reset_s);
+        assert_eq!(number(&stats, "/motor/force_n").abs(), 0.0, "{stats}");
     }
 }
 

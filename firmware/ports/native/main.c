@@ -3,8 +3,8 @@
  *     build/native LINK [1 or 2] [rest] [swapped]        number of axes; hands at rest; the encoders' plugs are swapped
  *
  * One process is the processor, with SIGALRM as its timer. Its parent is the operator, and the hardware watchdog, which
- * kills the processor and starts it again. Orders on standard input: stats, clear, hang loop|write|clock|deaf|kicking, cut
- * (the encoder's wire), mend, reset; each is answered by the statistics. */
+ * kills the processor and starts it again. Orders on standard input, each answered by the statistics: stats, clear, hang
+ * loop|write|clock|deaf|kicking, cut (the encoder's wire), mend, reset. */
 #define _GNU_SOURCE
 #include "haptic_device.h"
 
@@ -24,7 +24,6 @@
 #include <unistd.h>
 
 #define COUNTS_PER_METRE 100000
-#define LIMIT_MN 20000
 #define STEP_NS 100000LL
 /* The watchdog counts its own turns, of a millisecond, as processor and watchdog stand still when this computer does. */
 #define WATCHDOG_TURNS 30
@@ -37,7 +36,7 @@ static struct board {
     volatile int32_t force_mn[2];
     volatile int fault;
     volatile bool is_cut, is_kicked, are_swapped;
-    volatile long long last_command_ns, last_on_ns;
+    volatile long long last_command_ns, last_on_ns, last_order_ns;
     struct plant plants[2];
 } *board;
 
@@ -145,8 +144,8 @@ static _Noreturn void processor(void)
 
 static void report(unsigned resets)
 {
-    printf("{\"resets\":%u,\"off_after_ms\":%.2f,\"axes\":[", resets,
-           (double)(board->last_on_ns - board->last_command_ns) / 1e6);
+    printf("{\"resets\":%u,\"off_after_command_ms\":%.2f,\"off_after_order_ms\":%.2f,\"axes\":[", resets,
+           (double)(board->last_on_ns - board->last_command_ns) / 1e6, (double)(board->last_on_ns - board->last_order_ns) / 1e6);
     for (int i = 0; i < config.axes; i++)
         printf("%s{\"force_n\":%.3f,\"position_m\":%.5f,\"motor_work_j\":%.5f,\"travel_m\":%.5f}", i ? "," : "",
                board->force_mn[i] / 1000.0, board->plants[i].position_m, board->plants[i].motor_work_j, board->plants[i].travel_m);
@@ -156,6 +155,8 @@ static void report(unsigned resets)
 
 static void obey(const char *order, pid_t child, unsigned resets)
 {
+    if (strcmp(order, "stats") != 0)
+        board->last_order_ns = now_ns();
     if (strcmp(order, "clear") == 0)
         for (int i = 0; i < 2; i++)
             board->plants[i].motor_work_j = board->plants[i].travel_m = 0;
@@ -178,7 +179,7 @@ int main(int argc, char **argv)
     if ((board = mmap(NULL, sizeof *board, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) == MAP_FAILED)
         die("shared memory");
     config = (struct haptic_device_config){ .name = "native 0.2.0", .axes = 1, .buttons_there = 1,
-        .counts_per_metre = { COUNTS_PER_METRE, COUNTS_PER_METRE }, .force_limit_mn = { LIMIT_MN, LIMIT_MN }, .sample_rate_hz = 1000,
+        .counts_per_metre = { COUNTS_PER_METRE, COUNTS_PER_METRE }, .force_limit_mn = { 20000, 20000 }, .sample_rate_hz = 1000,
         .clock_us = clock_us, .measure = measure, .motor_force = motor_force, .motor_off = motor_off, .read = take, .write = give };
     for (int i = 2; i < argc; i++)
         config.axes += *argv[i] == '2', is_at_rest |= *argv[i] == 'r', board->are_swapped |= *argv[i] == 's';

@@ -3,8 +3,8 @@
  *     build/simulator build/quadrature.elf --pty rig
  *     hapticd --device serial:rig
  *
- * It keeps to real time. On standard input it takes: stats, until S (stats at that time), clear, hang loop|deaf|kicking, cut, patience MS,
- * quit; it answers each with one line of JSON. */
+ * It keeps to real time. On standard input it takes: stats, until S (stats at that time), clear, hang loop|deaf|kicking|clock, reset, cut,
+ * patience MS, quit; it answers each with one line of JSON. */
 #define _GNU_SOURCE
 #include "board.h"
 #include "config.h"
@@ -155,6 +155,8 @@ static void obey(const char *order)
         patience_ms = atol(order + 9);
         last_heard = board_cycle();
     }
+    else if (strcmp(order, "reset") == 0)
+        board_reset();
     else if (strcmp(order, "cut") == 0)
         sensor_cut();
     else if (strcmp(order, "quit") == 0)
