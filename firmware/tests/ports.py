@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Tries a port that runs on this computer: conformance, then each planted fault, which must end at zero force.
 
-    tests/ports.py native|cortexm BUILD [AXES]
+    tests/ports.py native|cortexm3|cortexm4|rp2040 BUILD [1 or 2]
 
 BUILD is the folder of what make has built. Prints a line for each; exit code 1 where one is wrong."""
 
@@ -56,24 +56,40 @@ class Native:
 class CortexM(Native):
     """The image in QEMU, and build/cortexm-rig with line, motors and encoders around it."""
 
-    def __init__(self, build, axes, link, options):
+    def __init__(self, build, axes, link, options, core):
         memory = link + ".memory"
-        core = os.environ.get("CORE", "m3")
         self.run = subprocess.Popen(
             [os.path.join(build, "cortexm-rig"), memory, link, axes, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
         self.ask("stats")
-        machine = {"m3": "mps2-an385", "m4": "mps2-an386"}[core]
+        machine = {"cortexm3": "mps2-an385", "cortexm4": "mps2-an386"}[core]
         self.qemu = subprocess.Popen(
             ["qemu-system-arm", "-M", machine + ",memory-backend=shared", "-display", "none", "-serial", "none", "-monitor", "none"]
             + ["-object", "memory-backend-file,id=shared,size=16M,share=on,mem-path=" + memory]
-            + ["-kernel", os.path.join(build, f"cortex{core}.elf")]
+            + ["-kernel", os.path.join(build, core + ".elf")]
         )
 
     def stop(self):
         self.qemu.kill()
         self.qemu.wait(5)
         super().stop()
+
+
+class Rp2040(Native):
+    """The image in rp2040js, which runs in node."""
+
+    def __init__(self, build, axes, link, options):
+        rig = os.path.join(here, "../ports/rp2040/rig.mjs")
+        command = [os.path.join(build, "onpty"), link, "node", rig, os.path.join(build, f"rp2040-{axes}.bin"), axes, *options]
+        self.run = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def started(port, build, axes, link):
+    if port == "native":
+        return Native(build, axes, link, ["rest"])
+    if port == "rp2040":
+        return Rp2040(build, axes, link, ["rest"])
+    return CortexM(build, axes, link, ["rest"], port)
 
 
 def forces(stats):
@@ -131,10 +147,13 @@ def main():
     is_right = True
     with tempfile.TemporaryDirectory() as folder:
         link = os.path.join(folder, "rig")
-        board = {"native": Native, "cortexm": CortexM}[port](build, axes, link, ["rest"])
+        board = started(port, build, axes, link)
         try:
             board.ask("stats")
             command = [sys.executable, os.path.join(here, "..", "check_rig.py"), link, "--slow", "2", "--push", "0.9"]
+            if port == "rp2040":
+                # At first node compiles, and the board stands still meanwhile.
+                subprocess.run([*command, "--only", "begins_anew"], stdout=subprocess.DEVNULL)
             is_right = subprocess.run(command).returncode == 0
             rig = check_rig.Rig(check_rig.Line(link, 1_000_000), 2)
             is_right &= all([tried(board, rig, fault) for fault in FAULTS])

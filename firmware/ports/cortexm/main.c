@@ -4,8 +4,7 @@
 #include "haptic_device.h"
 
 #include "shared.h"
-
-#include <string.h>
+#include "startup.h"
 
 #define SHARED ((struct shared *)0x21000000)
 #define CORE_HZ 25000000
@@ -14,7 +13,6 @@
 /* Turns that are waited before sleeping, as the rig may have time to make up for. */
 #define SPINS 1000
 
-#define REGISTER(address) (*(volatile uint32_t *)(address))
 #define SYSTICK_CONTROL REGISTER(0xE000E010)
 #define SYSTICK_RELOAD REGISTER(0xE000E014)
 #define RESET_CONTROL REGISTER(0xE000ED0C)
@@ -140,13 +138,11 @@ int main(void)
     }
 }
 
-extern uint32_t data_source, data_begin, data_end, bss_begin, bss_end, stack_top;
 static void on_reset(void)
 {
     motor_off(NULL);
     SHARED->fault = NONE;
-    memcpy(&data_begin, &data_source, (size_t)((char *)&data_end - (char *)&data_begin));
-    memset(&bss_begin, 0, (size_t)((char *)&bss_end - (char *)&bss_begin));
+    start_c();
     main();
 }
 
