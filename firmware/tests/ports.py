@@ -19,8 +19,8 @@ check_rig = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(check_rig)
 
 FORCE_MN = 2000
-# How many ms after the last command, or after the fault, the force has ended; and whether the processor resets. Half a
-# millisecond is how exactly that is seen.
+# How many ms after the fault the force has ended, and whether the processor resets. Half a millisecond is how exactly that
+# is seen.
 FAULTS = {
     "silent": (50.5, False),
     "hang loop": (50.5, True),
@@ -36,7 +36,9 @@ TRIES = 3
 
 
 class Native:
-    """build/native, which is processor and rig in one."""
+    """build/native, which is processor and rig in one. Its times are those of a computer that may be busy."""
+
+    slack = 4
 
     def __init__(self, build, axes, link, options):
         self.run = subprocess.Popen(
@@ -54,7 +56,9 @@ class Native:
 
 
 class CortexM(Native):
-    """The image in QEMU, and build/cortexm-rig with line, motors and encoders around it."""
+    """The image in QEMU, and build/cortexm-rig with line, motors and encoders around it. The rig keeps the board's time."""
+
+    slack = 1
 
     def __init__(self, build, axes, link, options, core):
         memory = link + ".memory"
@@ -76,7 +80,9 @@ class CortexM(Native):
 
 
 class Rp2040(Native):
-    """The image in rp2040js, which runs in node."""
+    """The image in rp2040js, which runs in node and keeps the board's time."""
+
+    slack = 1
 
     def __init__(self, build, axes, link, options):
         rig = os.path.join(here, "../ports/rp2040/rig.mjs")
@@ -105,16 +111,16 @@ def plant(board, rig, fault):
     before = board.ask("stats")
     check_rig.expect(forces(before)[0] == FORCE_MN / 1000, f"it does not pull: {before}")
     host_is_silent = fault in ("silent", "hang clock")
-    if fault != "silent":
-        board.ask(fault)
+    # To a board, "silent" is no order; it marks the moment.
+    board.ask(fault)
     began = time.monotonic()
     while any(forces(after := board.ask("stats"))):
         check_rig.expect(time.monotonic() - began < 1, f"the force stays: {after}")
         if not host_is_silent:
             rig.command(FORCE_MN)
         rig.listen(0.001)
-    took_ms = after["off_after_command_ms" if host_is_silent else "off_after_order_ms"]
-    check_rig.expect(took_ms <= within_ms, f"off after {took_ms} ms")
+    took_ms = after["off_after_order_ms"]
+    check_rig.expect(took_ms <= within_ms * board.slack, f"off after {took_ms} ms")
     # A reset may come later than the timer's interrupt; the force must not come back.
     rig.hold(0.2, FORCE_MN)
     after = board.ask("stats")

@@ -7,10 +7,8 @@
  * loop|write|clock|deaf|kicking, cut (the encoder's wire), mend, reset. */
 #define _GNU_SOURCE
 #include "haptic_device.h"
-
 #include "host.h"
 #include "plant.h"
-
 #include <math.h>
 #include <poll.h>
 #include <signal.h>
@@ -21,13 +19,13 @@
 #include <sys/prctl.h>
 #include <sys/time.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #define COUNTS_PER_METRE 100000
 #define STEP_NS 100000LL
-/* The watchdog counts its own turns, of a millisecond, as processor and watchdog stand still when this computer does. */
-#define WATCHDOG_TURNS 30
-
+/* Of the processor's own time: it is not hung where this computer holds it up. */
+#define WATCHDOG_NS 20000000
 enum fault { NONE, HANG_LOOP, HANG_WRITE, HANG_CLOCK, HANG_DEAF, HANG_KICKING };
 static const char *const fault_names[] = { "", "hang loop", "hang write", "hang clock", "hang deaf", "hang kicking" };
 
@@ -36,7 +34,7 @@ static struct board {
     volatile int32_t force_mn[2];
     volatile int fault;
     volatile bool is_cut, is_kicked, are_swapped;
-    volatile long long last_command_ns, last_on_ns, last_order_ns;
+    volatile long long last_on_ns, last_order_ns;
     struct plant plants[2];
 } *board;
 
@@ -72,7 +70,6 @@ static void motor_force(void *context, const int32_t force_mn[])
 {
     (void)context;
     live();
-    board->last_command_ns = now_ns();
     for (int i = 0; i < config.axes; i++)
         board->force_mn[i] = force_mn[i];
 }
@@ -135,17 +132,14 @@ static _Noreturn void processor(void)
         sleep_until(board_ns);
         haptic_device_poll(&device);
         hang();
-        if (has_ticked) {
-            has_ticked = false;
-            board->is_kicked = true;
-        }
+        board->is_kicked |= has_ticked;
+        has_ticked = false;
     }
 }
 
 static void report(unsigned resets)
 {
-    printf("{\"resets\":%u,\"off_after_command_ms\":%.2f,\"off_after_order_ms\":%.2f,\"axes\":[", resets,
-           (double)(board->last_on_ns - board->last_command_ns) / 1e6, (double)(board->last_on_ns - board->last_order_ns) / 1e6);
+    printf("{\"resets\":%u,\"off_after_order_ms\":%.2f,\"axes\":[", resets, (double)(board->last_on_ns - board->last_order_ns) / 1e6);
     for (int i = 0; i < config.axes; i++)
         printf("%s{\"force_n\":%.3f,\"position_m\":%.5f,\"motor_work_j\":%.5f,\"travel_m\":%.5f}", i ? "," : "",
                board->force_mn[i] / 1000.0, board->plants[i].position_m, board->plants[i].motor_work_j, board->plants[i].travel_m);
@@ -160,16 +154,21 @@ static void obey(const char *order, pid_t child, unsigned resets)
     if (strcmp(order, "clear") == 0)
         for (int i = 0; i < 2; i++)
             board->plants[i].motor_work_j = board->plants[i].travel_m = 0;
-    if (strcmp(order, "cut") == 0)
-        board->is_cut = true;
-    if (strcmp(order, "mend") == 0)
-        board->is_cut = false, board->fault = NONE;
+    if (strcmp(order, "cut") == 0 || strcmp(order, "mend") == 0)
+        board->is_cut = *order == 'c', board->fault = NONE;
     if (strcmp(order, "reset") == 0)
         kill(child, SIGKILL);
     for (int i = HANG_LOOP; i <= HANG_KICKING; i++)
         if (strcmp(order, fault_names[i]) == 0)
             board->fault = i;
     report(resets);
+}
+
+static long long processor_ns(pid_t child)
+{
+    clockid_t clock;
+    struct timespec now = { 0 };
+    return clock_getcpuclockid(child, &clock) || clock_gettime(clock, &now) ? 0 : now.tv_sec * 1000000000LL + now.tv_nsec;
 }
 
 int main(int argc, char **argv)
@@ -189,7 +188,8 @@ int main(int argc, char **argv)
     hurry();
     setvbuf(stdin, NULL, _IONBF, 0);
     pid_t child = 0;
-    for (unsigned resets = 0, turns = 0;; turns++) {
+    long long kicked_ns = 0;
+    for (unsigned resets = 0;;) {
         if (child == 0 && (child = fork()) == 0)
             processor();
         struct pollfd input = { .fd = 0, .events = POLLIN };
@@ -201,14 +201,14 @@ int main(int argc, char **argv)
             obey(order, child, resets);
         }
         if (board->is_kicked)
-            board->is_kicked = false, turns = 0;
-        if (turns > WATCHDOG_TURNS)
+            board->is_kicked = false, kicked_ns = processor_ns(child);
+        bool is_hung = processor_ns(child) - kicked_ns > WATCHDOG_NS;
+        if (is_hung)
             kill(child, SIGKILL);
-        if (waitpid(child, &status, turns > WATCHDOG_TURNS ? 0 : WNOHANG) == child) {
-            /* In reset the pins float, and the resistor at the power stage keeps it off. */
-            motor_off(NULL);
-            board->fault = NONE;
-            child = turns = 0;
+        if (waitpid(child, &status, is_hung ? 0 : WNOHANG) == child) {
+            motor_off(NULL); /* as the resistor at the power stage, while the pins float */
+            board->fault = NONE, kicked_ns = 0;
+            child = 0;
             resets++;
             if (WIFEXITED(status))
                 return 2;
