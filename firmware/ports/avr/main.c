@@ -6,22 +6,21 @@
 #include "encoder.h"
 #include "motor.h"
 #include "uart.h"
-#include "work.h"
 
+#include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
 #include <avr/wdt.h>
 #include <string.h>
 #include <util/atomic.h>
 
-#define FIRMWARE "hapkit 0.2.0 "
+#define FIRMWARE "hapkit 0.2 "
+#define NUMBER_BYTES 3 /* of what make number writes, at the beginning of the EEPROM */
 
 static struct haptic_device device;
 static uint32_t tick_us;
 /* The newest sample, by an interrupt. */
-static uint32_t newest_time_us;
-static int32_t newest_count;
-static bool newest_is_lost;
+static struct haptic_sample newest;
 
 /* The AVR's watchdog stays on through the reset that it makes, at 16 ms: off with it before anything that takes longer. */
 void watchdog_stop(void) __attribute__((naked, used, section(".init3")));
@@ -43,9 +42,10 @@ void sample_take(uint32_t time_us, int32_t count, bool is_lost)
 {
     if (is_lost)
         motor_off();
-    newest_time_us = time_us;
-    newest_count = count;
-    newest_is_lost = is_lost;
+    newest.time_us = time_us;
+    newest.count[0] = count;
+    /* The motor is off; a loop that was late for this sample must learn it too. */
+    newest.lost |= is_lost;
     WORK |= 1 << WORK_SAMPLE;
 }
 
@@ -103,29 +103,32 @@ static bool give(void *context, const uint8_t *bytes, uint8_t length)
     return true;
 }
 
+/* Firmware, encoder and, if it was given one, the board's number, as the chip has none. */
+static const char *name_of_board(void)
+{
+    static char name[sizeof FIRMWARE + 8 + 1 + 2 * NUMBER_BYTES] = FIRMWARE;
+    char *at = name + strlen(strcat(name, encoder_name));
+    uint8_t number[NUMBER_BYTES];
+    eeprom_read_block(number, (const void *)0, NUMBER_BYTES);
+    if ((number[0] & number[1] & number[2]) != 0xFF) {
+        *at++ = '#';
+        for (uint8_t i = 0; i < 2 * NUMBER_BYTES; i++)
+            *at++ = "0123456789abcdef"[i & 1 ? number[i / 2] & 0xF : number[i / 2] >> 4];
+    }
+    return name;
+}
+
 int main(void)
 {
-    static struct haptic_device_config config;
-    static char name[24] = FIRMWARE;
+    static struct haptic_device_config config = { .axes = 1, .buttons_there = BUTTONS_THERE, .sample_rate_hz = SAMPLE_RATE_HZ,
+        .force_limit_mn = { (uint32_t)(1000.0 * FORCE_LIMIT_N) }, .clock_us = clock_us, .motor_force = drive, .motor_off = off,
+        .motor_on = on, .buttons = pressed, .read = take, .write = give, .room = room };
     static struct haptic_sample sample;
     motor_init();
     buttons_init();
     encoder_init();
-    strncat(name, encoder_name, sizeof name - sizeof FIRMWARE);
-    config.name = name;
-    config.axes = 1;
-    config.buttons_there = BUTTONS_THERE;
+    config.name = name_of_board();
     config.counts_per_metre[0] = encoder_counts_per_metre;
-    config.force_limit_mn[0] = (uint32_t)(1000.0 * FORCE_LIMIT_N);
-    config.sample_rate_hz = SAMPLE_RATE_HZ;
-    config.clock_us = clock_us;
-    config.motor_force = drive;
-    config.motor_off = off;
-    config.motor_on = on;
-    config.buttons = pressed;
-    config.read = take;
-    config.write = give;
-    config.room = room;
     haptic_device_init(&device, &config);
     uart_init();
     clock_init();
@@ -133,7 +136,6 @@ int main(void)
     wdt_enable(WDTO_30MS);
     set_sleep_mode(SLEEP_MODE_IDLE);
     for (;;) {
-        bool is_due = false;
         /* A frame waits while a sample is on its way, which then leaves in time. */
         cli();
         while (!(WORK & 1 << WORK_SAMPLE) && (WORK & (1 << WORK_MEASURING | 1 << WORK_FRAME)) != 1 << WORK_FRAME) {
@@ -144,11 +146,12 @@ int main(void)
             sleep_disable();
             cli();
         }
-        if (WORK & 1 << WORK_SAMPLE) {
-            is_due = true;
-            sample.time_us = newest_time_us;
-            sample.count[0] = newest_count;
-            sample.lost = newest_is_lost;
+        bool is_due = WORK & 1 << WORK_SAMPLE;
+        if (is_due) {
+            sample.time_us = newest.time_us;
+            sample.count[0] = newest.count[0];
+            sample.lost = newest.lost;
+            newest.lost = false;
         }
         WORK = 0;
         sei();

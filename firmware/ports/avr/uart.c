@@ -1,7 +1,6 @@
 #include "uart.h"
 
-#include "config.h"
-#include "work.h"
+#include "clock.h"
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
