@@ -76,25 +76,25 @@ static bool send(const struct haptic_device_config *config, uint8_t *message, ui
     }
     if (in_parts && config->room(config->context) < end - message + FRAMING_BYTES)
         return false;
-    for (uint8_t *crc_at = end; message != crc_at + CRC_BYTES;) {
-        if (message == end) {
-            put32(message, ~crc);
-            end = NULL;
-        }
-        uint8_t byte = *message++;
-        if (end)
+    for (bool has_crc = false;; has_crc = true) {
+        while (message != end) {
+            uint8_t byte = *message++;
             crc = crc_add(crc, byte);
-        *to++ = byte;
-        if (byte != 0)
-            continue;
-        /* In the place of each zero is the distance to the next. Frames are too short for a distance of 255. */
-        *group = (uint8_t)(to - 1 - group);
-        group = to - 1;
-        if (in_parts && group - out >= PART_BYTES) {
-            sent &= config->write(config->context, out, (uint8_t)(group - out));
-            group = out;
-            to = out + 1;
+            *to++ = byte;
+            if (byte != 0)
+                continue;
+            /* In the place of each zero is the distance to the next. Frames are too short for a distance of 255. */
+            *group = (uint8_t)(to - 1 - group);
+            group = to - 1;
+            if (in_parts && group - out >= PART_BYTES) {
+                sent &= config->write(config->context, out, (uint8_t)(group - out));
+                group = out;
+                to = out + 1;
+            }
         }
+        if (has_crc)
+            break;
+        end = put32(end, ~crc);
     }
     *group = (uint8_t)(to - group);
     *to++ = 0;
