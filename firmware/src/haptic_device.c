@@ -365,10 +365,10 @@ void haptic_device_fault(struct haptic_device *device, uint8_t error, uint32_t d
 /* Measures when a sample is due, on a fixed grid. Samples that the loop is too late for are left out. */
 static void measure(struct haptic_device *device, uint32_t now)
 {
-    struct haptic_sample sample = { .time_us = now };
     uint32_t late = now - device->due_us, period = device->period_us;
     if ((int32_t)late < 0)
         return;
+    struct haptic_sample sample = { .time_us = now };
     /* The next one is at least 7/8 of a period away. A division only where one was missed: it is slow without hardware. */
     device->due_us += late < period - period / 8 ? period : period + (late + period / 8) / period * period;
     device->config->measure(device->config->context, &sample);
