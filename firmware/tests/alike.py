@@ -3,9 +3,9 @@
 
     tests/alike.py NATIVE FAKE_RIG [SECONDS [SEED]]
 
-Both are programs. Equal must be each hello, acknowledge and error, byte for byte, and of the newest sample its length, flags
-and newest command, once both have taken what was said. A complaint about a message (code 1) is any device's choice. Exit
-code 1 where they differ."""
+Both are programs. Equal must be each hello, acknowledge and error, byte for byte, and of the newest sample its length,
+flags and newest command, once both have taken what was said. A complaint about a message (code 1) is any device's choice.
+Exit code 1 where they differ."""
 
 import os
 import random

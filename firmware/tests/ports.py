@@ -62,16 +62,14 @@ class CortexM(Native):
 
     def __init__(self, build, axes, link, options, core):
         memory = link + ".memory"
-        self.run = subprocess.Popen(
-            [os.path.join(build, "cortexm-rig"), memory, link, axes, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
+        command = [os.path.join(build, "cortexm-rig"), memory, link, axes, *options]
+        self.run = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self.ask("stats")
         machine = {"cortexm3": "mps2-an385", "cortexm4": "mps2-an386"}[core]
-        self.qemu = subprocess.Popen(
-            ["qemu-system-arm", "-M", machine + ",memory-backend=shared", "-display", "none", "-serial", "none", "-monitor", "none"]
-            + ["-object", "memory-backend-file,id=shared,size=16M,share=on,mem-path=" + memory]
-            + ["-kernel", os.path.join(build, core + ".elf")]
-        )
+        command = ["qemu-system-arm", "-M", machine + ",memory-backend=shared"]
+        command += ["-object", "memory-backend-file,id=shared,size=16M,share=on,mem-path=" + memory]
+        command += ["-display", "none", "-serial", "none", "-monitor", "none"]
+        self.qemu = subprocess.Popen([*command, "-kernel", os.path.join(build, core + ".elf")])
 
     def stop(self):
         self.qemu.kill()

@@ -4,7 +4,8 @@
     tests/property.py LIBRARY.so [CONVERSATIONS]
 
 The board around the library, its time, line, motors and timer, is here; so a conversation of seconds takes a millisecond.
-Each is held with one and two axes, on a serial line or HID, with samples and wide ones, written whole or in parts. Exit code 1 where they differ."""
+Each is held with one and two axes, on a serial line or HID, with samples and wide ones, written whole or in parts. Exit
+code 1 where they differ."""
 
 import ctypes as c
 import os
@@ -95,7 +96,8 @@ class Board:
         if in_parts:
             given["room"] = lambda _: 0 if self.is_full else min(64, self.capacity)
         types = dict(Config._fields_)
-        self.config = Config(b"test 1.0", axes, 3, hid, sample_rate_hz=1000, **{name: types[name](f) for name, f in given.items()})
+        functions = {name: types[name](called) for name, called in given.items()}
+        self.config = Config(b"test 1.0", axes, 3, hid, sample_rate_hz=1000, **functions)
         self.config.counts_per_metre[:] = (100_000, 50_000)
         self.config.force_limit_mn[:] = LIMIT_MN
         self.init()
@@ -109,8 +111,9 @@ class Board:
         return (self.now if self.stands_at is None else self.stands_at) % 2**32
 
     def measure(self, _, sample):
-        sample.contents.count[:], sample.contents.hand_force_mn[:], sample.contents.acceleration_mm_s2[:] = zip(*MEASURED)
-        sample.contents.lost = self.is_lost
+        to = sample.contents
+        to.count[:], to.hand_force_mn[:], to.acceleration_mm_s2[:] = zip(*MEASURED)
+        to.lost = self.is_lost
 
     def drive(self, _, force_mn):
         if self.trips_in_force:
@@ -368,7 +371,8 @@ def document_vectors():
     page = open(os.path.join(here, "../../docs/device-protocol.md"), encoding="utf-8").read()
     found = re.findall(r"message ([0-9a-f ]+)\nframe   ([0-9a-f ]+)\n", page)
     expect(len(found) == 12, f"{len(found)} vectors in the page")
-    return {(message[0], len(message)): (message, stuffed) for message, stuffed in ((bytes.fromhex(a), bytes.fromhex(b)) for a, b in found)}
+    vectors = [(bytes.fromhex(message), bytes.fromhex(stuffed)) for message, stuffed in found]
+    return {(message[0], len(message)): (message, stuffed) for message, stuffed in vectors}
 
 
 def speaks_as_documented(library):
