@@ -9,7 +9,7 @@
 #define SHARED ((struct shared *)0x21000000)
 #define CORE_HZ 25000000
 #define TICK_US 100
-#define WATCHDOG_MS 40
+#define WATCHDOG_MS 200 /* of QEMU's time, of which a hung board gets 1 ms for 0.2 ms of the rig's: 40 ms of that */
 /* Turns that are waited before sleeping, as the rig may have time to make up for. */
 #define SPINS 1000
 
