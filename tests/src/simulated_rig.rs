@@ -39,6 +39,31 @@ pub fn firmware_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware")
 }
 
+/// Whether there are these programs, each with the Debian packages that bring it; a skip for the first that is missing.
+#[must_use]
+pub fn has_tools(tools: &[(&str, &str)]) -> bool {
+    for &(program, packages) in tools {
+        if !test_run::is_there(program) {
+            test_run::skip(program, &format!("Debian: apt install {packages}"));
+            return false;
+        }
+    }
+    true
+}
+
+/// Runs one of the firmware's tests in Python.
+///
+/// # Panics
+/// It fails.
+pub fn firmware_test(script: &str, arguments: &[&str]) {
+    let status = Command::new("python3")
+        .arg(firmware_folder().join("tests").join(script))
+        .args(arguments)
+        .status()
+        .expect("python3 starts");
+    assert!(status.success(), "{script} {arguments:?}");
+}
+
 /// Whether a device is as the protocol wants it, by the checker for writers of firmware, and what that says; nothing,
 /// said aloud, where it cannot be run.
 pub fn checked(line: &Path, arguments: &[&str]) -> Option<(bool, String)> {

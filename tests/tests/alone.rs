@@ -2,6 +2,7 @@
 //! Each begins with [`alone`].
 
 mod attacks;
+mod firmware_ports;
 mod firmware_rendering;
 mod held_bytes;
 mod machines;

@@ -31,6 +31,7 @@ mod ctl_top;
 mod ctl_wait;
 mod examples;
 mod firmware;
+mod firmware_library;
 mod forbidden_locks;
 mod hazard_log;
 mod identify_interrupted;

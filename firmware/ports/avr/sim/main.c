@@ -3,16 +3,16 @@
  *     build/simulator build/quadrature.elf --pty rig
  *     hapticd --device serial:rig
  *
- * It keeps to real time. On standard input it takes: stats, until S (stats at that time), clear, hang loop|deaf|kicking, cut, patience MS,
- * quit; it answers each with one line of JSON. */
+ * It keeps to real time. On standard input it takes: stats, until S (stats at that time), clear, hang loop|deaf|kicking|clock, reset, cut,
+ * patience MS, quit; it answers each with one line of JSON. */
 #define _GNU_SOURCE
 #include "board.h"
 #include "config.h"
+#include "host.h"
 #include "plant.h"
 #include "sensor.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <getopt.h>
 #include <math.h>
 #include <poll.h>
@@ -20,10 +20,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
-#include <termios.h>
-#include <time.h>
 #include <unistd.h>
 
 /* Two periods of the PWM: what the motor gives is the mean over it, and the handle moves by one
@@ -54,35 +50,6 @@ static void on_signal(int signal)
 {
     (void)signal;
     ended = 1;
-}
-
-static int die(const char *what)
-{
-    fprintf(stderr, "simulator: %s: %s\n", what, strerror(errno));
-    exit(1);
-}
-
-/* Opens a pseudo-terminal and leads a link to it. Its other end is kept open, so that the line
- * survives the host. */
-static int open_line(void)
-{
-    int line = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
-    if (line < 0 || grantpt(line) != 0 || unlockpt(line) != 0)
-        die("a pseudo-terminal");
-    const char *name = ptsname(line);
-    int other = open(name, O_RDWR | O_NOCTTY);
-    struct termios settings;
-    if (other < 0 || tcgetattr(other, &settings) != 0)
-        die(name);
-    cfmakeraw(&settings);
-    tcsetattr(other, TCSANOW, &settings);
-    if (link_path) {
-        unlink(link_path);
-        if (symlink(name, link_path) != 0)
-            die(link_path);
-    }
-    fprintf(stderr, "simulator: %s\n", link_path ? link_path : name);
-    return line;
 }
 
 /* On request time almost stands still while the host is silent: a host that a busy machine holds
@@ -188,6 +155,8 @@ static void obey(const char *order)
         patience_ms = atol(order + 9);
         last_heard = board_cycle();
     }
+    else if (strcmp(order, "reset") == 0)
+        board_reset();
     else if (strcmp(order, "cut") == 0)
         sensor_cut();
     else if (strcmp(order, "quit") == 0)
@@ -220,13 +189,6 @@ static void take_orders(void)
     }
 }
 
-static long long now_ns(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return now.tv_sec * 1000000000LL + now.tv_nsec;
-}
-
 static void pace(void)
 {
     static long long due_ns;
@@ -238,10 +200,7 @@ static void pace(void)
         due_ns = now;
         lags++;
     }
-    if (due_ns > now) {
-        struct timespec until = { due_ns / 1000000000LL, due_ns % 1000000000LL };
-        clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
-    }
+    sleep_until(due_ns);
 }
 
 static void usage(void)
@@ -290,13 +249,10 @@ int main(int argc, char **argv)
 {
     board_start(take_options(argc, argv));
     sensor_start();
-    int line = open_line();
+    int line = open_line(link_path);
     signal(SIGINT, on_signal);
     signal(SIGTERM, on_signal);
-    prctl(PR_SET_TIMERSLACK, 1);
-    /* A microcontroller is never late; this one is as late as the machine is busy, for a real-time priority would keep the threads
-     * of its host waiting, which it simulates for a third of a processor. */
-    setpriority(PRIO_PROCESS, 0, -20);
+    hurry();
     bool runs = true;
     while (!ended && runs) {
         exchange(line);

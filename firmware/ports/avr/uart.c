@@ -1,6 +1,6 @@
 #include "uart.h"
 
-#include "config.h"
+#include "clock.h"
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -36,6 +36,8 @@ ISR(USART_RX_vect)
     if (next != received.tail) {
         received.bytes[head] = byte;
         received.head = next;
+        if (byte == 0)
+            WORK |= 1 << WORK_FRAME;
     }
 }
 
@@ -49,34 +51,37 @@ ISR(USART_UDRE_vect)
         UCSR0B &= ~(1 << UDRIE0);
 }
 
-bool uart_has_byte(void)
+uint8_t uart_receive(uint8_t *bytes, uint8_t room)
 {
-    return received.head != received.tail;
+    uint8_t tail = received.tail, head = received.head, length = 0;
+    while (tail != head && length < room) {
+        uint8_t byte = received.bytes[tail];
+        if (byte == 0 && length != 0)
+            break;
+        bytes[length++] = byte;
+        tail = NEXT(tail);
+        if (byte == 0)
+            break;
+    }
+    received.tail = tail;
+    if (tail != head)
+        WORK |= 1 << WORK_FRAME;
+    return length;
 }
 
-bool uart_get(uint8_t *byte)
+uint8_t uart_room(void)
 {
-    uint8_t tail = received.tail;
-    if (tail == received.head)
-        return false;
-    *byte = received.bytes[tail];
-    received.tail = NEXT(tail);
-    return true;
+    return (uint8_t)(to_send.tail - to_send.head - 1) & (RING_BYTES - 1);
 }
 
-bool uart_has_room(uint8_t bytes)
+void uart_send(const uint8_t *bytes, uint8_t length)
 {
-    return ((uint8_t)(to_send.tail - to_send.head - 1) & (RING_BYTES - 1)) >= bytes;
-}
-
-void uart_place(uint8_t ahead, uint8_t byte)
-{
-    to_send.bytes[(uint8_t)(to_send.head + ahead) & (RING_BYTES - 1)] = byte;
-}
-
-void uart_send(uint8_t bytes)
-{
-    to_send.head = (uint8_t)(to_send.head + bytes) & (RING_BYTES - 1);
+    uint8_t head = to_send.head;
+    for (; length != 0; length--) {
+        to_send.bytes[head] = *bytes++;
+        head = NEXT(head);
+    }
+    to_send.head = head;
     /* The interrupt clears this bit: read, change and write must not be torn apart. */
     cli();
     UCSR0B |= 1 << UDRIE0;

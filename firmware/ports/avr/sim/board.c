@@ -14,6 +14,7 @@
 #define QUEUE_BYTES 4096
 #define DDRD 0x2a
 #define TCNT0 0x46
+#define TCCR1B 0x81
 #define OCR0B 0x48
 #define PWM_CYCLES 256
 #define RAM_START 0x100
@@ -370,6 +371,10 @@ bool board_hang(const char *how)
         { "deaf", { 0xf8, 0x94, 0xff, 0xcf } }, /* cli; rjmp .-2 */
         { "kicking", { 0xa8, 0x95, 0xfe, 0xcf } }, /* wdr; rjmp .-4 */
     };
+    if (strcmp(how, "clock") == 0) {
+        avr->io[AVR_DATA_TO_IO(TCCR1B)].w.c(avr, TCCR1B, 0, avr->io[AVR_DATA_TO_IO(TCCR1B)].w.param);
+        return true;
+    }
     for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
         if (strcmp(how, ways[i].name) != 0 || is_patched)
             continue;
@@ -384,6 +389,11 @@ bool board_hang(const char *how)
         return true;
     }
     return false;
+}
+
+void board_reset(void)
+{
+    avr_reset(avr);
 }
 
 struct board_stats board_stats(void)

@@ -51,9 +51,12 @@ uint64_t board_last_frame(void);
 void board_set_analogue(int channel, double volts);
 void board_set_pin(char port, int pin, bool level);
 
-/* Ways for the main loop to hang, as a broken firmware would: with interrupts, without, or
- * kicking the hardware watchdog all the time. */
+/* Ways for the main loop to hang, as a broken firmware would: with interrupts, without, or kicking the hardware watchdog all
+ * the time; or for the sample clock to stop. */
 bool board_hang(const char *how);
+
+/* Resets the processor, wherever it is. */
+void board_reset(void);
 
 struct board_stats board_stats(void);
 const struct interrupt *board_interrupts(size_t *count);

@@ -1,0 +1,19 @@
+/* What an image for a Cortex-M does before main. A port's main.c includes it last and lists its interrupts. */
+#ifndef STARTUP_H
+#define STARTUP_H
+
+#include <stdint.h>
+#include <string.h>
+
+#define REGISTER(address) (*(volatile uint32_t *)(address))
+
+/* Of sections.ld. */
+extern uint32_t data_source, data_begin, data_end, bss_begin, bss_end, stack_top;
+
+static inline void start_c(void)
+{
+    memcpy(&data_begin, &data_source, (size_t)((char *)&data_end - (char *)&data_begin));
+    memset(&bss_begin, 0, (size_t)((char *)&bss_end - (char *)&bss_begin));
+}
+
+#endif
