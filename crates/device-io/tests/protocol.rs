@@ -281,6 +281,35 @@ fn vectors() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
+/// The first frame of the document's vectors of two axes.
+#[test]
+fn a_device_with_two_axes_is_refused_by_name() {
+    let document = include_str!("../../../docs/device-protocol.md");
+    let (_, vectors) = document.split_once("<!-- vectors of two axes -->").expect("its place");
+    let frame = vectors
+        .lines()
+        .find_map(|line| line.strip_prefix("frame"))
+        .expect("a frame");
+    let frame = frame
+        .split_whitespace()
+        .map(|byte| u8::from_str_radix(byte, 16).expect("a byte"));
+    let mut decoder = Decoder::default();
+    let mut told = None;
+    for byte in frame {
+        if let Some(message) = decoder.push(byte) {
+            told = Some(
+                View::whole(message.expect("a frame"))
+                    .expect_err("two axes")
+                    .to_string(),
+            );
+        }
+    }
+    assert_eq!(
+        told.as_deref(),
+        Some("the device has two axes, and hapticd renders one")
+    );
+}
+
 #[test]
 fn the_documents_vectors_are_those_of_the_code() {
     let hex = |bytes: &[u8]| {

@@ -60,8 +60,10 @@ pub(super) fn greet(
                 .receive(|came| match came {
                     Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
                     Ok(_) => {}
-                    // A device of another version must be named as one, whatever else comes.
-                    Err(RejectedInput::Message(error @ MessageError::View(ViewError::Version(_)))) => {
+                    // A device of another version, or with two axes, must be named as one, whatever else comes.
+                    Err(RejectedInput::Message(
+                        error @ MessageError::View(ViewError::Version(_) | ViewError::TwoAxes),
+                    )) => {
                         heard = Some(error.to_string());
                     }
                     Err(RejectedInput::Message(error)) if heard.is_none() => heard = Some(error.to_string()),

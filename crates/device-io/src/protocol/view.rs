@@ -61,6 +61,12 @@ impl Kind {
 /// Longest message, bytes.
 pub const LONGEST: usize = 48;
 
+/// Longest message that may be received, bytes: the hello of a device with two axes, which is refused by name.
+pub const LONGEST_RECEIVED: usize = 56;
+
+/// Flag of a hello: the device has two axes.
+const TWO_AXES: u8 = 1 << 1;
+
 /// Why bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ViewError {
@@ -70,6 +76,9 @@ pub enum ViewError {
     /// It is of another version of the protocol.
     #[error("the device speaks version {0} of the link protocol, and this is version {VERSION}")]
     Version(u8),
+    /// It is the hello of a device with two axes.
+    #[error("the device has two axes, and hapticd renders one")]
+    TwoAxes,
     /// It is too short or too long.
     #[error("a message of {got} bytes where {kind:?} has {}", .kind.length())]
     Length {
@@ -120,6 +129,9 @@ impl<'a> View<'a> {
             return Err(ViewError::Version(version));
         }
         let kind = Kind::from_byte(first).ok_or(ViewError::Kind(first))?;
+        if kind == Kind::DeviceHello && bytes.get(2).is_some_and(|flags| flags & TWO_AXES != 0) {
+            return Err(ViewError::TwoAxes);
+        }
         let bytes = bytes
             .get(..kind.length())
             .ok_or(ViewError::Length { kind, got: bytes.len() })?;
