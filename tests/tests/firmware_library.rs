@@ -31,10 +31,7 @@ fn the_library_does_as_the_protocols_page_says() {
     assert!(built.success(), "the library is built");
     firmware_test(
         "property.py",
-        &[
-            &library.display().to_string(),
-            &test_run::extent("30", "200").to_string(),
-        ],
+        &[&library.display().to_string(), test_run::extent("30", "200")],
     );
 }
 
