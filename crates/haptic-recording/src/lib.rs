@@ -6,7 +6,7 @@
 //!
 //! The rows are what the daemon's servo was stepped with and what it gave. With the settings in the
 //! metadata and the scenes in the marks a [`Servo`](haptic_core::servo::Servo) gives the same forces
-//! again, to the last bit, where every tick is a row and the recording began without force.
+//! again, to the last bit, where every tick is a row: from any [`Mark::Snapshot`] on, which holds its state.
 //!
 //! A recording that was broken off, by a full disk or a dead process, reads up to its last whole
 //! entry, and [`Ending`] says so.

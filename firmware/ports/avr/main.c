@@ -143,7 +143,7 @@ int main(void)
             sleep_enable();
             sei();
             sleep_cpu();
-            sleep_disable();
+            sleep_disable(); /* before cli: in simavr the interrupt comes one instruction late */
             cli();
         }
         bool is_due = WORK & 1 << WORK_SAMPLE;
