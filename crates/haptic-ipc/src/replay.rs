@@ -2,7 +2,7 @@
 //! in. With both, [`haptic_core::servo::Servo`] gives the forces of the rows again.
 
 use haptic_core::servo::Settings;
-use haptic_core::snapshot::FieldValue;
+use haptic_core::snapshot::{self, FieldValue, Snapshot};
 use haptic_core::{Scene, Scheme};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -67,6 +67,32 @@ pub struct ServoSnapshot {
     /// ns, one of a few, 1 for yes), or `inf`, `-inf` and `nan`.
     #[cfg_attr(feature = "schema", schemars(with = "BTreeMap<String, serde_json::Value>"))]
     pub fields: BTreeMap<String, FieldValue>,
+}
+
+impl ServoSnapshot {
+    /// That of a servo, whose scenes `arrival` knows by their revisions; `None` where it does not.
+    #[must_use]
+    pub fn of(snapshot: &Snapshot, arrival: impl Fn(u64) -> Option<SceneArrival>) -> Option<Self> {
+        let scene = |revision| {
+            let arrival = arrival(revision)?;
+            Some(SnapshotScene { revision, arrival })
+        };
+        Some(Self {
+            version: snapshot::VERSION,
+            scene: scene(snapshot.revision)?,
+            fading: match snapshot.fading_revision {
+                Some(revision) => Some(scene(revision)?),
+                None => None,
+            },
+            fields: snapshot.fields().collect(),
+        })
+    }
+
+    /// Whether a servo of this build goes on from it.
+    #[must_use]
+    pub fn is_of_this_version(&self) -> bool {
+        self.version == snapshot::VERSION
+    }
 }
 
 /// A scene of a snapshot.

@@ -7,7 +7,6 @@
 use super::comparison::{Comparison, Report};
 use super::error::ReplayError;
 use crossbeam::channel::{Receiver, Sender, bounded};
-use haptic_core::snapshot;
 use haptic_recording::{Entry, Mark, Metadata, RecordingError};
 use std::thread;
 
@@ -36,10 +35,10 @@ pub fn replay(
         // Ours are dropped here, so that the workers end with the parts, and the reports with the workers.
         drop((parts, to_us));
         let reports = scope.spawn(move || compared.iter().collect::<Vec<_>>());
-        let rest = hand_out(metadata, entries, &to_workers);
+        let here = hand_out(metadata, entries, &to_workers);
         drop(to_workers);
         let mut reports = reports.join().expect("it only collects");
-        reports.push((usize::MAX, rest));
+        reports.extend(here?.into_iter().map(|(place, report)| (place, Ok(report))));
         reports.sort_by_key(|(place, _)| *place);
         let mut whole = Report::default();
         for (_, report) in reports {
@@ -52,64 +51,56 @@ pub fn replay(
 /// Compares parts as long as there are any.
 fn work(parts: &Receiver<(usize, Part)>, to: &Sender<(usize, Result<Report, ReplayError>)>) {
     for (place, part) in parts {
-        if to.send((place, compared(part))).is_err() {
+        if to.send((place, after(part).map(Comparison::report))).is_err() {
             return;
         }
     }
 }
 
-fn compared((mut comparison, entries): Part) -> Result<Report, ReplayError> {
+/// The comparison after a part's entries.
+fn after((mut comparison, entries): Part) -> Result<Comparison, ReplayError> {
     for entry in &entries {
         comparison.entry(entry)?;
     }
-    Ok(comparison.report())
+    Ok(comparison)
 }
 
-/// Reads a recording, and hands its parts to the workers; returns what was compared here, the last part with it.
+/// Reads a recording, and hands its parts to the workers; returns those that were compared here, with their places.
 fn hand_out(
     metadata: &Metadata,
     entries: impl IntoIterator<Item = Result<Entry, RecordingError>>,
     to_workers: &Sender<(usize, Part)>,
-) -> Result<Report, ReplayError> {
+) -> Result<Vec<(usize, Report)>, ReplayError> {
     // It follows the marks, and so knows what holds where a part begins.
     let mut known = Comparison::new(metadata)?;
-    let mut here = Report::default();
+    let mut here = Vec::new();
     let mut streamed = Some(known.begin());
     let mut gathered: Option<Part> = None;
     let mut place = 0;
     for entry in entries {
         let entry = entry?;
-        if matches!(&entry, Entry::Mark(Mark::Snapshot { snapshot, .. }) if snapshot.version == snapshot::VERSION) {
-            if let Some(streamed) = streamed.take() {
-                here.append(streamed.report());
-            }
+        if matches!(&entry, Entry::Mark(Mark::Snapshot { snapshot, .. }) if snapshot.is_of_this_version()) {
+            here.extend(streamed.take().map(|streamed| (place, streamed.report())));
             if let Some(part) = gathered.take() {
-                place += 1;
                 // The workers end after this.
                 to_workers.send((place, part)).unwrap_or_default();
             }
+            place += 1;
             gathered = Some((known.begin(), Vec::new()));
         }
         known.follow(&entry);
-        match (&mut gathered, &mut streamed) {
-            (Some((_, entries)), _) if entries.len() < MAX_GATHERED => entries.push(entry),
-            (Some(_), _) => {
-                if let Some((mut comparison, entries)) = gathered.take() {
-                    for entry in entries.iter().chain([&entry]) {
-                        comparison.entry(entry)?;
-                    }
-                    streamed = Some(comparison);
-                }
-            }
-            (None, Some(comparison)) => comparison.entry(&entry)?,
-            (None, None) => {}
+        if let Some(comparison) = &mut streamed {
+            comparison.entry(&entry)?;
+        } else if let Some((_, entries)) = &mut gathered {
+            entries.push(entry);
+        }
+        if let Some((comparison, entries)) = gathered.take_if(|(_, entries)| entries.len() > MAX_GATHERED) {
+            streamed = Some(after((comparison, entries))?);
         }
     }
-    if let Some(streamed) = streamed {
-        here.append(streamed.report());
-    }
+    here.extend(streamed.map(|streamed| (place, streamed.report())));
     if let Some(part) = gathered {
-        here.append(compared(part)?);
+        here.push((place, after(part)?.report()));
     }
     Ok(here)
 }

@@ -2,7 +2,6 @@
 
 use super::error::ReplayError;
 use super::stepper::{StepResult, Stepper, is_same};
-use haptic_core::snapshot;
 use haptic_recording::{Entry, Mark, Metadata, RecordingError};
 use std::collections::VecDeque;
 
@@ -39,7 +38,7 @@ pub fn from(
                         kept.push(Entry::Row(row));
                     }
                 }
-                Entry::Mark(Mark::Snapshot { tick, snapshot }) if snapshot.version == snapshot::VERSION => {
+                Entry::Mark(Mark::Snapshot { tick, snapshot }) if snapshot.is_of_this_version() => {
                     let is_of_before = |entry: &Entry| {
                         let passed = matches!(
                             entry,

@@ -5,7 +5,6 @@ use super::scenes::{Alternative, IncomingScene, Scenes};
 use crate::row::with_outputs;
 use haptic_core::sample::{DeviceError, Motor};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, VERSION};
-use haptic_core::snapshot;
 use haptic_core::velocity::Method;
 use haptic_ipc::{RigState, Sample, ServoSetup, ServoSnapshot, SnapshotScene};
 use haptic_recording::{Mark, Metadata};
@@ -167,7 +166,7 @@ impl Stepper {
 
     /// Goes on from a snapshot.
     fn restore(&mut self, tick: u64, snapshot: &ServoSnapshot) -> Result<(), ReplayError> {
-        if snapshot.version != snapshot::VERSION {
+        if !snapshot.is_of_this_version() {
             return Ok(());
         }
         let compiled = |scene: &SnapshotScene| self.scenes.recorded(scene.revision, &scene.arrival);
@@ -177,7 +176,6 @@ impl Stepper {
         let mut servo = servo.map_err(|error| ReplayError::Snapshot { tick, error })?;
         // Without force it has the settings of the next engagement, and not yet those of the recording.
         servo.set_rig(self.setup.settings.losses, self.setup.settings.compensation);
-        self.scenes.add(snapshot.scene.revision, &snapshot.scene.arrival);
         if self
             .scenes
             .is_otherwise(snapshot.scene.revision, &snapshot.scene.arrival.scene)?
@@ -194,20 +192,8 @@ impl Stepper {
     /// The servo's state before a tick, where it is known.
     pub(super) fn snapshot(&mut self, tick: u64) -> Option<Mark> {
         let snapshot = self.servo.as_mut()?.snapshot()?;
-        let scene = |revision| {
-            let arrival = self.scenes.arrival(revision)?.clone();
-            Some(SnapshotScene { revision, arrival })
-        };
-        let fading = match snapshot.fading_revision {
-            Some(revision) => Some(scene(revision)?),
-            None => None,
-        };
-        let snapshot = Box::new(ServoSnapshot {
-            version: snapshot::VERSION,
-            scene: scene(snapshot.revision)?,
-            fading,
-            fields: snapshot.fields().collect(),
-        });
+        let snapshot = ServoSnapshot::of(&snapshot, |revision| self.scenes.arrival(revision).cloned())?;
+        let snapshot = Box::new(snapshot);
         Some(Mark::Snapshot { tick, snapshot })
     }
 

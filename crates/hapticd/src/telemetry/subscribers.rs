@@ -1,10 +1,10 @@
 //! The subscribers: what each has asked for, and the events that it is sent.
 
 use crate::rt::outbox::{TickRecord, TickSnapshot};
-use haptic_core::{Scene, snapshot};
+use haptic_core::Scene;
 use haptic_ipc::{
     Event, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup, ServoSnapshot, SnapshotEvent,
-    SnapshotScene, StateEvent, Topic, params_of,
+    StateEvent, Topic, params_of,
 };
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -177,23 +177,12 @@ impl Subscribers {
         TickSnapshot { tick, snapshot }: &TickSnapshot,
         scenes: &VecDeque<KnownScene>,
     ) {
-        let of_revision = |revision| {
-            let arrival = KnownScene::of(revision, scenes)?.arrival();
-            Some(SnapshotScene { revision, arrival })
-        };
-        let fading = snapshot.fading_revision.map(of_revision);
-        let (Some(scene), false) = (of_revision(snapshot.revision), matches!(fading, Some(None))) else {
+        let arrival = |revision| KnownScene::of(revision, scenes).map(KnownScene::arrival);
+        let Some(snapshot) = ServoSnapshot::of(snapshot, arrival) else {
             return;
         };
-        let event = Event::Snapshot(Box::new(SnapshotEvent {
-            tick: *tick,
-            snapshot: ServoSnapshot {
-                version: snapshot::VERSION,
-                scene,
-                fading: fading.flatten(),
-                fields: snapshot.fields().collect(),
-            },
-        }));
+        let tick = *tick;
+        let event = Event::Snapshot(Box::new(SnapshotEvent { tick, snapshot }));
         let (line, next) = (line(&event), Instant::now() + SNAPSHOT_PERIOD);
         for subscriber in &mut self.all {
             // A subscriber whose backlog is full gets another one as soon as there is room.

@@ -294,11 +294,13 @@ fn seeking_begins_at_the_last_snapshot_before_the_time() {
 fn parts_are_compared_as_the_whole_is() {
     let session = eventful();
     let mut entries = session.with_snapshots(0, 2);
+    // The first part is read without a snapshot before it.
+    assert!(matches!(entries.remove(0), Entry::Mark(Mark::Snapshot { .. })));
     let row = entries.iter_mut().filter_map(|entry| match entry {
         Entry::Row(row) => Some(row),
         Entry::Mark(_) => None,
     });
-    for row in row.skip(350).step_by(400) {
+    for row in row.skip(150).step_by(200) {
         row.command_force_n += 1.0;
     }
     let mut whole = Comparison::new(&metadata()).expect("it is replayed");

@@ -10,7 +10,7 @@ use haptic_core::sample::{DeviceError, ErrorCode, Measurement};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, Settings};
 use haptic_core::velocity::Method;
 use haptic_core::{Directional, Renderer, Scene, Scheme};
-use haptic_ipc::{RigState, SceneArrival, SceneRamp, ServoSetup, ServoSnapshot, SnapshotScene};
+use haptic_ipc::{RigState, SceneArrival, SceneRamp, ServoSetup, ServoSnapshot};
 use haptic_recording::{Entry, Mark, Metadata};
 use std::collections::BTreeMap;
 
@@ -209,16 +209,8 @@ impl Session {
     /// The servo's state before the next tick.
     fn snapshot(&mut self) -> Mark {
         let snapshot = self.servo.snapshot().expect("no motion of its own");
-        let scene = |revision: u64| SnapshotScene {
-            revision,
-            arrival: self.arrivals[&revision].clone(),
-        };
-        let snapshot = ServoSnapshot {
-            version: haptic_core::snapshot::VERSION,
-            scene: scene(snapshot.revision),
-            fading: snapshot.fading_revision.map(scene),
-            fields: snapshot.fields().collect(),
-        };
+        let snapshot = ServoSnapshot::of(&snapshot, |revision| self.arrivals.get(&revision).cloned());
+        let snapshot = snapshot.expect("its scenes are known");
         // As a file holds it.
         let text = serde_json::to_string(&snapshot).expect("it is written");
         Mark::Snapshot {
