@@ -42,9 +42,19 @@ pub fn firmware_folder() -> PathBuf {
 /// Whether there are these programs, each with the Debian packages that bring it; a skip for the first that is missing.
 #[must_use]
 pub fn has_tools(tools: &[(&str, &str)]) -> bool {
-    for &(program, packages) in tools {
-        if !test_run::is_there(program) {
-            test_run::skip(program, &format!("Debian: apt install {packages}"));
+    are_there(
+        tools
+            .iter()
+            .map(|&(program, packages)| (program, packages, test_run::is_there(program))),
+    )
+}
+
+/// Whether all is there that is needed: names, their Debian packages, and whether each is there. A skip for the first
+/// that is missing.
+fn are_there<'a>(needs: impl IntoIterator<Item = (&'a str, &'a str, bool)>) -> bool {
+    for (what, packages, is_there) in needs {
+        if !is_there {
+            test_run::skip(what, &format!("Debian: apt install {packages}"));
             return false;
         }
     }
@@ -92,7 +102,7 @@ fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
     if !test_run::is_long_for("the firmware as machine code on a simulated microcontroller") {
         return None;
     }
-    let missing = [
+    let needs = [
         ("avr-gcc", "gcc-avr", test_run::is_there("avr-gcc")),
         ("make", "make", test_run::is_there("make")),
         ("cc", "gcc", test_run::is_there("cc")),
@@ -108,11 +118,8 @@ fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
         ),
         ("libelf", "libelf-dev", Path::new("/usr/include/libelf.h").exists()),
     ];
-    for (what, package, there) in missing {
-        if !there {
-            test_run::skip(what, &format!("Debian: apt install {package}"));
-            return None;
-        }
+    if !are_there(needs) {
+        return None;
     }
     let built = Command::new("make")
         .args(["--silent", "all"])

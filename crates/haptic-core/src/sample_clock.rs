@@ -61,7 +61,7 @@ pub enum ClockError {
 
 impl ClockError {
     /// All of them.
-    pub(crate) const ALL: [Self; 3] = [Self::Jumped, Self::StoodStill, Self::Drifts];
+    pub const ALL: [Self; 3] = [Self::Jumped, Self::StoodStill, Self::Drifts];
 }
 
 /// How the clocks stood to each other at the quickest sample of a window.
@@ -131,11 +131,6 @@ impl SampleClock {
     /// Forgets the device: the next sample is the first of another.
     pub fn reset(&mut self) {
         *self = Self::new(self.tolerance_ns);
-    }
-
-    /// The next sample begins again, with what is known of the period: as after an error.
-    fn begin_anew(&mut self) {
-        self.running = None;
     }
 
     /// Time between two samples by our own clock, s; zero before a tenth of a second has gone by.
@@ -208,7 +203,8 @@ impl SampleClock {
         };
         let judged = running.judge(stamp, self.tolerance_ns, &mut self.period_s);
         if judged.is_err() {
-            self.begin_anew();
+            // The next sample begins again, with what is known of the period.
+            self.running = None;
         }
         judged
     }

@@ -80,7 +80,7 @@ impl Recorder {
 
     /// Sets a marker in the recording. Waits for nothing.
     pub(crate) fn mark(&self, tick: u64, text: String) {
-        self.keep_with(|thread| thread.mark(Mark::Marker { tick, text }));
+        self.keep_with(|writer| writer.thread.mark(Mark::Marker { tick, text }));
     }
 
     /// Ends the recording. The queue is still written.
@@ -102,8 +102,7 @@ impl Recorder {
         }
     }
 
-    /// Leaves out what comes before the next snapshot of the servo, for a moment: the recording is replayed from its first
-    /// row.
+    /// Leaves out what comes before the next snapshot of the servo, for a moment: a replay begins with the first row.
     pub(crate) fn begin_at_snapshot(&self) {
         if let Some(writer) = &mut self.slot().writer {
             writer.waits_until = Some(Instant::now() + SNAPSHOT_TIME);
@@ -112,20 +111,13 @@ impl Recorder {
 
     /// Passes on an event. Waits for nothing.
     pub(crate) fn keep(&self, event: &Event) {
-        if let Some(writer) = &mut self.slot().writer {
-            let waits = |until: Instant| !matches!(event, Event::Snapshot(_)) && Instant::now() < until;
-            writer.waits_until = writer.waits_until.filter(|until| waits(*until));
-            if writer.waits_until.is_some() {
-                return;
-            }
-        }
-        self.keep_with(|thread| thread.event(event));
+        self.keep_with(|writer| writer.event(event));
     }
 
-    fn keep_with(&self, keep: impl FnOnce(&RecordingThread) -> Enqueued) {
+    fn keep_with(&self, keep: impl FnOnce(&mut Writer) -> Enqueued) {
         let mut slot = self.slot();
-        let Some(writer) = &slot.writer else { return };
-        match keep(&writer.thread) {
+        let Some(writer) = &mut slot.writer else { return };
+        match keep(writer) {
             Enqueued::Yes => {}
             Enqueued::No {
                 lost_rows,
@@ -176,6 +168,15 @@ impl Writer {
             done,
             waits_until: None,
         })
+    }
+
+    fn event(&mut self, event: &Event) -> Enqueued {
+        let waits = |until: Instant| !matches!(event, Event::Snapshot(_)) && Instant::now() < until;
+        self.waits_until = self.waits_until.filter(|until| waits(*until));
+        if self.waits_until.is_some() {
+            return Enqueued::Yes;
+        }
+        self.thread.event(event)
     }
 }
 

@@ -139,8 +139,7 @@ impl Moving for LinearBlock {
 
     fn archive(&mut self, archive: &mut Archive<'_>) {
         self.state.archive(archive);
-        self.propagator
-            .archive(["tick_s", "tick_s"], Direction::Positive, &self.oscillator, archive);
+        self.propagator.archive("tick_s", &self.oscillator, archive);
     }
 
     fn coupling_force(&self) -> f64 {

@@ -59,8 +59,11 @@ impl Slide for LinearSlide {
     }
 
     fn archive(&mut self, direction: Direction, archive: &mut Archive<'_>) {
-        let names = ["tick_to_positive_s", "tick_to_negative_s"];
-        self.propagator.archive(names, direction, &self.oscillator, archive);
+        let name = match direction {
+            Direction::Positive => "tick_to_positive_s",
+            Direction::Negative => "tick_to_negative_s",
+        };
+        self.propagator.archive(name, &self.oscillator, archive);
     }
 
     fn set_off(&mut self, _limit: f64) {}

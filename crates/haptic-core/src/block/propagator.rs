@@ -2,7 +2,6 @@
 
 use super::oscillator::Oscillator;
 use super::response::Response;
-use crate::directional::Direction;
 use crate::snapshot::Archive;
 
 /// The response for the tick length met last: a steady tick finds it here.
@@ -28,18 +27,7 @@ impl Propagator {
     }
 
     /// Saves or loads for which tick it is kept; the response follows from that.
-    pub(super) fn archive(
-        &mut self,
-        [positive, negative]: [&'static str; 2],
-        direction: Direction,
-        oscillator: &Oscillator,
-        archive: &mut Archive<'_>,
-    ) {
-        let name = if direction == Direction::Positive {
-            positive
-        } else {
-            negative
-        };
+    pub(super) fn archive(&mut self, name: &'static str, oscillator: &Oscillator, archive: &mut Archive<'_>) {
         archive.number(name, &mut self.cached_for);
         if archive.is_loading() {
             self.cached = oscillator.response(self.cached_for);

@@ -252,7 +252,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn sample() -> impl Strategy<Value = Result<Measurement, DeviceError>> {
-        let motor = prop::sample::select(&[Motor::Unreported, Motor::Enabled, Motor::Unconfirmed, Motor::Off][..]);
+        let motor = prop::sample::select(&Motor::ALL[..]);
         let code = prop::sample::select(
             &[
                 ErrorCode::BadMessage,

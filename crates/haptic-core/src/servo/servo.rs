@@ -113,8 +113,8 @@ impl Servo {
         Some(snapshot)
     }
 
-    /// A servo that goes on from a [`snapshot`](Self::snapshot), whose fields `find` gives by their names. The scenes are
-    /// those of its revisions, compiled as the other servo's were.
+    /// A servo that goes on from a [`snapshot`](Self::snapshot), whose fields `find` gives by their names. The
+    /// scenes are those of its revisions, compiled as the other servo's were.
     ///
     /// # Errors
     /// A field is missing, or has a value that it cannot have.

@@ -8,8 +8,7 @@ use std::io;
 use std::os::fd::AsFd;
 use std::path::Path;
 use tokio::sync::oneshot::error::TryRecvError;
-use tokio::sync::oneshot::{self};
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
 
 /// A recording under way. Only [`finish`](Self::finish) and [`break_off`](Self::break_off) wait for the disk.
 pub(crate) struct RecordingUnderWay {

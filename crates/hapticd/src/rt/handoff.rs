@@ -433,8 +433,7 @@ impl Answers {
     /// What is wrong with the device's clock, for who wants to engage.
     pub(crate) fn clock_error(&self) -> Option<ClockError> {
         let number = self.clock_error.load(Ordering::Relaxed);
-        let errors = [ClockError::Jumped, ClockError::StoodStill, ClockError::Drifts];
-        errors.into_iter().find(|error| *error as u64 + 1 == number)
+        ClockError::ALL.into_iter().find(|error| *error as u64 + 1 == number)
     }
 
     /// Samples that were not rendered, because no hand can have made them.

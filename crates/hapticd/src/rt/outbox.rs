@@ -1,5 +1,5 @@
-//! The way out of the real-time thread: a record of every tick, scenes that are rendered no more, and the servo's state when
-//! it is asked for.
+//! The way out of the real-time thread: a record of every tick, scenes that are rendered no more, and the
+//! servo's state when it is asked for.
 //!
 //! Three queues of rtrb, each with one producer and one consumer, which are wait-free on both sides.
 //! When the records find no room they are dropped and counted, and the count travels in the next

@@ -1,4 +1,4 @@
-//! Dispatches each request to the file of its operation.
+//! Dispatches each request to the file of its operation, and writes its answer.
 
 use super::client::{Answer, Client, MAX_CLIENTS, PendingAnswer};
 use crate::control::change::{self, PendingChange};
@@ -6,7 +6,7 @@ use crate::control::peer::Requester;
 use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::{
-    RigHandle, advise, commission, devices, identify, lease, library, reads, reload, schedule, status, subscribe,
+    advise, commission, devices, identify, lease, library, reads, reload, schedule, status, subscribe,
 };
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
@@ -21,7 +21,7 @@ impl Client {
         if let Some(refusal) = self.refusal(&envelope.request) {
             return Answer::Now(answer::<()>(id, Err(refusal)));
         }
-        let command = async |wanted| command(rig, wanted, stops, by).await;
+        let command = async |command| rig.command(command, stops, by).await.map(reply);
         let begun = |begun: Result<PendingChange, WireError>| match begun {
             Ok(change) => Answer::OnceRendered(PendingAnswer {
                 id: envelope.id,
@@ -66,10 +66,14 @@ impl Client {
                 answer(id, schedule::schedule(rig, by, changes, options).await)
             }
             Request::ScheduleCancel { name } => answer(id, schedule::cancel(rig, by, name.as_deref())),
-            Request::Engage { anyway } => answer(id, engage(rig, anyway, stops, by).await),
+            Request::Engage { anyway } => answer(id, rig.engage(anyway, stops, by).await.map(reply)),
             Request::Release {} => answer(id, command(Command::Release).await),
             Request::Reset {} => answer(id, command(Command::Reset).await),
-            Request::Stop {} => answer(id, stopped(rig, stops).await),
+            // It was raised when its line was read.
+            Request::Stop {} => {
+                let stopped = rig.stopped(stops).await;
+                answer(id, stopped.map(|(tick, state)| StateReply { state, tick }))
+            }
             Request::Status {} => answer(id, Ok(status::status(rig).await)),
             Request::Timing {} => answer(id, Ok(reads::timing(rig))),
             Request::Devices { probe } => answer(id, devices::devices(rig, probe).await),
@@ -148,35 +152,11 @@ fn only_watching() -> WireError {
     WireError::new(ErrorCode::ReadOnly, message)
 }
 
-pub(super) async fn engage(
-    rig: &RigHandle,
-    anyway: bool,
-    stops_known: u64,
-    by: Requester<'_>,
-) -> Result<StateReply, WireError> {
-    rig.engage(anyway, stops_known, by).await.map(reply)
-}
-
-pub(super) async fn command(
-    rig: &RigHandle,
-    command: Command,
-    stops_known: u64,
-    by: Requester<'_>,
-) -> Result<StateReply, WireError> {
-    rig.command(command, stops_known, by).await.map(reply)
-}
-
 fn reply(outcome: Outcome) -> StateReply {
     StateReply {
         state: outcome.state,
         tick: outcome.tick,
     }
-}
-
-/// Answers a stop, which was raised when its line was read.
-pub(super) async fn stopped(rig: &RigHandle, stop: u64) -> Result<StateReply, WireError> {
-    let (tick, state) = rig.stopped(stop).await?;
-    Ok(StateReply { state, tick })
 }
 
 /// An answer, serialised without a tree of values in between: some are long.
