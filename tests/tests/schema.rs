@@ -6,8 +6,9 @@ use haptic_ipc::{JournalEntry, RigState, SceneArrival};
 use haptic_recording::Mark;
 use haptic_recording::mcap::MARK_SCHEMA;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use system_tests::reference;
 use system_tests::schema::{Part, Validator};
 use system_tests::transcript::Transcript;
@@ -155,7 +156,20 @@ fn the_schema_of_a_recordings_marks_is_that_of_the_marks() {
     let schema: Value = serde_json::from_str(MARK_SCHEMA).expect("JSON");
     let validator = Validator::of_schema(&schema);
     let (tick, text) = (1, String::from("text"));
+    let fixture = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-servo-3.mcap");
+    let recorded = haptic_recording::read(Path::new(fixture)).expect("the fixture");
+    let snapshot = recorded
+        .marks
+        .into_iter()
+        .map(|(_, mark)| mark)
+        .find(|mark| matches!(mark, Mark::Snapshot { .. }));
+    let mut kinds = BTreeSet::new();
     for mark in [
+        Mark::Servo {
+            tick,
+            servo: Box::new(recorded.metadata.servo.expect("the settings")),
+        },
+        snapshot.expect("a snapshot"),
         Mark::Scene {
             tick,
             revision: 2,
@@ -191,6 +205,7 @@ fn the_schema_of_a_recordings_marks_is_that_of_the_marks() {
         },
     ] {
         let value = serde_json::to_value(&mark).expect("JSON");
+        kinds.insert(value["mark"].clone().to_string());
         for (name, _) in value.as_object().expect("an object") {
             assert!(schema["properties"].get(name).is_some(), "{name}");
         }
@@ -198,8 +213,20 @@ fn the_schema_of_a_recordings_marks_is_that_of_the_marks() {
             validator.check(&value).unwrap_or_else(|error| panic!("{error}"));
         }
     }
+    // What serde would take, in its own words: no kind is left out here or there.
+    let weather = json!({ "mark": "weather" });
+    let expected = serde_json::from_value::<Mark>(weather.clone()).expect_err("no such mark");
+    let expected = expected.to_string();
+    let expected: BTreeSet<String> = expected
+        .split('`')
+        .skip(3)
+        .step_by(2)
+        .map(|kind| format!("\"{kind}\""))
+        .collect();
+    let listed = schema["properties"]["mark"]["enum"].as_array().expect("a list");
+    assert_eq!(kinds, expected);
+    assert_eq!(listed.iter().map(Value::to_string).collect::<BTreeSet<_>>(), expected);
     if let Some(validator) = validator {
-        let none = json!({ "mark": "weather" });
-        validator.check(&none).expect_err("there is no such mark");
+        validator.check(&weather).expect_err("there is no such mark");
     }
 }
