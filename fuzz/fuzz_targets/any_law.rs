@@ -27,7 +27,7 @@ struct Case {
 }
 
 fn scene(made: &Made) -> Option<Scene> {
-    let mut friction = Friction::usual(LAWS[usize::from(made.law / 2) % LAWS.len()]).expect("a law");
+    let mut friction = Friction::default_of(LAWS[usize::from(made.law / 2) % LAWS.len()]).expect("a law");
     if let Friction::ResetIntegrator(law) = &mut friction
         && made.law % 2 == 1
     {

@@ -255,7 +255,7 @@ fn every_field_of_the_configuration() {
 fn every_law_and_every_parameter() {
     let mut page = String::from("| law | what it is | its own parameters |\n|---|---|---|\n");
     for law in LAWS {
-        let usual = Friction::usual(law).expect("a law of the list");
+        let usual = Friction::default_of(law).expect("a law of the list");
         let summary = Friction::summary(law).expect("it has one");
         let symbols = |on_device: bool| {
             let mut found: Vec<&str> = Vec::new();

@@ -50,7 +50,6 @@ pub mod compensation;
 mod contact;
 mod directional;
 pub mod excitation;
-mod flush;
 pub mod friction;
 pub mod limiter;
 mod math;

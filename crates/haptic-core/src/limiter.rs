@@ -2,7 +2,7 @@
 //! faster in changing than the rig allows. And the speed beyond which a hand, or an encoder, is out
 //! of control.
 
-use crate::flush::flush;
+use crate::math::flush;
 use crate::snapshot::Archive;
 use thiserror::Error;
 

@@ -9,3 +9,12 @@ pub(crate) use libm::{
     atan2, ceil, copysign, cos, exp, expm1 as exp_m1, floor, log as ln, log1p as ln_1p, pow as powf, sincos as sin_cos,
     sqrt,
 };
+
+/// Smaller than anything that is felt, in SI units of any kind: a state below it is zero. A product
+/// of two states above it is still a normal number.
+pub(crate) const NOTHING: f64 = 1e-100;
+
+/// `value`, or zero where it is next to nothing.
+pub(crate) fn flush(value: f64) -> f64 {
+    if value.abs() < NOTHING { 0.0 } else { value }
+}

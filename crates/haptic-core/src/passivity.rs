@@ -14,8 +14,7 @@
 //!
 //! The controller, where it is wanted, opposes the motion until the excess is gone.
 
-use crate::flush::NOTHING;
-use crate::math::copysign;
+use crate::math::{NOTHING, copysign};
 use crate::snapshot::Archive;
 
 /// What the rig itself takes up.

@@ -104,7 +104,7 @@ fn print_kinds(records: u64, part: &str) {
                 row(&|found| share(found.answered, records as usize)),
                 row(&|found| share(found.held, found.answered)),
                 row(&|found| found
-                    .usual_half()
+                    .median_half()
                     .map_or_else(|| "-".to_owned(), |half| format!("{half:.3}"))),
                 1e3 * begun.elapsed().as_secs_f64() / records as f64
             );

@@ -13,7 +13,7 @@ pub use scenes::{excitations, scenes};
 
 use crate::accuracy::cases::{self, Case, OscillatingHand};
 use crate::accuracy::{Extent, INSTRUCTIONS_ON, LawCase, law_cases, schemes_by_law};
-use crate::motion::{DeviceSample, per_tick, usual_period_s};
+use crate::motion::{DeviceSample, median_period_s, per_tick};
 use crate::simulate::{Start, measure_cost, renderer};
 use haptic_core::{BoundError, Excitation, Renderer, SceneError, Scheme};
 use std::fmt;
@@ -23,7 +23,7 @@ use std::time::Instant;
 /// An excitation at the beginning of a motion.
 fn follower(excitation: Excitation, motion: &[DeviceSample]) -> Result<Renderer, BoundError> {
     let first = motion.first().copied().unwrap_or_default();
-    let mut renderer = Renderer::excitation(excitation, usual_period_s(motion))?;
+    let mut renderer = Renderer::excitation(excitation, median_period_s(motion))?;
     renderer.start_at(first.position_m, first.velocity_mps);
     Ok(renderer)
 }

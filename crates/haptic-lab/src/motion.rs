@@ -56,7 +56,7 @@ impl MotionReader {
                 path: path.to_path_buf(),
             });
         }
-        let period_s = usual_period_s(&stretch);
+        let period_s = median_period_s(&stretch);
         let mut motion = Self {
             estimator: (!rows.has_velocity()).then(|| AlphaBetaGamma::new(period_s)),
             rows,
@@ -147,8 +147,8 @@ pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
 
 /// The median time between samples, s; 1 ms where there is none.
 #[must_use]
-pub fn usual_period_s(motion: &[DeviceSample]) -> f64 {
-    median::usual_period_s(motion.iter().map(|sample| sample.t_s))
+pub fn median_period_s(motion: &[DeviceSample]) -> f64 {
+    median::median_period_s(motion.iter().map(|sample| sample.t_s))
 }
 
 #[cfg(test)]
@@ -190,7 +190,7 @@ mod tests {
         let samples = read_text(&text).expect("a motion");
         assert_eq!(samples.len(), count);
         // Estimated by one tracker from the first sample to the last.
-        let mut estimator = AlphaBetaGamma::new(usual_period_s(&samples[..STRETCH]));
+        let mut estimator = AlphaBetaGamma::new(median_period_s(&samples[..STRETCH]));
         let mut last_s = 0.0;
         for sample in &samples {
             assert_eq!(

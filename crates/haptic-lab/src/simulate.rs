@@ -1,7 +1,7 @@
 //! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to
 //! the last bit.
 
-use crate::motion::{DeviceSample, usual_period_s};
+use crate::motion::{DeviceSample, median_period_s};
 use haptic_core::block::{BlockState, Contact, EventSink};
 use haptic_core::{Renderer, Scene, SceneError, Scheme};
 use haptic_motion::median::median;
@@ -159,7 +159,7 @@ pub fn simulate(
     start: Start,
 ) -> Result<Simulation, SceneError> {
     let first = motion.first().copied().unwrap_or_default();
-    let mut simulator = Simulator::new(scene, scheme, usual_period_s(motion), &first, start)?;
+    let mut simulator = Simulator::new(scene, scheme, median_period_s(motion), &first, start)?;
     let mut events = Vec::new();
     let rows = motion
         .iter()
@@ -180,7 +180,7 @@ pub(crate) fn renderer(
     start: Start,
 ) -> Result<Renderer, SceneError> {
     let first = motion.first().copied().unwrap_or_default();
-    renderer_at(scene, scheme, usual_period_s(motion), &first, start)
+    renderer_at(scene, scheme, median_period_s(motion), &first, start)
 }
 
 fn renderer_at(
@@ -291,7 +291,7 @@ impl CostMeter {
 /// The scene cannot be rendered at the rate of the motion.
 pub fn measure_cost(scene: &Scene, scheme: Scheme, motion: &[DeviceSample], start: Start) -> Result<Cost, SceneError> {
     let first = motion.first().copied().unwrap_or_default();
-    let mut meter = CostMeter::new(scene, scheme, usual_period_s(motion), &first, start)?;
+    let mut meter = CostMeter::new(scene, scheme, median_period_s(motion), &first, start)?;
     meter.measure(motion);
     Ok(meter.cost())
 }

@@ -1,9 +1,10 @@
 //! Motions in recordings of hapticd in CSV.
 
+use crate::Row;
 use crate::columns::{Column, Columns};
 use crate::error::{MotionError, Place};
+use crate::opened::Input;
 use crate::whole_lines::WholeLines;
-use crate::{Input, Row};
 use std::path::{Path, PathBuf};
 
 /// The first bytes of a recording of hapticd in CSV.

@@ -26,23 +26,22 @@ pub mod guard;
 mod mcap_table;
 pub mod median;
 pub mod numbers;
+mod opened;
 mod parquet_table;
 pub mod table;
 pub mod text;
 mod whole_lines;
 
 pub use error::{MotionError, Place};
+pub use opened::{Opened, RECORDING_KEY};
 
 use columns::Columns;
 use csv_table::CsvTable;
-use guard::guarded;
 use mcap_table::McapTable;
-use parquet::file::reader::SerializedFileReader;
 use parquet_table::ParquetTable;
 use std::fs::File;
-use std::io::{Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
-use table::{Quantity, TableError, TableOptions};
+use table::{Quantity, Table, TableOptions};
 
 /// One row of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,9 +57,6 @@ pub struct Row {
 /// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are
 /// made of leave the range of numbers.
 pub const LARGEST: f64 = 1e12;
-
-/// A file whose first bytes have been looked at. A pipe cannot be wound back.
-type Input = Chain<Cursor<Vec<u8>>, File>;
 
 /// A motion file: an iterator over its rows. After an error nothing follows.
 #[expect(missing_debug_implementations, reason = "the readers of the formats have none")]
@@ -122,52 +118,23 @@ impl Rows {
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn new(path: &Path, mut file: File, options: &TableOptions) -> Result<Self, MotionError> {
-        const MAGIC_BYTES: u64 = 20;
-        let unreadable = |source| MotionError::open(path, source);
-        let mut first = Vec::new();
-        (&mut file)
-            .take(MAGIC_BYTES)
-            .read_to_end(&mut first)
-            .map_err(unreadable)?;
-        if first.is_empty() {
-            return Err(MotionError::format(path, "the file is empty"));
-        }
+    pub fn new(path: &Path, file: File, options: &TableOptions) -> Result<Self, MotionError> {
+        let file = Opened::new(path, file).map_err(|source| MotionError::open(path, source))?;
         options.check_gains()?;
         // A recording is read as one unless something else is said of its columns.
         let is_plain = *options == TableOptions::default();
-        let no_table = || TableError::NoTable {
-            path: path.to_path_buf(),
-        };
-        let options = &TableOptions {
-            is_of_device: true,
-            ..options.clone()
-        };
         let mut notes = Vec::new();
-        let mut of_table = |table| Source::of_table(table, &mut notes);
-        let source = if first.starts_with(parquet_table::MAGIC) {
-            let reader =
-                guarded(|| SerializedFileReader::new(file)).map_err(|error| MotionError::format(path, error))?;
-            match table::ParquetTable::of_other(path, reader) {
-                Ok(file) => of_table(table::Table::of_parquet(&file, options, &MOTION)?),
-                Err(_) if !is_plain => return Err(no_table().into()),
-                Err(reader) => Source::Parquet(ParquetTable::new(path, *reader)?),
-            }
-        } else {
-            let is_recording = first.starts_with(csv_table::RECORDING_TITLE);
-            let is_mcap = first.starts_with(mcap::MAGIC);
-            let mut input = Cursor::new(first).chain(file);
-            if is_mcap && !is_plain {
-                return Err(no_table().into());
-            }
-            if is_mcap {
-                Source::Mcap(McapTable::new(path, input)?)
-            } else if is_recording && is_plain {
-                Source::Csv(CsvTable::new(path, input)?)
-            } else {
-                let mut bytes = Vec::new();
-                input.read_to_end(&mut bytes).map_err(unreadable)?;
-                of_table(table::Table::of_text(path, &bytes, options, &MOTION)?)
+        let source = match file {
+            Opened::CsvRecording(input) if is_plain => Source::Csv(CsvTable::new(path, input)?),
+            Opened::Mcap(input) if is_plain => Source::Mcap(McapTable::new(path, input)?),
+            Opened::ParquetRecording(Err(reason)) => return Err(MotionError::format(path, reason)),
+            Opened::ParquetRecording(Ok(reader)) if is_plain => Source::Parquet(ParquetTable::new(path, reader)?),
+            file => {
+                let options = TableOptions {
+                    is_of_device: true,
+                    ..options.clone()
+                };
+                Source::of_table(Table::read(path, file, &options, &MOTION)?, &mut notes)
             }
         };
         Ok(Self {
@@ -238,7 +205,7 @@ impl Rows {
 const MOTION: [Quantity; 2] = [Quantity::Position, Quantity::Velocity];
 
 impl Source {
-    fn of_table(mut table: table::Table, notes: &mut Vec<String>) -> Self {
+    fn of_table(mut table: Table, notes: &mut Vec<String>) -> Self {
         let velocities = table.values.pop().unwrap_or_default();
         let positions = table.values.pop().unwrap_or_default();
         let rows: Vec<(Place, Row)> = (0..table.t_s.len())

@@ -1,8 +1,9 @@
 //! Motions in MCAP: a channel of fixed structs.
 
+use crate::Row;
 use crate::columns::{Column, Columns, TIME};
 use crate::error::{MotionError, Place};
-use crate::{Input, Row};
+use crate::opened::Input;
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};

@@ -20,7 +20,7 @@ pub fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
 }
 
 /// The median time between samples, s; 1 ms if there are fewer than two.
-pub fn usual_period_s(t_s: impl Iterator<Item = f64> + Clone) -> f64 {
+pub fn median_period_s(t_s: impl Iterator<Item = f64> + Clone) -> f64 {
     let mut periods: Vec<f64> = t_s.clone().skip(1).zip(t_s).map(|(end, start)| end - start).collect();
     median(&mut periods).unwrap_or(1e-3)
 }

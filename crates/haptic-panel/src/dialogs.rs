@@ -7,7 +7,8 @@
 #[cfg(test)]
 mod tests;
 
-use crate::intent::DialogPurpose;
+use crate::intent::{DialogPurpose, Intent};
+use egui::Ui;
 use rfd::FileDialog;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -87,4 +88,26 @@ impl log::Log for Complaints {
     }
 
     fn flush(&self) {}
+}
+
+/// Width of the browse button with the distance before it, points.
+pub(crate) const BROWSE_WIDTH: f32 = 82.0;
+
+/// Shows the button beside a field for a path. Returns whether it was pressed.
+pub(crate) fn browse_button(
+    ui: &mut Ui,
+    text: &str,
+    name: &str,
+    (purpose, near): (DialogPurpose, &str),
+    intents: &mut Vec<Intent>,
+) -> bool {
+    let button = ui
+        .button(text)
+        .on_hover_text("Opens the dialog of the desktop. Space and Escape stop in this window, not in that one.")
+        .accessible_name(name);
+    if button.clicked() {
+        let near = PathBuf::from(near);
+        intents.push(Intent::Choose { purpose, near });
+    }
+    button.clicked()
 }

@@ -42,7 +42,6 @@
 //! overlay.
 
 mod app;
-mod browse;
 mod close_question;
 pub mod connection;
 mod dialogs;
@@ -55,10 +54,8 @@ mod identification;
 mod intent;
 mod measure;
 mod model;
-mod new_file;
 mod note;
 mod notice;
-mod number_field;
 mod page;
 mod page_row;
 mod pages;

@@ -2,7 +2,7 @@
 //!
 //! If the disk does not keep up, what is lost is counted, shown, and marked as lost in the recording.
 
-use crate::new_file;
+use crate::files;
 use crate::recording::RecordingNews;
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
@@ -188,7 +188,7 @@ fn write(
     waiting: &WaitingParts,
     updates: &UpdateSender,
 ) -> Result<RecordingNews, String> {
-    let (path, file) = new_file::create(folder, "haptic-recording", format.ending())?;
+    let (path, file) = files::create(folder, "haptic-recording", format.ending())?;
     let failed = |error: io::Error| format!("the recording ends here: cannot write {}: {error}", path.display());
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     metadata.started_unix_s = since_1970.map_or(0.0, |time| time.as_secs_f64());

@@ -1,5 +1,7 @@
-//! Whether Space is typed into a text field: a word that each frame writes, for those who take keys between two frames.
+//! Typing: the field of a number, and whether Space is typed into a text field, a word that each frame writes for those
+//! who take keys between two frames.
 
+use egui::{DragValue, Key, Ui, Widget};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -38,6 +40,20 @@ impl Typing {
 
     fn ns(&self, time: Instant) -> u64 {
         u64::try_from(time.saturating_duration_since(self.began).as_nanos()).unwrap_or(u64::MAX)
+    }
+}
+
+/// The field of a value, as `design` makes it. What is typed counts by Enter or Tab alone: a half-typed number is
+/// dropped when the field loses the keyboard otherwise.
+pub(crate) fn number_field(value: &mut f64, design: impl FnOnce(DragValue<'_>) -> DragValue<'_>) -> impl Widget {
+    move |ui: &mut Ui| {
+        let mut typed = *value;
+        let field = ui.add(design(DragValue::new(&mut typed)).update_while_editing(false));
+        let is_left_by_key = ui.input(|input| input.key_pressed(Key::Enter) || input.key_pressed(Key::Tab));
+        if !field.lost_focus() || is_left_by_key {
+            *value = typed;
+        }
+        field
     }
 }
 

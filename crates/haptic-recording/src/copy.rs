@@ -2,11 +2,11 @@
 
 use crate::error::{CopyError, CreateError, Ending, RecordingError};
 use crate::format::Format;
-use crate::gaps::Gaps;
 use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::parquet;
 use crate::reader::{Reader, open};
+use crate::recorder::Gaps;
 use crate::writer::{Totals, Writer};
 use std::ffi::OsString;
 use std::fs::File;

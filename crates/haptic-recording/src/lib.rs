@@ -19,7 +19,6 @@ mod cut;
 mod error;
 mod fields;
 mod format;
-mod gaps;
 mod mark;
 pub mod mcap;
 mod metadata;

@@ -51,7 +51,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         .flatten();
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
-    let losses = usual_losses(&config.rig);
+    let losses = default_losses(&config.rig);
     let mass = match &config.rig {
         RigChoice::Fake(rig) => Some(rig.properties().mass_kg),
         RigChoice::Linked(_) => None,
@@ -86,7 +86,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
 
     let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
     let phase_ns = share.as_ref().map_or_else(
-        || processor_share::usual_phase_ns(config.period_ns),
+        || processor_share::default_phase_ns(config.period_ns),
         |share| share.phase_ns(config.period_ns),
     );
     let facts = Facts {
@@ -183,7 +183,7 @@ fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<Pr
 }
 
 /// What a rig takes up as far as nothing is known of it.
-fn usual_losses(rig: &RigChoice) -> RigLosses {
+fn default_losses(rig: &RigChoice) -> RigLosses {
     match rig {
         RigChoice::Fake(rig) => RigLosses {
             damping: rig.properties().damping_ns_per_m,

@@ -104,7 +104,7 @@ impl ProcessorShare {
 }
 
 /// Phase of the deadlines of a loop that is not pinned, ns.
-pub(crate) fn usual_phase_ns(period_ns: u64) -> u64 {
+pub(crate) fn default_phase_ns(period_ns: u64) -> u64 {
     phase_ns(PHASES[0], period_ns)
 }
 
@@ -170,7 +170,7 @@ mod tests {
             .map(|_| ProcessorShare::claim(cpu).expect("a share"))
             .collect();
         let mut phases: Vec<u64> = shares.iter().map(|share| share.phase_ns(PERIOD_NS)).collect();
-        assert_eq!(phases[0], usual_phase_ns(PERIOD_NS));
+        assert_eq!(phases[0], default_phase_ns(PERIOD_NS));
         assert!(phases[0].abs_diff(phases[1]) >= 250_000, "{phases:?}");
         phases.sort_unstable();
         assert!(phases.windows(2).all(|pair| pair[1] - pair[0] >= 30_000), "{phases:?}");

@@ -2,7 +2,7 @@
 //! that only waits take turns on the same processor at the same priority, so that the machine's
 //! moods are shared; what they saw stands side by side.
 
-use crate::processor_share::usual_phase_ns;
+use crate::processor_share::default_phase_ns;
 use crate::rt::clock::{Grid, Waiting, Wake, now_ns};
 use crate::rt::handoff::Shared;
 use crate::rt::outbox::Consumer;
@@ -43,7 +43,7 @@ impl Turn {
     }
 
     fn run(&mut self, ticks: u64, period_ns: u64, waiting: Waiting, mut work: impl FnMut(Wake, u64) -> u64) {
-        let mut grid = Grid::new(period_ns, usual_phase_ns(period_ns), now_ns());
+        let mut grid = Grid::new(period_ns, default_phase_ns(period_ns), now_ns());
         for _ in 0..ticks {
             let wake = grid.wait(waiting);
             let ended_ns = work(wake, grid.missed());

@@ -4,9 +4,7 @@
 //! next event or to where a series no longer converges. The work of a tick is bounded; when the
 //! bound is reached, a few backward-Euler steps do the rest.
 
-use super::body::{Coupling, Load, rounding};
-use super::moving::{EventSink, Rendered};
-use super::state::BlockState;
+use super::body::{BlockState, Coupling, EventSink, Load, Rendered, rounding};
 use core::f64::consts::PI;
 
 /// Backward-Euler steps that do the rest of a tick whose work is used up.

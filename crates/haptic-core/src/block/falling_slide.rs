@@ -1,11 +1,10 @@
 //! A slide against friction that falls with speed (Stribeck's curve): power series of the motion
 //! where the curve is felt, and a slide against constant friction above.
 
+use super::exact::{PieceEnd, Slide, SlideBounds};
 use super::expansion::{Held, Piece, Start};
-use super::fall::FallLevel;
-use super::linear_slide::LinearSlide;
+use super::linear_slide::{FallLevel, LinearSlide};
 use super::oscillator::Motion;
-use super::slide::{PieceEnd, Slide, SlideBounds};
 use super::straight::LineEnd;
 use crate::contact::{Fall, FallSeries, LOOK_BACK_ON_CURVE, Line, MIN_ON_CURVE, fallen_from};
 use crate::directional::Direction;

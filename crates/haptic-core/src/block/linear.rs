@@ -1,11 +1,8 @@
 //! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly,
 //! without an event to look for.
 
-use super::body::{Coupling, Load};
-use super::moving::{EventSink, Moving, Rendered};
-use super::oscillator::{Motion, Oscillator};
-use super::propagator::Propagator;
-use super::state::BlockState;
+use super::body::{BlockState, Coupling, EventSink, Load, Moving, Rendered};
+use super::oscillator::{Motion, Oscillator, Propagator};
 use crate::contact::Contact;
 use crate::directional::Direction;
 use crate::snapshot::Archive;

@@ -1,9 +1,12 @@
 //! A slide against constant and viscous friction, in closed form.
+//!
+//! When it falls to the velocity at which it ends: the velocity's extrema are closed-form; between
+//! them it is monotone, so the first one at or below the level brackets the fall, and a safeguarded
+//! Newton iteration finds it.
 
-use super::fall::{FallLevel, SlideEnd, first_fall, passes};
-use super::oscillator::{Motion, Oscillator};
-use super::propagator::Propagator;
-use super::slide::{PieceEnd, Slide, SlideBounds};
+use super::exact::{PieceEnd, Slide, SlideBounds};
+use super::oscillator::{Motion, Oscillator, Propagator};
+use crate::block::oscillator::Response;
 use crate::directional::Direction;
 use crate::snapshot::Archive;
 
@@ -110,4 +113,135 @@ impl Slide for LinearSlide {
         };
         (end, extrema)
     }
+}
+
+/// How a slide ends, or that it does not.
+pub(super) enum SlideEnd {
+    /// It continues to the end of the interval; whether it is armed there.
+    None { armed: bool },
+    /// The velocity falls to the re-stick level at this time.
+    Falls { at: f64, armed: bool },
+    /// The search met more extrema than a tick may work through.
+    Exhausted,
+}
+
+/// The velocity at which a slide ends: a threshold once it has been faster, and zero until then.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FallLevel {
+    pub(super) armed: bool,
+    pub(super) threshold: f64,
+}
+
+impl FallLevel {
+    /// m/s.
+    pub(super) fn speed(self) -> f64 {
+        if self.armed { self.threshold } else { 0.0 }
+    }
+}
+
+/// Whether it is sure, without a search, that a forward slide does not fall to its re-stick level
+/// in a time whose response is `r`: displacement and speed at its end are then returned.
+pub(super) fn passes(
+    oscillator: &Oscillator,
+    motion: &Motion,
+    r: &Response,
+    time_s: f64,
+    level: FallLevel,
+) -> Option<(f64, f64)> {
+    let FallLevel { armed, threshold } = level;
+    if r.h == 0.0 {
+        // The free motion has died out, and its signs with it: what it did before is to be searched for.
+        return None;
+    }
+    let (y, w) = oscillator.advance(motion, r);
+    let (a0, beta) = oscillator.acceleration(motion);
+    let a = a0 * r.dh + beta * r.h;
+    if !(w > level.speed() && oscillator.turns_once_at_most(time_s)) {
+        return None;
+    }
+    let sure = if a0 < 0.0 {
+        let dips = a > 0.0;
+        motion.w0 > 0.0 && !dips
+    } else {
+        // A peak inside could arm the slide and be fallen from.
+        let may_arm_unseen = threshold > 0.0 && !armed && a0 > 0.0 && a < 0.0;
+        // At exactly zero velocity and acceleration the direction is for the full search to decide.
+        (motion.w0 > 0.0 || a0 > 0.0) && !may_arm_unseen
+    };
+    sure.then_some((y, w))
+}
+
+/// The first time in `(0, remaining]` at which a forward slide falls to its re-stick level, and the
+/// number of velocity extrema looked at to find it.
+pub(super) fn first_fall(
+    oscillator: &Oscillator,
+    motion: &Motion,
+    remaining: f64,
+    level: FallLevel,
+    most_extrema: u32,
+) -> (SlideEnd, u32) {
+    let FallLevel { mut armed, threshold } = level;
+    if motion.w0 == 0.0 && oscillator.acceleration(motion) == (0.0, 0.0) {
+        // At rest and without load: nothing falls.
+        return (SlideEnd::None { armed }, 0);
+    }
+    let (mut extremum, distance) = oscillator.extrema(motion);
+    let mut extrema = 0;
+    let mut from = 0.0;
+    let mut w_from = motion.w0;
+    loop {
+        let to = extremum.min(remaining);
+        let (w_to, _) = oscillator.velocity(motion, to);
+        if w_to > w_from {
+            armed = armed || w_to > threshold;
+        } else {
+            let level = if armed { threshold } else { 0.0 };
+            if w_to <= level && w_from >= level {
+                // Touching the end of the interval from above is for the next tick to see.
+                let at = find_fall(oscillator, motion, level, from, to, remaining);
+                return (SlideEnd::Falls { at, armed }, extrema);
+            }
+        }
+        if to >= remaining {
+            return (SlideEnd::None { armed }, extrema);
+        }
+        if extrema >= most_extrema {
+            return (SlideEnd::Exhausted, extrema);
+        }
+        extrema += 1;
+        from = to;
+        w_from = w_to;
+        extremum += distance;
+    }
+}
+
+/// The root of `w - level` in an interval on which `w` falls from above the level to or below it.
+fn find_fall(oscillator: &Oscillator, motion: &Motion, level: f64, from: f64, to: f64, scale: f64) -> f64 {
+    let (mut above, mut below) = (from, to);
+    let mut at = 0.5 * (from + to);
+    // Newton from the middle; each step that leaves the bracket is replaced by a bisection, so that
+    // 64 always suffice.
+    for _ in 0..64 {
+        let (w, a) = oscillator.velocity(motion, at);
+        if w > level {
+            above = at;
+        } else {
+            below = at;
+        }
+        let newton = at - (w - level) / a;
+        // Newton's error is then that of rounding; asking for less would chase noise.
+        if (newton - at).abs() <= 1e-14 * scale {
+            return newton.max(from).min(to);
+        }
+        let next = if newton > above && newton < below {
+            newton
+        } else {
+            0.5 * (above + below)
+        };
+        if next == at {
+            return at;
+        }
+        at = next;
+    }
+    at
 }

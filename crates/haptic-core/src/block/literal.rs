@@ -11,9 +11,7 @@
 //! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and
 //! creates energy in friction; the [exact](super::exact) scheme has none of these.
 
-use super::body::Coupling;
-use super::moving::{EventSink, Moving, Rendered};
-use super::state::BlockState;
+use super::body::{BlockState, Coupling, EventSink, Moving, Rendered};
 use crate::contact::{Contact, ContactMemory, Level, StaticLimit, Stroke, YieldingContact};
 use crate::directional::{Direction, Directional};
 use crate::snapshot::Archive;

@@ -11,10 +11,12 @@
 //!
 //! The acceleration is homogeneous in `h` and `h'`, so the times at which it vanishes are
 //! closed-form.
+//!
+//! Its response to an impulse with the integrals is closed-form for two real roots too; the response
+//! over a tick is kept from tick to tick.
 
-use super::response::{RECIPROCAL, Response, overdamped};
-use crate::flush::flush;
-use crate::math::{atan2, exp, ln_1p, sin_cos, sqrt};
+use crate::math::{atan2, exp, exp_m1, flush, ln_1p, sin_cos, sqrt};
+use crate::snapshot::Archive;
 use core::f64::consts::PI;
 
 /// Initial state and load of a motion, in the coordinate in which the block slides forwards.
@@ -304,6 +306,112 @@ impl Oscillator {
                 (if first > 0.0 { first } else { f64::INFINITY }, f64::INFINITY)
             }
         }
+    }
+}
+
+/// `h`, `h'` and the two integrals of `h` at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Response {
+    pub(super) h: f64,
+    pub(super) dh: f64,
+    pub(super) h1: f64,
+    pub(super) h2: f64,
+}
+
+/// `1/n`, so that the series divides nothing.
+pub(super) const RECIPROCAL: [f64; 25] = {
+    let mut table = [0.0; 25];
+    let mut n = 1;
+    while n < 25 {
+        table[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    table
+};
+
+/// Two real roots, far apart: divided differences of phi_n, where phi_1(z) = (e^z - 1)/z and so on.
+pub(super) fn overdamped(t: f64, slow: f64, fast: f64, half_gap: f64) -> Response {
+    let gap = 2.0 * half_gap;
+    let (slow_t, fast_t) = (slow * t, fast * t);
+    let (e_slow, e_fast) = (flush(exp(slow_t)), flush(exp(fast_t)));
+    let (p_slow, p_fast) = (phi1(slow_t), phi1(fast_t));
+    Response {
+        h: (e_slow - e_fast) / gap,
+        dh: (slow * e_slow - fast * e_fast) / gap,
+        h1: t * (p_slow - p_fast) / gap,
+        h2: t * t * (phi2(slow_t, p_slow) - phi2(fast_t, p_fast)) / gap,
+    }
+}
+
+/// (e^z - 1) / z.
+fn phi1(z: f64) -> f64 {
+    if z == 0.0 { 1.0 } else { exp_m1(z) / z }
+}
+
+/// (e^z - 1 - z) / z^2.
+fn phi2(z: f64, phi1: f64) -> f64 {
+    if z.abs() > 0.5 {
+        return (phi1 - 1.0) / z;
+    }
+    // 1/2 + z/6 + z^2/24 + ...: sixteen terms reach 1e-18 at |z| = 0.5.
+    let (mut sum, mut term) = (0.5, 0.5);
+    for reciprocal in &RECIPROCAL[3..19] {
+        term *= z * reciprocal;
+        sum += term;
+    }
+    sum
+}
+
+/// The response for the tick length met last: a steady tick finds it here.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Propagator {
+    cached_for: f64,
+    cached: Response,
+}
+
+impl Propagator {
+    pub(super) fn new(oscillator: &Oscillator) -> Self {
+        Self {
+            cached_for: 0.0,
+            cached: oscillator.response(0.0),
+        }
+    }
+
+    /// Forgets the tick before: what it then gives depends on nothing that was.
+    pub(super) fn rest(&mut self, oscillator: &Oscillator) {
+        if self.cached_for != 0.0 {
+            *self = Self::new(oscillator);
+        }
+    }
+
+    /// Saves or loads for which tick it is kept; the response follows from that.
+    pub(super) fn archive(&mut self, name: &'static str, oscillator: &Oscillator, archive: &mut Archive<'_>) {
+        archive.number(name, &mut self.cached_for);
+        if archive.is_loading() {
+            self.cached = oscillator.response(self.cached_for);
+        }
+    }
+
+    /// The response at `t`: the one kept where the tick is as long as the last, one derived from it
+    /// where it nearly is.
+    #[inline]
+    pub(super) fn at(&mut self, oscillator: &Oscillator, t: f64) -> Response {
+        #[expect(clippy::float_cmp, reason = "a cache key: the same number or not")]
+        if t == self.cached_for {
+            return self.cached;
+        }
+        self.at_another(oscillator, t)
+    }
+
+    /// Apart, so that a tick on time saves no registers for it.
+    #[cold]
+    fn at_another(&mut self, oscillator: &Oscillator, t: f64) -> Response {
+        if let Some(nearby) = oscillator.response_near(&self.cached, t - self.cached_for) {
+            return nearby;
+        }
+        self.cached = oscillator.response(t);
+        self.cached_for = t;
+        self.cached
     }
 }
 

@@ -5,7 +5,7 @@
 //! parts are mostly far shorter than a turn of that oscillator, where its series is cheaper.
 
 use super::expansion::{Piece, Start};
-use super::fall::{FallLevel, SlideEnd, first_fall, passes};
+use super::linear_slide::{FallLevel, SlideEnd, first_fall, passes};
 use super::oscillator::{Motion, Oscillator};
 use crate::contact::{Line, StraightContact, Stroke};
 use crate::series::{FINE_TOLERANCE_N, Newest, Path, RECIPROCAL, Recurrence};

@@ -6,11 +6,9 @@
 //! as in the [exact](super::exact) scheme, with other numbers: one piece is the exact solution,
 //! however stiff the contact. Where it is curved, a piece is a power series of the motion.
 
-use super::body::Coupling;
+use super::body::{BlockState, Coupling, EventSink, Moving, Rendered};
 use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
 use super::expansion::{Held, Piece, Start};
-use super::moving::{EventSink, Moving, Rendered};
-use super::state::BlockState;
 use super::straight::straight_piece;
 use crate::contact::{Contact, ContactMemory, SpringContact, StaticLimit, Stroke, YieldingContact};
 use crate::directional::{Direction, Directional};

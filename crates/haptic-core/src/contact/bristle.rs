@@ -6,8 +6,7 @@ use super::level::Level;
 use super::state::{Contact, ContactMemory, LawContact};
 use super::yielding::{Stroke, YieldingContact, by_elastic_share};
 use crate::directional::{Direction, Directional};
-use crate::flush::flush;
-use crate::math::{exp, exp_m1};
+use crate::math::{exp, exp_m1, flush};
 use crate::snapshot::Archive;
 use core::fmt::Debug;
 

@@ -7,7 +7,6 @@ mod level;
 mod power_series;
 mod spring;
 mod state;
-mod static_limit;
 mod yielding;
 
 pub use level::SUDDEN_FALL_MPS;
@@ -29,5 +28,5 @@ pub(crate) use device::{
 pub(crate) use level::{Fall, FallSeries, Level, Stribeck, fallen_from};
 pub(crate) use power_series::PowerSeries;
 pub(crate) use spring::{SpringContact, SpringState};
-pub(crate) use static_limit::{ConstantLimit, RisingLimit, StaticLimit};
+pub(crate) use state::{ConstantLimit, RisingLimit, StaticLimit};
 pub(crate) use yielding::{Line, StraightContact, Stroke, YieldingContact, by_elastic_share};

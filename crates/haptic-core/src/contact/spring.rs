@@ -2,11 +2,10 @@
 //! come to rest.
 
 use super::level::Level;
-use super::state::{Contact, ContactMemory, LawContact};
-use super::static_limit::StaticLimit;
+use super::state::{Contact, ContactMemory, LawContact, StaticLimit};
 use super::yielding::{Line, StraightContact, Stroke, YieldingContact};
 use crate::directional::{Direction, Directional};
-use crate::flush::flush;
+use crate::math::flush;
 use crate::snapshot::Archive;
 
 /// What a stuck spring is anchored to when a slide ends.

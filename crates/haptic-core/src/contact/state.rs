@@ -1,8 +1,10 @@
 //! Whether a body sticks or slides, and what its contact remembers.
+//!
+//! Its static limit is a function of the time at rest.
 
 use super::level::Level;
 use crate::directional::Direction;
-use crate::flush::flush;
+use crate::math::{exp, exp_m1, flush, ln_1p};
 use crate::snapshot::Archive;
 use core::fmt::Debug;
 
@@ -136,5 +138,169 @@ pub(crate) trait LawContact: Clone + Debug + Send + Sync + 'static {
     /// The direction in which it is loaded, or of its slide.
     fn facing(&self) -> Direction {
         Direction::of(self.force_at_rest())
+    }
+}
+
+/// The static limit of a contact at rest. Limits are given for one direction: what the contact
+/// comes to hold after a long rest, and what it holds just after a slide.
+pub(crate) trait StaticLimit: Clone + Copy + Debug + Send + Sync + 'static {
+    /// The limit after some more rest, N.
+    fn after(&self, rested: f64, fresh: f64, wait_s: f64) -> f64;
+
+    /// The limit now, N.
+    fn now(&self, rested: f64, fresh: f64) -> f64 {
+        self.after(rested, fresh, 0.0)
+    }
+
+    /// Seconds until a force of `force` N that grows by `slope` N/s (> 0) reaches the limit.
+    fn delay(&self, rested: f64, fresh: f64, force: f64, slope: f64) -> f64;
+
+    /// The contact rests on.
+    fn rest(&mut self, elapsed_s: f64);
+
+    /// The contact begins to rest again.
+    fn begin(&mut self, dwell_s: f64);
+
+    /// The contact begins to rest again with a limit, or as near to it as it can.
+    fn begin_at(&mut self, rested: f64, fresh: f64, limit: f64);
+
+    /// For how long it has rested, s; infinite where that is not kept.
+    fn dwell_s(&self) -> f64;
+
+    /// Saves or loads that.
+    fn archive(&mut self, archive: &mut Archive<'_>);
+}
+
+/// The whole limit is there at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ConstantLimit;
+
+impl StaticLimit for ConstantLimit {
+    fn after(&self, rested: f64, _fresh: f64, _wait_s: f64) -> f64 {
+        rested
+    }
+
+    fn delay(&self, rested: f64, _fresh: f64, force: f64, slope: f64) -> f64 {
+        ((rested - force) / slope).max(0.0)
+    }
+
+    fn rest(&mut self, _elapsed_s: f64) {}
+
+    fn begin(&mut self, _dwell_s: f64) {}
+
+    fn begin_at(&mut self, _rested: f64, _fresh: f64, _limit: f64) {}
+
+    fn archive(&mut self, _archive: &mut Archive<'_>) {}
+
+    fn dwell_s(&self) -> f64 {
+        f64::INFINITY
+    }
+}
+
+/// `Fs(td) = Fd + (Fs_inf - Fd)(1 - e^(-gamma td))` (Kato, Sato and Matsubayashi 1972, with their
+/// exponent m = 1).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RisingLimit {
+    rate: f64,
+    dwell_s: f64,
+}
+
+impl RisingLimit {
+    /// `rate` is `gamma`, 1/s.
+    pub(crate) fn new(rate: f64) -> Self {
+        Self { rate, dwell_s: 0.0 }
+    }
+}
+
+impl StaticLimit for RisingLimit {
+    fn after(&self, rested: f64, fresh: f64, wait_s: f64) -> f64 {
+        if rested <= fresh {
+            return rested;
+        }
+        fresh - (rested - fresh) * exp_m1(-self.rate * (self.dwell_s + wait_s))
+    }
+
+    /// Newton's method from the right: force less limit is convex and not negative there, so that
+    /// each step ends right of the first root again, and nearer.
+    fn delay(&self, rested: f64, fresh: f64, force: f64, slope: f64) -> f64 {
+        let mut wait = ((rested - force) / slope).max(0.0);
+        if rested <= fresh {
+            return wait;
+        }
+        for _ in 0..64 {
+            let left = (rested - fresh) * flush(exp(-self.rate * (self.dwell_s + wait)));
+            let beyond = force + slope * wait - (rested - left);
+            let next = wait - beyond / (slope - self.rate * left);
+            if next < wait {
+                wait = next;
+            } else {
+                // Rounding ends the descent, and so does a slope of zero where the two only touch.
+                break;
+            }
+        }
+        wait.max(0.0)
+    }
+
+    fn rest(&mut self, elapsed_s: f64) {
+        self.dwell_s += elapsed_s;
+    }
+
+    fn begin(&mut self, dwell_s: f64) {
+        self.dwell_s = dwell_s;
+    }
+
+    fn begin_at(&mut self, rested: f64, fresh: f64, limit: f64) {
+        self.dwell_s = if limit <= fresh {
+            0.0
+        } else if limit >= rested {
+            f64::INFINITY
+        } else {
+            -ln_1p(-(limit - fresh) / (rested - fresh)) / self.rate
+        };
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("rest_s", &mut self.dwell_s);
+    }
+
+    fn dwell_s(&self) -> f64 {
+        self.dwell_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn delay_ends_when_force_meets_rising_limit(
+            rate in 0.01..1e4f64, dwell in 0.0..2.0f64, fresh in 0.0..10.0f64, more in 0.0..10.0f64,
+            share in 0.0..1.0f64, slope in (-2.0..6.0f64).prop_map(|e| 10_f64.powf(e)),
+        ) {
+            let limit = RisingLimit { rate, dwell_s: dwell };
+            let rested = fresh + more;
+            let force = share * limit.now(rested, fresh);
+            let delay = limit.delay(rested, fresh, force, slope);
+            let beyond = |wait: f64| force + slope * wait - limit.after(rested, fresh, wait);
+            prop_assert!(beyond(delay).abs() <= 1e-9 * (1.0 + rested), "{} N beyond at {delay} s", beyond(delay));
+            for k in 0..100 {
+                let earlier = delay * f64::from(k) / 100.0;
+                prop_assert!(beyond(earlier) <= 1e-9, "{} N beyond already at {earlier} of {delay} s", beyond(earlier));
+            }
+        }
+    }
+
+    #[test]
+    fn rested_limit_is_static_and_fresh_limit_kinetic_force() {
+        let mut limit = RisingLimit::new(10.0);
+        assert_eq!(limit.now(4.0, 3.5), 3.5);
+        limit.rest(0.1);
+        assert!((limit.now(4.0, 3.5) - (3.5 + 0.5 * (1.0 - exp(-1.0)))).abs() < 1e-15);
+        limit.begin(f64::INFINITY);
+        assert_eq!(limit.now(4.0, 3.5), 4.0);
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::block::{Expansion, LineEnd, Piece, Start};
 use crate::contact::{Bristle, BristleForce, Level, Line, Plasticity, SETTLED_N, YieldingContact};
-use crate::flush::flush;
+use crate::math::flush;
 
 impl<L: Level, P: Plasticity> Bristle<L, P> {
     /// The bristle's force, N, signed.

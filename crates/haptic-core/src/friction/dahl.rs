@@ -13,16 +13,15 @@
 //! It has no stiction, and a load that shakes below the limit makes it creep: see
 //! [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
 
+use super::defaults;
 use super::law::{Law, LawKind};
-use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start, straight_piece};
 use crate::contact::{
     BristleForce, Contact, ContactMemory, DeviceContact, EnergyMeter, LawContact, Leg, Line, PowerSeries, SETTLED_N,
     StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
 };
 use crate::directional::{Direction, Directional};
-use crate::flush::flush;
-use crate::math::{exp, exp_m1, ln_1p, powf};
+use crate::math::{exp, exp_m1, flush, ln_1p, powf};
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
 use crate::series::integral_of_product;
@@ -70,10 +69,10 @@ impl LawKind for Dahl {
     const NAME: &'static str = "dahl";
     const SUMMARY: &'static str = "A spring that yields from the first displacement on; no stiction (Dahl 1968)";
 
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
-            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
-            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
+            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
             exponent: 1.0,
             viscous: Directional::both(0.0),
         }

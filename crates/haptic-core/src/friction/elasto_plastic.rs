@@ -8,9 +8,9 @@
 //! alpha = 0 up to zba and wherever z and v are opposed, 1 from zmax on, and half a sine wave in between
 //! ```
 
+use super::defaults;
 use super::forces::StribeckForces;
 use super::law::{Law, LawKind};
-use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, DeviceElastoPlastic, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level, MIN_ON_CURVE, MasterLaw,
@@ -49,7 +49,7 @@ pub struct ElastoPlastic {
     /// flows.
     #[cfg_attr(
         feature = "serde",
-        serde(alias = "zba", alias = "zs", default = "crate::friction::usual::elastic_fraction")
+        serde(alias = "zba", alias = "zs", default = "crate::friction::defaults::elastic_fraction")
     )]
     pub elastic_fraction: f64,
     /// `b` (`sigma2`), N s/m.
@@ -85,14 +85,14 @@ impl LawKind for ElastoPlastic {
     const SUMMARY: &'static str =
         "LuGre's bristle, elastic at first, so that shaking does not make it creep (Dupont et al. 2002)";
 
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
-            static_force: Directional::both(usual::STATIC_FORCE),
-            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
-            stribeck_velocity: usual::STRIBECK_VELOCITY_MPS,
-            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
-            contact_damping: usual::CONTACT_DAMPING,
-            elastic_fraction: usual::ELASTIC_FRACTION,
+            static_force: Directional::both(defaults::STATIC_FORCE),
+            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
+            stribeck_velocity: defaults::STRIBECK_VELOCITY_MPS,
+            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: defaults::CONTACT_DAMPING,
+            elastic_fraction: defaults::ELASTIC_FRACTION,
             viscous: Directional::both(0.0),
         }
     }

@@ -12,8 +12,8 @@
 //! `x -+ zmax` where that would overshoot; here the same equation is followed within the sample,
 //! and ends there by itself.
 
+use super::defaults;
 use super::law::{Law, LawKind};
-use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, TowardsLimit, flow_in_pieces,
@@ -41,7 +41,7 @@ pub struct HaywardArmstrong {
     /// `zs/zmax`: the share of the greatest deflection around which the contact begins to flow.
     #[cfg_attr(
         feature = "serde",
-        serde(alias = "zba", alias = "zs", default = "crate::friction::usual::elastic_fraction")
+        serde(alias = "zba", alias = "zs", default = "crate::friction::defaults::elastic_fraction")
     )]
     pub elastic_fraction: f64,
     /// `b`, N s/m: viscous friction on top.
@@ -74,11 +74,11 @@ impl LawKind for HaywardArmstrong {
     const SUMMARY: &'static str =
         "A spring dragged along by displacement alone, which no noise makes drift (Hayward and Armstrong 2000)";
 
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
-            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
-            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
-            elastic_fraction: usual::ELASTIC_FRACTION,
+            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
+            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
+            elastic_fraction: defaults::ELASTIC_FRACTION,
             viscous: Directional::both(0.0),
         }
     }

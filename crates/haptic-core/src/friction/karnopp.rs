@@ -17,9 +17,9 @@
 //! `Fs` to `Fd` as the slide picks up speed, and with a [`rising_rate`](Karnopp::rising_rate) the
 //! static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
 
+use super::defaults::{self, DEFAULT_CONTACT_STIFFNESS};
 use super::forces::{check_static_not_below, raise};
 use super::law::{Law, LawKind};
-use super::usual::{self, DEFAULT_CONTACT_STIFFNESS};
 use crate::block::{
     Coupling, DirectionalSlides, ExactBlock, FallingSlide, Held, LinearSlide, RigidLaw, SymmetricSlides,
 };
@@ -198,8 +198,8 @@ impl LawKind for Karnopp {
     const SUMMARY: &'static str =
         "Holds rigidly up to the static force, then slides at the dynamic force (Karnopp 1985)";
 
-    fn usual() -> Self {
-        Self::new(usual::STATIC_FORCE, usual::DYNAMIC_FORCE)
+    fn defaults() -> Self {
+        Self::new(defaults::STATIC_FORCE, defaults::DYNAMIC_FORCE)
     }
 }
 

@@ -89,6 +89,6 @@ pub(crate) trait LawKind: Law + Sized {
     /// Its idea in one line, and its source, for people who choose a law.
     const SUMMARY: &'static str;
 
-    /// The law with the paper's forces, and usual values for its other parameters.
-    fn usual() -> Self;
+    /// The law with the paper's forces, and default values for its other parameters.
+    fn defaults() -> Self;
 }

@@ -10,9 +10,9 @@
 //! `b < sigma1 (Fs/Fd - 1)` (Barabanov and Ortega 2000), which the [adviser](crate::adviser)
 //! checks.
 
+use super::defaults;
 use super::forces::StribeckForces;
 use super::law::{Law, LawKind};
-use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, DeviceLugre, FallSeries, FlowLevel, FullPlasticity, Level, RatioSeries, TowardsLimit,
@@ -86,13 +86,13 @@ impl LawKind for Lugre {
     const SUMMARY: &'static str =
         "A bristle that yields, with stiction and Stribeck's fall (Canudas de Wit et al. 1995)";
 
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
-            static_force: Directional::both(usual::STATIC_FORCE),
-            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
-            stribeck_velocity: usual::STRIBECK_VELOCITY_MPS,
-            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
-            contact_damping: usual::CONTACT_DAMPING,
+            static_force: Directional::both(defaults::STATIC_FORCE),
+            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
+            stribeck_velocity: defaults::STRIBECK_VELOCITY_MPS,
+            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: defaults::CONTACT_DAMPING,
             viscous: Directional::both(0.0),
         }
     }

@@ -16,6 +16,7 @@
 
 mod bristle_pieces;
 mod dahl;
+mod defaults;
 mod elasto_plastic;
 mod forces;
 mod hayward_armstrong;
@@ -26,12 +27,11 @@ mod reset_integrator;
 mod salcudean_vlaar;
 #[cfg(test)]
 mod smooth_coulomb;
-mod usual;
 mod viscous;
 
 pub use crate::contact::{Reseat, SUDDEN_FALL_MPS};
+pub use defaults::DEFAULT_CONTACT_STIFFNESS;
 pub use forces::MAX_STICTION;
-pub use usual::DEFAULT_CONTACT_STIFFNESS;
 
 pub(crate) use law::Law;
 
@@ -72,8 +72,8 @@ macro_rules! laws {
 
             /// The law of this name with the paper's forces; `None` for an unknown name.
             #[must_use]
-            pub fn usual(law: &str) -> Option<Self> {
-                $($(#[$about])* if law == $law::NAME { return Some(Self::$law($law::usual())); })+
+            pub fn default_of(law: &str) -> Option<Self> {
+                $($(#[$about])* if law == $law::NAME { return Some(Self::$law($law::defaults())); })+
                 None
             }
 
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn a_vector_has_every_parameter_of_its_law_within_bounds() {
         for name in LAWS {
-            let mut law = Friction::usual(name).expect("a law of the list");
+            let mut law = Friction::default_of(name).expect("a law of the list");
             assert_eq!(law.law(), name);
             for on_device in [false, true] {
                 let vector = law.vector(on_device);
@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn a_laws_name_is_its_tag_on_the_wire() {
         for name in LAWS {
-            let law = Friction::usual(name).expect("a law of the list");
+            let law = Friction::default_of(name).expect("a law of the list");
             let json = serde_json::to_value(law).expect("writes");
             assert_eq!(json["law"], name);
             assert_eq!(serde_json::from_value::<Friction>(json).expect("reads"), law);

@@ -11,9 +11,9 @@
 //! `reseat = "continuous"`, the default, keeps the force instead, and `reseat = "slides"` (or
 //! `"published"`) is the model as it was printed.
 
+use super::defaults;
 use super::forces::{check_static_not_below, check_stiction, limit_stiction, raise};
 use super::law::{Law, LawKind};
-use super::usual;
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, SceneError, Slot};
@@ -76,12 +76,12 @@ impl LawKind for ResetIntegrator {
     const SUMMARY: &'static str =
         "A spring and damper up to a length, then a slide at that deflection (Haessig and Friedland 1991)";
 
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
-            static_force: Directional::both(usual::STATIC_FORCE),
-            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
-            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
-            contact_damping: usual::CONTACT_DAMPING,
+            static_force: Directional::both(defaults::STATIC_FORCE),
+            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
+            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: defaults::CONTACT_DAMPING,
             viscous: Directional::both(0.0),
             reseat: Reseat::Continuous,
         }

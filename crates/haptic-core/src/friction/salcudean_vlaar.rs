@@ -9,8 +9,8 @@
 //!
 //! With `DV` a stop creates energy of `(b DV)^2/2 Kp`, as the spring did not store the force that it then holds.
 
+use super::defaults;
 use super::law::{Law, LawKind};
-use super::usual;
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::directional::{Direction, Directional};
 use crate::parameters::{Note, NoteKind, Parameter, Slot};
@@ -59,10 +59,10 @@ impl LawKind for SalcudeanVlaar {
     const SUMMARY: &'static str =
         "A spring that holds up to the static force, and only drag while it slides (Salcudean and Vlaar 1994)";
 
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
-            static_force: Directional::both(usual::STATIC_FORCE),
-            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            static_force: Directional::both(defaults::STATIC_FORCE),
+            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
             viscous: Directional::both(0.0),
             velocity_threshold: 0.0,
         }

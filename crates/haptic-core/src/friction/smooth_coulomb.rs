@@ -36,7 +36,7 @@ impl LawKind for SmoothCoulomb {
     const NAME: &'static str = "smooth-coulomb";
     const SUMMARY: &'static str = "Friction that grows smoothly with speed up to the dynamic force";
 
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
             dynamic_force: Directional::both(3.5),
             stribeck_velocity: 0.01,
@@ -55,7 +55,7 @@ impl Law for SmoothCoulomb {
 
     fn comply(&mut self) {
         if self.stribeck_velocity < 1e-3 {
-            self.stribeck_velocity = Self::usual().stribeck_velocity;
+            self.stribeck_velocity = Self::defaults().stribeck_velocity;
         }
     }
 

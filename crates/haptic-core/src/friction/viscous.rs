@@ -27,7 +27,7 @@ impl LawKind for Viscous {
     const NAME: &'static str = "viscous";
     const SUMMARY: &'static str = "Drag in proportion to velocity; holds nothing";
 
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
             viscous: Directional::both(USUAL_DRAG_NSPM),
         }

@@ -1,7 +1,6 @@
 //! Why a value, a scene, or a change to one is refused.
 
-use super::key::ParameterKey;
-use super::parameter::Parameter;
+use super::parameter::{Parameter, ParameterKey};
 use super::table::known_names;
 use crate::nearest::suggestion;
 use alloc::string::String;

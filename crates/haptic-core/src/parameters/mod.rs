@@ -4,16 +4,13 @@
 //! that a parameter is described in one place and cannot be described differently in another.
 
 mod error;
-mod key;
 mod note;
 mod parameter;
-mod read;
 mod table;
 
 pub use error::{NotApplicable, SceneError};
-pub use key::ParameterKey;
 pub use note::{Note, NoteKind};
-pub use parameter::{Parameter, ParameterInfo, Scale};
+pub use parameter::{Parameter, ParameterInfo, ParameterKey, Scale};
 pub use table::{TABLE, known_names};
 
 pub(crate) use error::check_range;

@@ -1,6 +1,6 @@
 //! Consequences of a valid scene that its user may not expect.
 
-use super::key::ParameterKey;
+use super::parameter::ParameterKey;
 
 /// Something about a valid scene that its user may not expect.
 #[derive(Clone, Copy, Debug, PartialEq)]

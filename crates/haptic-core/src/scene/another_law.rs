@@ -1,7 +1,7 @@
 //! The same surface under another law: the parameters that both laws have stay, and the new law
 //! chooses the others.
 
-use super::value::Scene;
+use super::change::Scene;
 use crate::directional::{Direction, Directional};
 use crate::friction::Friction;
 use crate::parameters::{Parameter, SceneError, TABLE};
@@ -19,7 +19,7 @@ impl Scene {
             return Some(self.validate().map(|()| self.clone()));
         }
         let mut changed = self.clone();
-        changed.friction = Friction::usual(law)?;
+        changed.friction = Friction::default_of(law)?;
         // A law with one of the two forces has the same surface as one with both of that size.
         let forces = (self.value(Parameter::StaticForce), self.value(Parameter::DynamicForce));
         let (static_force, dynamic_force) = (forces.0.or(forces.1), forces.1.or(forces.0));

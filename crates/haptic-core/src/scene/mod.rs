@@ -8,10 +8,9 @@ mod file;
 mod friction_fields;
 mod toward;
 mod validate;
-mod value;
 
 pub use crate::block::{Block, Coupling, MAX_PHASE_PER_TICK_RAD};
 pub use crate::parameters::{NotApplicable, Note, NoteKind, SceneError};
+pub use change::Scene;
 #[cfg(feature = "serde")]
 pub use file::{FileCoupling, SceneFile};
-pub use value::Scene;

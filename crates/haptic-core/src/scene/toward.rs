@@ -1,6 +1,6 @@
 //! The way from one scene to another with the same law and the same parts.
 
-use super::value::Scene;
+use super::change::Scene;
 use crate::directional::Direction;
 use crate::math::powf;
 use crate::parameters::{Parameter, Scale, Slot, TABLE};

@@ -1,6 +1,6 @@
 //! Validation of a scene, and notes for its user.
 
-use super::value::Scene;
+use super::change::Scene;
 use crate::block::MAX_PHASE_PER_TICK_RAD;
 use crate::directional::Direction;
 use crate::math::sqrt;

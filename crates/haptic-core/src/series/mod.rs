@@ -15,7 +15,7 @@ mod products;
 mod roots;
 
 pub(crate) use products::Products;
-pub(crate) use roots::first_root;
+pub(crate) use roots::{first_root, root_between};
 
 /// Order up to which a series is kept.
 pub(crate) const ORDER: usize = 20;

@@ -10,12 +10,8 @@
 
 mod clock_doubt;
 mod compile;
-mod fault;
-mod force;
-mod force_offset;
 mod inputs;
 mod rig;
-mod scene_change;
 mod sensing;
 #[expect(clippy::module_inception, reason = "the value that the folder is named after")]
 mod servo;
@@ -28,11 +24,10 @@ mod transition;
 /// slide and the rest of a contact on.
 pub const VERSION: u32 = 3;
 
-pub use fault::Fault;
 pub use inputs::{Event, Events, InputWord, Inputs};
 pub use sensing::{DECAY_S, SILENT_PERIODS};
 pub use servo::{Servo, Settings};
-pub use state::{Command, RigState};
+pub use state::{Command, Fault, RigState};
 pub use step::{OFF_TIMEOUT_NS, Outputs};
 pub use transition::{CompiledScene, Steps, Transition};
 

@@ -8,8 +8,7 @@
 //!
 //! Force flows only while engaging, engaged or releasing, scaled by a gain that moves along a ramp.
 
-use super::fault::Fault;
-use super::state::{Command, RigState};
+use super::state::{Command, Fault, RigState};
 use crate::snapshot::Archive;
 
 /// The command does not fit the state.

@@ -2,7 +2,7 @@
 //! and whether a hand can have made them.
 
 use super::clock_doubt::ClockDoubt;
-use super::fault::Fault;
+use super::state::Fault;
 use crate::limiter::SafetyLimiter;
 use crate::position_guard::{Motion, PositionGuard, Verdict};
 use crate::sample::{DeviceError, Measurement, Motor};

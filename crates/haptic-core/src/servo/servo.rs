@@ -1,11 +1,9 @@
 //! The servo as a value: all that it remembers from step to step, and what may be set or asked between two steps.
 
-use super::fault::Fault;
-use super::force_offset::ForceOffset;
 use super::rig::Rig;
 use super::sensing::Sensing;
-use super::state::RigState;
-use super::transition::{CompiledScene, FadingScene};
+use super::state::{Fault, RigState};
+use super::transition::{CompiledScene, FadingScene, ForceOffset};
 use crate::compensation::{Compensation, Compensator};
 use crate::limiter::{Limits, SafetyLimiter};
 use crate::passivity::{PassivityObserver, RigLosses};

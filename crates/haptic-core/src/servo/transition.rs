@@ -3,8 +3,12 @@
 //! Steps are whole scenes between the two, compiled elsewhere: each is put in place as a new scene
 //! is, and nothing is computed, allocated or freed for it. Between scenes of different laws there
 //! are no scenes; both are rendered for a while, and the force goes over from one to the other.
+//!
+//! The step of force that a new scene makes is taken back at once and let in slowly; what the scene
+//! replaces fades out.
 
 use crate::Renderer;
+use crate::servo::servo::Servo;
 use crate::snapshot::Archive;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -188,5 +192,112 @@ impl FadingScene {
         let force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
         self.excess = (force - incoming_force) * (self.left_s / self.over_s);
         self.excess
+    }
+}
+
+impl Servo {
+    /// Replaces the scene that is rendered.
+    pub(super) fn change_scene(&mut self, mut new: Box<CompiledScene>) {
+        let step = new.renderer.take_over(&self.scene.renderer);
+        let fade_s = match new.transition {
+            Transition::Fade { over_s } => over_s,
+            Transition::AtOnce | Transition::Steps(_) => 0.0,
+        };
+        let old = core::mem::replace(&mut self.scene, new);
+        if let Some(before) = self.fading.take() {
+            // The force of a scene that was still fading fades on as every step of force does.
+            self.offset.add(before.excess());
+            self.retire(before.into_scene());
+        }
+        if fade_s > 0.0 && self.rig.is_live() {
+            self.fading = Some(FadingScene::new(old, fade_s));
+        } else {
+            self.offset.add(step);
+            self.retire(old);
+        }
+    }
+
+    /// Whether the scene takes effect step by step, or another one fades out.
+    #[inline(always)]
+    pub(super) fn is_changing(&self) -> bool {
+        matches!(self.scene.transition, Transition::Steps(_)) || self.fading.is_some()
+    }
+
+    /// Carries on with a change of scene that takes its time; ends it at once while no force flows.
+    #[inline(never)]
+    pub(super) fn carry_on_change(&mut self, elapsed_s: f64) {
+        let CompiledScene {
+            renderer, transition, ..
+        } = &mut *self.scene;
+        if let Transition::Steps(steps) = transition {
+            if self.was_live {
+                if let Some(step) = steps.advance(elapsed_s, renderer) {
+                    self.offset.add(step);
+                }
+            } else {
+                steps.finish(renderer);
+            }
+        }
+        let elapsed_s = if self.was_live { elapsed_s } else { f64::INFINITY };
+        if let Some(faded) = self.fading.take_if(|fading| fading.is_over_after(elapsed_s)) {
+            self.retire(faded.into_scene());
+        }
+    }
+}
+
+/// Time in which the step takes effect, s.
+const FADE_S: f64 = 0.05;
+
+/// A step of force that a new scene would have caused, taken back and then let in over 50 ms.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ForceOffset {
+    /// What was taken back when the fade began, N.
+    force: f64,
+    left_s: f64,
+}
+
+impl ForceOffset {
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.number("step_N", &mut self.force);
+        archive.number("left_s", &mut self.left_s);
+    }
+
+    /// Takes back a step, N; what is left of the last one is taken back with it.
+    pub(super) fn add(&mut self, step: f64) {
+        if step != 0.0 {
+            self.force = self.now() + step;
+            self.left_s = FADE_S;
+        }
+    }
+
+    fn now(&self) -> f64 {
+        self.force * (self.left_s / FADE_S)
+    }
+
+    /// What is taken back after a time, N.
+    pub(super) fn fade(&mut self, elapsed_s: f64) -> f64 {
+        if self.left_s <= 0.0 {
+            return 0.0;
+        }
+        self.left_s = (self.left_s - elapsed_s).max(0.0);
+        self.now()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn force_offset_fades_evenly_and_later_steps_add_up() {
+        let mut offset = ForceOffset::default();
+        assert_eq!(offset.fade(0.01), 0.0, "nothing was taken back");
+        offset.add(2.0);
+        assert!((offset.fade(0.025) - 1.0).abs() < 1e-12);
+        offset.add(0.0);
+        assert!((offset.fade(0.0125) - 0.5).abs() < 1e-12, "no step changes nothing");
+        offset.add(-1.5);
+        assert!((offset.fade(0.0) + 1.0).abs() < 1e-12);
+        assert_eq!([offset.fade(0.06), offset.fade(0.01)], [0.0, 0.0]);
     }
 }

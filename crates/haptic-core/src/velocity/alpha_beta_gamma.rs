@@ -6,8 +6,7 @@
 //! 1.5 (1 - r)^2 (1 + r)`, `gamma = (1 - r)^3`. It follows a constant acceleration without lag, and
 //! tames the steps of an encoder.
 
-use crate::flush::flush;
-use crate::math::powf;
+use crate::math::{flush, powf};
 use crate::snapshot::Archive;
 
 /// Estimates velocity from positions at irregular times.

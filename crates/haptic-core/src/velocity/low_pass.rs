@@ -2,8 +2,7 @@
 //! cutoff)` seconds.
 
 use super::finite_difference::FiniteDifference;
-use crate::flush::flush;
-use crate::math::exp_m1;
+use crate::math::{exp_m1, flush};
 use crate::snapshot::Archive;
 use core::f64::consts::TAU;
 

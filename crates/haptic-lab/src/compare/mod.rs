@@ -20,7 +20,7 @@ use crate::identify::{Interval, Record};
 use align::Alignment;
 use clocks::AlignedRecords;
 use error::MIN_AGREEMENT;
-use haptic_motion::median::usual_period_s;
+use haptic_motion::median::median_period_s;
 use serde::Serialize;
 use signal::Signal;
 use std::collections::BTreeMap;
@@ -102,7 +102,7 @@ pub struct Curves {
 /// # Errors
 /// A record is too short or holds no motion, or they have none in common.
 pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Comparison, CompareError> {
-    let period_s = usual_period_s(real.t_s.iter().copied()).max(usual_period_s(rendered.t_s.iter().copied()));
+    let period_s = median_period_s(real.t_s.iter().copied()).max(median_period_s(rendered.t_s.iter().copied()));
     let own = Signal::new(real, period_s, options.mass_kg, Side::Real)?;
     let aligned = AlignedRecords::new(&own, rendered, period_s, options.mass_kg)?;
     let AlignedRecords {
@@ -184,7 +184,7 @@ fn note_clocks(comparison: &mut Comparison, aligned: &AlignedRecords) {
 
 /// Says where samples are missing.
 fn gaps(side: Side, record: &Record) -> Option<String> {
-    let longest_s = 1.5 * usual_period_s(record.t_s.iter().copied());
+    let longest_s = 1.5 * median_period_s(record.t_s.iter().copied());
     let steps = record.t_s.windows(2).map(|pair| pair[1] - pair[0]);
     let gaps = steps.filter(|step_s| *step_s > longest_s).count();
     (gaps > 0).then(|| format!("gaps in the {side} record, bridged by straight lines: {gaps}"))

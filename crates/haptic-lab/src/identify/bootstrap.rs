@@ -6,7 +6,7 @@
 //! and again, and each such record is fitted. How far those fits scatter is the interval; how far their mean is from
 //! the truth that made them is the bias.
 
-use super::record::Record;
+use super::options::Record;
 use super::result::Interval;
 use super::sensor::{counted, noise, samples_in};
 use fastrand::Rng;

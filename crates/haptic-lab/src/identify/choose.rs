@@ -6,10 +6,8 @@
 //! standard error of the best, the simplest is chosen (Breiman, Friedman, Olshen and Stone 1984).
 
 use super::error::IdentifyError;
-use super::options::Options;
+use super::options::{Options, Progress, Record};
 use super::presliding::{self, Fit, PathLaw, PreparedRecord};
-use super::progress::Progress;
-use super::record::Record;
 use super::result::ModelKind;
 
 /// Shares of the record that are left out in turn.

@@ -1,6 +1,6 @@
 //! What is known of the clocks by which positions and forces were stamped.
 
-use super::record::Record;
+use super::options::Record;
 
 /// The clocks of positions and forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

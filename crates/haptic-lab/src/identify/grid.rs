@@ -1,6 +1,6 @@
 //! A record on an even grid of times, with the samples marked that hold no information.
 
-use super::record::Record;
+use super::options::Record;
 use crate::smoothing::{white_noise, whole};
 use haptic_motion::median::extent;
 
@@ -47,7 +47,7 @@ impl Grid {
     /// Puts a checked record on the grid of its usual period.
     pub(super) fn new(record: &Record) -> Self {
         let t = &record.t_s;
-        let period_s = usual_period_s(t);
+        let period_s = mean_period_s(t);
         let start_s = t[0];
         let is_even = t
             .iter()
@@ -220,7 +220,7 @@ fn is_stepwise(force_n: &[f64]) -> bool {
 }
 
 /// The mean time between samples without the gaps, s.
-fn usual_period_s(t_s: &[f64]) -> f64 {
+fn mean_period_s(t_s: &[f64]) -> f64 {
     let mut periods: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     periods.sort_unstable_by(f64::total_cmp);
     let longest = GAP_PERIODS * periods[periods.len() / 2];

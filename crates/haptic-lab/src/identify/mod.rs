@@ -19,8 +19,6 @@ mod options;
 pub mod plan;
 mod plot;
 mod presliding;
-mod progress;
-mod record;
 pub mod record_file;
 mod result;
 pub mod rig_itself;
@@ -31,17 +29,16 @@ mod values;
 
 pub use clocks::Clocks;
 pub use error::IdentifyError;
-pub use options::{Directions, Options};
+pub use options::{Directions, Options, Record};
 pub use plot::plots;
-pub use record::Record;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 pub use scene::IdentifiedScene;
 pub use values::{FoundValue, in_words};
 
 use crate::two_clocks::Drift;
 use clocks::without_drift;
-use haptic_motion::median::usual_period_s;
-use progress::Progress;
+use haptic_motion::median::median_period_s;
+use options::Progress;
 use std::ops::ControlFlow;
 
 /// The record on an even grid and on one clock, and the force of the fit at each of its samples, N; NaN where the model
@@ -52,7 +49,7 @@ pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
     let record = steady.as_ref().unwrap_or(record);
     let (mut even, mut force_n) = presliding::fitted(record, found).unwrap_or_else(|| karnopp::fitted(record, found));
     let mut after = 0;
-    let longest_s = grid::GAP_PERIODS * usual_period_s(even.t_s.iter().copied());
+    let longest_s = grid::GAP_PERIODS * median_period_s(even.t_s.iter().copied());
     for (at, t_s) in even.t_s.iter().enumerate() {
         while after + 1 < record.t_s.len() && record.t_s[after] < *t_s {
             after += 1;

@@ -1,8 +1,11 @@
 //! What an identification is asked for, and what is known beforehand.
+//!
+//! Beside them the record of motion and force, and how far an identification is.
 
 use super::clocks::{Clocks, MAX_SHIFT_S};
 use super::error::IdentifyError;
 use super::result::ModelKind;
+use std::ops::ControlFlow;
 
 /// What is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,4 +81,127 @@ pub enum Directions {
     Alike,
     /// Friction has its own values in each direction; an unknown offset is refused.
     Separate,
+}
+
+/// Fewest samples of a record.
+const MIN_SAMPLES: usize = 64;
+
+/// A record to identify from: samples of one clock, with the force that drives the moving mass.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Record {
+    /// Times of the samples, s; they grow.
+    pub t_s: Vec<f64>,
+    /// Position, m.
+    pub position_m: Vec<f64>,
+    /// Velocity, m/s, where it was measured.
+    pub velocity_mps: Option<Vec<f64>>,
+    /// Force that drives the moving mass, N, positive along the position.
+    pub force_n: Vec<f64>,
+    /// Step of the position's encoder, m, where it is known; else it is estimated from the positions.
+    pub resolution_m: Option<f64>,
+}
+
+impl Record {
+    /// Checks lengths, times and values.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(&self) -> Result<(), IdentifyError> {
+        let times = self.t_s.len();
+        let columns = [
+            ("t_s", Some(&self.t_s)),
+            ("position_m", Some(&self.position_m)),
+            ("force_N", Some(&self.force_n)),
+            ("velocity_mps", self.velocity_mps.as_ref()),
+        ];
+        for (column, values) in columns {
+            let Some(values) = values else { continue };
+            if values.len() != times {
+                return Err(IdentifyError::Length {
+                    column,
+                    times,
+                    values: values.len(),
+                });
+            }
+            if let Some((index, &value)) = values.iter().enumerate().find(|(_, value)| !value.is_finite()) {
+                return Err(IdentifyError::NotFinite { column, index, value });
+            }
+        }
+        if times < MIN_SAMPLES {
+            return Err(IdentifyError::TooShort {
+                samples: times,
+                least: MIN_SAMPLES,
+            });
+        }
+        match self.t_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+            Some(before) => Err(IdentifyError::TimeNotIncreasing {
+                index: before + 1,
+                t_s: self.t_s[before + 1],
+                before_s: self.t_s[before],
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Reports the share that is done, from 0 to 1, over a part of the whole.
+pub(super) struct Progress<'a> {
+    report: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
+    from: f64,
+    to: f64,
+}
+
+impl<'a> Progress<'a> {
+    /// Of the whole identification.
+    pub(super) fn new(report: &'a mut dyn FnMut(f64) -> ControlFlow<()>) -> Self {
+        Self {
+            report,
+            from: 0.0,
+            to: 1.0,
+        }
+    }
+
+    /// Reports a share of this part.
+    ///
+    /// # Errors
+    /// The caller cancels.
+    pub(super) fn at(&mut self, share: f64) -> Result<(), IdentifyError> {
+        match (self.report)(self.from + share * (self.to - self.from)) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(IdentifyError::Cancelled),
+        }
+    }
+
+    /// The part of this one between two shares.
+    pub(super) fn part(&mut self, from: f64, to: f64) -> Progress<'_> {
+        let length = self.to - self.from;
+        Progress {
+            from: self.from + from * length,
+            to: self.from + to * length,
+            report: &mut *self.report,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_follow_one_another_and_a_caller_cancels() {
+        let mut shares = Vec::new();
+        let mut report = |share: f64| {
+            shares.push(share);
+            if share < 0.7 {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        };
+        let mut whole = Progress::new(&mut report);
+        let mut second = whole.part(0.5, 1.0);
+        assert!(second.at(0.0).is_ok());
+        assert!(matches!(second.part(0.0, 0.5).at(1.0), Err(IdentifyError::Cancelled)));
+        assert_eq!(shares, [0.5, 0.75]);
+    }
 }

@@ -1,18 +1,18 @@
 //! What an identification fits, and how well, for people.
 
-use super::record::Record;
+use super::options::Record;
 use super::result::Identified;
 use crate::derivatives::{less_inertia, velocity};
 use crate::drawing::{Chart, Trace};
 use crate::smoothing::{Window, weighted};
 use haptic_core::Directional;
-use haptic_motion::median::usual_period_s;
+use haptic_motion::median::median_period_s;
 
 /// Force against velocity and against position, force over time, and what the fit leaves below.
 /// `fitted_force` is the force of the fit at each sample of the record, N.
 #[must_use]
 pub fn plots(record: &Record, identified: &Identified, fitted_force: &[f64]) -> Vec<Chart> {
-    let period_s = usual_period_s(record.t_s.iter().copied());
+    let period_s = median_period_s(record.t_s.iter().copied());
     let velocity_mps = velocity(&record.position_m, period_s);
     let friction = |force: &[f64]| match identified.mass_kg {
         Some(mass_kg) => less_inertia(force, &record.position_m, mass_kg, period_s),

@@ -4,8 +4,7 @@
 use super::cogging::{FoundCogging, SweepSample, cogging};
 use super::error::IdentifyError;
 use super::identify;
-use super::options::{Directions, Options};
-use super::record::Record;
+use super::options::{Directions, Options, Record};
 use super::result::{Identified, ModelKind, Refusal};
 use haptic_core::Directional;
 use haptic_core::rig_friction::{Cogging, RigFriction};

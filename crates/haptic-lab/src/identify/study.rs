@@ -16,7 +16,7 @@ pub mod kinds;
 
 pub use judgement::{Judgement, ParameterJudgement};
 
-use super::record::Record;
+use super::options::Record;
 use super::sensor::{counted, noise, samples_in};
 use fastrand::Rng;
 use haptic_core::friction::Friction;

@@ -14,14 +14,14 @@ mod times;
 
 pub use columns::{Columns, Quantity};
 pub use error::TableError;
-pub use parquet_table::{ParquetTable, RECORDING_KEY};
+pub use parquet_table::ParquetTable;
 
 use crate::csv_table::RECORDING_TITLE;
 use crate::error::Place;
+use crate::opened::{Input, Opened};
 use crate::text::decoded;
 use columns::in_brackets;
 use layout::{Layout, Line, cells, lines, number, on_the_same_day};
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use times::{Times, retain};
@@ -90,10 +90,11 @@ pub struct Table {
 }
 
 /// The bytes of a file, up to a number of them.
-fn bytes(path: &Path, most: u64) -> Result<Vec<u8>, TableError> {
+fn bytes(path: &Path, input: Input, most: u64) -> Result<Vec<u8>, TableError> {
     let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(most).read_to_end(&mut bytes))
+    input
+        .take(most)
+        .read_to_end(&mut bytes)
         .map_err(|source| TableError::Open {
             path: path.to_path_buf(),
             source,
@@ -120,16 +121,19 @@ fn text(path: &Path, bytes: &[u8]) -> Result<String, TableError> {
     })
 }
 
-/// The names of the columns of a file.
+/// The names of the columns of a file; `None` for a recording of hapticd or MCAP, whose columns are known.
 ///
 /// # Errors
 /// It cannot be read, or has no heading.
-pub fn headings(path: &Path) -> Result<Vec<String>, TableError> {
-    if let Some(table) = ParquetTable::open(path)? {
-        return Ok(table.names());
+pub fn headings(path: &Path) -> Result<Option<Vec<String>>, TableError> {
+    match Opened::open(path)? {
+        Opened::Parquet(table) => Ok(Some(table.names())),
+        Opened::Text(input) => {
+            let text = text(path, &bytes(path, input, MAX_HEAD_BYTES)?)?;
+            layout(path, &lines(&text), &TableOptions::default()).map(|layout| Some(layout.titles))
+        }
+        _ => Ok(None),
     }
-    let text = text(path, &bytes(path, MAX_HEAD_BYTES)?)?;
-    layout(path, &lines(&text), &TableOptions::default()).map(|layout| layout.titles)
 }
 
 fn layout(path: &Path, lines: &[Line<'_>], options: &TableOptions) -> Result<Layout, TableError> {
@@ -161,27 +165,28 @@ struct Headings<'a> {
 }
 
 impl Table {
-    /// Reads the times and some quantities of a file.
+    /// Reads the times and some quantities of a file; `path` is its name.
     ///
     /// # Errors
-    /// A file or a cell of it cannot be read, or a column is missing; the error says where.
-    pub fn read(path: &Path, options: &TableOptions, quantities: &[Quantity]) -> Result<Self, TableError> {
-        match ParquetTable::open(path)? {
-            Some(file) => Self::of_parquet(&file, options, quantities),
-            None => Self::of_text(path, &bytes(path, u64::MAX)?, options, quantities),
-        }
-    }
-
-    /// The same of a text that has been read; `path` is its name.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn of_text(
+    /// A cell of it cannot be read, it has no columns to name, or one is missing; the error says where.
+    pub fn read(
         path: &Path,
-        bytes: &[u8],
+        file: Opened,
         options: &TableOptions,
         quantities: &[Quantity],
     ) -> Result<Self, TableError> {
+        match file {
+            Opened::Parquet(file) => Self::of_parquet(&file, options, quantities),
+            Opened::Text(input) | Opened::CsvRecording(input) => {
+                Self::of_text(path, &bytes(path, input, u64::MAX)?, options, quantities)
+            }
+            Opened::Mcap(_) | Opened::ParquetRecording(_) => Err(TableError::NoTable {
+                path: path.to_path_buf(),
+            }),
+        }
+    }
+
+    fn of_text(path: &Path, bytes: &[u8], options: &TableOptions, quantities: &[Quantity]) -> Result<Self, TableError> {
         // The last number of a recording that was broken off may be half one.
         let is_recording = bytes.starts_with(RECORDING_TITLE);
         let end = bytes.iter().rposition(|byte| *byte == b'\n').filter(|_| is_recording);
@@ -230,15 +235,7 @@ impl Table {
         table.finished(path, quantities)
     }
 
-    /// The same of an opened table in Parquet.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn of_parquet(
-        file: &ParquetTable,
-        options: &TableOptions,
-        quantities: &[Quantity],
-    ) -> Result<Self, TableError> {
+    fn of_parquet(file: &ParquetTable, options: &TableOptions, quantities: &[Quantity]) -> Result<Self, TableError> {
         let path = file.path();
         let names = file.names();
         let headings = Headings {

@@ -7,9 +7,6 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// How the keys begin that a recording of hapticd has in its footer.
-pub const RECORDING_KEY: &str = "hapticd.";
-
 /// A table, open for reading.
 #[expect(missing_debug_implementations, reason = "the library's reader has none")]
 pub struct ParquetTable {
@@ -18,33 +15,9 @@ pub struct ParquetTable {
 }
 
 impl ParquetTable {
-    /// Opens a file; `None` where it is something else, damaged, or a recording of hapticd.
-    ///
-    /// # Errors
-    /// It cannot be opened.
-    pub fn open(path: &Path) -> Result<Option<Self>, TableError> {
-        let file = File::open(path).map_err(|source| TableError::Open {
-            path: path.to_path_buf(),
-            source,
-        })?;
-        let Ok(reader) = guarded(|| SerializedFileReader::new(file)) else {
-            return Ok(None);
-        };
-        Ok(Self::of_other(path, reader).ok())
-    }
-
-    /// Takes an opened file; gives it back where it is a recording of hapticd.
-    pub(crate) fn of_other(
-        path: &Path,
-        reader: SerializedFileReader<File>,
-    ) -> Result<Self, Box<SerializedFileReader<File>>> {
-        let pairs = reader.metadata().file_metadata().key_value_metadata();
-        let is_ours = |key: &str| key.starts_with(RECORDING_KEY);
-        if pairs.into_iter().flatten().any(|pair| is_ours(&pair.key)) {
-            return Err(Box::new(reader));
-        }
+    pub(crate) fn new(path: &Path, reader: SerializedFileReader<File>) -> Self {
         let path = path.to_path_buf();
-        Ok(Self { path, reader })
+        Self { path, reader }
     }
 
     pub(super) fn path(&self) -> &Path {

@@ -79,7 +79,7 @@ impl Times {
         times.go_on_where_it_fell_back(&name)?;
         times.even_out();
         times.leave_out_repeated_ones();
-        times.period_s = usual_step(&times.t_s);
+        times.period_s = median_step_s(&times.t_s);
         times.tell_gaps();
         Ok(times)
     }
@@ -99,7 +99,7 @@ impl Times {
     /// A stamp beside which its neighbours agree with each other is wrong.
     fn leave_out_wrong_ones(&mut self, name: &impl Fn(usize) -> String) -> Result<(), Disorder> {
         let t = &self.t_s;
-        let usual_s = usual_step(t);
+        let usual_s = median_step_s(t);
         let mut keeps = vec![true; t.len()];
         let mut at = 1;
         while at < t.len() {
@@ -159,7 +159,7 @@ impl Times {
 
     /// A counter that wraps around goes on; another fall is a take of its own.
     fn go_on_where_it_fell_back(&mut self, name: &impl Fn(usize) -> String) -> Result<(), Disorder> {
-        let usual_s = usual_step(&self.t_s);
+        let usual_s = median_step_s(&self.t_s);
         let falls: Vec<usize> = (1..self.t_s.len())
             .filter(|&at| self.t_s[at] < self.t_s[at - 1])
             .collect();
@@ -271,7 +271,7 @@ pub(super) fn retain<T>(values: &mut Vec<T>, keeps: &[bool]) {
 }
 
 /// The median of the steps that go on, s.
-fn usual_step(t_s: &[f64]) -> f64 {
+fn median_step_s(t_s: &[f64]) -> f64 {
     let mut steps: Vec<f64> = t_s
         .windows(2)
         .map(|pair| pair[1] - pair[0])
@@ -340,7 +340,7 @@ impl Runs {
             .map(|run| t_s[begins[run + 1]] - t_s[begins[run]])
             .collect();
         let mut by_row: Vec<f64> = steps.iter().enumerate().map(|(run, step)| step / rows(run)).collect();
-        let (usual_s, usual_row_s) = (usual_step(t_s), median(&mut by_row).unwrap_or(0.0));
+        let (usual_s, usual_row_s) = (median_step_s(t_s), median(&mut by_row).unwrap_or(0.0));
         let is_gap: Vec<bool> = steps
             .iter()
             .enumerate()

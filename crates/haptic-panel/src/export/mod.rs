@@ -13,8 +13,8 @@ pub(crate) use picture::Picture;
 pub use png::png;
 pub use svg::svg;
 
+use crate::files;
 use crate::intent::Format;
-use crate::new_file;
 use std::fs::{self, File, Permissions};
 use std::io;
 use std::os::unix::fs::PermissionsExt as _;
@@ -41,7 +41,7 @@ pub(crate) fn write_new(
     format: Format,
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> Result<PathBuf, String> {
-    let (path, mut file) = new_file::create(folder, "haptic-plot", format.extension())?;
+    let (path, mut file) = files::create(folder, "haptic-plot", format.extension())?;
     if let Err(error) = write(&mut file) {
         // What went into a pipe cannot be taken back.
         if file.metadata().is_ok_and(|made| made.is_file()) {

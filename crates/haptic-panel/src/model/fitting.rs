@@ -1,6 +1,6 @@
 //! What the user asks an identification for, how far it is, and what comes of it.
 
-use super::saving;
+use super::scene;
 use crate::identification::{Found, Headings};
 use crate::intent::Intent;
 use crate::notice::Notice;
@@ -269,7 +269,7 @@ impl Fitting {
             (Intent::Lease { .. }, _) => {}
             (Intent::Save { scene: Some(_), .. }, Ok(Answer::Saved(reply))) => {
                 self.would_replace = None;
-                self.report = Some(saving::saved(&reply));
+                self.report = Some(scene::saved(&reply));
             }
             (
                 Intent::Save {
@@ -277,7 +277,7 @@ impl Fitting {
                 },
                 Err(error),
             ) => {
-                self.report = Some(saving::refused(name, error, &mut self.would_replace));
+                self.report = Some(scene::save_refused(name, error, &mut self.would_replace));
             }
             (_, result) => return Some(result),
         }

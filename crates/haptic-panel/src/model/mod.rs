@@ -9,7 +9,6 @@ pub(crate) mod question;
 pub(crate) mod recordings;
 pub(crate) mod reference;
 mod remembered;
-mod saving;
 pub(crate) mod scene;
 pub(crate) mod scope;
 pub(crate) mod stop;

@@ -2,12 +2,13 @@
 
 use super::advice::Advised;
 use crate::intent::Intent;
+use crate::notice::Notice;
 use crate::update::Answer;
 use crate::wording::significant;
 use haptic_core::{Directional, Scene, adviser};
 use haptic_ipc::{
     ChangeReply, Description, ErrorCode, JournalEntry, ListedScene, LogReply, ParameterDescription, SceneListReply,
-    SceneReply, StateEvent, WireError,
+    SceneReply, SceneSaveReply, StateEvent, WireError,
 };
 use std::cell::OnceCell;
 use std::collections::VecDeque;
@@ -189,4 +190,20 @@ impl SceneFacts {
             change.parameters.push(name);
         }
     }
+}
+
+/// A scene is in the library now.
+pub(super) fn saved(reply: &SceneSaveReply) -> Notice {
+    Notice::new(Ok(format!("Saved as {} ({})", reply.name, reply.path)))
+}
+
+/// It was not saved; `would_replace` becomes its name where a scene of that name is there.
+pub(super) fn save_refused(name: &str, error: WireError, would_replace: &mut Option<String>) -> Notice {
+    let why = if error.code == ErrorCode::SceneExists {
+        *would_replace = Some(name.to_owned());
+        format!("The library has a scene {name} already: save under another name, or replace it")
+    } else {
+        error.message
+    };
+    Notice::new(Err(why))
 }

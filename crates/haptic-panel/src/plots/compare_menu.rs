@@ -3,7 +3,7 @@
 use crate::model::reference::Reference;
 use crate::model::scope::Scope;
 use crate::model::tapes::Tapes;
-use crate::number_field::number_field;
+use crate::typing::number_field;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, PopupCloseBehavior, RichText, Ui};
 

@@ -3,8 +3,7 @@
 
 use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Across, Axes, Chart, Curve, Ink, Overlay, Trace};
-use super::frame::{self, RIGHT_MARGIN};
-use super::pointer::{GRAB, zoom};
+use super::frame::{self, GRAB, RIGHT_MARGIN, zoom};
 use super::{legend, picture_taking};
 use crate::drop_down::{self, Item};
 use crate::model::reference::Reference;

@@ -13,7 +13,6 @@ mod mark_strip;
 pub(crate) mod over_time;
 pub(crate) mod picture_taking;
 mod plot_header;
-mod pointer;
 mod rig_menu;
 mod scrub_bar;
 mod side;

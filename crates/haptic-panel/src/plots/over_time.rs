@@ -3,9 +3,8 @@
 
 use super::axis::{AXIS_WIDTH, USUAL_COUNT};
 use super::chart::{Axes, Chart, Curve, Ink, Overlay, Trace};
-use super::frame::RIGHT_MARGIN;
+use super::frame::{GRAB, RIGHT_MARGIN, zoom};
 use super::limits::Limits;
-use super::pointer::{GRAB, zoom};
 use super::{contact_ribbon, frame, legend, mark_strip, plot_header};
 use crate::model::reference::Reference;
 use crate::model::scope::plot_list::Plot;

@@ -1,9 +1,8 @@
 //! The bar below plots that stand still: the force of the whole tape, and the part of it that is seen.
 
 use super::axis::AXIS_WIDTH;
-use super::frame::RIGHT_MARGIN;
+use super::frame::{RIGHT_MARGIN, zoom};
 use super::picture_taking;
-use super::pointer::zoom;
 use crate::model::scope::Scope;
 use crate::model::tapes::Tapes;
 use crate::tape::signal::Signal;

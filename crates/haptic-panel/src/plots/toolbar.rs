@@ -1,7 +1,7 @@
 //! The tools of the plots: run and freeze, zoom and move, choose, trigger, measure, export.
 
 use super::{compare_menu, rig_menu, trigger_bar};
-use crate::browse;
+use crate::dialogs;
 use crate::intent::{DialogPurpose, Format, Intent};
 use crate::model::scope::Scope;
 use crate::model::scope::plot_list::PlotList;
@@ -9,8 +9,8 @@ use crate::model::scope::trigger::Mode;
 use crate::model::scope::value_axis::{FARTHEST, ValueAxis};
 use crate::model::tapes::Tapes;
 use crate::model::{Model, has_block};
-use crate::number_field::number_field;
 use crate::tape::signal::Quantity;
+use crate::typing::number_field;
 use crate::wording::significant;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Align, Button, Label, Layout, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
@@ -288,7 +288,7 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
             let field = TextEdit::singleline(folder).desired_width(240.0);
             ui.add(field).accessible_name("folder to export to");
             let asked = (DialogPurpose::Folder, folder.as_str());
-            browse::show(ui, "Browse...", "choose folder to export to", asked, intents);
+            dialogs::browse_button(ui, "Browse...", "choose folder to export to", asked, intents);
         });
         ui.horizontal(|ui| {
             for format in Format::ALL {
@@ -306,7 +306,7 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
                 let name = format.extension().to_uppercase();
                 let (text, name) = (format!("{name} as..."), format!("export {name} as"));
                 let asked = (DialogPurpose::Export(format), folder.as_str());
-                if browse::show(ui, &text, &name, asked, intents) {
+                if dialogs::browse_button(ui, &text, &name, asked, intents) {
                     ui.close();
                 }
             }

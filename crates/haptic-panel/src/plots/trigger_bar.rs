@@ -3,8 +3,8 @@
 use crate::drop_down::{self, Item};
 use crate::model::scope::Scope;
 use crate::model::scope::trigger::{Edge, Mode, Trigger};
-use crate::number_field::number_field;
 use crate::tape::signal::Signal;
+use crate::typing::number_field;
 use egui::{Button, RichText, Ui};
 
 /// Shows the choice of the mode.

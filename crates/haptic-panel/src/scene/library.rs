@@ -4,8 +4,8 @@ use crate::drop_down::{self, Item};
 use crate::intent::Intent;
 use crate::model::scene::SceneFacts;
 use crate::model::tuning::{Comparison, SLOTS, Tuning};
-use crate::number_field::number_field;
 use crate::theme::Palette;
+use crate::typing::number_field;
 use egui::{Button, CollapsingHeader, Id, Key, Label, RichText, TextEdit, Ui};
 use haptic_ipc::SceneRef;
 

@@ -32,7 +32,7 @@ use crate::metadata::Metadata;
 /// What a Parquet file begins and ends with.
 pub(super) const MAGIC: &[u8] = b"PAR1";
 
-pub use haptic_motion::table::RECORDING_KEY as KEY;
+pub use haptic_motion::RECORDING_KEY as KEY;
 
 /// Key of the marks.
 const MARKS: &str = "hapticd.marks";

@@ -10,13 +10,13 @@ use super::leg::Leg;
 use super::lugre::dissipated_by_nodes;
 use super::master_path::{MasterLaw, MasterPath, series_product};
 use super::stribeck_flow::{Curve, Part, follow, follow_constant};
-use super::{DeviceContact, EnergyMeter, root};
+use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::{Level, Stribeck};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::directional::{Direction, Directional};
-use crate::flush::flush;
-use crate::math::{powf, sin_cos};
+use crate::math::{flush, powf, sin_cos};
+use crate::series::root_between;
 use crate::snapshot::Archive;
 use alloc::sync::Arc;
 use core::f64::consts::PI;
@@ -237,7 +237,7 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
         if force <= curve.at(part.from) * (1.0 + CLOSE) {
             return (0.0, Region::Yielding);
         }
-        (root::between(0.0, 1.0, CLOSE, ratio), Region::Yielding)
+        (root_between(0.0, 1.0, CLOSE, ratio), Region::Yielding)
     }
 
     /// Error that a piece may have, N.
@@ -312,7 +312,7 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
         let ratio = horner(&piece.force, share) / end;
         let crossing = |border: f64| {
             let beyond = |share: f64| horner(&piece.ratio, share) - border;
-            root::between(0.0, share, CLOSE, beyond)
+            root_between(0.0, share, CLOSE, beyond)
         };
         if part.to > part.from && ratio > 1.0 {
             (crossing(1.0), Region::Saturated)

@@ -8,8 +8,7 @@ use crate::contact::level::{Level, Stribeck};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::directional::{Direction, Directional};
-use crate::flush::flush;
-use crate::math::exp_m1;
+use crate::math::{exp_m1, flush};
 use crate::snapshot::Archive;
 
 /// The steady force of a bristle, and the flow towards it.

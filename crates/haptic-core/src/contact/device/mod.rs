@@ -7,7 +7,6 @@ mod leg;
 mod lugre;
 mod master_path;
 mod path_bristle;
-mod root;
 mod spring;
 mod stribeck_flow;
 

@@ -7,7 +7,7 @@ use super::{DeviceContact, EnergyMeter};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
 use crate::directional::{Direction, Directional};
-use crate::flush::flush;
+use crate::math::flush;
 use crate::snapshot::Archive;
 use alloc::sync::Arc;
 

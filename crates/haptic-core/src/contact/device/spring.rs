@@ -3,13 +3,14 @@
 
 use super::gauss::TWELVE;
 use super::leg::Leg;
-use super::{DeviceContact, EnergyMeter, root};
+use super::{DeviceContact, EnergyMeter};
 use crate::contact::level::Level;
 use crate::contact::spring::{SpringContact, SpringState};
-use crate::contact::static_limit::StaticLimit;
+use crate::contact::state::StaticLimit;
 use crate::contact::yielding::YieldingContact;
 use crate::directional::Direction;
-use crate::flush::flush;
+use crate::math::flush;
+use crate::series::root_between;
 
 /// Most slides that begin and end on a leg one by one. Where there are more, the spring is found
 /// somewhere between the friction of a slide and its limit.
@@ -82,7 +83,7 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
         if beyond(top) < 0.0 {
             return None;
         }
-        let share = root::between(0.0, top, CLOSE, beyond);
+        let share = root_between(0.0, top, CLOSE, beyond);
         Some(leg.distance_after(share).min(leg.distance))
     }
 

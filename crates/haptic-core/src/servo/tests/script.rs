@@ -23,7 +23,7 @@ pub(super) struct Once {
 }
 
 impl Once {
-    fn usual() -> Self {
+    fn defaults() -> Self {
         Self {
             elapsed_ns: MS,
             device_elapsed_ns: MS,
@@ -49,7 +49,7 @@ impl Script {
             servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
             sample: Measurement::new(0, 0, 0.0),
             device_force_limit_n: f64::INFINITY,
-            once: Once::usual(),
+            once: Once::defaults(),
         }
     }
 
@@ -65,7 +65,7 @@ impl Script {
     }
 
     fn given(&mut self, sample: Result<Measurement, DeviceError>) -> Outputs {
-        let once = core::mem::replace(&mut self.once, Once::usual());
+        let once = core::mem::replace(&mut self.once, Once::defaults());
         let inputs = Inputs {
             elapsed_ns: once.elapsed_ns,
             sample,

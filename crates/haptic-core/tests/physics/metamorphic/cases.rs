@@ -62,7 +62,7 @@ fn scene(law: &str, has_block: bool, random: &mut Random) -> Scene {
             stiffness: 1e4,
             damping: 1.0,
         }),
-        friction: Friction::usual(law).expect("a law of the list"),
+        friction: Friction::default_of(law).expect("a law of the list"),
     };
     let draw = |scene: &mut Scene, key: ParameterKey, value: f64| {
         if let Ok(changed) = scene.with(&[(key, value)]) {

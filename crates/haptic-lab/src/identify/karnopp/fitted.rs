@@ -2,7 +2,7 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
-use crate::identify::record::Record;
+use crate::identify::options::Record;
 use crate::identify::result::Identified;
 use crate::smoothing::{Window, weighted};
 

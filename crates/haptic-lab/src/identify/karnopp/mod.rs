@@ -10,8 +10,6 @@
 //! out parts of the record, so that they hold where neighbouring residuals are alike; intervals are
 //! widened by what the windows around it differ. `Fs` is read off breakaways under a slow load.
 
-mod backlash;
-mod breakaway;
 mod clocks;
 mod fitted;
 mod motion;
@@ -19,25 +17,21 @@ mod place;
 mod problem;
 mod refusal;
 mod regression;
-mod slides;
 mod statics;
-mod window;
 
 pub(super) use fitted::fitted;
-pub(super) use slides::{CALIBRATION_SHARE, SAMPLING_SHARE};
+pub(super) use problem::{CALIBRATION_SHARE, SAMPLING_SHARE};
 
 use super::clocks::Clocks;
 use super::grid::Grid;
-use super::options::{Directions, Options};
-use super::record::Record;
+use super::options::{Directions, Options, Record};
 use super::result::{Identified, Interval, ModelKind};
 use crate::robust_fit::Unfit;
 use crate::two_clocks::Drift;
 use haptic_core::Directional;
 use motion::Motion;
-use problem::Problem;
+use problem::{Problem, Slides};
 use regression::{Rows, Shape, Unknown};
-use slides::Slides;
 
 /// What a fit with friction alike must leave, in multiples of what the separate one leaves, before friction is
 /// said to differ by direction, where the separate one leaves more than noise. A better fit of a law that
@@ -79,8 +73,8 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
         refusal::refuse_all(&mut found, options, &reason);
         return found;
     }
-    let slides =
-        window::choose(&problem, shape).and_then(|rows| choose_directions(&problem, rows, shape, options, &mut found));
+    let slides = problem::choose_window(&problem, shape)
+        .and_then(|rows| choose_directions(&problem, rows, shape, options, &mut found));
     let slides = match slides {
         Ok(slides) => slides,
         Err(unfit) => {
@@ -89,7 +83,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
         }
     };
     let slides = place::explained(&problem, slides, &mut found);
-    let slides = backlash::looked_for(&problem, slides, &mut found);
+    let slides = place::look_for_backlash(&problem, slides, &mut found);
     found.residual_rms_n = slides.fit.rms_n();
     found.residual_window_s = Some(2.0 * slides.rows.half_s);
     note_drift(&mut found, &slides);
@@ -140,10 +134,10 @@ fn put_on_one_clock(
         has_shift: false,
         ..shape
     };
-    let rows = window::choose(problem, unshifted).map_err(|why| unfit(why, problem))?;
+    let rows = problem::choose_window(problem, unshifted).map_err(|why| unfit(why, problem))?;
     let rough = clocks::rough(problem, &rows, shape, longest_s).map_err(unknown)?;
     problem.force = problem.grid.force_shifted(rough.value_s, 0.0);
-    let rows = window::choose(problem, shape).map_err(|why| unfit(why, problem))?;
+    let rows = problem::choose_window(problem, shape).map_err(|why| unfit(why, problem))?;
     found.shift_s = clocks::find(problem, &rows, shape, longest_s).map_err(unknown)?;
     problem.force = problem.grid.force_shifted(found.shift_s, 0.0);
     Ok(())
@@ -153,7 +147,7 @@ fn put_on_one_clock(
 /// best.
 pub(super) fn rough_shift(record: &Record, options: &Options) -> Option<f64> {
     of_two_clocks(record, options, |problem, shape, longest_s| {
-        let rows = window::choose(problem, shape).ok()?;
+        let rows = problem::choose_window(problem, shape).ok()?;
         let shift = clocks::rough(problem, &rows, shape, longest_s).ok()?;
         Some(shift.value_s)
     })
@@ -180,7 +174,7 @@ pub(super) fn clock_drift(record: &Record, options: &Options) -> Option<Drift> {
 fn drift_of(problem: &Problem<'_>, shape: Shape, longest_s: f64) -> Option<Drift> {
     let grid = problem.grid;
     let of = |problem: &Problem<'_>| {
-        let rows = window::choose(problem, shape).ok()?;
+        let rows = problem::choose_window(problem, shape).ok()?;
         clocks::growing(problem, &rows, shape, longest_s)
     };
     // As with a shift alone.

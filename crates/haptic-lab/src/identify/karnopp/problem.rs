@@ -1,11 +1,13 @@
 //! A record on its way through the fit: its motion, and the force on the same clock.
+//!
+//! Beside it: which window the record is seen through, and the fit to the slides, with what the calibration and the
+//! times of steps add to its errors.
 
 use super::motion::Motion;
 use super::regression::{Beside, Fit, Rows, Shape, Unknown, fit};
-use super::slides::SAMPLING_SHARE;
 use crate::identify::grid::Grid;
 use crate::identify::options::Options;
-use crate::robust_fit::{Unfit, robust_deviation};
+use crate::robust_fit::{NORMAL_95, Unfit, robust_deviation};
 use crate::smoothing::white_noise;
 use haptic_motion::median::median;
 use nalgebra::DVector;
@@ -143,5 +145,138 @@ impl<'a> Problem<'a> {
             .sum::<f64>()
             .sqrt();
         white_noise(&self.force, &self.grid.is_valid) * mean_noise
+    }
+}
+
+/// Half-lengths of windows, s: from the slides of a quick stick-slip to those of a slow rig.
+const MIN_HALF_S: f64 = 6e-3;
+const MAX_HALF_S: f64 = 0.12;
+
+/// Ratio of neighbouring half-lengths.
+const RATIO: f64 = 1.35;
+
+/// Fewest samples on either side: with fewer the windows for position and force are no longer alike.
+const MIN_REACH: f64 = 6.0;
+
+/// How much wider the intervals may be than under the best window, on the geometric mean.
+const MAX_LOSS: f64 = 1.2;
+/// The same where the shift of two clocks is fitted: it is told by what a short window lets in as well.
+const MAX_LOSS_WITH_SHIFT: f64 = 2.5;
+
+/// The half-lengths that are tried, s.
+pub(super) fn window_candidates(period_s: f64) -> Vec<f64> {
+    let shortest = MIN_HALF_S.max(MIN_REACH * period_s);
+    let longest = MAX_HALF_S.max(2.0 * shortest);
+    std::iter::successors(Some(shortest), |half_s| Some(half_s * RATIO))
+        .take_while(|half_s| *half_s <= longest)
+        .collect()
+}
+
+/// The longest window whose intervals are hardly wider than the narrowest. A short one lets in the
+/// encoder's noise and what a rigid mass does not explain; a long one has no place between two rests.
+pub(super) fn choose_window(problem: &Problem<'_>, shape: Shape) -> Result<Rows, Unfit> {
+    let mut unfit = Unfit::TooFewRows(0);
+    let mut fits = Vec::new();
+    for half_s in window_candidates(problem.grid.period_s) {
+        let rows = problem.rows(half_s);
+        match problem.fit(&rows, shape) {
+            Ok(fit) => {
+                let unknowns = shape.unknowns();
+                let loss = |unknown: &Unknown| {
+                    fit.uncertainty_of(*unknown)
+                        .map_or(0.0, |of| of.error)
+                        .hypot(fit.bias(&[(*unknown, 1.0)]))
+                        .max(f64::MIN_POSITIVE)
+                        .ln()
+                };
+                let score = unknowns.iter().map(loss).sum::<f64>() / unknowns.len() as f64;
+                fits.push((score, rows));
+            }
+            // The first reason is that of the shortest window, under which most rows are left.
+            Err(reason) if unfit == Unfit::TooFewRows(0) => unfit = reason,
+            Err(_) => {}
+        }
+    }
+    let best = fits.iter().map(|(score, _)| *score).fold(f64::INFINITY, f64::min);
+    let loss = if shape.has_shift { MAX_LOSS_WITH_SHIFT } else { MAX_LOSS };
+    fits.into_iter()
+        .rfind(|(score, _)| *score <= best + loss.ln())
+        .map(|(_, rows)| rows)
+        .ok_or(unfit)
+}
+
+/// No calibration is better than this share of a value, however narrow the fit's own interval.
+pub(in crate::identify) const CALIBRATION_SHARE: f64 = 1e-3;
+
+/// The same for a mass. A grip of stiffness `K` bends the force between two samples, so that its mean differs from the
+/// samples by `K T^2 / 12` times the acceleration: 1.7 g at 20 kN/m and 1 kHz.
+pub(in crate::identify) const SAMPLING_SHARE: f64 = 3e-3;
+
+/// A fit under its window.
+#[derive(Debug)]
+pub(super) struct Slides {
+    pub(super) rows: Rows,
+    pub(super) fit: Fit,
+    /// What is not known of the times of the force's steps, in each unknown.
+    steps: Option<DVector<f64>>,
+    /// By how much another fit differs, in each unknown.
+    other: Option<DVector<f64>>,
+}
+
+impl Slides {
+    pub(super) fn new(problem: &Problem<'_>, rows: Rows, shape: Shape) -> Result<Self, Unfit> {
+        let fit = problem.fit(&rows, shape)?;
+        Ok(Self::of(problem, rows, fit))
+    }
+
+    pub(super) fn of(problem: &Problem<'_>, rows: Rows, fit: Fit) -> Self {
+        Self {
+            steps: problem.change_with_steps(&rows, fit.shape),
+            other: None,
+            rows,
+            fit,
+        }
+    }
+
+    /// Mass, viscous and dynamic friction, as far as they are in the fit.
+    pub(super) fn unknowns(&self) -> impl Iterator<Item = Unknown> {
+        let levels = if self.fit.shape.is_separate { 2 } else { 1 };
+        let (mass, viscous) = ([Unknown::Mass], [0, 1].map(Unknown::Viscous));
+        let all = mass.into_iter().chain(viscous).chain((0..levels).map(Unknown::Level));
+        let there = self.fit.shape.unknowns();
+        all.filter(move |unknown| there.contains(unknown))
+    }
+
+    /// Adds to the half of intervals.
+    pub(super) fn widen(&mut self, by: Vec<(Unknown, f64)>) {
+        let mut other = DVector::zeros(self.fit.found.values.len());
+        for (unknown, by) in by {
+            if let Some(place) = self.fit.place(unknown) {
+                other[place] = by;
+            }
+        }
+        self.other = Some(other);
+    }
+
+    /// A sum of unknowns with factors, and half of its 95 % interval.
+    pub(super) fn value(&self, sum: &[(Unknown, f64)]) -> Option<(f64, f64)> {
+        let of = |fit: &Fit| {
+            sum.iter()
+                .map(|(unknown, factor)| fit.value(*unknown).map(|value| factor * value))
+                .sum::<Option<f64>>()
+        };
+        let value = of(&self.fit)?;
+        let statistical = self.fit.uncertainty(sum)?.reach_95();
+        let factors = self.fit.factors(sum)?;
+        let steps = self.steps.as_ref().map_or(0.0, |steps| NORMAL_95 * factors.dot(steps));
+        let other = self.other.as_ref().map_or(0.0, |other| factors.abs().dot(other));
+        let floor = match sum {
+            [(Unknown::Mass, _)] => SAMPLING_SHARE,
+            _ => CALIBRATION_SHARE,
+        };
+        Some((
+            value,
+            statistical.hypot(steps).hypot(floor * value) + other + self.fit.bias(sum),
+        ))
     }
 }

@@ -2,10 +2,9 @@
 
 use super::motion::Motion;
 use super::place::{self, MIN_MASS_SHARE};
-use super::problem::Problem;
+use super::problem;
+use super::problem::{Problem, Slides};
 use super::regression::{Rows, Shape, Unknown};
-use super::slides::Slides;
-use super::window;
 use crate::identify::grid::Grid;
 use crate::identify::options::{Directions, Options};
 use crate::identify::result::{Identified, Refusal};
@@ -57,7 +56,7 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
             grid.force_n[0]
         ));
     }
-    let half_s = window::candidates(grid.period_s)[0];
+    let half_s = problem::window_candidates(grid.period_s)[0];
     let rows = problem.rows(half_s);
     let positive = rows.rows.iter().filter(|row| row.sense > 0.0).count();
     let sides = [positive, rows.rows.len() - positive].map(|count| count >= MIN_ROWS);
@@ -125,7 +124,7 @@ pub(super) fn reason(unfit: &Unfit, problem: &Problem<'_>) -> String {
     let slides = |sense| motion.slides(sense, 8);
     match unfit {
         Unfit::TooFewRows(_) => {
-            let half_s = window::candidates(grid.period_s)[0];
+            let half_s = problem::window_candidates(grid.period_s)[0];
             too_little_sliding(&problem.rows(half_s), grid, motion)
         }
         Unfit::Condition(condition) => format!(

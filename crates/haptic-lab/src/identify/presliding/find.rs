@@ -1,7 +1,6 @@
 //! The best fit of a law to a record, from several starts.
 
-use super::super::options::{Directions, Options};
-use super::super::record::Record;
+use super::super::options::{Directions, Options, Record};
 use super::super::sensor::samples_in;
 use super::fit::{Assumptions, Estimate, Fit, Rows, fit};
 use super::laws::PathLaw;

@@ -1,6 +1,6 @@
 //! The force of a fit, sample by sample, to be drawn beside the record.
 
-use super::super::record::Record;
+use super::super::options::Record;
 use super::super::result::{Identified, ModelKind};
 use super::fit::Estimate;
 use super::laws::PathLaw;

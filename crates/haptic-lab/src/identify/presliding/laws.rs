@@ -249,7 +249,7 @@ fn lugre(values: &[f64], path: &Path) -> Course {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::record::Record;
+    use crate::identify::options::Record;
     use haptic_core::friction::{Dahl, Friction, Lugre};
     use haptic_core::{Directional, Renderer, Scene, Scheme};
 

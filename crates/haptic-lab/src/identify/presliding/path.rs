@@ -1,7 +1,7 @@
 //! A record on an even clock, and the path that its encoder's steps show.
 
 use super::super::grid::Grid;
-use super::super::record::Record;
+use super::super::options::Record;
 use super::adaptive::Windows;
 use crate::smoothing::{encoder_step, white_noise};
 

@@ -72,7 +72,7 @@ impl TestFunctions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::record::Record;
+    use crate::identify::options::Record;
 
     #[test]
     fn they_give_force_and_acceleration_of_a_parabola() {

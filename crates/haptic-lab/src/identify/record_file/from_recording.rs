@@ -1,45 +1,11 @@
 //! A recording of hapticd as a record to identify from.
 
-use super::Loaded;
 use super::error::RecordFileError;
-use super::source::{MovingMass, Source};
-use crate::identify::record::Record;
+use super::{Loaded, MovingMass, Source};
+use crate::identify::options::Record;
 use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
-use haptic_motion::table::{ParquetTable, TableError};
 use haptic_recording::{Mark, Recording, RecordingError};
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
-
-/// What a recording is, by its beginning.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Beginning {
-    /// CSV.
-    Text,
-    /// MCAP or Parquet.
-    Binary,
-}
-
-/// What a file is, if it begins as a recording does.
-pub(super) fn beginning(path: &Path) -> Result<Option<Beginning>, RecordFileError> {
-    let mut beginning = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(32).read_to_end(&mut beginning))
-        .map_err(|source| TableError::Open {
-            path: path.to_path_buf(),
-            source,
-        })?;
-    let is = |each: &[u8]| beginning.starts_with(each);
-    Ok(if is(b"# hapticd recording") {
-        Some(Beginning::Text)
-    } else if is(b"PAR1") {
-        let is_recording = ParquetTable::open(path)?.is_none();
-        is_recording.then_some(Beginning::Binary)
-    } else {
-        is(b"\x89MCAP").then_some(Beginning::Binary)
-    })
-}
 
 fn is_excited(row: &Sample) -> bool {
     InputWord {

@@ -10,20 +10,20 @@
 //!   `device_position_m` and `command_force_N`, the force that the device applies, positive along its axis.
 //!
 //! Of a recording in which the scene changed, the longest stretch under one scene is read.
+//!
+//! A source says where a record is and how it is read: files, columns, gains, and which mass of a recording.
 
 mod error;
 mod from_recording;
-mod source;
 mod tables;
 
 pub use error::RecordFileError;
-pub use source::{MovingMass, Source};
 
-use super::record::Record;
-use from_recording::Beginning;
-use haptic_motion::table::{self, Columns, TableError};
+use super::options::Record;
+use haptic_motion::Opened;
+use haptic_motion::table::{self, Columns, TableOptions};
 use haptic_recording::Recording;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A record with what was seen while it was read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,8 +44,8 @@ pub struct Loaded {
 /// A file or a cell of it cannot be read, or a column is missing; the error says where.
 pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     source.table.check_gains()?;
-    let beginning = from_recording::beginning(&source.path)?;
-    let is_recording = beginning.is_some() && source.table.columns == Columns::default();
+    let file = Opened::open(&source.path)?;
+    let is_recording = file.is_recording() && source.table.columns == Columns::default();
     let no_meaning = |option, reason| {
         Err(RecordFileError::NoMeaning {
             option,
@@ -62,14 +62,10 @@ pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     if !is_recording && source.moving != MovingMass::Auto {
         return no_meaning("--moving", "it chooses between the masses of a recording of hapticd");
     }
-    Ok(with_velocity_note(match beginning {
-        Some(Beginning::Text) if source.table.columns != Columns::default() => tables::read(source)?,
-        Some(Beginning::Binary) if source.table.columns != Columns::default() => {
-            let path = source.path.clone();
-            return Err(TableError::NoTable { path }.into());
-        }
-        Some(_) => from_recording::read(source)?,
-        None => tables::read(source)?,
+    Ok(with_velocity_note(if is_recording {
+        from_recording::read(source)?
+    } else {
+        tables::read(source, file)?
     }))
 }
 
@@ -82,15 +78,12 @@ pub fn take(recording: &Recording, source: &Source) -> Result<Loaded, RecordFile
     Ok(with_velocity_note(from_recording::take(recording, source)?))
 }
 
-/// The names of the columns of a file of text; `None` for a recording of hapticd, whose columns are known.
+/// The names of the columns of a file; `None` for a recording of hapticd, whose columns are known.
 ///
 /// # Errors
 /// The file cannot be read, or has no heading.
 pub fn headings(path: &Path) -> Result<Option<Vec<String>>, RecordFileError> {
-    match from_recording::beginning(path)? {
-        Some(_) => Ok(None),
-        None => Ok(Some(table::headings(path)?)),
-    }
+    Ok(table::headings(path)?)
 }
 
 fn with_velocity_note(mut loaded: Loaded) -> Loaded {
@@ -120,3 +113,41 @@ fn velocity_note(record: &Record) -> Option<String> {
 
 #[cfg(test)]
 mod tests;
+
+/// Which mass of a recording of hapticd is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MovingMass {
+    /// The block, where the scene has one and the rig was engaged; else the device.
+    #[default]
+    Auto,
+    /// The virtual block, driven by its coupling.
+    Block,
+    /// The device's own carriage, driven by its motor.
+    Device,
+}
+
+/// Where a record is, and how it is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source {
+    /// The file.
+    pub path: PathBuf,
+    /// Another file that holds the forces, on a clock of its own.
+    pub force_path: Option<PathBuf>,
+    /// Names of columns, gains and the unit of times.
+    pub table: TableOptions,
+    /// The mass of a recording of hapticd.
+    pub moving: MovingMass,
+}
+
+impl Source {
+    /// A file whose columns have their usual names, in SI units.
+    #[must_use]
+    pub fn new(path: &Path) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            force_path: None,
+            table: TableOptions::default(),
+            moving: MovingMass::Auto,
+        }
+    }
+}

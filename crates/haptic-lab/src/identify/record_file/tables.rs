@@ -1,24 +1,24 @@
 //! A record from one table, or from two of two recorders.
 
-use super::Loaded;
 use super::error::RecordFileError;
-use super::source::Source;
-use crate::identify::record::Record;
+use super::{Loaded, Source};
+use crate::identify::options::Record;
+use haptic_motion::Opened;
 use haptic_motion::table::{Quantity, Table};
 
 /// Shortest time that two files must have in common, s.
 const MIN_COMMON_S: f64 = 1.0;
 
-/// Reads a file, or one of positions and another of forces.
-pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
+/// Reads an opened file, or one of positions and another of forces.
+pub(super) fn read(source: &Source, file: Opened) -> Result<Loaded, RecordFileError> {
     use Quantity::{Force, Position, Velocity};
     let Some(force_path) = &source.force_path else {
-        let mut table = Table::read(&source.path, &source.table, &[Position, Velocity, Force])?;
+        let mut table = Table::read(&source.path, file, &source.table, &[Position, Velocity, Force])?;
         let force_n = table.values.pop().unwrap_or_default();
         return Ok(loaded(table, force_n));
     };
-    let mut forces = Table::read(force_path, &source.table, &[Force])?;
-    let mut table = Table::read(&source.path, &source.table, &[Position, Velocity])?;
+    let mut forces = Table::read(force_path, Opened::open(force_path)?, &source.table, &[Force])?;
+    let mut table = Table::read(&source.path, file, &source.table, &[Position, Velocity])?;
     let (begin, end) = common(&table.t_s, &forces.t_s);
     if end - begin < MIN_COMMON_S {
         // Clocks that count from their own starts: the starts are taken as the same instant.

@@ -31,9 +31,9 @@ impl Found {
         self.halves.extend(other.halves);
     }
 
-    /// The usual half of an interval, as a share of the truth, or in N s/m.
+    /// The median half of an interval, as a share of the truth, or in N s/m.
     #[must_use]
-    pub fn usual_half(&self) -> Option<f64> {
+    pub fn median_half(&self) -> Option<f64> {
         median(&mut self.halves.clone())
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! and is pulled by a hand through a stiff grip, by a relay that turns at the ends of its way, or by pulses.
 
-use crate::identify::record::Record;
+use crate::identify::options::Record;
 use crate::identify::sensor::{counted, noise, samples_in};
 use crate::smoothing::whole;
 use fastrand::Rng;

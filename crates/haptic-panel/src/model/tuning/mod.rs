@@ -10,7 +10,7 @@ pub(crate) use edit::{Edit, Hand, Outcome};
 pub(crate) use parameter::ParameterEdits;
 pub(crate) use trial::TRIAL;
 
-use super::saving;
+use super::scene;
 use super::scene::SceneChange;
 use crate::intent::{Intent, Target};
 use crate::notice::Notice;
@@ -234,10 +234,10 @@ impl Tuning {
                 {
                     comparison.ask_again();
                 }
-                self.report = Some(saving::saved(&reply));
+                self.report = Some(scene::saved(&reply));
             }
             (Intent::Save { name, .. }, Err(error)) => {
-                self.report = Some(saving::refused(name, error, &mut self.would_replace));
+                self.report = Some(scene::save_refused(name, error, &mut self.would_replace));
             }
             (Intent::Compare { what, scene, revision }, result) => {
                 let result = match result {

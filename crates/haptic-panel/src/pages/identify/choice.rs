@@ -1,6 +1,6 @@
 //! What is asked: from which samples, which model, and what is known beforehand.
 
-use crate::browse;
+use crate::dialogs;
 use crate::drop_down::{self, Item};
 use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
@@ -56,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         ui.horizontal(|ui| {
             let field = TextEdit::singleline(&mut fitting.choice.path)
                 .hint_text("path of the file, or drop it on the window")
-                .desired_width(ui.available_width() - browse::WIDTH);
+                .desired_width(ui.available_width() - dialogs::BROWSE_WIDTH);
             let field = ui.add(field).accessible_name("file to identify");
             if !field.has_focus() {
                 intents.extend(fitting.ask_headings());
@@ -64,7 +64,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             let path = &fitting.choice.path;
             let near = if path.is_empty() { folder } else { path };
             let asked = (DialogPurpose::FileToIdentify, near.as_str());
-            browse::show(ui, "Browse...", "choose file to identify", asked, intents);
+            dialogs::browse_button(ui, "Browse...", "choose file to identify", asked, intents);
         });
         show_columns(ui, fitting);
     }

@@ -1,6 +1,6 @@
 //! The recordings of a folder: length, scene and notes of each, and the way to open one.
 
-use crate::browse;
+use crate::dialogs;
 use crate::drop_down::is_entered;
 use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
@@ -19,7 +19,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let field = show_path(ui, "Folder", field, "folder of recordings");
     ui.horizontal(|ui| {
         let asked = (DialogPurpose::Folder, view.folder.as_str());
-        browse::show(ui, "Browse...", "choose folder", asked, intents);
+        dialogs::browse_button(ui, "Browse...", "choose folder", asked, intents);
         let is_pressed = ui
             .button("Read again")
             .on_hover_text("Looks for new recordings in this folder")
@@ -54,7 +54,7 @@ fn show_opening(ui: &mut Ui, view: &mut View, intents: &mut Vec<Intent>) {
         let path = &view.open_path;
         let near = if path.is_empty() { &view.folder } else { path };
         let asked = (DialogPurpose::Recording, near.as_str());
-        browse::show(ui, "Browse...", "choose recording", asked, intents);
+        dialogs::browse_button(ui, "Browse...", "choose recording", asked, intents);
         let is_typed = !path.trim().is_empty();
         let open = ui.add_enabled(is_typed, Button::new("Open recording"));
         if open.clicked() || (is_typed && is_entered(ui, &field)) {

@@ -1,6 +1,6 @@
 //! Making a study, and opening one.
 
-use crate::browse;
+use crate::dialogs;
 use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
 use crate::model::study::{StudyForm, Studying};
@@ -61,13 +61,13 @@ fn show_form(ui: &mut Ui, form: &mut StudyForm, intents: &mut Vec<Intent>) {
     ] {
         ui.label(label);
         ui.horizontal(|ui| {
-            let button_width = purpose.map_or(0.0, |_| browse::WIDTH);
+            let button_width = purpose.map_or(0.0, |_| dialogs::BROWSE_WIDTH);
             let field = TextEdit::singleline(text)
                 .hint_text(hint)
                 .desired_width(ui.available_width() - button_width);
             ui.add(field).accessible_name(name).on_hover_text(about);
             if let Some(purpose) = purpose {
-                browse::show(
+                dialogs::browse_button(
                     ui,
                     "Browse...",
                     &format!("choose {name}"),

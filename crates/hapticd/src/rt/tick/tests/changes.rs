@@ -37,7 +37,7 @@ prop_compose! {
             name: LAWS[law].to_owned(),
             block: with_block.then_some(Block { mass }),
             coupling: with_block.then_some(Coupling { stiffness, damping }),
-            friction: Friction::usual(LAWS[law]).expect("a law"),
+            friction: Friction::default_of(LAWS[law]).expect("a law"),
         };
         let changes: Vec<(ParameterKey, f64)> = scene
             .friction

@@ -1,4 +1,4 @@
-//! Usual values that several laws share: the paper's forces, and those of the ready scenes.
+//! Default values that several laws share: the paper's forces, and those of the ready scenes.
 
 /// `Fs`, N.
 pub(super) const STATIC_FORCE: f64 = 4.0;
