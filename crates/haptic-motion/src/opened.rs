@@ -16,7 +16,7 @@ pub const RECORDING_KEY: &str = "hapticd.";
 const MAGIC_BYTES: u64 = 20;
 
 /// A file whose first bytes have been looked at.
-pub type Input = Chain<Cursor<Vec<u8>>, File>;
+pub(crate) type Input = Chain<Cursor<Vec<u8>>, File>;
 
 /// What an opened file is.
 #[expect(missing_debug_implementations, reason = "the library's reader has none")]
