@@ -4,6 +4,7 @@
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::parameters::TABLE;
 use haptic_core::servo::Fault;
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
@@ -49,16 +50,51 @@ fn subcommands(help: &str) -> Vec<String> {
         .collect()
 }
 
-/// A help without the options of every subcommand, which its page says once.
-fn own_help(help: &str) -> String {
-    const COMMON: &str = "\nOptions of every subcommand:\n";
-    let Some((before, rest)) = help.split_once(COMMON) else {
-        return help.to_owned();
-    };
-    // The paragraphs of options are indented, and what follows them is not.
-    let is_option = |line: &&str| line.starts_with(' ') || line.trim().is_empty();
-    let after: String = rest.split_inclusive('\n').skip_while(is_option).collect();
-    format!("{}\n\n{after}", before.trim_end())
+/// A help without what every subcommand's help says. Options that an earlier subcommand has in the same words are
+/// named by its name; `seen` has them by their words.
+fn own_help(subcommand: &str, help: &str, seen: &mut HashMap<String, String>) -> String {
+    let is_of_all = |line: &str| line.contains("Print help") || line.contains("-h, --help") || line.starts_with(COMMON);
+    let kept: Vec<&str> = help.lines().filter(|line| !is_of_all(line)).collect();
+    let kept = kept.join("\n").replace("Options:\n\n", "").replace("\n\n\n", "\n\n");
+    // Each option with the lines of its text, and every other line by itself.
+    let mut parts: Vec<String> = Vec::new();
+    for line in kept.lines() {
+        let goes_on = line.starts_with("          ") || line.trim().is_empty();
+        match parts.last_mut() {
+            Some(last) if goes_on && is_option(last) => *last = format!("{last}\n{line}"),
+            _ => parts.push(line.to_owned()),
+        }
+    }
+    let mut own: Vec<String> = Vec::new();
+    for run in parts.chunk_by(|a, b| origin(a, seen).is_some() && origin(a, seen) == origin(b, seen)) {
+        match origin(&run[0], seen) {
+            Some(earlier) if run.len() > 1 => {
+                let names: Vec<&str> = run.iter().filter_map(|part| part.split_whitespace().next()).collect();
+                let blank = if run[run.len() - 1].ends_with('\n') { "\n" } else { "" };
+                own.push(format!("      As in `{earlier}`: {}{blank}", names.join(", ")));
+            }
+            _ => own.extend_from_slice(run),
+        }
+    }
+    for part in parts.iter().filter(|part| is_option(part)) {
+        seen.entry(words(part)).or_insert_with(|| subcommand.to_owned());
+    }
+    own.join("\n")
+}
+
+const COMMON: &str = "Options of every subcommand:";
+
+fn is_option(part: &str) -> bool {
+    part.starts_with("      --") || part.starts_with("  -")
+}
+
+fn words(part: &str) -> String {
+    part.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The subcommand that has an option in the same words.
+fn origin(part: &str, seen: &HashMap<String, String>) -> Option<String> {
+    seen.get(&words(part)).cloned().filter(|_| is_option(part))
 }
 
 #[test]
@@ -66,16 +102,13 @@ fn every_subcommand_of_haptic_ctl() {
     let whole = help("haptic-ctl", &[]);
     let mut page = format!("```text\n{}\n```\n", whole.trim_end());
     let mut waiting: Vec<Vec<String>> = subcommands(&whole).into_iter().rev().map(|name| vec![name]).collect();
+    let mut seen = HashMap::new();
     while let Some(words) = waiting.pop() {
         let words_as_given: Vec<&str> = words.iter().map(String::as_str).collect();
         let help = help("haptic-ctl", &words_as_given);
-        write!(
-            page,
-            "\n## {}\n\n```text\n{}\n```\n",
-            words.join(" "),
-            own_help(&help).trim_end()
-        )
-        .expect("a string");
+        let name = words.join(" ");
+        let own = own_help(&name, &help, &mut seen);
+        write!(page, "\n## {name}\n\n```text\n{}\n```\n", own.trim_end()).expect("a string");
         waiting.extend(
             subcommands(&help)
                 .into_iter()
