@@ -1,6 +1,6 @@
 //! The measurements as the tables of the document, and their places in it.
 
-use super::by_law::{ForceErrors, LawMeasurement, SINGLE_TICKS, schemes_by_law, worst_of};
+use super::by_law::{LawMeasurement, SINGLE_TICKS, schemes_by_law, worst_of};
 use super::cases;
 use super::hands::{HANDS, laws_under_hands};
 use super::report::{Measurement, schemes};
@@ -30,7 +30,7 @@ impl Table {
     fn new(header: &[&str]) -> Self {
         let mut table = Self(String::new());
         table.row(header);
-        table.row(&vec!["---"; header.len()]);
+        table.0.push_str(&format!("|{}\n", "---|".repeat(header.len())));
         table
     }
 
@@ -45,7 +45,7 @@ fn force(newtons: f64) -> String {
     if newtons == 0.0 {
         "0".to_owned()
     } else if newtons > 1e9 {
-        "beyond all numbers".to_owned()
+        "> 1e9".to_owned()
     } else {
         format!("{newtons:.0e}")
     }
@@ -61,14 +61,6 @@ fn time(ns: f64) -> String {
 
 fn count(instructions: Option<f64>) -> String {
     instructions.map_or_else(|| "-".to_owned(), |count| format!("{count:.0}"))
-}
-
-fn at_bound(errors: &ForceErrors) -> String {
-    if errors.at_bound == 0 {
-        "none".to_owned()
-    } else {
-        format!("{}, {} N", errors.at_bound, force(errors.at_bound_worst_n))
-    }
 }
 
 impl Tables<'_> {
@@ -100,8 +92,6 @@ impl Tables<'_> {
             "breakaway tick, N",
             "reversal tick, N",
             "worst tick, N",
-            "stops and breakaways",
-            "ticks at their bound, worst",
             "literal, worst, N",
             "implicit, worst, N",
         ]);
@@ -115,13 +105,6 @@ impl Tables<'_> {
                 force(errors.breakaway_n),
                 force(errors.reversal_n),
                 force(errors.worst_n),
-                match errors.same_changes {
-                    None => "no stuck state",
-                    Some(true) => "as the truth",
-                    Some(false) => "**others**",
-                }
-                .to_owned(),
-                at_bound(&errors),
                 others(literal),
                 others(implicit),
             ]);
@@ -192,7 +175,6 @@ impl Tables<'_> {
             "breakaway tick, N",
             "reversal tick, N",
             "worst tick, N",
-            "ticks at their bound, worst",
             "60 Hz: median",
             "dearest",
             "instructions",
@@ -208,7 +190,6 @@ impl Tables<'_> {
                 force(errors.breakaway_n),
                 force(errors.reversal_n),
                 force(errors.worst_n),
-                at_bound(&errors),
             ];
             row.extend(Self::costs(
                 self.of(law, Scheme::Exact, true).find(|one| one.hand == "60 Hz"),
@@ -256,7 +237,7 @@ impl Tables<'_> {
                 ),
                 match worst(of(&|one| one.energy_created_j)) {
                     0.0 => "0".to_owned(),
-                    energy if energy > 1e9 => "beyond all numbers".to_owned(),
+                    energy if energy > 1e9 => "> 1e9".to_owned(),
                     energy => format!("{energy:.0e} J"),
                 },
                 if blown_up == 0 {
