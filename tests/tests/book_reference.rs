@@ -245,17 +245,18 @@ fn bracketed(text: &mut String, name: &str) -> Option<String> {
 #[test]
 fn every_field_of_the_configuration() {
     let options = documented(&help("hapticd", &[]));
-    let mut page = String::from("| field | value | unit | range | default | meaning |\n|---|---|---|---|---|---|\n");
+    let mut page = String::new();
     let (fields, others): (Vec<&Documented>, Vec<&Documented>) = options.iter().partition(|option| is_field(option));
     for option in fields {
         let mut text = option.text.clone();
-        let default = bracketed(&mut text, "default").unwrap_or_else(|| "none: it must be given".to_owned());
+        let default = bracketed(&mut text, "default");
+        let default = default.map_or_else(|| "required".to_owned(), |default| format!("default {default}"));
         let choices = bracketed(&mut text, "possible values");
         let unit = unit(&mut text);
         let is_number = unit.is_some() || ["N", "SHARE", "FACTOR"].contains(&option.value.as_str());
         let range = if is_number { range(&mut text) } else { None };
         let value = match choices {
-            Some(_) if option.value == "BOOL" => "true or false".to_owned(),
+            Some(_) if option.value == "BOOL" => "boolean".to_owned(),
             Some(values) => values
                 .split(", ")
                 .map(|value| format!("`\"{value}\"`"))
@@ -264,22 +265,14 @@ fn every_field_of_the_configuration() {
             None if is_number => "number".to_owned(),
             None => option.value.to_lowercase(),
         };
-        add(
-            &mut page,
-            &row(&[
-                &format!("`{}`", option.name),
-                &value,
-                unit.unwrap_or_default(),
-                &range.unwrap_or_default(),
-                &default,
-                &text,
-            ]),
-        );
+        let facts = [&value, unit.unwrap_or_default(), range.as_deref().unwrap_or_default()];
+        let facts: Vec<&str> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
+        add(&mut page, &format!("- `{}` ({}; {default}): {text}", option.name, facts.join(", ")));
     }
     drawn::part("reference/configuration.md", "fields", &page);
-    let mut page = String::from("| option | meaning |\n|---|---|\n");
+    let mut page = String::new();
     for option in others {
-        add(&mut page, &row(&[&format!("`--{}`", option.name), &option.text]));
+        add(&mut page, &format!("- `--{}`: {}", option.name, option.text));
     }
     drawn::part("reference/configuration.md", "options", &page);
 }
@@ -342,7 +335,7 @@ fn every_metric() {
         pause();
         written = fs::read_to_string(&file).unwrap_or_default();
     }
-    let mut page = String::from("| metric | kind | meaning |\n|---|---|---|\n");
+    let mut page = String::new();
     for line in written.lines() {
         let Some((name, about)) = line.strip_prefix("# HELP ").and_then(|line| line.split_once(' ')) else {
             continue;
@@ -351,8 +344,7 @@ fn every_metric() {
             .lines()
             .find_map(|line| line.strip_prefix(&format!("# TYPE {name} ")))
             .expect("its kind");
-        let kind = kind.to_owned();
-        add(&mut page, &row(&[&format!("`{name}`"), &kind, about]));
+        add(&mut page, &format!("- `{name}` ({kind}): {about}"));
     }
     drawn::part("reference/metrics.md", "metrics", &page);
 }
