@@ -5,7 +5,6 @@ use super::cases;
 use super::hands::{HANDS, laws_under_hands};
 use super::report::{Measurement, schemes};
 use super::targets::Target;
-use crate::cost::SceneCost;
 use haptic_core::Scheme;
 use haptic_motion::median::median;
 use std::fmt::Write;
@@ -17,8 +16,6 @@ pub struct Tables<'a> {
     pub cases: &'a [Measurement],
     /// The laws under hands.
     pub laws: &'a [LawMeasurement],
-    /// The scenes' costs.
-    pub scenes: &'a [SceneCost],
     /// The targets.
     pub targets: &'a [Target],
 }
@@ -74,7 +71,6 @@ impl Tables<'_> {
             ("on the device", self.on_device()),
             ("schemes", self.schemes()),
             ("rough hand", self.rough_hand()),
-            ("scenes", self.scenes()),
             ("targets", self.targets()),
         ]
     }
@@ -275,19 +271,6 @@ impl Tables<'_> {
         table.0
     }
 
-    fn scenes(&self) -> String {
-        let mut table = Table::new(&["scene", "bytes of state", "instructions a tick", "ns a tick"]);
-        for scene in self.scenes {
-            table.row(&[
-                scene.scene.to_owned(),
-                scene.state_bytes.to_string(),
-                count(scene.instructions),
-                format!("{:.1}", scene.median_ns),
-            ]);
-        }
-        table.0
-    }
-
     fn targets(&self) -> String {
         let mut table = Table::new(&["target of the exact scheme", "to be", "measured", ""]);
         for target in self.targets {
@@ -351,7 +334,6 @@ mod tests {
         let nothing = Tables {
             cases: &[],
             laws: &[],
-            scenes: &[],
             targets: &[],
         };
         let tables = nothing.all();
