@@ -1,8 +1,8 @@
 //! The measurements as the tables of the document, and their places in it.
 
-use super::by_law::{LawMeasurement, SINGLE_TICKS, schemes_by_law, worst_of};
+use super::by_law::{LawMeasurement, schemes_by_law, worst_of};
 use super::cases;
-use super::hands::{HANDS, laws_under_hands};
+use super::hands::laws_under_hands;
 use super::report::{Measurement, schemes};
 use super::targets::Target;
 use haptic_core::Scheme;
@@ -66,7 +66,6 @@ impl Tables<'_> {
     pub fn all(&self) -> Vec<(&'static str, String)> {
         vec![
             ("errors behind a block", self.errors_behind_block()),
-            ("errors by hand", self.errors_by_hand()),
             ("costs behind a block", self.costs_behind_block()),
             ("on the device", self.on_device()),
             ("schemes", self.schemes()),
@@ -104,22 +103,6 @@ impl Tables<'_> {
                 others(literal),
                 others(implicit),
             ]);
-        }
-        table.0
-    }
-
-    fn errors_by_hand(&self) -> String {
-        let hands: Vec<&str> = HANDS.iter().map(|hand| hand.name).chain([SINGLE_TICKS]).collect();
-        let mut header = vec!["worst force error, N, by hand"];
-        header.extend(&hands);
-        let mut table = Table::new(&header);
-        for (law, _) in laws_under_hands() {
-            let mut row = vec![law.to_owned()];
-            for hand in &hands {
-                let errors = worst_of(self.of(law, Scheme::Exact, false).filter(|one| one.hand == *hand));
-                row.push(force(errors.worst_n));
-            }
-            table.row(&row);
         }
         table.0
     }
