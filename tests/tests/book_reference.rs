@@ -50,10 +50,19 @@ fn subcommands(help: &str) -> Vec<String> {
         .collect()
 }
 
+/// A help without the list of its subcommands, whose sections follow.
+fn without_list(help: &str) -> String {
+    match help.split_once("\nCommands:\n") {
+        Some((before, rest)) => format!("{before}\n{}", rest.split_once("\n\n").map_or("", |(_, after)| after)),
+        None => help.to_owned(),
+    }
+}
+
 /// A help without what every subcommand's help says. Options that an earlier subcommand has in the same words are
 /// named by its name; `seen` has them by their words.
 fn own_help(subcommand: &str, help: &str, seen: &mut HashMap<String, String>) -> String {
     let is_of_all = |line: &str| line.contains("Print help") || line.contains("-h, --help") || line.starts_with(COMMON);
+    let help = without_list(help);
     let kept: Vec<&str> = help.lines().filter(|line| !is_of_all(line)).collect();
     let kept = kept.join("\n").replace("Options:\n\n", "").replace("\n\n\n", "\n\n");
     // Each option with the lines of its text, and every other line by itself.
@@ -100,7 +109,9 @@ fn origin(part: &str, seen: &HashMap<String, String>) -> Option<String> {
 #[test]
 fn every_subcommand_of_haptic_ctl() {
     let whole = help("haptic-ctl", &[]);
-    let mut page = format!("```text\n{}\n```\n", whole.trim_end());
+    // The codes have a page of their own.
+    let (head, _) = whole.split_once("\nExit codes:").expect("the codes");
+    let mut page = format!("```text\n{}\n```\n", without_list(head).trim_end());
     let mut waiting: Vec<Vec<String>> = subcommands(&whole).into_iter().rev().map(|name| vec![name]).collect();
     let mut seen = HashMap::new();
     while let Some(words) = waiting.pop() {
