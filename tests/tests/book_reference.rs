@@ -278,7 +278,10 @@ fn every_field_of_the_configuration() {
         };
         let facts = [&value, unit.unwrap_or_default(), range.as_deref().unwrap_or_default()];
         let facts: Vec<&str> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
-        add(&mut page, &format!("- `{}` ({}; {default}): {text}", option.name, facts.join(", ")));
+        add(
+            &mut page,
+            &format!("- `{}` ({}; {default}): {text}", option.name, facts.join(", ")),
+        );
     }
     drawn::part("reference/configuration.md", "fields", &page);
     let mut page = String::new();
