@@ -7,7 +7,7 @@ use crate::parameters::{NotApplicable, Parameter, ParameterInfo, ParameterKey, S
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// A scene, with the names of the TOML file.
+/// A scene: what the rig shall feel like. Its fields have the names of the TOML file.
 ///
 /// A scene is plain data and may hold anything; [`Scene::validate`] says whether it can be
 /// rendered, and [`Renderer::new`](crate::Renderer::new) takes no scene that cannot.
