@@ -45,13 +45,9 @@ pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
             .map_or_else(String::new, |_| format!(" It is {}.", type_of(event)));
         page.push_str(&format!("\n#### `{name}`\n\n{}{whole}\n", text(&event["description"])));
     }
-    page.push_str("\n### Columns of a row of samples\n\n| column | type | meaning |\n|---|---|---|\n");
+    page.push_str("\n### Columns of a row of samples\n\n");
     for cell in list(&definitions["FromServer"]["Sample"]["prefixItems"]) {
-        page.push_str(&row(&[
-            &format!("`{}`", text(&cell["title"])),
-            &type_of(cell),
-            text(&cell["description"]),
-        ]));
+        page.push_str(&item(text(&cell["title"]), "", cell, text(&cell["description"])));
     }
     page.push_str("\n### Types\n");
     for (name, definition) in types(definitions) {
@@ -96,7 +92,7 @@ fn body(definition: &Value) -> String {
     drawn
 }
 
-/// The table of an object's fields, but for one.
+/// The list of an object's fields, but for one.
 fn fields(object: &Value, but: &str) -> String {
     let Some(properties) = object["properties"].as_object() else {
         return String::new();
@@ -106,38 +102,24 @@ fn fields(object: &Value, but: &str) -> String {
     let is_change = CHANGE_OPTIONS.iter().all(|name| properties.contains_key(*name));
     let is_own = |name: &str| name != but && !(is_change && CHANGE_OPTIONS.contains(&name));
     for (name, field) in properties.iter().filter(|(name, _)| is_own(name)) {
-        let presence = if needed.contains(&name.as_str()) {
-            "always"
-        } else {
-            "optional"
-        };
+        let presence = if needed.contains(&name.as_str()) { "" } else { "?" };
         let about = field["description"].as_str().unwrap_or_default();
-        drawn.push_str(&row(&[&format!("`{name}`"), &type_of(field), presence, about]));
+        drawn.push_str(&item(name, presence, field, about));
     }
     for choice in object["oneOf"].as_array().into_iter().flatten() {
         for (name, field) in choice["properties"].as_object().into_iter().flatten() {
             let about = choice["description"].as_str().unwrap_or_default();
-            drawn.push_str(&row(&[
-                &format!("`{name}`"),
-                &type_of(field),
-                "exactly one of these",
-                about,
-            ]));
+            drawn.push_str(&item(name, " or", field, about));
         }
     }
-    let mut drawn = table(&drawn);
+    if !drawn.is_empty() {
+        drawn.push('\n');
+    }
     if is_change {
         let anchor = CHANGE.to_lowercase().replace(' ', "-");
         drawn.push_str(&format!("And the [{}](#{anchor}).\n\n", CHANGE.to_lowercase()));
     }
     drawn
-}
-
-fn table(rows: &str) -> String {
-    if rows.is_empty() {
-        return String::new();
-    }
-    format!("| field | type | | meaning |\n|---|---|---|---|\n{rows}\n")
 }
 
 /// The fields that every change has.
@@ -146,38 +128,32 @@ const CHANGE_OPTIONS: [&str; 5] = ["if_revision", "ramp_ms", "dry_run", "at_tick
 /// The heading above them.
 const CHANGE: &str = "Options of a change";
 
-/// The table of the fields that every change has.
+/// The list of the fields that every change has.
 fn change_options(definitions: &Value) -> String {
     let operations = list(&definitions["FromClient"]["Envelope"]["oneOf"]);
     let undo = operations
         .iter()
         .find(|operation| operation["properties"]["op"]["const"] == "undo");
     let properties = &undo.expect("it is an operation")["properties"];
-    let rows: String = CHANGE_OPTIONS
+    CHANGE_OPTIONS
         .iter()
         .map(|name| {
             let field = &properties[name];
-            row(&[
-                &format!("`{name}`"),
-                &type_of(field),
-                "optional",
-                text(&field["description"]),
-            ])
+            item(name, "?", field, text(&field["description"]))
         })
-        .collect();
-    table(&rows)
+        .collect()
 }
 
-fn row(cells: &[&str]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
-    format!("| {} |\n", cells.join(" | "))
+/// A field in the list of its object: its name, whether it may be absent, its type and its meaning.
+fn item(name: &str, presence: &str, schema: &Value, about: &str) -> String {
+    format!("- `{name}`{presence} ({}): {about}\n", type_of(schema))
 }
 
 /// A type in words.
 fn type_of(schema: &Value) -> String {
     if let Some(path) = schema["$ref"].as_str() {
         let name = path.rsplit('/').next().unwrap_or_default();
-        // Two types have a table of their own in the page.
+        // Two types have a place of their own in the page.
         let heading = match name {
             "Sample" => "columns-of-a-row-of-samples".to_owned(),
             "ErrorCode" => "why-a-request-was-refused".to_owned(),
@@ -201,18 +177,18 @@ fn type_of(schema: &Value) -> String {
         kind => kind.as_str().unwrap_or("any"),
     };
     let range = match (schema["minimum"].as_f64(), schema["maximum"].as_f64()) {
-        (Some(min), Some(max)) => format!(" from {min} to {max}"),
+        (Some(min), Some(max)) => format!(" {min} to {max}"),
         _ => String::new(),
     };
     match kind {
-        "integer" => format!("whole number{range}"),
+        "integer" => format!("integer{range}"),
         "number" => format!("number{range}"),
-        "string" => "text".to_owned(),
-        "boolean" => "true or false".to_owned(),
+        "string" => "string".to_owned(),
+        "boolean" => "boolean".to_owned(),
         "array" if schema["items"].is_object() => format!("list of {}", type_of(&schema["items"])),
         "array" => "list".to_owned(),
         "object" if schema["additionalProperties"].is_object() => {
-            format!("object of names and {}", type_of(&schema["additionalProperties"]))
+            format!("object of {}", type_of(&schema["additionalProperties"]))
         }
         "object" => {
             let names: Vec<String> = schema["properties"]

@@ -4,6 +4,7 @@
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::parameters::TABLE;
 use haptic_core::servo::Fault;
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
@@ -49,33 +50,76 @@ fn subcommands(help: &str) -> Vec<String> {
         .collect()
 }
 
-/// A help without the options of every subcommand, which its page says once.
-fn own_help(help: &str) -> String {
-    const COMMON: &str = "\nOptions of every subcommand:\n";
-    let Some((before, rest)) = help.split_once(COMMON) else {
-        return help.to_owned();
-    };
-    // The paragraphs of options are indented, and what follows them is not.
-    let is_option = |line: &&str| line.starts_with(' ') || line.trim().is_empty();
-    let after: String = rest.split_inclusive('\n').skip_while(is_option).collect();
-    format!("{}\n\n{after}", before.trim_end())
+/// A help without the list of its subcommands, whose sections follow.
+fn without_list(help: &str) -> String {
+    match help.split_once("\nCommands:\n") {
+        Some((before, rest)) => format!("{before}\n{}", rest.split_once("\n\n").map_or("", |(_, after)| after)),
+        None => help.to_owned(),
+    }
+}
+
+/// A help without what every subcommand's help says. Options that an earlier subcommand has in the same words are
+/// named by its name; `seen` has them by their words.
+fn own_help(subcommand: &str, help: &str, seen: &mut HashMap<String, String>) -> String {
+    let is_of_all = |line: &str| line.contains("Print help") || line.contains("-h, --help") || line.starts_with(COMMON);
+    let help = without_list(help);
+    let kept: Vec<&str> = help.lines().filter(|line| !is_of_all(line)).collect();
+    let kept = kept.join("\n").replace("Options:\n\n", "").replace("\n\n\n", "\n\n");
+    // Each option with the lines of its text, and every other line by itself.
+    let mut parts: Vec<String> = Vec::new();
+    for line in kept.lines() {
+        let goes_on = line.starts_with("          ") || line.trim().is_empty();
+        match parts.last_mut() {
+            Some(last) if goes_on && is_option(last) => *last = format!("{last}\n{line}"),
+            _ => parts.push(line.to_owned()),
+        }
+    }
+    let mut own: Vec<String> = Vec::new();
+    for run in parts.chunk_by(|a, b| origin(a, seen).is_some() && origin(a, seen) == origin(b, seen)) {
+        match origin(&run[0], seen) {
+            Some(earlier) if run.len() > 1 => {
+                let names: Vec<&str> = run.iter().filter_map(|part| part.split_whitespace().next()).collect();
+                let blank = if run[run.len() - 1].ends_with('\n') { "\n" } else { "" };
+                own.push(format!("      As in `{earlier}`: {}{blank}", names.join(", ")));
+            }
+            _ => own.extend_from_slice(run),
+        }
+    }
+    for part in parts.iter().filter(|part| is_option(part)) {
+        seen.entry(words(part)).or_insert_with(|| subcommand.to_owned());
+    }
+    own.join("\n")
+}
+
+const COMMON: &str = "Options of every subcommand:";
+
+fn is_option(part: &str) -> bool {
+    part.starts_with("      --") || part.starts_with("  -")
+}
+
+fn words(part: &str) -> String {
+    part.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The subcommand that has an option in the same words.
+fn origin(part: &str, seen: &HashMap<String, String>) -> Option<String> {
+    seen.get(&words(part)).cloned().filter(|_| is_option(part))
 }
 
 #[test]
 fn every_subcommand_of_haptic_ctl() {
     let whole = help("haptic-ctl", &[]);
-    let mut page = format!("```text\n{}\n```\n", whole.trim_end());
+    // The codes have a page of their own.
+    let (head, _) = whole.split_once("\nExit codes:").expect("the codes");
+    let mut page = format!("```text\n{}\n```\n", without_list(head).trim_end());
     let mut waiting: Vec<Vec<String>> = subcommands(&whole).into_iter().rev().map(|name| vec![name]).collect();
+    let mut seen = HashMap::new();
     while let Some(words) = waiting.pop() {
         let words_as_given: Vec<&str> = words.iter().map(String::as_str).collect();
         let help = help("haptic-ctl", &words_as_given);
-        write!(
-            page,
-            "\n## {}\n\n```text\n{}\n```\n",
-            words.join(" "),
-            own_help(&help).trim_end()
-        )
-        .expect("a string");
+        let name = words.join(" ");
+        let own = own_help(&name, &help, &mut seen);
+        write!(page, "\n## {name}\n\n```text\n{}\n```\n", own.trim_end()).expect("a string");
         waiting.extend(
             subcommands(&help)
                 .into_iter()
@@ -212,17 +256,18 @@ fn bracketed(text: &mut String, name: &str) -> Option<String> {
 #[test]
 fn every_field_of_the_configuration() {
     let options = documented(&help("hapticd", &[]));
-    let mut page = String::from("| field | value | unit | range | default | meaning |\n|---|---|---|---|---|---|\n");
+    let mut page = String::new();
     let (fields, others): (Vec<&Documented>, Vec<&Documented>) = options.iter().partition(|option| is_field(option));
     for option in fields {
         let mut text = option.text.clone();
-        let default = bracketed(&mut text, "default").unwrap_or_else(|| "none: it must be given".to_owned());
+        let default = bracketed(&mut text, "default");
+        let default = default.map_or_else(|| "required".to_owned(), |default| format!("default {default}"));
         let choices = bracketed(&mut text, "possible values");
         let unit = unit(&mut text);
         let is_number = unit.is_some() || ["N", "SHARE", "FACTOR"].contains(&option.value.as_str());
         let range = if is_number { range(&mut text) } else { None };
         let value = match choices {
-            Some(_) if option.value == "BOOL" => "true or false".to_owned(),
+            Some(_) if option.value == "BOOL" => "boolean".to_owned(),
             Some(values) => values
                 .split(", ")
                 .map(|value| format!("`\"{value}\"`"))
@@ -231,22 +276,17 @@ fn every_field_of_the_configuration() {
             None if is_number => "number".to_owned(),
             None => option.value.to_lowercase(),
         };
+        let facts = [&value, unit.unwrap_or_default(), range.as_deref().unwrap_or_default()];
+        let facts: Vec<&str> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
         add(
             &mut page,
-            &row(&[
-                &format!("`{}`", option.name),
-                &value,
-                unit.unwrap_or_default(),
-                &range.unwrap_or_default(),
-                &default,
-                &text,
-            ]),
+            &format!("- `{}` ({}; {default}): {text}", option.name, facts.join(", ")),
         );
     }
     drawn::part("reference/configuration.md", "fields", &page);
-    let mut page = String::from("| option | meaning |\n|---|---|\n");
+    let mut page = String::new();
     for option in others {
-        add(&mut page, &row(&[&format!("`--{}`", option.name), &option.text]));
+        add(&mut page, &format!("- `--{}`: {}", option.name, option.text));
     }
     drawn::part("reference/configuration.md", "options", &page);
 }
@@ -309,7 +349,7 @@ fn every_metric() {
         pause();
         written = fs::read_to_string(&file).unwrap_or_default();
     }
-    let mut page = String::from("| metric | kind | meaning |\n|---|---|---|\n");
+    let mut page = String::new();
     for line in written.lines() {
         let Some((name, about)) = line.strip_prefix("# HELP ").and_then(|line| line.split_once(' ')) else {
             continue;
@@ -318,8 +358,7 @@ fn every_metric() {
             .lines()
             .find_map(|line| line.strip_prefix(&format!("# TYPE {name} ")))
             .expect("its kind");
-        let kind = kind.to_owned();
-        add(&mut page, &row(&[&format!("`{name}`"), &kind, about]));
+        add(&mut page, &format!("- `{name}` ({kind}): {about}"));
     }
     drawn::part("reference/metrics.md", "metrics", &page);
 }

@@ -45,7 +45,7 @@ pub struct Cogging {
     /// Way after which it repeats itself, m.
     pub period_m: f64,
     /// Whether the device reports the same position at the same place after every start. Otherwise
-    /// the phase is lost with the device's power, and cogging is not compensated.
+    /// cogging is not compensated.
     pub absolute_position: bool,
     /// The harmonics, from the first on.
     pub harmonics: [Harmonic; COGGING_HARMONICS],

@@ -96,8 +96,8 @@ pub struct AdviceBasis {
     pub delay_us: f64,
     /// Whether that delay was measured on the link; otherwise it is assumed.
     pub delay_measured: bool,
-    /// Mass of the rig's moving part, kg; absent where it was not identified. Linear stability is then that of a heavy
-    /// rig.
+    /// Mass of the rig's moving part, kg; absent where it was not identified: the rig then counts
+    /// as heavy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
     /// Viscous damping of the rig itself, without what is compensated, N s/m.

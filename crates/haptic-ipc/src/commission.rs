@@ -16,7 +16,7 @@ pub struct CommissionReply {
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Whether a pulse is under way, from its ramp on until the rig is idle again.
+    /// Whether a pulse is under way, until the rig is idle again.
     pub pulsing: bool,
     /// Why it has ended, if it has.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,7 +52,7 @@ pub struct CommissionReply {
     /// File of the findings, after `commission.store`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
-    /// The stiffest grip that this rig bears with a factor of two, after `commission.store`. Absent where none was found.
+    /// The stiffest coupling that this rig bears with a factor of two, after `commission.store`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coupling: Option<haptic_core::scene::Coupling>,
 }
@@ -79,12 +79,12 @@ pub struct PulseReport {
     pub backward_m: f64,
     /// Largest speed of the handle, m/s.
     pub largest_speed_mps: f64,
-    /// Friction of the rig, N: the motor's work divided by the path of the handle until it rested
-    /// again. Absent if the handle hardly moved.
+    /// Friction of the rig, N: the motor's work over the handle's path until it rested. Absent if
+    /// the handle hardly moved.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
-    /// Mass of what the pulse moved, kg: the motor's work less that of the friction, by the speed that came of it. Absent
-    /// where encoder or friction say more than the mass.
+    /// Moved mass, kg: from the motor's work less that of the friction, and the speed. Absent where
+    /// encoder or friction hide it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
 }

@@ -58,9 +58,7 @@ impl Field for Vec<Topic> {
 pub enum Event {
     /// The whole state: at once after `subscribe`, and at every change.
     State(StateEvent),
-    /// The servo's settings, where they are not those that the answer to `subscribe` or the last such
-    /// event gave: another device was plugged in, or more is known of the rig that was engaged. Of the
-    /// topic `state`.
+    /// The servo's settings, when they change. Of the topic `state`.
     Servo(Box<ServoEvent>),
     /// Once a second.
     Timing(Box<Timing>),
@@ -103,7 +101,7 @@ pub struct StateEvent {
     /// Number of changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
-    /// The whole scene, and how it took effect; an earlier server does not send it.
+    /// The whole scene, and how it took effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arrival: Option<Box<SceneArrival>>,
 }
@@ -152,7 +150,7 @@ pub struct SubscribeReply {
     pub batch_ms: u32,
     /// Names of a row's columns.
     pub columns: Vec<String>,
-    /// What the rows are computed with; an earlier server does not send it.
+    /// The servo's settings behind the rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoSetup>,
 }

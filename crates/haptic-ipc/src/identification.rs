@@ -19,7 +19,7 @@ pub struct IdentificationReply {
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Whether an excitation is under way, from its ramp on until the rig is idle again.
+    /// Whether an excitation is under way, until the rig is idle again.
     pub moving: bool,
     /// Why it has ended, if it has.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -19,8 +19,8 @@ pub struct JournalEntry {
     /// The client that did it; absent for the daemon's own entries.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
-    /// The operation; `fault`, `lease_lapsed`, `disconnected`, `connected` and `schedule_cancelled` are the
-    /// daemon's own, and so is a `reload` that a signal asked for. A reload that is refused is `reload_refused`.
+    /// The operation, or the daemon's own `fault`, `lease_lapsed`, `disconnected`, `connected`,
+    /// `schedule_cancelled`, `reload_refused`, and `reload` by a signal.
     pub op: String,
     /// The newest revision after it.
     pub revision: u64,
@@ -42,8 +42,7 @@ pub struct JournalEntry {
     /// Name of the schedule that it belongs to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<String>,
-    /// Further text: the reason of a fault, of an expired lease or of a refusal, the device that was lost or found,
-    /// the file of a saved scene, or what a reload changed.
+    /// Further text: a reason, a device, a file, or the changes of a reload.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
 }

@@ -20,8 +20,8 @@ pub struct LinkStatus {
     pub round_trip_max_us: f64,
     /// Age of the newest sample when it was used, beyond the shortest transmission, us.
     pub age_us: f64,
-    /// Drift of the device's clock against ours, parts in a million, positive if it is fast; absent
-    /// until it is measured.
+    /// Drift of the device's clock, parts in a million, positive if it is fast; absent until it is
+    /// measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_drift_ppm: Option<f64>,
     /// Buttons pressed, one bit each.
@@ -56,12 +56,11 @@ pub struct LinkedDevice {
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m.
     pub resolution_m: f64,
-    /// Time without a command after which the device itself switches its motor off, ms; absent if it
-    /// is not known to do so.
+    /// Time without a command after which the device switches its motor off, ms; absent if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ms: Option<u32>,
-    /// The rig's key: its serial number, or else its address. Its commissioning record is stored under
-    /// this key.
+    /// The rig's key, under which its commissioning is stored: its serial number, or else its
+    /// address.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig: Option<String>,
 }

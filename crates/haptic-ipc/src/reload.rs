@@ -14,10 +14,9 @@ pub struct ReloadReply {
     /// The limits that changed, if one did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<LimitsChange>,
-    /// Options of the file that are other than those that the daemon was started with: they wait for a restart.
+    /// Changed options that wait for a restart.
     pub needs_restart: Vec<String>,
-    /// The scene of the library that the active one comes from, where its file has changed since. The active scene
-    /// stays as it is.
+    /// The scene of the library that the active one comes from, if its file has changed since.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub changed_scene: Option<String>,
     /// Files of the library that hold no scene, the first twenty, and why.

@@ -45,7 +45,7 @@ pub struct SceneArrival {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneRamp {
-    /// Where it began. A scene that interrupts a ramp begins where that one had come to.
+    /// Where it began, which may be within another ramp.
     pub from: Scene,
     /// Time that it takes, s.
     pub over_s: f64,
@@ -63,8 +63,8 @@ pub struct ServoSnapshot {
     /// The scene whose force fades out; absent where none does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fading: Option<SnapshotScene>,
-    /// Its fields by name: a number in the unit that the name ends in, a whole number (a count, a time in
-    /// ns, one of a few, 1 for yes), or `inf`, `-inf` and `nan`.
+    /// Its fields by name: a number in the unit that the name ends in, a whole number, `inf`,
+    /// `-inf` or `nan`.
     #[cfg_attr(feature = "schema", schemars(with = "BTreeMap<String, serde_json::Value>"))]
     pub fields: BTreeMap<String, FieldValue>,
 }

@@ -127,7 +127,7 @@ operations! {
         params: Changes,
     } optional {
         /// Undo it together with the change before, if that was this client's and of the same
-        /// parameters: for a slider that is dragged.
+        /// parameters.
         merge: bool,
     } with options -> crate::ChangeReply;
     /// Load a whole scene.
@@ -187,7 +187,7 @@ operations! {
         if_revision: Option<u64>,
         /// Answer with what would happen, and schedule nothing.
         dry_run: bool,
-        /// Change to scenes that would chatter on this rig, too: for this request alone.
+        /// Change also to scenes that would chatter on this rig.
         anyway: bool,
     } -> crate::ScheduleReply;
     /// Take scheduled changes back before their tick, of any client.
@@ -197,7 +197,7 @@ operations! {
     } -> crate::ScheduleCancelReply;
     /// Ramp the force up.
     Engage "engage" {} optional {
-        /// Engage a scene that would chatter on this rig, too: for this request alone.
+        /// Engage also a scene that would chatter on this rig.
         anyway: bool,
     } -> crate::StateReply;
     /// Ramp the force down.
@@ -385,7 +385,7 @@ fields! {
         dry_run: bool,
         /// The tick that is to render it first; the next one when absent.
         at_tick: Option<u64>,
-        /// Change to a scene that would chatter on this rig, too: for this request alone.
+        /// Change also to a scene that would chatter on this rig.
         anyway: bool,
     }
 }

@@ -137,8 +137,8 @@ macro_rules! sample_columns {
             tick_ns "tick_ns": u64,
             /// How long the device's read and write took, ns; 0 where the rig is in the daemon itself.
             device_round_trip_ns "device_round_trip_ns": u64,
-            /// Time since the tick before on the daemon's clock, ns. With the columns that follow it is
-            /// what the servo was stepped with.
+            /// Time since the tick before on the daemon's clock, ns. The servo was stepped with it
+            /// and the columns that follow.
             elapsed_ns "elapsed_ns": u64 = 0,
             /// Number of the device's sample, which wraps around.
             device_sequence "device_sequence": u32 = 0,

@@ -176,20 +176,17 @@ pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
 pub struct ChangeReply {
     /// Revision of the changed scene; after a dry run or a no-op, the newest revision.
     pub revision: u64,
-    /// Whether the scene is changed by it: false after a no-op or a dry run. An earlier server does
-    /// not send it.
+    /// Whether it changes the scene: false after a no-op or a dry run.
     #[serde(default = "assumed")]
     pub changed: bool,
     /// The first tick that rendered it, or began to ramp to it; absent after a dry run or a no-op,
     /// and with `at_tick`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// The tick that will render it, as asked for. The journal and the events of topic `log` say
-    /// when it was rendered.
+    /// The requested tick, which will render it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_tick: Option<u64>,
-    /// The tick at which the ramp ends, if no tick is missed. The force follows within 50 ms, over
-    /// which its last step fades in.
+    /// The tick at which the ramp ends, if no tick is missed. The force follows within 50 ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ends_tick: Option<u64>,
     /// Whether it was a dry run.

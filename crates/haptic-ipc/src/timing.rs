@@ -60,8 +60,8 @@ pub struct StopTimes {
     pub without_device: u64,
     /// Time until zero force was written.
     pub to_written_ns: Percentiles,
-    /// Time until the device confirmed that its motor is off, or, if it does not report its motor,
-    /// until it had taken the zero force.
+    /// Time until the device confirmed that its motor is off, or, if it does not report that, had
+    /// taken the zero force.
     pub to_confirmed_ns: Percentiles,
 }
 

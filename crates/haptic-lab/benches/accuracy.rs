@@ -79,12 +79,10 @@ fn refresh(document: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
     let laws = accuracy::measure_laws(Extent::REPORT, count(Probe::Hands)?.as_deref(), |law| {
         eprintln!("{law}");
     })?;
-    let scenes = scenes()?;
     let tables = Tables {
         cases: &measured,
         laws: &laws,
-        scenes: &scenes,
-        targets: &targets(&laws, &scenes)?,
+        targets: &targets(&laws, &scenes()?)?,
     };
     let text = accuracy::refresh(&before, &tables.all())?;
     std::fs::write(document, text)?;

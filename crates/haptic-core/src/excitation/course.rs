@@ -42,8 +42,7 @@ pub enum Course {
         /// Duration, s.
         duration_s: f64,
     },
-    /// To one side, to the other, and back, at one speed with rounded turns: slowly, the force
-    /// builds up until the handle breaks away.
+    /// To one side, to the other, and back, at one speed with rounded turns.
     Sweep {
         /// Distance to either side, m.
         travel_m: f64,

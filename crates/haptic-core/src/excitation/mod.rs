@@ -69,8 +69,8 @@ pub struct Excitation {
     pub speed_limit_mps: f64,
     /// The force ends at once when the handle is farther than this from the reference, m.
     pub lag_limit_m: f64,
-    /// The force ends at once when the handle has, from the beginning on, moved this far against
-    /// the largest force, or farther against a smaller one, m.
+    /// The force ends at once when the handle has, from the beginning, moved this far against the
+    /// largest force, or farther against a smaller one, m.
     pub wrong_way_limit_m: f64,
 }
 

@@ -1,11 +1,10 @@
 //! The measurements as the tables of the document, and their places in it.
 
-use super::by_law::{ForceErrors, LawMeasurement, SINGLE_TICKS, schemes_by_law, worst_of};
+use super::by_law::{LawMeasurement, schemes_by_law, worst_of};
 use super::cases;
-use super::hands::{HANDS, laws_under_hands};
+use super::hands::laws_under_hands;
 use super::report::{Measurement, schemes};
 use super::targets::Target;
-use crate::cost::SceneCost;
 use haptic_core::Scheme;
 use haptic_motion::median::median;
 use std::fmt::Write;
@@ -17,8 +16,6 @@ pub struct Tables<'a> {
     pub cases: &'a [Measurement],
     /// The laws under hands.
     pub laws: &'a [LawMeasurement],
-    /// The scenes' costs.
-    pub scenes: &'a [SceneCost],
     /// The targets.
     pub targets: &'a [Target],
 }
@@ -30,7 +27,7 @@ impl Table {
     fn new(header: &[&str]) -> Self {
         let mut table = Self(String::new());
         table.row(header);
-        table.row(&vec!["---"; header.len()]);
+        table.0.push_str(&format!("|{}\n", "---|".repeat(header.len())));
         table
     }
 
@@ -45,7 +42,7 @@ fn force(newtons: f64) -> String {
     if newtons == 0.0 {
         "0".to_owned()
     } else if newtons > 1e9 {
-        "beyond all numbers".to_owned()
+        "> 1e9".to_owned()
     } else {
         format!("{newtons:.0e}")
     }
@@ -63,26 +60,16 @@ fn count(instructions: Option<f64>) -> String {
     instructions.map_or_else(|| "-".to_owned(), |count| format!("{count:.0}"))
 }
 
-fn at_bound(errors: &ForceErrors) -> String {
-    if errors.at_bound == 0 {
-        "none".to_owned()
-    } else {
-        format!("{}, {} N", errors.at_bound, force(errors.at_bound_worst_n))
-    }
-}
-
 impl Tables<'_> {
     /// Every table by its name.
     #[must_use]
     pub fn all(&self) -> Vec<(&'static str, String)> {
         vec![
             ("errors behind a block", self.errors_behind_block()),
-            ("errors by hand", self.errors_by_hand()),
             ("costs behind a block", self.costs_behind_block()),
             ("on the device", self.on_device()),
             ("schemes", self.schemes()),
             ("rough hand", self.rough_hand()),
-            ("scenes", self.scenes()),
             ("targets", self.targets()),
         ]
     }
@@ -100,8 +87,6 @@ impl Tables<'_> {
             "breakaway tick, N",
             "reversal tick, N",
             "worst tick, N",
-            "stops and breakaways",
-            "ticks at their bound, worst",
             "literal, worst, N",
             "implicit, worst, N",
         ]);
@@ -115,32 +100,9 @@ impl Tables<'_> {
                 force(errors.breakaway_n),
                 force(errors.reversal_n),
                 force(errors.worst_n),
-                match errors.same_changes {
-                    None => "no stuck state",
-                    Some(true) => "as the truth",
-                    Some(false) => "**others**",
-                }
-                .to_owned(),
-                at_bound(&errors),
                 others(literal),
                 others(implicit),
             ]);
-        }
-        table.0
-    }
-
-    fn errors_by_hand(&self) -> String {
-        let hands: Vec<&str> = HANDS.iter().map(|hand| hand.name).chain([SINGLE_TICKS]).collect();
-        let mut header = vec!["worst force error, N, by hand"];
-        header.extend(&hands);
-        let mut table = Table::new(&header);
-        for (law, _) in laws_under_hands() {
-            let mut row = vec![law.to_owned()];
-            for hand in &hands {
-                let errors = worst_of(self.of(law, Scheme::Exact, false).filter(|one| one.hand == *hand));
-                row.push(force(errors.worst_n));
-            }
-            table.row(&row);
         }
         table.0
     }
@@ -192,7 +154,6 @@ impl Tables<'_> {
             "breakaway tick, N",
             "reversal tick, N",
             "worst tick, N",
-            "ticks at their bound, worst",
             "60 Hz: median",
             "dearest",
             "instructions",
@@ -208,7 +169,6 @@ impl Tables<'_> {
                 force(errors.breakaway_n),
                 force(errors.reversal_n),
                 force(errors.worst_n),
-                at_bound(&errors),
             ];
             row.extend(Self::costs(
                 self.of(law, Scheme::Exact, true).find(|one| one.hand == "60 Hz"),
@@ -256,7 +216,7 @@ impl Tables<'_> {
                 ),
                 match worst(of(&|one| one.energy_created_j)) {
                     0.0 => "0".to_owned(),
-                    energy if energy > 1e9 => "beyond all numbers".to_owned(),
+                    energy if energy > 1e9 => "> 1e9".to_owned(),
                     energy => format!("{energy:.0e} J"),
                 },
                 if blown_up == 0 {
@@ -290,19 +250,6 @@ impl Tables<'_> {
             };
             let ([cost, error], [other_cost, other_error]) = (of(Some(Scheme::Exact)), of(many));
             table.row(&[law.to_owned(), cost, error, other_cost, other_error]);
-        }
-        table.0
-    }
-
-    fn scenes(&self) -> String {
-        let mut table = Table::new(&["scene", "bytes of state", "instructions a tick", "ns a tick"]);
-        for scene in self.scenes {
-            table.row(&[
-                scene.scene.to_owned(),
-                scene.state_bytes.to_string(),
-                count(scene.instructions),
-                format!("{:.1}", scene.median_ns),
-            ]);
         }
         table.0
     }
@@ -370,7 +317,6 @@ mod tests {
         let nothing = Tables {
             cases: &[],
             laws: &[],
-            scenes: &[],
             targets: &[],
         };
         let tables = nothing.all();
