@@ -53,8 +53,8 @@ describe() {
     clock) package=device-io files=(link/device_clock.rs) tests=(link::device_clock) ;;
     # Without a property that takes a second for each: what breaks it, others see.
     rt)
-        package=hapticd files=(rt/{clock,handoff,lateness,outbox,rig_setup,thread_settings,tick}.rs)
-        tests=(rt::{clock,handoff,lateness,outbox,rig_setup,thread_settings,tick} --skip force_stays_within)
+        package=hapticd files=(rt/{clock,inbox,lateness,outbox,schedule,shared,thread_settings,tick}.rs)
+        tests=(rt::{clock,handoff,inbox,lateness,outbox,schedule,thread_settings,tick} --skip force_stays_within)
         ;;
     thread)
         package=hapticd files=(rt/thread.rs rt/privileges.rs)

@@ -38,6 +38,7 @@ use haptic_ipc::Problem;
 use log::say;
 use metrics::MetricsError;
 use preparation::prepare;
+use rt::handoff::ControlSide;
 use rt::privileges;
 use rt::thread::{End, FinalZero, RunningLoop};
 use rt::thread_settings::ThreadSettings;
@@ -227,7 +228,7 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     let ThreadSettings { period_ns, cpu, .. } = prepared.settings;
     let (running, status) = rt::thread::start(
         prepared.tick,
-        Arc::clone(&prepared.shared),
+        Arc::clone(&prepared.control.shared),
         prepared.settings,
         prepared.status,
     )?;
@@ -237,29 +238,18 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     // After that, so that the keeper's thread avoids the loop's processor as well.
     prepared.facts.keeper = prepared.keeper.map(Keeper::start).transpose()?;
     prepared.facts.real_time = status;
-    let feed = Feed::new(prepared.records, period_ns, prepared.facts.link.clone());
-    let rig = RigHandle::new(
-        prepared.facts,
-        prepared.shared,
-        prepared.setups,
-        prepared.schedule,
-        feed,
-        prepared.scene,
-        FIRST_REVISION,
-    );
+    let ControlSide { shared, inbox, records } = prepared.control;
+    let feed = Feed::new(records, period_ns, prepared.facts.link.clone());
+    let rig = RigHandle::new(prepared.facts, shared, inbox, feed, prepared.scene, FIRST_REVISION);
     Ok((running, rig))
 }
 
 /// Measures the loop beside a bare one, without clients.
 fn run_self_test(config: Config, turn: Duration) -> Result<(), Failure> {
-    let prepared = prepare(config)?;
-    // Engaged, as in use.
-    prepared.shared.send(1, Command::Engage, prepared.shared.stops());
-    let control = self_test::ControlSide {
-        shared: prepared.shared,
-        records: prepared.records,
-    };
-    let serving = control.serve(prepared.settings.cpu, prepared.cpus)?;
+    let mut prepared = prepare(config)?;
+    // Engaged, as in use: the ring is empty.
+    prepared.control.inbox.command(1, Command::Engage, 0);
+    let serving = prepared.control.serve(prepared.settings.cpu, prepared.cpus)?;
     let period_ns = prepared.settings.period_ns;
     let mut tick = prepared.tick;
     let measure =

@@ -4,12 +4,10 @@ use crate::config::{Config, RigChoice};
 use crate::control::Facts;
 use crate::control::history::FIRST_REVISION;
 use crate::processor_share::{self, ProcessorShare};
-use crate::rt::handoff::Shared;
+use crate::rt::handoff::{ControlSide, hand_over};
 use crate::rt::lateness::Lateness;
-use crate::rt::outbox::{Consumer, outbox};
+use crate::rt::outbox::RECORDS;
 use crate::rt::privileges;
-use crate::rt::rig_setup::{SetupSender, rig_setups};
-use crate::rt::schedule::{ScheduleSender, schedule};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use device_io::Device;
@@ -20,7 +18,6 @@ use haptic_core::servo::{CompiledScene, Servo, Settings};
 use haptic_core::{Renderer, Scene, SceneError};
 use haptic_ipc::{Problem, RealTimeStatus};
 use std::cell::Cell;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// The loop and everything around it, ready to be started.
@@ -28,10 +25,7 @@ pub(crate) struct Prepared {
     pub(crate) tick: Tick<dyn Device>,
     pub(crate) settings: ThreadSettings,
     pub(crate) status: RealTimeStatus,
-    pub(crate) shared: Arc<Shared>,
-    pub(crate) records: Consumer,
-    pub(crate) setups: SetupSender,
-    pub(crate) schedule: ScheduleSender,
+    pub(crate) control: ControlSide,
     pub(crate) facts: Facts,
     pub(crate) scene: Scene,
     pub(crate) cpus: Vec<usize>,
@@ -69,20 +63,14 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     );
     let (description, resolution) = (device.description(), device.resolution_m());
     let (monitor, keeper) = link.unzip();
-    let shared = Arc::new(Shared::new());
-    let (producer, records) = outbox();
-    let (setup_sender, setup_receiver) = rig_setups();
-    let (schedule_sender, schedule_receiver) = schedule();
+    let (control, loop_side) = hand_over(RECORDS);
     let tick = Tick::new(
         device,
-        Arc::clone(&shared),
-        producer,
+        loop_side,
         servo,
         Lateness::new(config.late_policy),
         config.watches.control_timeout_ns,
-    )
-    .with_rig_setups(setup_receiver)
-    .with_schedule(schedule_receiver);
+    );
 
     let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
     let phase_ns = share.as_ref().map_or_else(
@@ -130,10 +118,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             spin_ns: config.spin_ns,
         },
         status,
-        shared,
-        records,
-        setups: setup_sender,
-        schedule: schedule_sender,
+        control,
         facts,
         scene,
         cpus: config.available_cpus,

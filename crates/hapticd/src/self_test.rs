@@ -4,8 +4,7 @@
 
 use crate::processor_share::default_phase_ns;
 use crate::rt::clock::{Grid, Waiting, Wake, now_ns};
-use crate::rt::handoff::Shared;
-use crate::rt::outbox::Consumer;
+use crate::rt::handoff::ControlSide;
 use crate::rt::privileges;
 use crate::rt::tick::Tick;
 use crate::telemetry::feed::PUMP_PERIOD;
@@ -71,13 +70,6 @@ pub(crate) struct Comparison {
     dropped: u64,
 }
 
-/// The other ends of what the loop is handed and leaves behind.
-#[derive(Debug)]
-pub(crate) struct ControlSide {
-    pub(crate) shared: Arc<Shared>,
-    pub(crate) records: Consumer,
-}
-
 impl ControlSide {
     /// Has a thread at an ordinary priority take what the loop leaves, as the daemon's control
     /// thread does; off the loop's processor, of those that there are.
@@ -100,7 +92,6 @@ impl ControlSide {
         loop {
             // Before the ring, so that what was left before it is taken.
             let last = over.load(Acquire);
-            self.records.drop_retired();
             while self.records.pop().is_some() {}
             if last {
                 return self;
@@ -224,8 +215,7 @@ fn back_to_back(
     for count in 0..TICKS_BACK_TO_BACK {
         if count.is_multiple_of(TICKS_A_SCENE) {
             let scene = CompiledScene::at_once(renderer.clone(), count);
-            control.shared.scenes.post(scene);
-            control.records.drop_retired();
+            control.inbox.post(scene);
         }
         clock_ns += period_ns;
         let wake = Wake {
@@ -329,8 +319,8 @@ impl Comparison {
 #[cfg(all(test, not(miri)))]
 mod tests {
     use super::*;
+    use crate::rt::handoff::hand_over;
     use crate::rt::lateness::{LatePolicy, Lateness};
-    use crate::rt::outbox;
     use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
     use haptic_core::servo::Command;
     use haptic_core::{Renderer, Scene, Scheme};
@@ -343,19 +333,16 @@ mod tests {
         };
         let rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(motion));
         let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
-        let shared = Arc::new(Shared::new());
         // Room for a second, where the turns take longer.
-        let (producer, records) = outbox::with_capacity(1000);
+        let (mut control, loop_side) = hand_over(1000);
         let mut tick: Tick<dyn Device> = Tick::new(
             Box::new(rig),
-            Arc::clone(&shared),
-            producer,
+            loop_side,
             crate::rt::tick::tests::servo(0.02, CompiledScene::at_once(renderer, 1)),
             Lateness::new(LatePolicy::Warn),
             u64::MAX,
         );
-        shared.send(1, Command::Engage, shared.stops());
-        let control = ControlSide { shared, records };
+        assert!(control.inbox.command(1, Command::Engage, 0));
         let serving = control.serve(None, Vec::new()).expect("a thread");
         let turn = Duration::from_millis(300);
         let comparison = compare(&mut tick, serving, turn, 1_000_000, Waiting { spin_ns: 0 });

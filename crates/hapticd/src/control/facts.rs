@@ -2,7 +2,7 @@
 
 use crate::config::{Configuration, EngageRules, FrictionOptions};
 use crate::processor_share::ProcessorShare;
-use crate::rt::rig_setup::RigSetup;
+use crate::rt::inbox::RigSetup;
 use crate::telemetry::link;
 use device_boards::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};

@@ -54,7 +54,7 @@ impl RigHandle {
                 description: facts.device.clone(),
                 force_limit_n,
                 force_limit_by,
-                samples_forgotten: self.samples_forgotten(),
+                samples_forgotten: newest.map_or(0, |record| record.samples_forgotten),
                 slew_limit_n_per_s: limits.slew_n_per_s,
                 speed_limit_mps: limits.speed_mps,
                 acceleration_limit_mps2: limits.acceleration_mps2,

@@ -9,8 +9,7 @@ mod atomic;
 pub(crate) mod claim;
 pub(crate) mod clock;
 pub(crate) mod handoff;
-#[cfg(test)]
-mod handoff_tests;
+pub(crate) mod inbox;
 pub(crate) mod lateness;
 #[cfg(all(test, feature = "loom", not(miri)))]
 mod model;
@@ -20,8 +19,8 @@ mod panic_tests;
 pub(crate) mod privileges;
 #[cfg(all(test, target_os = "linux", not(miri)))]
 mod purity_tests;
-pub(crate) mod rig_setup;
 pub(crate) mod schedule;
+pub(crate) mod shared;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod stall_tests;
 pub(crate) mod thread;

@@ -1,8 +1,9 @@
 //! The hand-over under loom: every interleaving and every reordering that the memory model allows,
 //! with two threads.
 //!
-//! `handoff.rs` and `claim.rs` are compiled here a second time, on loom's atomics.
-// By this cargo-mutants knows that it is a test, and does not change `handoff.rs` twice.
+//! `shared.rs` and `claim.rs` are compiled here a second time, on loom's atomics. The rings are rtrb's; a queue behind
+//! loom's lock stands for them.
+// By this cargo-mutants knows that it is a test, and does not change `shared.rs` twice.
 #![cfg(test)]
 #![allow(
     dead_code,
@@ -12,19 +13,18 @@
 
 #[path = "claim.rs"]
 mod claim;
-#[path = "handoff.rs"]
-mod handoff;
+#[path = "shared.rs"]
+mod shared;
 
 /// Loom's counterparts of `rt/atomic.rs`.
 mod atomic {
-    pub(crate) use loom::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
+    pub(crate) use loom::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 }
 
 use claim::{Claim, ClaimState};
-use handoff::{CommandWord, Outcome, Shared, Stopped};
-use haptic_core::servo::{Command, CompiledScene};
-use haptic_core::{Renderer, Scene, Scheme};
-use haptic_ipc::RigState;
+use loom::sync::Mutex;
+use shared::Shared;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -44,109 +44,84 @@ fn model(body: impl Fn() + Sync + Send + 'static) {
     assert!(executions > 20, "{executions} executions");
 }
 
-fn compiled(renderer: &Renderer, revision: u64) -> CompiledScene {
-    CompiledScene::at_once(renderer.clone(), revision)
+/// The words, and the commands in the ring: their serial numbers, and the stops that their sender knew of.
+struct HandOver {
+    shared: Shared,
+    ring: Mutex<VecDeque<(u64, u64)>>,
 }
 
-#[test]
-fn the_last_scene_posted_is_the_one_that_the_loop_comes_to() {
-    let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
-    model(move || {
-        let shared = Arc::new(Shared::new());
-        let control = {
-            let (shared, renderer) = (Arc::clone(&shared), renderer.clone());
-            loom::thread::spawn(move || {
-                shared.scenes.post(compiled(&renderer, 1));
-                shared.scenes.post(compiled(&renderer, 2));
-            })
-        };
-        let mut current = Box::new(compiled(&renderer, 0));
-        let mut seen = 0;
-        let mut tick = || {
-            if let Some(new) = shared.scenes.take_new(&mut seen) {
-                assert!(new.revision > current.revision, "never an older scene");
-                current = new;
-            }
-            current.revision
-        };
-        tick();
-        tick();
-        control.join().expect("it ends");
-        assert_eq!(tick(), 2);
-    });
+impl HandOver {
+    fn new() -> Arc<Self> {
+        Arc::new(Self {
+            shared: Shared::new(),
+            ring: Mutex::new(VecDeque::new()),
+        })
+    }
+
+    fn send(&self, serial: u64, stops_known: u64) {
+        self.ring
+            .lock()
+            .expect("nobody panics")
+            .push_back((serial, stops_known));
+    }
+
+    /// The beginning of a tick: the stops so far, and the command that is carried out.
+    fn tick(&self) -> (u64, Option<u64>) {
+        let stops = self.shared.stops();
+        let mut ring = self.ring.lock().expect("nobody panics");
+        let sent = std::iter::from_fn(|| ring.pop_front()).find(|(serial, _)| !self.shared.is_withdrawn(*serial));
+        let command = sent.filter(|(_, stops_known)| *stops_known == stops);
+        (stops, command.map(|(serial, _)| serial))
+    }
 }
 
 #[test]
 fn a_reset_never_clears_a_stop_that_came_after_it() {
     model(|| {
-        let shared = Arc::new(Shared::new());
-        let mut state = RigState::Idle;
-        let (mut stops_seen, mut last_command) = (0, 0);
-        // The beginning of every tick.
-        let mut tick = |shared: &Shared| {
-            let stops = shared.stops();
-            if stops != stops_seen {
-                stops_seen = stops;
-                state = RigState::Stopped;
-            }
-            let word = std::mem::replace(&mut last_command, shared.command_word());
-            if let Some(word) = CommandWord::unpack(last_command).filter(|_| word != last_command)
-                && !word.overtaken_by(stops)
-                && word.command == Command::Reset
-            {
-                state = RigState::Idle;
-            }
-            state
+        let both = HandOver::new();
+        let (mut is_stopped, mut stops_seen) = (false, 0);
+        let mut tick = |both: &HandOver| {
+            let (stops, command) = both.tick();
+            is_stopped |= stops != std::mem::replace(&mut stops_seen, stops);
+            is_stopped &= command.is_none();
+            is_stopped
         };
-        shared.stop();
-        tick(&shared);
-        let stops_known = shared.stops();
+        both.shared.stop();
+        assert!(tick(&both));
+        let stops_known = both.shared.stops();
         let control = {
-            let shared = Arc::clone(&shared);
+            let both = Arc::clone(&both);
             loom::thread::spawn(move || {
                 // The reset was asked for before this stop, and waited in a queue.
-                shared.stop();
-                shared.send(1, Command::Reset, stops_known);
+                both.shared.stop();
+                both.send(1, stops_known);
             })
         };
-        tick(&shared);
-        tick(&shared);
+        tick(&both);
+        tick(&both);
         control.join().expect("it ends");
-        assert_eq!(tick(&shared), RigState::Stopped);
+        assert!(tick(&both));
     });
 }
 
 #[test]
-fn an_answer_is_seen_whole_or_not_at_all() {
-    let outcome = Outcome {
-        tick: 7,
-        state: RigState::Engaging,
-        refused: true,
-    };
-    let stopped = Stopped {
-        tick: 7,
-        state: RigState::Stopped,
-        confirmation: handoff::StopConfirmation::Confirmed,
-        written_ns: 8,
-        confirmed_ns: 9,
-    };
-    model(move || {
-        let shared = Arc::new(Shared::new());
-        let loops = {
-            let shared = Arc::clone(&shared);
+fn a_withdrawn_command_is_carried_out_at_once_or_never() {
+    model(|| {
+        let both = HandOver::new();
+        let control = {
+            let both = Arc::clone(&both);
             loom::thread::spawn(move || {
-                shared.answers.scene_applied(3, 7);
-                shared.answers.command_done(5, outcome);
-                shared.answers.stopped(2, stopped);
+                both.send(1, 0);
+                both.shared.withdraw(1);
+                both.send(2, 0);
             })
         };
-        let answers = &shared.answers;
-        assert!(answers.applied(3).is_none_or(|tick| tick == 7));
-        assert!(answers.command(5).is_none_or(|seen| seen == outcome));
-        assert!(answers.stop(2).is_none_or(|seen| seen == stopped));
-        loops.join().expect("it ends");
-        assert_eq!(answers.command(5), Some(outcome));
-        assert_eq!(answers.stop(2), Some(stopped));
+        let before = [both.tick().1, both.tick().1];
+        control.join().expect("it ends");
+        let after = both.tick().1;
+        assert_ne!(after, Some(1), "it was withdrawn by now");
+        let carried_out: Vec<u64> = before.into_iter().chain([after]).flatten().collect();
+        assert_eq!(carried_out.last(), Some(&2), "the one after it: {before:?}, {after:?}");
     });
 }
 

@@ -1,14 +1,17 @@
-//! The way out of the real-time thread: a record of every tick, scenes that are rendered no more, and the
-//! servo's state when it is asked for.
+//! The way out of the real-time thread: one ring, with a record of every tick, the answers, scenes that are rendered no
+//! more, and the servo's state when it is asked for.
 //!
-//! Three queues of rtrb, each with one producer and one consumer, which are wait-free on both sides.
-//! When the records find no room they are dropped and counted, and the count travels in the next
-//! one: records pushed plus records dropped are the ticks. A scene without room stays with the
-//! producer, as nothing is freed on the real-time thread.
+//! It is rtrb's, wait-free on both sides. When records find no room they are dropped and counted, and the count travels
+//! in the next one: records pushed plus records dropped are the ticks. They leave room for all else: an answer or a
+//! scene is never lost, as nothing is freed on the real-time thread.
 
+use crate::rt::handoff::{Outcome, Stopped};
+use crate::rt::schedule::ScheduledScene;
+use haptic_core::sample_clock::ClockError;
 use haptic_core::servo::{CompiledScene, Fault, InputWord};
 use haptic_core::snapshot::Snapshot;
 use haptic_ipc::{MAX_SCHEDULED_CHANGES, RigState};
+use std::collections::VecDeque;
 
 /// One tick as the real-time thread saw it.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +32,12 @@ pub(crate) struct TickRecord {
     /// Position as the device reported it, m; zero without a sample.
     pub(crate) sample_position: f64,
     pub(crate) device_sequence: u32,
+    /// Samples so far that were not rendered, because no hand can have made them.
+    pub(crate) samples_forgotten: u64,
+    /// Steps of the scene's ramp that are rendered.
+    pub(crate) ramp_steps: u16,
+    /// What is wrong with the device's clock, for who wants to engage.
+    pub(crate) clock_error: Option<ClockError>,
     /// What else the servo was stepped with.
     pub(crate) input_word: InputWord,
     pub(crate) device_position: f64,
@@ -44,9 +53,6 @@ pub(crate) struct TickRecord {
     pub(crate) fault: Option<Fault>,
 }
 
-// Three cache lines: what a tick costs here is known and does not creep up.
-const _: () = assert!(size_of::<TickRecord>() <= 192);
-
 /// State of the servo before a tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TickSnapshot {
@@ -54,52 +60,82 @@ pub(crate) struct TickSnapshot {
     pub(crate) snapshot: Snapshot,
 }
 
-/// Snapshots that the queue holds: the next is asked for once the one before has come.
-const SNAPSHOTS: usize = 2;
+/// What leaves the loop.
+#[derive(Debug)]
+pub(crate) enum FromLoop {
+    Record(TickRecord),
+    /// A scene is rendered from this tick on.
+    Rendered {
+        revision: u64,
+        tick: u64,
+    },
+    /// A command was carried out or refused, or limits were taken.
+    Done {
+        serial: u64,
+        outcome: Outcome,
+    },
+    /// Stops up to this number have ended.
+    Stopped {
+        stops: u64,
+        stopped: Stopped,
+    },
+    /// A scene that is rendered no more.
+    Retired(Box<CompiledScene>),
+    /// A scheduled change on which its claim is decided.
+    Decided(ScheduledScene),
+    /// A snapshot that was asked for.
+    Snapshot(Box<Option<TickSnapshot>>),
+}
 
-/// Records that the queue holds: more than eight seconds at 1 kHz.
-const RECORDS: usize = 8192;
+// Three cache lines: what a tick costs here is known and does not creep up.
+const _: () = assert!(size_of::<FromLoop>() <= 192);
 
-/// Scenes that the queue holds: all that can be scheduled, and more than the control thread leaves there
-/// between two looks. So a scheduled change never waits for room.
-pub(crate) const SCENES: usize = MAX_SCHEDULED_CHANGES + 16;
+/// Records that the ring holds in the daemon: more than eight seconds at 1 kHz.
+pub(crate) const RECORDS: usize = 8192;
+
+/// Entries that a scheduled change may lead to, and any other but a record: itself, an answer, and two scenes.
+pub(crate) const ROOM_OF_ONE: usize = 4;
+
+/// Room that records leave to all else: all that can be scheduled, and more than the control thread leaves there between
+/// two looks. So a scheduled change never waits for room.
+const RESERVED: usize = ROOM_OF_ONE * (MAX_SCHEDULED_CHANGES + 16);
 
 /// The real-time end.
 #[derive(Debug)]
 pub(crate) struct Producer {
-    records: rtrb::Producer<TickRecord>,
+    entries: rtrb::Producer<FromLoop>,
     dropped: u64,
-    scenes: rtrb::Producer<Box<CompiledScene>>,
-    snapshots: rtrb::Producer<TickSnapshot>,
 }
 
 /// The control end.
 #[derive(Debug)]
 pub(crate) struct Consumer {
-    records: rtrb::Consumer<TickRecord>,
-    scenes: rtrb::Consumer<Box<CompiledScene>>,
-    snapshots: rtrb::Consumer<TickSnapshot>,
+    entries: rtrb::Consumer<FromLoop>,
+    answers: Answers,
+    snapshots: VecDeque<TickSnapshot>,
 }
 
-/// The two ends.
-pub(crate) fn outbox() -> (Producer, Consumer) {
-    with_capacity(RECORDS)
+/// What the loop has answered so far, the newest of each kind.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Answers {
+    rendered: Option<(u64, u64)>,
+    done: Option<(u64, Outcome)>,
+    stopped: Option<(u64, Stopped)>,
+    /// Scheduled changes that have come back.
+    pub(crate) decided: usize,
 }
 
-pub(crate) fn with_capacity(records: usize) -> (Producer, Consumer) {
-    let (to_records, from_records) = rtrb::RingBuffer::new(records);
-    let (to_scenes, from_scenes) = rtrb::RingBuffer::new(SCENES);
-    let (to_snapshots, from_snapshots) = rtrb::RingBuffer::new(SNAPSHOTS);
+/// The two ends, with room for so many records.
+pub(crate) fn outbox(records: usize) -> (Producer, Consumer) {
+    let (to_control, from_loop) = rtrb::RingBuffer::new(records + RESERVED);
     let producer = Producer {
-        records: to_records,
+        entries: to_control,
         dropped: 0,
-        scenes: to_scenes,
-        snapshots: to_snapshots,
     };
     let consumer = Consumer {
-        records: from_records,
-        scenes: from_scenes,
-        snapshots: from_snapshots,
+        entries: from_loop,
+        answers: Answers::default(),
+        snapshots: VecDeque::new(),
     };
     (producer, consumer)
 }
@@ -108,52 +144,88 @@ impl Producer {
     /// Leaves a record, with the count of those dropped before it, or drops and counts it.
     #[inline]
     pub(crate) fn push(&mut self, record: impl FnOnce() -> TickRecord) {
-        let dropped = self.dropped;
-        // Asked first, so that the record is made where it stays.
-        if self.records.is_full() || self.records.push(TickRecord { dropped, ..record() }).is_err() {
+        if self.room() > RESERVED {
+            let dropped = self.dropped;
+            self.send(FromLoop::Record(TickRecord { dropped, ..record() }));
+        } else {
             self.dropped += 1;
         }
     }
 
-    /// Leaves the servo's state before a tick, if there is room for it.
-    pub(crate) fn push_snapshot(&mut self, tick: u64, snapshot: Snapshot) {
-        self.snapshots.push(TickSnapshot { tick, snapshot }).unwrap_or_default();
+    /// Number of entries that there is room for.
+    #[inline]
+    pub(crate) fn room(&self) -> usize {
+        self.entries.slots()
     }
 
-    /// Whether this number of scenes can be handed back.
-    pub(crate) fn has_room_for_scenes(&self, scenes: usize) -> bool {
-        self.scenes.slots() >= scenes
-    }
-
-    /// Hands back a scene that is rendered no more.
-    pub(crate) fn retire(&mut self, scene: Box<CompiledScene>) {
-        if let Err(rtrb::PushError::Full(scene)) = self.scenes.push(scene) {
-            // The room was checked before the scene was taken; a leak is better than freeing here.
-            std::mem::forget(scene);
+    /// Leaves an entry for which there is room.
+    #[inline]
+    pub(crate) fn send(&mut self, entry: FromLoop) {
+        if let Err(rtrb::PushError::Full(entry)) = self.entries.push(entry) {
+            // The room was checked before; a leak is better than freeing here.
+            std::mem::forget(entry);
         }
     }
 }
 
 impl Consumer {
-    /// The oldest record.
+    /// The oldest record. Takes the answers before it, and frees what was handed back.
     pub(crate) fn pop(&mut self) -> Option<TickRecord> {
-        self.records.pop().ok()
+        while let Ok(entry) = self.entries.pop() {
+            let answers = &mut self.answers;
+            match entry {
+                FromLoop::Record(record) => return Some(record),
+                FromLoop::Rendered { revision, tick } => answers.rendered = Some((revision, tick)),
+                FromLoop::Done { serial, outcome } => answers.done = Some((serial, outcome)),
+                FromLoop::Stopped { stops, stopped } => answers.stopped = Some((stops, stopped)),
+                FromLoop::Retired(scene) => drop(scene),
+                FromLoop::Decided(change) => {
+                    drop(change);
+                    answers.decided += 1;
+                }
+                FromLoop::Snapshot(snapshot) => self.snapshots.extend(*snapshot),
+            }
+        }
+        None
     }
 
-    /// The oldest snapshot.
+    /// The oldest snapshot before the records that were taken.
     pub(crate) fn pop_snapshot(&mut self) -> Option<TickSnapshot> {
-        self.snapshots.pop().ok()
+        self.snapshots.pop_front()
     }
 
-    /// Frees the scenes that were handed back.
-    pub(crate) fn drop_retired(&mut self) {
-        while self.scenes.pop().is_ok() {}
+    /// The answers that were taken so far.
+    pub(crate) fn answers(&self) -> Answers {
+        self.answers
+    }
+}
+
+impl Answers {
+    /// The tick that first rendered `revision` or a later one.
+    pub(crate) fn applied(&self, revision: u64) -> Option<u64> {
+        let (_, tick) = self.rendered.filter(|(rendered, _)| *rendered >= revision)?;
+        Some(tick)
+    }
+
+    /// How the command with this serial number ended.
+    pub(crate) fn command(&self, serial: u64) -> Option<Outcome> {
+        let (_, outcome) = self.done.filter(|(done, _)| *done == serial)?;
+        Some(outcome)
+    }
+
+    /// How stop number `stop`, or a later one, has ended.
+    pub(crate) fn stop(&self, stop: u64) -> Option<Stopped> {
+        let (_, stopped) = self.stopped.filter(|(stops, _)| *stops >= stop)?;
+        Some(stopped)
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::rt::handoff::StopConfirmation;
+    use crate::rt::tick::tests::compiled;
+    use haptic_core::Scene;
 
     pub(crate) fn record(tick: u64) -> TickRecord {
         TickRecord {
@@ -169,6 +241,9 @@ pub(crate) mod tests {
             device_time_ns: tick * 1_000_000,
             sample_position: 0.0,
             device_sequence: 0,
+            samples_forgotten: 0,
+            ramp_steps: 0,
+            clock_error: None,
             input_word: InputWord::default(),
             device_position: 0.0,
             device_velocity: 0.0,
@@ -185,7 +260,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_full_queue_drops_counts_and_tells() {
-        let (mut producer, mut consumer) = with_capacity(8);
+        let (mut producer, mut consumer) = outbox(8);
         for tick in 0..20 {
             producer.push(|| record(tick));
         }
@@ -197,5 +272,71 @@ pub(crate) mod tests {
         let next = consumer.pop().expect("there is room again");
         assert_eq!((next.tick, next.dropped), (20, 12));
         assert_eq!(kept.len() as u64 + next.dropped, 20, "kept and dropped are the ticks");
+    }
+
+    #[test]
+    fn records_leave_room_for_answers_and_scenes() {
+        let (mut producer, mut consumer) = outbox(8);
+        for tick in 0..20 {
+            producer.push(|| record(tick));
+        }
+        assert_eq!(producer.room(), RESERVED);
+        let outcome = Outcome {
+            tick: 9,
+            state: RigState::Idle,
+            refused: false,
+        };
+        for serial in 1..RESERVED as u64 {
+            producer.send(FromLoop::Done { serial, outcome });
+        }
+        producer.send(FromLoop::Retired(Box::new(compiled(&Scene::paper(), 1))));
+        assert_eq!(producer.room(), 0);
+        assert_eq!(std::iter::from_fn(|| consumer.pop()).count(), 8);
+        assert_eq!(consumer.answers().command(RESERVED as u64 - 1), Some(outcome));
+        assert_eq!(producer.room(), RESERVED + 8);
+    }
+
+    /// The answers to all that was sent.
+    fn answers(sent: impl IntoIterator<Item = FromLoop>) -> Answers {
+        let (mut producer, mut consumer) = outbox(1);
+        sent.into_iter().for_each(|entry| producer.send(entry));
+        assert!(consumer.pop().is_none());
+        consumer.answers()
+    }
+
+    #[test]
+    fn a_command_is_answered_under_its_own_number_alone() {
+        let outcome = |tick, refused| Outcome {
+            tick,
+            state: RigState::Releasing,
+            refused,
+        };
+        let done = |serial, outcome| FromLoop::Done { serial, outcome };
+        let answers = answers([done(1, outcome(71, false)), done(2, outcome(72, true))]);
+        assert_eq!(
+            [1, 2, 3].map(|serial| answers.command(serial)),
+            [None, Some(outcome(72, true)), None]
+        );
+    }
+
+    #[test]
+    fn answers_hold_for_earlier_stops_and_scenes_too() {
+        let stopped = Stopped {
+            tick: 10,
+            state: RigState::Stopped,
+            confirmation: StopConfirmation::Unconfirmed,
+            written_ns: 100,
+            confirmed_ns: 1000,
+        };
+        let rendered = FromLoop::Rendered { revision: 5, tick: 77 };
+        let answers = answers([FromLoop::Stopped { stops: 2, stopped }, rendered]);
+        assert_eq!(
+            [1, 2, 3].map(|stop| answers.stop(stop)),
+            [Some(stopped), Some(stopped), None]
+        );
+        assert_eq!(
+            [4, 5, 6].map(|revision| answers.applied(revision)),
+            [Some(77), Some(77), None]
+        );
     }
 }

@@ -1,8 +1,6 @@
 //! The end of a real loop that panics with force on the hand.
 
 use super::purity_tests::{hand, start};
-use crate::rt::handoff::Shared;
-use crate::rt::outbox;
 use crate::rt::thread::{self, End, FinalZero};
 use device_io::fake::{FakeRig, RigProperties};
 use device_io::{Device, DeviceError, Measurement, Written};
@@ -55,7 +53,6 @@ impl Device for Panicking {
 /// Has the loop panic with force on the hand, on a link that then has no room for so many commands.
 /// How it ended, and what was written last, N.
 fn panic_with_force(refusals: u64) -> (End, f64) {
-    let shared = Arc::new(Shared::new());
     let (written, panicked_at) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
     let device: Box<dyn Device> = Box::new(Panicking {
         rig: FakeRig::new(RigProperties::default(), hand()),
@@ -65,16 +62,17 @@ fn panic_with_force(refusals: u64) -> (End, f64) {
         refusals,
     });
     thread::keep_panics();
-    let mut running = start(device, &shared, &Scene::paper(), outbox::outbox().0);
+    let (mut running, mut control) = start(device, &Scene::paper());
     let began = Instant::now();
     // A busy machine's late ticks may be a fault before there is force. What is written after the panic is the last word.
     let mut commands = (1..).zip([Command::Engage, Command::Reset].into_iter().cycle());
     let mut asked = 0;
     while panicked_at.load(SeqCst) == 0 {
         assert!(began.elapsed().as_secs() < 30, "there was no force");
-        if asked == 0 || shared.answers.command(asked).is_some() {
+        while control.records.pop().is_some() {}
+        if asked == 0 || control.records.answers().command(asked).is_some() {
             let (serial, command) = commands.next().expect("they do not end");
-            shared.send(serial, command, 0);
+            assert!(control.inbox.command(serial, command, 0));
             asked = serial;
         }
         std::thread::yield_now();

@@ -8,9 +8,10 @@
 
 use crate::control::compile::Compiled;
 use crate::rt::clock::now_ns;
-use crate::rt::handoff::Shared;
+use crate::rt::handoff::{ControlSide, hand_over};
+use crate::rt::inbox::ToLoop;
 use crate::rt::lateness::{LatePolicy, Lateness};
-use crate::rt::outbox::{self, TickRecord};
+use crate::rt::outbox::{RECORDS, TickRecord};
 use crate::rt::thread::{self, RunningLoop};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
@@ -245,16 +246,11 @@ fn scenes() -> Vec<Scene> {
 }
 
 /// Starts the loop as the daemon does, at an ordinary rate.
-pub(super) fn start(
-    device: Box<dyn Device>,
-    shared: &Arc<Shared>,
-    scene: &Scene,
-    producer: outbox::Producer,
-) -> RunningLoop {
+pub(super) fn start(device: Box<dyn Device>, scene: &Scene) -> (RunningLoop, ControlSide) {
+    let (control, loop_side) = hand_over(RECORDS);
     let tick = Tick::new(
         device,
-        Arc::clone(shared),
-        producer,
+        loop_side,
         servo(0.02, compiled(scene, 1)),
         Lateness::new(LatePolicy::Warn),
         u64::MAX,
@@ -267,8 +263,9 @@ pub(super) fn start(
         spin_ns: None,
     };
     let status = RealTimeStatus::default();
-    let (running, _) = thread::start(tick, Arc::clone(shared), settings, status).expect("a thread");
-    running
+    let shared = Arc::clone(&control.shared);
+    let (running, _) = thread::start(tick, shared, settings, status).expect("a thread");
+    (running, control)
 }
 
 #[test]
@@ -390,8 +387,6 @@ impl TickCounts {
 }
 
 fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
-    let shared = Arc::new(Shared::new());
-    let (producer, mut records) = outbox::outbox();
     let filtered = Arc::new(AtomicU64::new(0));
     let (over, unwatched) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
     let device: Box<dyn Device> = Box::new(Failing {
@@ -411,13 +406,18 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
         .find(|scene| scene.friction.law() == "viscous")
         .expect("a drag")
         .clone();
-    let mut running = start(device, &shared, &scenes[0], producer);
+    let (mut running, control) = start(device, &scenes[0]);
+    let ControlSide {
+        shared,
+        mut inbox,
+        mut records,
+    } = control;
 
     let began = Instant::now();
     // The control side, as busy as it gets: the next scene as soon as one is rendered, and the next
     // command as soon as one is answered.
     let (mut revision, mut serial, mut stops, mut newest) = (1, 0, 0, None);
-    let (mut ticks, mut snapshots) = (TickCounts::default(), 0);
+    let (mut ticks, mut snapshots, mut asked) = (TickCounts::default(), 0, 0);
     let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
     // For so many ticks, and until one of every kind was seen: which command meets which failure is
     // up to the machine.
@@ -426,14 +426,14 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
         over.store(long_enough && ticks.has_all(), SeqCst);
         // Some take effect over twenty ticks, and are given ten or thirty.
         let long = [10, 30][usize::from(revision % 4 == 0)] * u64::from(revision % 10 < 2);
-        if shared
-            .answers
+        if records
+            .answers()
             .applied(revision)
             .is_some_and(|tick| newest.is_some_and(|record| record.tick >= tick + long))
         {
             revision += 1;
             let index = usize::try_from(revision).expect("few scenes") % scenes.len();
-            shared.scenes.post(match revision % 10 {
+            inbox.post(match revision % 10 {
                 0 => on_the_way(&Scene::paper(), &heavy, 0.02, revision),
                 1 => on_the_way(&scenes[index], &drag, 0.02, revision),
                 _ => compiled(&scenes[index], revision),
@@ -443,7 +443,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
             // Now and then one that is replaced before it is taken.
             if revision % 7 == 0 {
                 revision += 1;
-                shared.scenes.post(compiled(&scenes[0], revision));
+                inbox.post(compiled(&scenes[0], revision));
             }
         }
         // By ticks, not by scenes, of which few take effect on a busy machine.
@@ -452,15 +452,18 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
             shared.stop();
         }
         // A command every few ticks, so that force flows in between.
-        let due = newest.is_some_and(|record| record.tick / 16 > u64::from(serial));
-        if due && (serial == 0 || shared.answers.command(serial).is_some()) {
+        let due = newest.is_some_and(|record| record.tick / 16 > serial);
+        if due && (serial == 0 || records.answers().command(serial).is_some()) {
             serial += 1;
             let command = commands[usize::try_from(serial).expect("few commands") % commands.len()];
-            shared.send(serial, command, shared.stops());
+            assert!(inbox.command(serial, command, shared.stops()));
         }
-        records.drop_retired();
-        shared.ask_for_snapshot();
-        snapshots += std::iter::from_fn(|| records.pop_snapshot()).count();
+        inbox.flush();
+        // One at a time.
+        if asked == snapshots {
+            asked += u64::from(inbox.send(ToLoop::Snapshot(Box::new(None))));
+        }
+        snapshots += std::iter::from_fn(|| records.pop_snapshot()).count() as u64;
         while let Some(record) = records.pop() {
             ticks.count(&record);
             newest = Some(record);

@@ -10,9 +10,8 @@
 #![allow(unsafe_code, reason = "single-stepping, signals and fork")]
 
 use crate::rt::clock::Wake;
-use crate::rt::handoff::Shared;
+use crate::rt::handoff::{ControlSide, hand_over};
 use crate::rt::lateness::{LatePolicy, Lateness};
-use crate::rt::outbox;
 use crate::rt::tick::Tick;
 use crate::rt::tick::tests::servo;
 use crossbeam::queue::ArrayQueue;
@@ -219,8 +218,7 @@ pub(super) fn compiled(renderer: &Renderer, revision: u64) -> CompiledScene {
 /// An engaged loop on the fake rig, between two ticks.
 pub(super) struct Bench {
     tick: Tick<dyn Device>,
-    shared: Arc<Shared>,
-    pub(super) records: outbox::Consumer,
+    pub(super) control: ControlSide,
     clock_ns: u64,
     revision: u64,
 }
@@ -232,63 +230,64 @@ impl Bench {
             frequency_hz: 2.0,
         };
         let rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(motion));
-        Self::on(Box::new(rig), renderer)
+        Self::on(Box::new(rig), renderer, 8)
     }
 
-    fn on(device: Box<dyn Device>, renderer: &Renderer) -> Self {
-        Self::with_outbox(device, renderer, outbox::with_capacity(8))
-    }
-
-    pub(super) fn with_outbox(
-        device: Box<dyn Device>,
-        renderer: &Renderer,
-        (producer, records): (outbox::Producer, outbox::Consumer),
-    ) -> Self {
-        let shared = Arc::new(Shared::new());
+    /// One on a device, with room for so many records.
+    pub(super) fn on(device: Box<dyn Device>, renderer: &Renderer, records: usize) -> Self {
+        let (control, loop_side) = hand_over(records);
         let tick = Tick::new(
             device,
-            Arc::clone(&shared),
-            producer,
+            loop_side,
             servo(0.001, compiled(renderer, 1)),
             Lateness::new(LatePolicy::Warn),
             u64::MAX,
         );
         let mut bench = Self {
             tick,
-            shared,
-            records,
+            control,
             clock_ns: 1_000_000_000,
             revision: 1,
         };
-        bench.shared.send(1, Command::Engage, 0);
+        assert!(bench.control.inbox.command(1, Command::Engage, 0));
         bench.ticks(4);
         bench
     }
 
     pub(super) fn ticks(&mut self, count: u32) {
         for _ in 0..count {
-            self.clock_ns += 1_000_000;
-            let wake = Wake {
-                deadline_ns: self.clock_ns,
-                began_ns: self.clock_ns,
-                asleep_ns: 0,
-            };
-            self.tick.run(wake, 0);
+            one_tick(&mut self.tick, &mut self.clock_ns);
         }
     }
 
     fn post(&mut self, renderer: &Renderer) {
         self.revision += 1;
-        self.shared.scenes.post(compiled(renderer, self.revision));
+        self.control.inbox.post(compiled(renderer, self.revision));
     }
 
-    /// The round in which this loop ticks once while `control` stands still.
-    fn against(mut self, control: impl FnMut() + 'static) -> Round {
+    /// The round in which this loop ticks once while the control side stands still in `work`.
+    fn against(self, mut work: impl FnMut(&mut ControlSide) + 'static) -> Round {
+        let Self {
+            mut tick,
+            mut control,
+            mut clock_ns,
+            ..
+        } = self;
         Round {
-            control: Box::new(control),
-            real_time: Box::new(move || self.ticks(1)),
+            control: Box::new(move || work(&mut control)),
+            real_time: Box::new(move || one_tick(&mut tick, &mut clock_ns)),
         }
     }
+}
+
+fn one_tick(tick: &mut Tick<dyn Device>, clock_ns: &mut u64) {
+    *clock_ns += 1_000_000;
+    let wake = Wake {
+        deadline_ns: *clock_ns,
+        began_ns: *clock_ns,
+        asleep_ns: 0,
+    };
+    tick.run(wake, 0);
 }
 
 pub(super) fn renderer() -> Renderer {
@@ -313,51 +312,37 @@ fn assert_never_stuck(report: &Report, least_steps: u64) {
 #[test]
 fn a_tick_ends_wherever_the_posting_of_a_scene_is_preempted() {
     let renderer = renderer();
-    let report = at_every_step(|| {
-        let mut bench = Bench::new(&renderer);
-        // One waits already: the post takes it out, and frees it.
-        bench.post(&renderer);
-        let (shared, mut new) = (Arc::clone(&bench.shared), Some(compiled(&renderer, 3)));
-        bench.against(move || {
-            if let Some(new) = new.take() {
-                shared.scenes.post(new);
-            }
-        })
-    });
-    assert_never_stuck(report, 50);
-}
-
-#[test]
-fn a_tick_ends_wherever_the_dropping_of_old_scenes_is_preempted() {
-    let renderer = renderer();
-    // The tick that preempts the dropping hands back one more; after 16 scenes there is no room for it.
-    for &scenes in extent(&[16][..], &[2, 16]) {
+    // The ring has room for the scene; or it has none, and the scene that waits for it is freed.
+    for &scenes in extent(&[20][..], &[0, 20]) {
         let report = at_every_step(|| {
             let mut bench = Bench::new(&renderer);
-            for _ in 0..scenes {
-                bench.post(&renderer);
-                bench.ticks(1);
-            }
-            bench.post(&renderer);
-            let mut records = std::mem::replace(&mut bench.records, outbox::outbox().1);
-            bench.against(move || records.drop_retired())
+            (0..scenes).for_each(|_| bench.post(&renderer));
+            let mut new = Some(compiled(&renderer, 100));
+            bench.against(move |control| {
+                if let Some(new) = new.take() {
+                    control.inbox.post(new);
+                }
+            })
         });
         assert_never_stuck(report, 50);
     }
 }
 
 #[test]
-fn a_tick_ends_wherever_the_reading_of_its_records_is_preempted() {
+fn a_tick_ends_wherever_the_reading_of_its_outbox_is_preempted() {
     let renderer = renderer();
-    // Records in the ring of 8 beforehand: none, some, as many as it takes.
+    // Records and replaced scenes beforehand, with room for 8 records: none, some, more than it takes.
     for &ticks in extent(&[20][..], &[0, 2, 20]) {
         let report = at_every_step(|| {
             let mut bench = Bench::new(&renderer);
-            while bench.records.pop().is_some() {}
-            bench.ticks(ticks);
-            let mut records = std::mem::replace(&mut bench.records, outbox::outbox().1);
-            bench.against(move || {
-                black_box([records.pop(), records.pop()]);
+            while bench.control.records.pop().is_some() {}
+            for _ in 0..ticks {
+                bench.post(&renderer);
+                bench.ticks(1);
+            }
+            bench.post(&renderer);
+            bench.against(|control| {
+                black_box([control.records.pop(), control.records.pop()]);
             })
         });
         assert_never_stuck(report, 10);
@@ -368,14 +353,12 @@ fn a_tick_ends_wherever_the_reading_of_its_records_is_preempted() {
 fn a_tick_ends_wherever_a_command_or_a_stop_is_preempted() {
     let renderer = renderer();
     let report = at_every_step(|| {
-        let bench = Bench::new(&renderer);
-        let shared = Arc::clone(&bench.shared);
-        bench.against(move || {
-            shared.send(2, Command::Release, shared.stops());
+        Bench::new(&renderer).against(|ControlSide { shared, inbox, records }| {
+            inbox.command(2, Command::Release, shared.stops());
             shared.stop();
-            shared.send(3, Command::Reset, shared.stops());
+            inbox.command(3, Command::Reset, shared.stops());
             shared.withdraw(3);
-            black_box(shared.answers.command(3));
+            black_box(records.answers().command(3));
         })
     });
     assert_never_stuck(report, 10);

@@ -1,8 +1,8 @@
 //! The life of the real-time thread.
 
 use crate::rt::clock::{Grid, Waiting, now_ns};
-use crate::rt::handoff::Shared;
 use crate::rt::privileges;
+use crate::rt::shared::Shared;
 use crate::rt::thread_settings::ThreadSettings;
 use crate::rt::tick::Tick;
 use device_io::Device;

@@ -1,15 +1,16 @@
 //! The way of one sample, from the encoder to the motor: read, step the servo, write, record.
 //!
 //! ```text
-//! stop? new or scheduled scene? command? -> device read -> Servo::step -> device write -> record, answers
+//! stop? inbox: scene, command? scheduled scene? -> device read -> Servo::step -> device write -> record, answers
 //! ```
 
 use crate::rt::clock::{Wake, now_ns};
-use crate::rt::handoff::{CommandWord, Outcome, Shared, StopConfirmation, Stopped};
+use crate::rt::handoff::{LoopSide, Outcome, StopConfirmation, Stopped};
+use crate::rt::inbox::{ENTRIES, Receiver, RigSetup, SentCommand, ToLoop};
 use crate::rt::lateness::Lateness;
-use crate::rt::outbox::{Producer, TickRecord};
-use crate::rt::rig_setup::{RigSetup, Setup, SetupReceiver};
-use crate::rt::schedule::ScheduleReceiver;
+use crate::rt::outbox::{FromLoop, Producer, ROOM_OF_ONE, TickRecord, TickSnapshot};
+use crate::rt::schedule::ScheduledScenes;
+use crate::rt::shared::Shared;
 use device_io::{Device, DeviceError, Written};
 use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
@@ -54,24 +55,21 @@ impl DeviceFacts {
 /// All that the loop owns.
 pub(crate) struct Tick<D: Device + ?Sized> {
     shared: Arc<Shared>,
+    inbox: Receiver,
     outbox: Producer,
-    /// Facts of the rig to engage, and limits, if they may change.
-    rig_setups: Option<SetupReceiver>,
-    /// The newest facts, until that rig is engaged.
-    rig_setup: Option<RigSetup>,
-    /// Whether other limits hold from this tick on.
-    new_limits: bool,
-    schedule: Option<ScheduleReceiver>,
+    scheduled: ScheduledScenes,
+    /// Number of the limits that hold from this tick on, if they are other ones.
+    new_limits: Option<u64>,
+    /// Room for a snapshot of the servo, if one is asked for.
+    snapshot: Option<Box<Option<TickSnapshot>>>,
     servo: Servo,
     /// Missed periods, held against the late policy.
     lateness: Lateness,
     /// Time for which the control thread may give no sign of life, ns.
     control_timeout_ns: u64,
     tick: u64,
-    scenes_seen: u64,
     stops_seen: u64,
     pending_stop: Option<PendingStop>,
-    last_command_word: u64,
     /// When the newest sample was read, ns; before the first tick the largest number, to which no time has passed.
     last_read_ns: u64,
     /// Time that the machine had slept in all when the tick before began, ns.
@@ -83,28 +81,32 @@ pub(crate) struct Tick<D: Device + ?Sized> {
 impl<D: Device + ?Sized> Tick<D> {
     pub(crate) fn new(
         device: Box<D>,
-        shared: Arc<Shared>,
-        outbox: Producer,
+        LoopSide {
+            shared,
+            inbox,
+            mut outbox,
+        }: LoopSide,
         servo: Servo,
         lateness: Lateness,
         control_timeout_ns: u64,
     ) -> Self {
-        shared.answers.scene_applied(servo.scene().revision, 0);
+        outbox.send(FromLoop::Rendered {
+            revision: servo.scene().revision,
+            tick: 0,
+        });
         Self {
             shared,
+            inbox,
             outbox,
-            rig_setups: None,
-            rig_setup: None,
-            new_limits: false,
-            schedule: None,
+            scheduled: ScheduledScenes::new(),
+            new_limits: None,
+            snapshot: None,
             servo,
             lateness,
             control_timeout_ns,
             tick: 0,
-            scenes_seen: 0,
             stops_seen: 0,
             pending_stop: None,
-            last_command_word: 0,
             last_read_ns: u64::MAX,
             asleep_ns: 0,
             device_facts: DeviceFacts::of(&*device),
@@ -112,27 +114,20 @@ impl<D: Device + ?Sized> Tick<D> {
         }
     }
 
-    /// Takes what is known of the rig with each command to engage, and other limits at any time.
-    pub(crate) fn with_rig_setups(mut self, setups: SetupReceiver) -> Self {
-        self.rig_setups = Some(setups);
-        self
-    }
-
-    /// Makes the changes of scene that are scheduled.
-    pub(crate) fn with_schedule(mut self, schedule: ScheduleReceiver) -> Self {
-        self.schedule = Some(schedule);
-        self
-    }
-
     /// One tick, from waking up to the answer; returns when it ended.
     pub(crate) fn run(&mut self, wake: Wake, missed_periods: u64) -> u64 {
         let stops = self.shared.stops();
         let events = self.events(wake, missed_periods, stops);
-        let scene = self.new_scene();
+        self.hand_back_retired();
+        let (posted, command) = if self.inbox.is_empty() {
+            (None, None)
+        } else {
+            self.receive()
+        };
+        let scene = self.new_scene(posted);
         let new_scene = scene.is_some();
-        let word = self.new_command();
-        let is_quiet = events.is_empty() && !new_scene && word.is_none() && !self.new_limits;
-        let (inputs, read_ns) = self.read(wake, events, word, stops);
+        let is_quiet = events.is_empty() && !new_scene && command.is_none() && self.new_limits.is_none();
+        let (inputs, read_ns) = self.read(wake, events, command, stops);
         let is_linked = self.device_facts.is_linked;
         let outputs = self.servo.step(&inputs, scene);
         let computed_ns = if is_linked { now_ns() } else { 0 };
@@ -169,6 +164,12 @@ impl<D: Device + ?Sized> Tick<D> {
             device_time_ns: sample.time_ns,
             sample_position: sample.position_m,
             device_sequence: sample.sequence,
+            samples_forgotten: self.servo.samples_forgotten(),
+            ramp_steps: match &self.servo.scene().transition {
+                Transition::Steps(steps) => u16::try_from(steps.taken()).unwrap_or(u16::MAX),
+                _ => 0,
+            },
+            clock_error: self.servo.clock_error(),
             input_word,
             device_position: outputs.device_position_m,
             device_velocity: outputs.device_velocity_mps,
@@ -182,15 +183,14 @@ impl<D: Device + ?Sized> Tick<D> {
             fault: self.servo.fault(),
         });
         // The answers come last, so that a thread that has one also finds the tick's record.
-        self.answer_rarely_changing();
         if !is_quiet {
-            self.answer(new_scene, word, &inputs, &outputs);
+            self.answer(new_scene, command, &inputs, &outputs);
         }
         if self.pending_stop.is_some() {
             self.answer_stop(written, wake.began_ns, ended_ns);
         }
         self.tick += 1;
-        if self.shared.is_snapshot_asked_for() {
+        if self.snapshot.is_some() {
             self.give_snapshot();
         }
         ended_ns
@@ -199,15 +199,18 @@ impl<D: Device + ?Sized> Tick<D> {
     /// Leaves the state of the servo before the next tick; a motion of the rig's own has none, and is waited for.
     #[cold]
     fn give_snapshot(&mut self) {
-        if let Some(snapshot) = self.servo.snapshot() {
-            self.outbox.push_snapshot(self.tick, snapshot);
-            self.shared.snapshot_given();
+        if let Some(snapshot) = self.servo.snapshot()
+            && let Some(mut room) = self.snapshot.take()
+        {
+            let tick = self.tick;
+            *room = Some(TickSnapshot { tick, snapshot });
+            self.outbox.send(FromLoop::Snapshot(room));
         }
     }
 
     /// What the step is made from, once the device has been read, and when that was, ns; 0 without a link.
     #[inline(always)]
-    fn read(&mut self, wake: Wake, events: Events, word: Option<CommandWord>, stops: u64) -> (Inputs, u64) {
+    fn read(&mut self, wake: Wake, events: Events, command: Option<SentCommand>, stops: u64) -> (Inputs, u64) {
         let sample = self.device.read(wake.began_ns);
         if self.device.connection() != self.device_facts.connection {
             self.device_facts = DeviceFacts::of(&*self.device);
@@ -225,7 +228,7 @@ impl<D: Device + ?Sized> Tick<D> {
             device_force_limit_n: self.device_facts.force_limit_n,
             events,
             // Asked after the reading, which may have brought another device.
-            command: word.and_then(|word| self.permitted(word, stops)),
+            command: command.and_then(|sent| self.permitted(sent, stops)),
         };
         (inputs, read_ns)
     }
@@ -303,45 +306,75 @@ impl<D: Device + ?Sized> Tick<D> {
         Ok(written == Written::Taken && matches!(motor, Motor::Unreported | Motor::Off))
     }
 
-    /// The newest scene, or the one that is scheduled for this tick. Without room for those that it
-    /// replaces it waits: nothing is freed on this thread.
-    fn new_scene(&mut self) -> Option<Box<CompiledScene>> {
-        while self.servo.has_retired() && self.outbox.has_room_for_scenes(1) {
+    /// Hands back the scenes that the servo renders no more, as far as there is room: nothing is freed on this thread.
+    fn hand_back_retired(&mut self) {
+        while self.servo.has_retired() && self.outbox.room() > 0 {
             if let Some(scene) = self.servo.take_retired() {
-                self.outbox.retire(scene);
+                self.outbox.send(FromLoop::Retired(scene));
             }
         }
-        let is_posted = self.shared.scenes.has_new(self.scenes_seen);
-        let is_scheduled = self
-            .schedule
-            .as_ref()
-            .is_some_and(|schedule| schedule.is_due(self.tick, || self.is_halted()));
-        if is_posted || is_scheduled {
-            return self.take_scene();
-        }
-        None
     }
 
-    /// The scene that is there, if those that it replaces find room.
+    /// Whether there is room for what an entry of the inbox may lead to in this tick, beside that of the scheduled
+    /// changes.
+    fn has_room(&self) -> bool {
+        self.outbox.room() >= ROOM_OF_ONE * (self.scheduled.len() + 2)
+    }
+
+    /// Takes what has come since the tick before, of several scenes the last, and one command a tick. Without room for
+    /// the answers it waits in the inbox.
     #[inline(never)]
-    fn take_scene(&mut self) -> Option<Box<CompiledScene>> {
-        if !self.outbox.has_room_for_scenes(3) {
-            return None;
+    fn receive(&mut self) -> (Option<Box<CompiledScene>>, Option<SentCommand>) {
+        let (mut scene, mut command) = (None, None);
+        for _ in 0..ENTRIES {
+            let is_second = command.is_some() && matches!(self.inbox.peek(), Ok(ToLoop::Command { .. }));
+            if is_second || !self.has_room() {
+                break;
+            }
+            let handed_back = match self.inbox.pop() {
+                Ok(ToLoop::Scene(newer)) => scene.replace(newer).map(FromLoop::Retired),
+                Ok(ToLoop::Scheduled(change)) => self.scheduled.add(change).map(FromLoop::Decided),
+                Ok(ToLoop::Snapshot(room)) => self.snapshot.replace(room).map(FromLoop::Snapshot),
+                Ok(ToLoop::Command { sent, rig }) => {
+                    // Also of one that was withdrawn: the control thread counts on it.
+                    if let Some(RigSetup { losses, compensation }) = rig {
+                        self.servo.set_rig(losses, compensation);
+                    }
+                    command = Some(sent).filter(|sent| !self.shared.is_withdrawn(sent.serial));
+                    None
+                }
+                Ok(ToLoop::Limits { serial, limits }) => {
+                    self.servo.set_limits(limits);
+                    self.new_limits = Some(serial);
+                    None
+                }
+                Err(_) => break,
+            };
+            if let Some(handed_back) = handed_back {
+                self.outbox.send(handed_back);
+            }
         }
-        let is_halted = self.is_halted();
-        let posted = self.shared.scenes.take_new(&mut self.scenes_seen);
-        let scheduled = self
-            .schedule
-            .as_mut()
-            .and_then(|schedule| schedule.take_due(self.tick, is_halted));
-        if scheduled.is_some()
-            && let Some(posted) = posted
-        {
+        (scene, command)
+    }
+
+    /// The scene that was posted, or the one that is scheduled for this tick.
+    fn new_scene(&mut self, posted: Option<Box<CompiledScene>>) -> Option<Box<CompiledScene>> {
+        let is_due = self.scheduled.is_due(self.tick, || self.is_halted());
+        if is_due { self.take_scheduled(posted) } else { posted }
+    }
+
+    #[inline(never)]
+    fn take_scheduled(&mut self, posted: Option<Box<CompiledScene>>) -> Option<Box<CompiledScene>> {
+        let (is_halted, outbox) = (self.is_halted(), &mut self.outbox);
+        let decided = |change| outbox.send(FromLoop::Decided(change));
+        let Some(scheduled) = self.scheduled.take_due(self.tick, is_halted, decided) else {
+            return posted;
+        };
+        if let Some(posted) = posted {
             // It was posted before, and so the scheduled one builds on it.
-            self.outbox.retire(posted);
-            return scheduled;
+            self.outbox.send(FromLoop::Retired(posted));
         }
-        scheduled.or(posted)
+        Some(scheduled)
     }
 
     /// Whether something has taken the force away that a person must look at: that ends a schedule.
@@ -350,48 +383,19 @@ impl<D: Device + ?Sized> Tick<D> {
         self.pending_stop.is_some() || matches!(state, RigState::Stopped | RigState::Faulted | RigState::Disconnected)
     }
 
-    fn new_command(&mut self) -> Option<CommandWord> {
-        let word = self.shared.command_word();
-        if word == self.last_command_word {
-            return None;
-        }
-        self.take_command(word)
-    }
-
-    #[inline(never)]
-    fn take_command(&mut self, word: u64) -> Option<CommandWord> {
-        self.last_command_word = word;
-        // Also that of a command which was withdrawn: it must not fill the queue.
-        while let Some(setup) = self.rig_setups.as_mut().and_then(SetupReceiver::next) {
-            match setup {
-                Setup::Rig(setup) => self.rig_setup = Some(setup),
-                Setup::Limits(limits) => {
-                    self.servo.set_limits(limits);
-                    self.new_limits = true;
-                }
-            }
-        }
-        let word = CommandWord::unpack(word)?;
-        if word.command == Command::Engage
-            && let Some(setup) = self.rig_setup.take()
-        {
-            self.servo.set_rig(setup.losses, setup.compensation);
-        }
-        Some(word)
-    }
-
-    /// The command of a word, unless something forbids it of which the servo knows nothing.
-    fn permitted(&self, word: CommandWord, stops: u64) -> Option<Command> {
+    /// The command that was sent, unless something forbids it of which the servo knows nothing.
+    fn permitted(&self, sent: SentCommand, stops: u64) -> Option<Command> {
         // A stop that came after the command was sent wins over it. Nobody engages before the
         // device has confirmed the zero force of the last stop, nor another device than the one
         // that was checked before.
-        let must_wait = word.command == Command::Engage
-            && (self.pending_stop.is_some() || !self.shared.is_admitted(self.device.connection()));
-        (!must_wait && !word.overtaken_by(stops)).then_some(word.command)
+        let must_wait =
+            sent.command == Command::Engage && (self.pending_stop.is_some() || !sent.admits(self.device.connection()));
+        (!must_wait && sent.stops_known == stops).then_some(sent.command)
     }
 
     /// Confirms a stop once the device reports its motor off; one that does not report its motor,
-    /// once it has taken the zero force. Without a device nobody waits, and nobody waits for ever.
+    /// once it has taken the zero force. Without a device nobody waits, and nobody waits for ever. Without room for the
+    /// answer the stop stays unconfirmed.
     #[inline(never)]
     fn answer_stop(&mut self, written: Result<Written, DeviceError>, began_ns: u64, now_ns: u64) {
         let Some(pending) = &mut self.pending_stop else {
@@ -407,6 +411,7 @@ impl<D: Device + ?Sized> Tick<D> {
             _ if began_ns.saturating_sub(pending.began_ns) >= OFF_TIMEOUT_NS => StopConfirmation::Unconfirmed,
             _ => return,
         };
+        let stops = pending.stops;
         let stopped = Stopped {
             tick: self.tick,
             state,
@@ -414,42 +419,36 @@ impl<D: Device + ?Sized> Tick<D> {
             written_ns: pending.written_ns.unwrap_or(now_ns),
             confirmed_ns: now_ns,
         };
-        self.shared.answers.stopped(pending.stops, stopped);
-        self.pending_stop = None;
-    }
-
-    fn answer_rarely_changing(&self) {
-        let answers = &self.shared.answers;
-        if let Transition::Steps(steps) = &self.servo.scene().transition {
-            answers.set_ramp_step(steps.taken());
+        if self.has_room() {
+            self.outbox.send(FromLoop::Stopped { stops, stopped });
+            self.pending_stop = None;
         }
-        answers.set_samples_forgotten(self.servo.samples_forgotten());
-        answers.set_clock_error(self.servo.clock_error());
     }
 
     #[cold]
     fn word_of_happenings(&self, inputs: &Inputs, new_scene: bool) -> InputWord {
         let word = InputWord::new(inputs, new_scene);
-        if self.new_limits { word.with_new_limits() } else { word }
+        if self.new_limits.is_some() {
+            word.with_new_limits()
+        } else {
+            word
+        }
     }
 
     /// Answers what came in this tick.
     #[inline(never)]
-    fn answer(&mut self, new_scene: bool, word: Option<CommandWord>, inputs: &Inputs, outputs: &Outputs) {
-        let answers = &self.shared.answers;
-        if replace(&mut self.new_limits, false) {
-            answers.limits_taken(self.tick);
-        }
+    fn answer(&mut self, new_scene: bool, command: Option<SentCommand>, inputs: &Inputs, outputs: &Outputs) {
+        let (tick, state) = (self.tick, self.servo.state());
         if new_scene {
-            answers.scene_applied(self.servo.scene().revision, self.tick);
+            let revision = self.servo.scene().revision;
+            self.outbox.send(FromLoop::Rendered { revision, tick });
         }
-        if let Some(word) = word {
-            let outcome = Outcome {
-                tick: self.tick,
-                state: self.servo.state(),
-                refused: inputs.command.is_none() || outputs.refused,
-            };
-            answers.command_done(word.serial, outcome);
+        let limits = self.new_limits.take().map(|serial| (serial, false));
+        let is_refused = inputs.command.is_none() || outputs.refused;
+        let command = command.map(|sent| (sent.serial, is_refused));
+        for (serial, refused) in limits.into_iter().chain(command) {
+            let outcome = Outcome { tick, state, refused };
+            self.outbox.send(FromLoop::Done { serial, outcome });
         }
     }
 }

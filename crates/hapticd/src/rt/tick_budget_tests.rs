@@ -75,7 +75,7 @@ impl Apart {
             renderer,
             limiter: SafetyLimiter::new(settings.limits),
             passivity: PassivityObserver::new(settings.losses, settings.passivity_control_n),
-            records: outbox::outbox(),
+            records: outbox::outbox(outbox::RECORDS),
             servo,
             command: Some(Command::Engage),
             position: 0.0,
@@ -163,11 +163,11 @@ fn whole_tick_on_the_papers_scene_keeps_its_budget() {
     let (ticks, counted) = (4000, extent(10, 500));
     let report = in_a_child(|report| {
         // The loop's own queue: a short one would be full before every tick that is counted.
-        let mut bench = Bench::with_outbox(no_link(), &renderer(), outbox::outbox());
+        let mut bench = Bench::on(no_link(), &renderer(), outbox::RECORDS);
         let counts: Vec<u64> = (0..counted)
             .map(|_| {
                 bench.ticks(ticks / counted - 1);
-                while bench.records.pop().is_some() {}
+                while bench.control.records.pop().is_some() {}
                 instructions_of(|| bench.ticks(1))
             })
             .collect();

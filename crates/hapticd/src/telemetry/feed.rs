@@ -1,7 +1,6 @@
 //! Distributes the records of the ticks: to the timing histograms, the newest state, and the subscribers.
 
-use crate::rt::handoff::Answers;
-use crate::rt::outbox::{Consumer, TickRecord, TickSnapshot};
+use crate::rt::outbox::{Answers, Consumer, TickRecord, TickSnapshot};
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::link;
 use crate::telemetry::motion::Motion;
@@ -34,6 +33,8 @@ pub(crate) struct Feed {
     taken: Vec<TickRecord>,
     /// Snapshots whose ticks are not processed yet.
     snapshots: VecDeque<TickSnapshot>,
+    /// Whether the loop has been asked for a snapshot that has not come.
+    awaits_snapshot: bool,
     subscribers: Subscribers,
     /// State and revision of the newest record.
     last_state: Option<(RigState, u64)>,
@@ -59,6 +60,7 @@ impl Feed {
             newest: None,
             taken: Vec::new(),
             snapshots: VecDeque::new(),
+            awaits_snapshot: false,
             subscribers: Subscribers::default(),
             last_state: None,
             changes: Vec::new(),
@@ -86,9 +88,9 @@ impl Feed {
         self.stops.begin(stop, read_ns);
     }
 
-    /// Times the stops that have ended.
-    pub(crate) fn stops_ended(&mut self, answers: &Answers) {
-        self.stops.pump(answers);
+    /// What the loop has answered, as far as it was taken.
+    pub(crate) fn answers(&self) -> Answers {
+        self.consumer.answers()
     }
 
     /// The status of the link to the rig, if there is one.
@@ -138,21 +140,27 @@ impl Feed {
             .broadcast(Topic::Log, || Event::Log(Box::new(entry.clone())));
     }
 
-    /// Takes the records since the last call, and frees the scenes that were handed back.
+    /// Takes the records and answers since the last call, and frees the scenes that were handed back.
     pub(crate) fn take_records(&mut self) {
-        self.consumer.drop_retired();
         while let Some(record) = self.consumer.pop() {
             self.taken.push(record);
         }
         // After the records: one that comes before a record that was taken is here, too.
         while let Some(snapshot) = self.consumer.pop_snapshot() {
             self.snapshots.push_back(snapshot);
+            self.awaits_snapshot = false;
         }
+        self.stops.pump(self.consumer.answers());
     }
 
-    /// Whether a subscriber waits for the state of the servo.
+    /// Whether a subscriber waits for the state of the servo, and the loop was not asked for it.
     pub(crate) fn is_snapshot_due(&self) -> bool {
-        self.subscribers.is_snapshot_due(Instant::now())
+        !self.awaits_snapshot && self.subscribers.is_snapshot_due(Instant::now())
+    }
+
+    /// The loop has been asked for a snapshot.
+    pub(crate) fn snapshot_asked(&mut self) {
+        self.awaits_snapshot = true;
     }
 
     /// Processes the records that were taken, and sends the events that are due. `scenes` holds all scenes that these

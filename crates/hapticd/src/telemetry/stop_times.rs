@@ -1,7 +1,8 @@
 //! The duration of stops: from the client's line to zero force on the link, and to the device's
 //! confirmation that its motor is off.
 
-use crate::rt::handoff::{Answers, StopConfirmation};
+use crate::rt::handoff::StopConfirmation;
+use crate::rt::outbox::Answers;
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
 use haptic_ipc::StopTimes as Report;
 use hdrhistogram::Histogram;
@@ -43,7 +44,7 @@ impl StopTimes {
     }
 
     /// Times the stops that have ended.
-    pub(super) fn pump(&mut self, answers: &Answers) {
+    pub(super) fn pump(&mut self, answers: Answers) {
         while let Some(&(stop, read_ns)) = self.under_way.front() {
             let Some(stopped) = answers.stop(stop) else {
                 return;

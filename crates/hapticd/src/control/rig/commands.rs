@@ -8,7 +8,7 @@ use crate::control::journal::Completion;
 use crate::control::judge;
 use crate::control::peer::Requester;
 use crate::rt::handoff::Outcome;
-use crate::rt::rig_setup::Setup;
+use crate::rt::inbox::{RigSetup, SentCommand, ToLoop};
 use haptic_core::limiter::Limits;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
@@ -26,7 +26,7 @@ pub(in crate::control) enum Asked<'a> {
 /// journal. After the answer there is nothing to withdraw.
 struct WithdrawOnDrop<'a> {
     rig: &'a RigHandle,
-    serial: u32,
+    serial: u64,
     command: Command,
     before: RigState,
     asked: Asked<'a>,
@@ -34,9 +34,9 @@ struct WithdrawOnDrop<'a> {
 
 impl Drop for WithdrawOnDrop<'_> {
     fn drop(&mut self) {
-        let shared = &self.rig.shared;
-        shared.withdraw(self.serial);
-        let Some(outcome) = shared.answers.command(self.serial).filter(|outcome| !outcome.refused) else {
+        self.rig.shared.withdraw(self.serial);
+        let outcome = self.rig.answers().command(self.serial);
+        let Some(outcome) = outcome.filter(|outcome| !outcome.refused) else {
             return;
         };
         if self.command == Command::Engage {
@@ -179,11 +179,19 @@ impl RigHandle {
         }
         let before = self.state();
         let serial = self.next_serial();
-        if command == Command::Engage {
-            self.send_rig_setup(admission.purpose)?;
+        let rig = (command == Command::Engage).then(|| self.rig_setup(admission.purpose));
+        let sent = SentCommand {
+            serial,
+            command,
+            stops_known,
+            connection: admission.connection,
+        };
+        if !self.inbox.borrow_mut().send(ToLoop::Command { sent, rig }) {
+            return Err(takes_no_commands(command.name()));
         }
-        self.shared.admit(admission.connection);
-        self.shared.send(serial, command, stops_known);
+        if rig.is_some() {
+            self.sent_setup.set(rig);
+        }
         // A command that is abandoned here must not be carried out later.
         let withdraw = WithdrawOnDrop {
             rig: self,
@@ -192,7 +200,7 @@ impl RigHandle {
             before,
             asked,
         };
-        let outcome = self.answer(|shared| shared.answers.command(serial)).await?;
+        let outcome = self.answer(|answers| answers.command(serial)).await?;
         drop(withdraw);
         if !outcome.refused {
             return Ok(outcome);
@@ -222,14 +230,12 @@ impl RigHandle {
     /// The real-time thread does not answer; if it continues, it will take them.
     pub(in crate::control) async fn change_limits(&self, limits: Limits) -> Result<u64, WireError> {
         let _turn = self.commanding.lock().await;
-        let (times, _) = self.shared.answers.limits();
-        if !self.setups.borrow_mut().send(Setup::Limits(limits)) {
+        let serial = self.next_serial();
+        if !self.inbox.borrow_mut().send(ToLoop::Limits { serial, limits }) {
             return Err(takes_no_commands("change the limits"));
         }
         self.sent_limits.set(Some(limits));
-        self.shared.announce_setup(self.next_serial());
-        let taken = |(now, tick)| (now != times).then_some(tick);
-        let tick = self.answer(|shared| taken(shared.answers.limits())).await?;
+        let Outcome { tick, .. } = self.answer(|answers| answers.command(serial)).await?;
         self.pump();
         if let Some(limits) = self.sent_limits.take() {
             // The record of that tick was lost.
@@ -239,27 +245,18 @@ impl RigHandle {
         Ok(tick)
     }
 
-    fn next_serial(&self) -> u32 {
-        let serial = self.serial.get().wrapping_add(1);
+    fn next_serial(&self) -> u64 {
+        let serial = self.serial.get() + 1;
         self.serial.set(serial);
         serial
     }
 
-    /// Tells the loop what is known of the rig that it is to engage.
-    ///
-    /// # Errors
-    /// The loop has taken none of those before.
-    fn send_rig_setup(&self, purpose: Purpose) -> Result<(), WireError> {
-        let mut setup = rig_friction::setup(self);
-        if purpose != Purpose::Scene {
-            // A pulse is to move the rig as it is.
-            setup.compensation = None;
-        }
-        if self.setups.borrow_mut().send(Setup::Rig(setup)) {
-            self.sent_setup.set(Some(setup));
-            return Ok(());
-        }
-        Err(takes_no_commands("engage"))
+    /// What is known of the rig that the loop is to engage.
+    fn rig_setup(&self, purpose: Purpose) -> RigSetup {
+        let setup = rig_friction::setup(self);
+        // A pulse is to move the rig as it is.
+        let compensation = setup.compensation.filter(|_| purpose == Purpose::Scene);
+        RigSetup { compensation, ..setup }
     }
 
     /// The number of the connection to the device; 0 without a device.

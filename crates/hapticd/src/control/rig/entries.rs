@@ -94,7 +94,7 @@ impl RigHandle {
                 let seen = changes.iter().find(|record| record.revision >= revision);
                 let tick = seen
                     .map(|record| record.tick)
-                    .or_else(|| self.shared.answers.applied(revision));
+                    .or_else(|| self.feed.borrow().answers().applied(revision));
                 entry.tick = tick;
                 tick.is_some()
             }
@@ -104,7 +104,7 @@ impl RigHandle {
                     state,
                     confirmation,
                     ..
-                }) = self.shared.answers.stop(stop)
+                }) = self.feed.borrow().answers().stop(stop)
                 else {
                     return false;
                 };

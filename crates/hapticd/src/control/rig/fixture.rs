@@ -3,10 +3,7 @@
 use crate::config::{Configuration, EngageRules, FrictionOptions};
 use crate::control::RigHandle;
 use crate::control::facts::Facts;
-use crate::rt::handoff::Shared;
-use crate::rt::outbox::{Producer, outbox};
-use crate::rt::rig_setup::rig_setups;
-use crate::rt::schedule::schedule;
+use crate::rt::handoff::{ControlSide, LoopSide, hand_over};
 use crate::telemetry::feed::Feed;
 use device_io::Address;
 use haptic_core::adviser::RigFacts;
@@ -17,7 +14,6 @@ use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::RealTimeStatus;
 use std::cell::Cell;
-use std::sync::Arc;
 use std::time::Duration;
 
 const PERIOD_S: f64 = 1e-3;
@@ -73,11 +69,10 @@ fn facts() -> Facts {
     }
 }
 
-/// The rig, and where the real-time thread would put its records.
-pub(in crate::control) fn rig() -> (RigHandle, Producer) {
-    let ((producer, records), (setups, _), (sender, _)) = (outbox(), rig_setups(), schedule());
+/// The rig, and the ends of the real-time thread.
+pub(in crate::control) fn rig() -> (RigHandle, LoopSide) {
+    let (ControlSide { shared, inbox, records }, loop_side) = hand_over(16);
     let feed = Feed::new(records, 1_000_000, None);
-    let shared = Arc::new(Shared::new());
-    let rig = RigHandle::new(facts(), shared, setups, sender, feed, Scene::paper(), 1);
-    (rig, producer)
+    let rig = RigHandle::new(facts(), shared, inbox, feed, Scene::paper(), 1);
+    (rig, loop_side)
 }

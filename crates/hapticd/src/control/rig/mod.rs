@@ -36,9 +36,9 @@ use crate::control::rig::rig_friction::record::RigFrictions;
 use crate::control::rig::waiting_changes::Schedule;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
-use crate::rt::handoff::Shared;
-use crate::rt::rig_setup::{RigSetup, SetupSender};
-use crate::rt::schedule::ScheduleSender;
+use crate::rt::inbox::{RigSetup, Sender};
+use crate::rt::outbox::Answers;
+use crate::rt::shared::Shared;
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
 use haptic_core::limiter::Limits;
@@ -71,7 +71,7 @@ const FINAL_CHECKS: u32 = 20;
 pub(crate) struct RigHandle {
     pub(crate) facts: Facts,
     shared: Arc<Shared>,
-    setups: RefCell<SetupSender>,
+    inbox: RefCell<Sender>,
     /// The newest that was sent.
     sent_setup: Cell<Option<RigSetup>>,
     /// Limits that were sent, until the record of the first tick with them has come.
@@ -105,8 +105,8 @@ pub(crate) struct RigHandle {
     closing: Cell<bool>,
     /// Clients find the socket.
     is_reachable: Cell<bool>,
-    serial: Cell<u32>,
-    /// The command word holds one command: the next command waits until that one is answered.
+    serial: Cell<u64>,
+    /// One command at a time: the next one waits until it is answered.
     commanding: tokio::sync::Mutex<()>,
 }
 
@@ -114,8 +114,7 @@ impl RigHandle {
     pub(crate) fn new(
         facts: Facts,
         shared: Arc<Shared>,
-        setups: SetupSender,
-        schedule: ScheduleSender,
+        inbox: Sender,
         feed: Feed,
         scene: Scene,
         revision: u64,
@@ -123,11 +122,11 @@ impl RigHandle {
         Self {
             facts,
             shared,
-            setups: RefCell::new(setups),
+            inbox: RefCell::new(inbox),
             sent_setup: Cell::new(None),
             sent_limits: Cell::new(None),
             reloads: Reloads::default(),
-            schedule: RefCell::new(Schedule::new(schedule)),
+            schedule: RefCell::default(),
             feed: RefCell::new(feed),
             history: RefCell::new(History::new(revision, Rc::new(scene))),
             journal: RefCell::new(Journal::default()),
@@ -268,19 +267,22 @@ impl RigHandle {
 
     /// What is wrong with the device's clock, for who wants to engage.
     pub(crate) fn clock_error(&self) -> Option<ClockError> {
-        self.shared.answers.clock_error()
+        self.feed().newest().and_then(|record| record.clock_error)
     }
 
-    /// Samples that were discarded, because no hand can have made them.
-    pub(crate) fn samples_forgotten(&self) -> u64 {
-        self.shared.answers.samples_forgotten()
+    /// Exchanges with the real-time thread what waits on both sides; returns what it has answered so far.
+    fn answers(&self) -> Answers {
+        self.inbox.borrow_mut().flush();
+        let mut feed = self.feed.borrow_mut();
+        feed.take_records();
+        feed.answers()
     }
 
     /// Waits for an answer of the real-time thread.
     ///
     /// # Errors
     /// The real-time thread does not answer in time.
-    async fn answer<T>(&self, answered: impl Fn(&Shared) -> Option<T>) -> Result<T, WireError> {
+    async fn answer<T>(&self, answered: impl Fn(Answers) -> Option<T>) -> Result<T, WireError> {
         let asked = Instant::now();
         let mut final_checks = FINAL_CHECKS;
         let mut timer = AnswerTimer::new(
@@ -288,7 +290,7 @@ impl RigHandle {
             self.feed.borrow().newest().map(|record| record.deadline_ns),
         );
         loop {
-            if let Some(answer) = answered(&self.shared) {
+            if let Some(answer) = answered(self.answers()) {
                 return Ok(answer);
             }
             let is_late = asked.elapsed() > ANSWER_TIMEOUT;

@@ -2,32 +2,30 @@
 //! that.
 
 use super::RigHandle;
+use crate::rt::inbox::ToLoop;
 use crate::rt::outbox::TickRecord;
 use crate::telemetry::feed::Feed;
 use haptic_ipc::{LogReply, RigState, ServoSetup};
 use std::cell::RefMut;
 
 impl RigHandle {
-    /// Processes telemetry, and frees the scenes that the real-time thread returned.
+    /// Exchanges with the real-time thread what waits on both sides, and processes its records.
     pub(crate) fn pump(&self) {
         // A scheduled scene that was rendered goes into the history. Where the caller reads that at this moment, all
         // waits for the next call.
         if self.history.try_borrow_mut().is_err() {
             return;
         }
-        {
-            let mut feed = self.feed.borrow_mut();
-            feed.stops_ended(&self.shared.answers);
-            feed.take_records();
-        }
+        self.answers();
         // After the records: every scene that they name is in the history then.
         self.settle_schedule();
         let changes = self
             .feed
             .borrow_mut()
             .update_subscribers(self.history.borrow().scenes(), |record| self.servo_of(record));
-        if self.feed.borrow().is_snapshot_due() {
-            self.shared.ask_for_snapshot();
+        let is_snapshot_due = self.feed.borrow().is_snapshot_due();
+        if is_snapshot_due && self.inbox.borrow_mut().send(ToLoop::Snapshot(Box::new(None))) {
+            self.feed.borrow_mut().snapshot_asked();
         }
         self.keep_journal(&changes);
     }

@@ -16,7 +16,7 @@ impl RigHandle {
         // A ramp to the newest scene ends here: the loop will get its end back.
         *self.ramp.borrow_mut() = None;
         let lent = CompiledScene::at_once(renderer, self.revision());
-        self.shared.scenes.post(lent);
+        self.inbox.borrow_mut().post(lent);
     }
 
     /// Makes the loop render the newest scene again.
@@ -33,8 +33,12 @@ impl RigHandle {
     /// # Errors
     /// The scene cannot be rendered.
     pub(crate) fn compile(&self, scene: &Scene, ramp_s: f64) -> Result<Compiled, WireError> {
-        let newest = self.scene();
-        let on_the_way = self.scene_on_the_way(&newest);
+        let steps = self.ramp_steps();
+        let (newest, ramp) = (self.scene(), self.ramp.borrow());
+        let on_the_way = ramp
+            .as_ref()
+            .zip(steps)
+            .map(|(ramp, steps)| ramp.path.at(steps, &newest));
         let from = on_the_way.as_ref().unwrap_or(&newest);
         self.compile_from(from, scene, ramp_s)
     }
@@ -52,19 +56,24 @@ impl RigHandle {
         Compiled::new(from, to, self.facts.scheme, self.facts.period_s(), ramp_s)
     }
 
-    /// The scene that a ramp to the newest one has reached, if there is a ramp.
-    fn scene_on_the_way(&self, newest: &Scene) -> Option<Scene> {
+    /// The steps of the ramp to the newest scene that are rendered; `None` without a ramp.
+    fn ramp_steps(&self) -> Option<usize> {
+        let newest = self.feed().newest().map(|record| (record.revision, record.ramp_steps));
         let ramp = self.ramp.borrow();
-        let Ramp { revision, path } = ramp.as_ref()?;
-        let is_begun = self.shared.answers.applied(*revision).is_some();
-        Some(path.at(if is_begun { self.shared.answers.steps() } else { 0 }, newest))
+        let revision = ramp.as_ref()?.revision;
+        Some(newest.map_or(
+            0,
+            |(rendered, steps)| if rendered < revision { 0 } else { steps.into() },
+        ))
     }
 
     /// Whether a ramp to the newest scene is under way.
     pub(crate) fn is_ramping(&self) -> bool {
-        let answers = &self.shared.answers;
-        let goes_on = |ramp: &Ramp| answers.applied(ramp.revision).is_none() || answers.steps() < ramp.path.steps();
-        self.ramp.borrow().as_ref().is_some_and(goes_on)
+        let steps = self.ramp_steps();
+        let ramp = self.ramp.borrow();
+        ramp.as_ref()
+            .zip(steps)
+            .is_some_and(|(ramp, steps)| steps < ramp.path.steps())
     }
 
     /// Sends a compiled scene to the real-time thread; returns its revision.
@@ -78,7 +87,7 @@ impl RigHandle {
         let (scene, path) = compiled.into_scene(revision);
         *self.ramp.borrow_mut() = path.map(|path| Ramp { revision, path });
         self.enter(Completion::Rendered(revision), entry);
-        self.shared.scenes.post(scene);
+        self.inbox.borrow_mut().post(scene);
         revision
     }
 
@@ -87,6 +96,6 @@ impl RigHandle {
     /// # Errors
     /// The real-time thread does not answer; if it continues, it will render the scene.
     pub(crate) async fn rendered(&self, revision: u64) -> Result<u64, WireError> {
-        self.answer(|shared| shared.answers.applied(revision)).await
+        self.answer(|answers| answers.applied(revision)).await
     }
 }

@@ -10,6 +10,7 @@ use crate::control::compile::Compiled;
 use crate::control::history::Move;
 use crate::control::peer::Requester;
 use crate::rt::claim::Claim;
+use crate::rt::inbox::ToLoop;
 use crate::rt::schedule::ScheduledScene;
 use haptic_core::Scene;
 use haptic_ipc::quantity::number;
@@ -176,11 +177,17 @@ impl RigHandle {
     }
 
     fn check_room(&self, changes: &[NewChange]) -> Result<(), WireError> {
-        let mut schedule = self.schedule.borrow_mut();
+        // The loop has room for as many as it may keep, until they come back.
+        let decided = self.answers().decided;
+        let schedule = self.schedule.borrow();
         let compiled = |changes: &[NewChange]| changes.iter().map(|change| change.compiled.count()).sum::<usize>();
         let waiting: usize = schedule.waiting.iter().map(|waiting| waiting.compiled).sum();
         for (what, value, max) in [
-            ("changes", changes.len(), schedule.sender.room()),
+            (
+                "changes",
+                changes.len(),
+                MAX_SCHEDULED_CHANGES + decided - schedule.sent,
+            ),
             (
                 "scenes with the steps of their ramps",
                 compiled(changes),
@@ -239,11 +246,11 @@ impl RigHandle {
                 change.compiled.ramp().cloned(),
             );
             let (scene, path) = change.compiled.into_scene(revision);
-            scenes.push(ScheduledScene {
+            scenes.push(ToLoop::Scheduled(ScheduledScene {
                 at_tick: change.at_tick,
                 scene: Some(Box::new(scene)),
                 claim: Arc::clone(&claim),
-            });
+            }));
             waiting.push(WaitingChange {
                 at_tick: change.at_tick,
                 over_tick,
@@ -257,10 +264,11 @@ impl RigHandle {
                 claim,
             });
         }
-        if !schedule.sender.send(scenes) {
+        if !self.inbox.borrow_mut().send_all(scenes) {
             let message = "the real-time thread takes no further changes: cancel the schedule and try again";
             return Err(WireError::new(ErrorCode::NotResponding, message));
         }
+        schedule.sent += waiting.len();
         schedule.keep = keep || (schedule.keep && !schedule.waiting.is_empty());
         schedule.waiting.extend(waiting);
         (schedule.session, schedule.by) = (by.session, by.peer.clone());

@@ -46,7 +46,7 @@ impl RigHandle {
             state,
             confirmation,
             ..
-        } = self.answer(|shared| shared.answers.stop(stop)).await?;
+        } = self.answer(|answers| answers.stop(stop)).await?;
         let (code, what) = match confirmation {
             StopConfirmation::Confirmed => return Ok((tick, state)),
             StopConfirmation::NoDevice => (ErrorCode::NoDevice, "no device is connected to take the zero force"),

@@ -3,7 +3,6 @@
 use crate::control::compile::RampPath;
 use crate::control::history::Move;
 use crate::rt::claim::{Claim, ClaimState};
-use crate::rt::schedule::ScheduleSender;
 use haptic_core::Scene;
 use haptic_ipc::{JournalEntry, Peer, SceneRamp};
 use std::collections::VecDeque;
@@ -34,10 +33,11 @@ impl WaitingChange {
     }
 }
 
-/// The changes that wait, and their way to the loop.
-#[derive(Debug)]
+/// The changes that wait.
+#[derive(Debug, Default)]
 pub(super) struct Schedule {
-    pub(super) sender: ScheduleSender,
+    /// Changes that were sent to the loop so far.
+    pub(super) sent: usize,
     pub(super) waiting: VecDeque<WaitingChange>,
     /// The client whose changes wait.
     pub(super) session: u64,
@@ -47,16 +47,6 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    pub(super) fn new(sender: ScheduleSender) -> Self {
-        Self {
-            sender,
-            waiting: VecDeque::new(),
-            session: 0,
-            by: Peer::default(),
-            keep: false,
-        }
-    }
-
     /// Takes back the changes from one on, and removes them; the loop may have rendered some of them by now.
     pub(super) fn withdraw(&mut self, first: usize) -> usize {
         let mut cancelled = 0;

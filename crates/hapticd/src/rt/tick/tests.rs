@@ -10,8 +10,10 @@ mod timing;
 mod told;
 
 use super::*;
+use crate::rt::handoff::{ControlSide, hand_over};
+use crate::rt::inbox::Sender;
 use crate::rt::lateness::LatePolicy;
-use crate::rt::outbox;
+use crate::rt::outbox::{self, RECORDS};
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
 use haptic_core::servo::Settings;
@@ -89,9 +91,10 @@ impl Device for Scripted {
 struct Bench {
     tick: Tick<Scripted>,
     shared: Arc<Shared>,
+    inbox: Sender,
     records: outbox::Consumer,
     written: Arc<std::sync::Mutex<Vec<f64>>>,
-    serial: u32,
+    serial: u64,
     clock_ns: u64,
     missed_periods: u64,
     asleep_ns: u64,
@@ -167,8 +170,7 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
 }
 
 fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench {
-    let shared = Arc::new(Shared::new());
-    let (producer, records) = outbox::outbox();
+    let (ControlSide { shared, inbox, records }, loop_side) = hand_over(RECORDS);
     let written = Arc::default();
     let device = Scripted {
         readings: readings.into_iter().collect(),
@@ -187,8 +189,7 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
     };
     let tick = Tick::new(
         Box::new(device),
-        Arc::clone(&shared),
-        producer,
+        loop_side,
         Servo::new(settings, Box::new(compiled(&Scene::paper(), 1))),
         Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
         250_000_000,
@@ -196,6 +197,7 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
     Bench {
         tick,
         shared,
+        inbox,
         records,
         written,
         serial: 0,
@@ -226,7 +228,9 @@ impl Bench {
             asleep_ns: self.asleep_ns,
         };
         self.tick.run(wake, self.missed_periods);
-        self.records.pop().expect("every tick leaves a record")
+        let record = self.records.pop().expect("every tick leaves a record");
+        assert!(self.records.pop().is_none(), "one record, and the answers after it");
+        record
     }
 
     fn ticks(&mut self, count: usize) {
@@ -244,9 +248,12 @@ impl Bench {
 
     fn command(&mut self, command: Command) -> Outcome {
         self.serial += 1;
-        self.shared.send(self.serial, command, self.shared.stops());
+        self.inbox.command(self.serial, command, self.shared.stops());
         self.tick();
-        self.shared.answers.command(self.serial).expect("answered in the tick")
+        self.records
+            .answers()
+            .command(self.serial)
+            .expect("answered in the tick")
     }
 
     fn last_written(&self) -> f64 {

@@ -1,7 +1,7 @@
 //! What subscribers are told, and in which order.
 
 use super::*;
-use crate::rt::outbox;
+use crate::rt::outbox::{self, FromLoop};
 use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
 use haptic_core::Scene;
 use std::sync::Arc;
@@ -42,7 +42,7 @@ fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
 
 #[test]
 fn the_state_comes_whole_at_first_and_then_at_every_change() {
-    let (mut producer, consumer) = outbox::outbox();
+    let (mut producer, consumer) = outbox::outbox(outbox::RECORDS);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
     feed.subscribe(1, subscription, setup(0.5));
@@ -69,7 +69,7 @@ fn the_state_comes_whole_at_first_and_then_at_every_change() {
 
 #[test]
 fn what_a_slow_subscriber_misses_is_counted_and_told() {
-    let (mut producer, consumer) = outbox::outbox();
+    let (mut producer, consumer) = outbox::outbox(outbox::RECORDS);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
     feed.subscribe(1, subscription, setup(0.5));
@@ -92,7 +92,7 @@ fn what_a_slow_subscriber_misses_is_counted_and_told() {
 // hazard: H20
 #[test]
 fn backlog_of_an_unreading_subscriber_is_bounded_in_bytes() {
-    let (mut producer, consumer) = outbox::outbox();
+    let (mut producer, consumer) = outbox::outbox(outbox::RECORDS);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     // As many lines as a client has, in batches as long as they may be.
     let topics = [Topic::Samples, Topic::State, Topic::Log, Topic::Timing];
@@ -160,7 +160,7 @@ fn told(events: &[Event]) -> Vec<String> {
 
 #[test]
 fn state_and_settings_precede_their_rows_in_a_late_feed() {
-    let (mut producer, consumer) = outbox::with_capacity(2000);
+    let (mut producer, consumer) = outbox::outbox(2000);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::State, Topic::Samples], 1, 64);
     feed.subscribe(1, subscription, setup(0.5));
@@ -206,7 +206,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
 
 #[test]
 fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
-    let (mut producer, consumer) = outbox::with_capacity(16);
+    let (mut producer, consumer) = outbox::outbox(16);
     let mut feed = Feed::new(consumer, 1_000_000, None);
     let (subscription, mut received) = subscription(&[Topic::Samples, Topic::Snapshot], 1, 64);
     feed.subscribe(1, subscription, setup(0.5));
@@ -216,7 +216,11 @@ fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
     let mut go_on = |ticks: std::ops::Range<u64>, snapshot_at: Option<u64>, feed: &mut Feed| {
         for tick in ticks {
             if snapshot_at == Some(tick) {
-                producer.push_snapshot(tick, snapshot());
+                let snapshot = Some(TickSnapshot {
+                    tick,
+                    snapshot: snapshot(),
+                });
+                producer.send(FromLoop::Snapshot(Box::new(snapshot)));
             }
             producer.push(|| outbox::tests::record(tick));
         }
@@ -228,6 +232,8 @@ fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
         (vec![], true),
         "they wait for the first one"
     );
+    feed.snapshot_asked();
+    assert!(!feed.is_snapshot_due(), "it is asked for once");
     let begun = vec!["snapshot before 8".to_owned(), "rows 8 to 11".to_owned()];
     assert_eq!(go_on(5..12, Some(8), &mut feed), (begun, false));
     assert_eq!(

@@ -7,7 +7,7 @@ use crate::control::rig::commission_record::Findings;
 use crate::control::trial::{LIGHT_RIG_KG, TrialRig};
 use crate::control::{RigHandle, change};
 use crate::every::every;
-use crate::rt::rig_setup::RigSetup;
+use crate::rt::inbox::RigSetup;
 use haptic_core::Directional;
 use haptic_core::adviser::RigFacts;
 use haptic_core::compensation::Compensation;

@@ -3,17 +3,15 @@
 use super::*;
 use crate::control::rig::fixture::rig;
 use crate::rt::claim::ClaimState;
+use crate::rt::outbox::FromLoop;
 use crate::rt::outbox::tests::record;
 
-#[test]
-fn change_rendered_during_history_read_is_entered_afterwards() {
-    let (rig, mut producer) = rig();
-    producer.push(|| record(0));
-    rig.pump();
-    let changed = Scene::paper().with(&[("Fs".parse().expect("a key"), 5.0)]);
+/// A change of `Fs`, and its scene.
+fn change(rig: &RigHandle, at_tick: u64, static_force_n: f64) -> (NewChange, Rc<Scene>) {
+    let changed = Scene::paper().with(&[("Fs".parse().expect("a key"), static_force_n)]);
     let scene = Rc::new(changed.expect("a scene"));
     let change = NewChange {
-        at_tick: 100,
+        at_tick,
         compiled: rig
             .compile_from(&Scene::paper(), &scene, 0.0)
             .expect("it can be rendered"),
@@ -21,12 +19,24 @@ fn change_rendered_during_history_read_is_entered_afterwards() {
         step: Move::Forward,
         entry: JournalEntry::of("set"),
     };
-    let peer = Peer::default();
+    (change, scene)
+}
+
+fn schedule(rig: &RigHandle, base_revision: u64, changes: Vec<NewChange>) -> Result<u64, WireError> {
     let by = Requester {
         session: 1,
-        peer: &peer,
+        peer: &Peer::default(),
     };
-    let revision = rig.schedule(by, false, 1, vec![change]).expect("there is room");
+    rig.schedule(by, false, base_revision, changes)
+}
+
+#[test]
+fn change_rendered_during_history_read_is_entered_afterwards() {
+    let (rig, mut loop_side) = rig();
+    loop_side.outbox.push(|| record(0));
+    rig.pump();
+    let (change, scene) = change(&rig, 100, 5.0);
+    let revision = schedule(&rig, 1, vec![change]).expect("there is room");
     let claim = Arc::clone(&rig.schedule.borrow().waiting[0].claim);
 
     let history = rig.history();
@@ -37,4 +47,23 @@ fn change_rendered_during_history_read_is_entered_afterwards() {
     rig.pump();
     assert_eq!((rig.revision(), rig.scene().clone()), (revision, scene));
     assert_eq!(rig.journal(0, 9).entries[0].tick, Some(100));
+}
+
+#[test]
+fn the_loop_has_room_for_all_and_for_more_once_one_comes_back() {
+    let (rig, mut loop_side) = rig();
+    loop_side.outbox.push(|| record(0));
+    rig.pump();
+    let all = (0..MAX_SCHEDULED_CHANGES as u64).map(|index| change(&rig, 100 + index, 5.0).0);
+    assert_eq!(schedule(&rig, 1, all.collect()).ok(), Some(2));
+    let more = || vec![change(&rig, 1000, 6.0).0];
+    let last_revision = 1 + MAX_SCHEDULED_CHANGES as u64;
+    let refused = schedule(&rig, last_revision, more()).expect_err("no room");
+    assert_eq!((refused.code, refused.max), (ErrorCode::OutOfRange, Some(0.0)));
+    let Ok(ToLoop::Scheduled(first)) = loop_side.inbox.pop() else {
+        panic!("they were sent");
+    };
+    assert!(first.claim.decide(ClaimState::Rendered(100)));
+    loop_side.outbox.send(FromLoop::Decided(first));
+    assert_eq!(schedule(&rig, last_revision, more()).ok(), Some(last_revision + 1));
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::rt::handoff::ANY_CONNECTION;
-use crate::rt::rig_setup::{RigSetup, Setup, rig_setups};
+use crate::rt::inbox::{RigSetup, SentCommand, ToLoop};
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::SeqCst;
 
@@ -38,8 +38,7 @@ impl Device for Replaced {
 // hazard: H13
 #[test]
 fn engagement_for_a_replaced_device_is_refused() {
-    let shared = Arc::new(Shared::new());
-    let (producer, _records) = outbox::outbox();
+    let (mut control, loop_side) = hand_over(RECORDS);
     let connection = Arc::new(AtomicU64::new(1));
     let device = Replaced {
         connection: Arc::clone(&connection),
@@ -47,8 +46,7 @@ fn engagement_for_a_replaced_device_is_refused() {
     };
     let mut tick = Tick::new(
         Box::new(device),
-        Arc::clone(&shared),
-        producer,
+        loop_side,
         servo(0.02, compiled(&Scene::paper(), 1)),
         Lateness::new(LatePolicy::Warn),
         u64::MAX,
@@ -57,8 +55,7 @@ fn engagement_for_a_replaced_device_is_refused() {
     let mut now_ns = 1_000_000_000;
     let mut engages = |admitted: u64| {
         serial += 1;
-        shared.admit(admitted);
-        shared.send(serial, Command::Engage, shared.stops());
+        assert!(control.inbox.send(engage(serial, admitted, None)));
         now_ns += 1_000_000;
         let wake = Wake {
             deadline_ns: now_ns,
@@ -66,7 +63,9 @@ fn engagement_for_a_replaced_device_is_refused() {
             asleep_ns: 0,
         };
         tick.run(wake, 0);
-        !shared.answers.command(serial).expect("it is answered").refused
+        while control.records.pop().is_some() {}
+        let outcome = control.records.answers().command(serial);
+        !outcome.expect("it is answered").refused
     };
     assert!(engages(1), "the device that was checked");
     connection.store(2, SeqCst);
@@ -76,62 +75,83 @@ fn engagement_for_a_replaced_device_is_refused() {
     assert!(engages(ANY_CONNECTION), "one in this process");
 }
 
-#[test]
-fn withdrawn_commands_leave_no_setup_behind() {
-    let mut bench = bench(ramp());
-    let (mut sender, receiver) = rig_setups();
-    bench.tick = bench.tick.with_rig_setups(receiver);
-    let setup = |friction| {
-        Setup::Rig(RigSetup {
-            losses: RigLosses { damping: 0.0, friction },
-            compensation: None,
-        })
+/// A command to engage the device of a connection.
+fn engage(serial: u64, connection: u64, rig: Option<RigSetup>) -> ToLoop {
+    let sent = SentCommand {
+        serial,
+        command: Command::Engage,
+        stops_known: 0,
+        connection,
     };
-    // More of them than the queue holds.
-    for serial in 1..=9 {
-        assert!(sender.send(setup(f64::from(serial))), "no room for command {serial}");
-        bench.shared.send(serial, Command::Engage, bench.shared.stops());
-        bench.shared.withdraw(serial);
-        if serial < 9 {
-            bench.tick();
-        }
+    ToLoop::Command { sent, rig }
+}
+
+#[test]
+fn withdrawn_commands_engage_nothing_and_leave_no_setup() {
+    let mut bench = bench(ramp());
+    let setup = |friction| RigSetup {
+        losses: RigLosses { damping: 0.0, friction },
+        compensation: None,
+    };
+    let friction = |bench: &Bench| bench.tick.servo.settings().losses.friction;
+    for serial in 1..=9_u32 {
+        let setup = setup(f64::from(serial));
+        assert!(bench.inbox.send(engage(serial.into(), ANY_CONNECTION, Some(setup))));
+        bench.shared.withdraw(serial.into());
     }
-    assert_eq!(bench.tick.servo.state(), RigState::Idle);
-    // The loop hears of the withdrawal between a setup and its command.
-    assert!(sender.send(setup(42.0)));
-    bench.tick();
-    bench.serial = 9;
-    assert!(!bench.command(Command::Engage).refused);
-    assert_eq!(bench.tick.servo.settings().losses.friction, 42.0);
+    assert_eq!(
+        (bench.tick().state, friction(&bench)),
+        (RigState::Idle, NO_LOSSES.friction)
+    );
+    assert_eq!(bench.records.answers().command(9), None);
+    // More of them, and one that holds: it is carried out in the same tick.
+    assert!(bench.inbox.send(engage(10, ANY_CONNECTION, Some(setup(10.0)))));
+    bench.shared.withdraw(10);
+    assert!(bench.inbox.send(engage(11, ANY_CONNECTION, Some(setup(42.0)))));
+    assert_eq!((bench.tick().state, friction(&bench)), (RigState::Engaging, 42.0));
+}
+
+#[test]
+fn a_tick_carries_out_one_command_and_answers_each() {
+    let mut bench = bench(ramp());
+    for (serial, command) in [(1, Command::Engage), (2, Command::Release)] {
+        assert!(bench.inbox.command(serial, command, 0));
+    }
+    bench.inbox.post(compiled(&Scene::paper(), 2));
+    let ticks = [bench.tick(), bench.tick()];
+    assert_eq!(ticks.map(|record| record.revision), [1, 2], "in the order sent");
+    assert_eq!(ticks.map(|record| record.state == RigState::Engaging), [true, false]);
+    let outcome = bench.records.answers().command(2).expect("answered");
+    assert_eq!((outcome.tick, outcome.refused), (ticks[1].tick, false));
 }
 
 // hazard: H21
 #[test]
-fn limits_take_effect_even_if_their_announcement_is_replaced() {
+fn limits_hold_from_the_tick_that_answers_them() {
     let mut bench = bench(ramp());
-    let (mut sender, receiver) = rig_setups();
-    bench.tick = bench.tick.with_rig_setups(receiver);
-    let limits = |force_n| Limits {
-        force_n,
+    let limits = Limits {
+        force_n: 7.0,
         ..Limits::default()
     };
     let flagged = |record: &TickRecord| record.input_word.has_new_limits();
-    assert!(sender.send(Setup::Limits(limits(7.0))));
-    bench.shared.announce_setup(1);
-    assert_eq!(bench.shared.answers.limits(), (0, 0));
+    assert!(bench.inbox.send(ToLoop::Limits { serial: 1, limits }));
+    // With a command right behind them.
+    assert!(bench.inbox.send(engage(2, ANY_CONNECTION, None)));
     let record = bench.tick();
+    assert_eq!(
+        (record.state, bench.tick.servo.settings().limits),
+        (RigState::Engaging, limits)
+    );
     assert!(
         flagged(&record) && !flagged(&bench.tick()),
         "in the first tick with them alone"
     );
-    assert_eq!(bench.shared.answers.limits(), (1, record.tick));
-    assert_eq!(bench.tick.servo.settings().limits, limits(7.0));
-
-    // A command takes the place of the word before anybody looked.
-    assert!(sender.send(Setup::Limits(limits(5.0))));
-    bench.shared.announce_setup(2);
-    bench.serial = 2;
-    assert!(!bench.command(Command::Engage).refused);
-    assert_eq!(bench.shared.answers.limits().0, 2);
-    assert_eq!(bench.tick.servo.settings().limits, limits(5.0));
+    assert!(bench.inbox.send(ToLoop::Limits { serial: 3, limits }));
+    let tick = bench.tick().tick;
+    let answered = bench
+        .records
+        .answers()
+        .command(3)
+        .map(|outcome| (outcome.tick, outcome.refused));
+    assert_eq!(answered, Some((tick, false)));
 }

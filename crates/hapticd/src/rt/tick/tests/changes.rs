@@ -78,7 +78,7 @@ impl Bench {
             ..SETTINGS
         };
         let mut bench = bench_with(settings, []);
-        bench.shared.scenes.post(compiled(scene, 2));
+        bench.inbox.post(compiled(scene, 2));
         let mut position = 0.0;
         let mut go = |bench: &mut Self, speed: f64| {
             position += speed * PERIOD_S;
@@ -89,7 +89,7 @@ impl Bench {
             go(&mut bench, 0.0);
         }
         bench.serial += 1;
-        bench.shared.send(bench.serial, Command::Engage, bench.shared.stops());
+        bench.inbox.command(bench.serial, Command::Engage, bench.shared.stops());
         for _ in 0..5 {
             go(&mut bench, 0.0);
         }
@@ -99,7 +99,6 @@ impl Bench {
         for _ in 0..if at_rest { 300 } else { 0 } {
             go(&mut bench, 0.0);
         }
-        bench.records.drop_retired();
         (bench, position)
     }
 
@@ -147,7 +146,7 @@ proptest! {
         for to in [Some(to), interrupted_by].into_iter().flatten() {
             revision += 1;
             let compiled = Compiled::new(&scene, &to, Scheme::Exact, PERIOD_S, ramp_s).expect("both are valid");
-            bench.shared.scenes.post(compiled.into_scene(revision).0);
+            bench.inbox.post(compiled.into_scene(revision).0);
             let after = bench.tick_at_once(position);
             prop_assert_eq!(after.revision, revision);
             prop_assert!(
@@ -164,7 +163,6 @@ proptest! {
                 prop_assert!(grown <= SLEWED.slew_n_per_s * PERIOD_S + STEP_N, "{grown} N in one tick");
                 before = record;
             }
-            bench.records.drop_retired();
             before = {
                 let still = bench.tick_at_once(position);
                 // After no time there is nothing but what the ramp itself does.
@@ -183,7 +181,7 @@ proptest! {
 fn forces_over_a_ramp(from: &Scene, to: &Scene, ramp_s: f64) -> Vec<f64> {
     let (mut bench, mut position) = Bench::dragged(from, 0.1, 1500, false);
     let compiled = Compiled::new(from, to, Scheme::Exact, PERIOD_S, ramp_s).expect("both are valid");
-    bench.shared.scenes.post(compiled.into_scene(3).0);
+    bench.inbox.post(compiled.into_scene(3).0);
     (0..400)
         .map(|_| {
             position += 0.1 * PERIOD_S;
@@ -227,9 +225,9 @@ fn a_ramp_ends_at_once_where_no_force_flows() {
     let change = [("M".parse().expect("a parameter"), 2.0)];
     let to = Scene::paper().with(&change).expect("a valid scene");
     let compiled = Compiled::new(&Scene::paper(), &to, Scheme::Exact, PERIOD_S, 5.0).expect("both are valid");
-    bench.shared.scenes.post(compiled.into_scene(2).0);
-    bench.ticks(2);
-    assert_eq!(bench.shared.answers.steps(), 250);
+    bench.inbox.post(compiled.into_scene(2).0);
+    bench.tick();
+    assert_eq!(bench.tick().ramp_steps, 250);
 }
 
 #[test]
@@ -253,13 +251,32 @@ fn a_lease_that_lapses_lets_the_force_out_by_the_loop_alone() {
 #[test]
 fn scene_waits_while_replaced_scenes_have_no_room() {
     let mut bench = bench(ramp());
-    let posted = (2..1000).find(|revision| {
-        bench.shared.scenes.post(compiled(&Scene::paper(), *revision));
-        bench.tick().revision != *revision
+    let tick_unheard = |bench: &mut Bench| {
+        let (deadline_ns, began_ns, asleep_ns) = (bench.clock_ns, bench.clock_ns, 0);
+        let wake = Wake {
+            deadline_ns,
+            began_ns,
+            asleep_ns,
+        };
+        bench.tick.run(wake, 0);
+        bench.clock_ns += 1_000_000;
+        bench.tick.scene().revision
+    };
+    let waiting = (2..10_000).find(|revision| {
+        bench.inbox.post(compiled(&Scene::paper(), *revision));
+        tick_unheard(&mut bench) != *revision
     });
-    let waiting = posted.expect("nobody frees what was replaced, so there is no room at last");
-    bench.ticks(3);
-    assert_eq!(bench.tick().revision, waiting - 1);
-    bench.records.drop_retired();
+    let waiting = waiting.expect("nobody frees what was replaced, so there is no room at last");
+    // A stop is never late, and its answer waits as the scene does.
+    let stop = bench.shared.stop();
+    assert_eq!(tick_unheard(&mut bench), waiting - 1);
+    assert_eq!(bench.tick.servo.state(), RigState::Stopped);
+    while bench.records.pop().is_some() {}
+    let answers = bench.records.answers();
+    assert_eq!(
+        (answers.applied(waiting - 1).is_some(), answers.stop(stop)),
+        (true, None)
+    );
     assert_eq!(bench.tick().revision, waiting);
+    assert!(bench.records.answers().stop(stop).is_some());
 }

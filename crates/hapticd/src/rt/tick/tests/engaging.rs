@@ -16,7 +16,7 @@ fn force_begins_on_engaging_and_ends_with_a_stop() {
     let stop = bench.shared.stop();
     assert_eq!(bench.tick().command_force, 0.0);
     assert_eq!(
-        bench.shared.answers.stop(stop).map(|stopped| stopped.state),
+        bench.records.answers().stop(stop).map(|stopped| stopped.state),
         Some(RigState::Stopped)
     );
     assert!(bench.command(Command::Engage).refused, "a stop holds until a reset");
@@ -35,7 +35,7 @@ fn engaging_begins_without_force_wherever_and_whenever_it_comes() {
     let mut bench = bench(readings);
     let still = |bench: &mut Bench| {
         bench.serial += 1;
-        bench.shared.send(bench.serial, Command::Engage, bench.shared.stops());
+        bench.inbox.command(bench.serial, Command::Engage, bench.shared.stops());
         for _ in 0..30 {
             let record = bench.tick();
             assert_eq!((record.coupling_force, record.command_force), (0.0, 0.0), "{record:?}");
@@ -54,7 +54,7 @@ fn engaging_on_a_moving_hand_begins_without_force() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
     bench.serial += 1;
-    bench.shared.send(bench.serial, Command::Engage, bench.shared.stops());
+    bench.inbox.command(bench.serial, Command::Engage, bench.shared.stops());
     let first = bench.tick();
     assert_eq!(
         (first.state, first.coupling_force, first.command_force),
@@ -196,12 +196,12 @@ fn nothing_of_the_force_before_a_stop_is_left_after_it() {
     bench.ticks(200);
     // A change of scene whose step of force is still fading, and an energy account with something
     // in it.
-    bench.shared.scenes.post(compiled(&scenes()[6], 2));
+    bench.inbox.post(compiled(&scenes()[6], 2));
     bench.ticks(5);
     bench.shared.stop();
     bench.tick();
     assert_eq!(bench.tick().energy_excess, 0.0);
-    bench.shared.scenes.post(compiled(&Scene::paper(), 3));
+    bench.inbox.post(compiled(&Scene::paper(), 3));
     bench.command(Command::Reset);
     bench.command(Command::Engage);
     let first = bench.tick();
@@ -225,12 +225,11 @@ fn a_new_scene_lands_between_two_ticks_without_a_step_of_force() {
             .map(|(name, value)| (name.parse().expect("a parameter"), *value))
             .collect();
         let scene = Scene::paper().with(&changes).expect("a valid scene");
-        bench.shared.scenes.post(compiled(&scene, 2));
+        bench.inbox.post(compiled(&scene, 2));
         let after = bench.tick();
         assert_eq!((before.revision, after.revision), (1, 2));
-        assert_eq!(bench.shared.answers.applied(2), Some(after.tick));
+        assert_eq!(bench.records.answers().applied(2), Some(after.tick));
         let step = (after.command_force - before.command_force).abs();
         assert!(step < 1.0, "{changes:?}: {step} N");
-        bench.records.drop_retired();
     }
 }

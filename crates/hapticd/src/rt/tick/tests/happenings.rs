@@ -186,7 +186,7 @@ proptest! {
                         letting_go_s = 0.0;
                     }
                     bench.serial += 1;
-                    bench.shared.send(bench.serial, command, bench.shared.stops());
+                    bench.inbox.command(bench.serial, command, bench.shared.stops());
                 }
                 Happening::Stop => {
                     bench.shared.stop();
@@ -195,16 +195,16 @@ proptest! {
                 Happening::Scene(which) => {
                     revision += 1;
                     newest = scenes[which].clone();
-                    bench.shared.scenes.post(compiled(&newest, revision));
+                    bench.inbox.post(compiled(&newest, revision));
                 }
                 Happening::SlowScene(which, over_s) => {
                     revision += 1;
                     let from = std::mem::replace(&mut newest, scenes[which].clone());
                     let way = Compiled::new(&from, &newest, Scheme::Exact, 1e-3, over_s).expect("both are valid");
-                    bench.shared.scenes.post(way.into_scene(revision).0);
+                    bench.inbox.post(way.into_scene(revision).0);
                 }
                 Happening::Motion(which) => {
-                    bench.shared.scenes.post(CompiledScene::at_once(motions[which].clone(), revision));
+                    bench.inbox.post(CompiledScene::at_once(motions[which].clone(), revision));
                 }
                 Happening::Lease { lapses } => {
                     is_lapsed = lapses;
@@ -241,7 +241,6 @@ proptest! {
             }
             let wrote_before = bench.written.lock().expect("one thread").len();
             let record = bench.tick_after(after_ns);
-            bench.records.drop_retired();
             let force = record.command_force;
             prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
             prop_assert!(!stopped || force == 0.0, "a stop takes it away at once: {record:?}");

@@ -14,14 +14,14 @@ fn stop_is_confirmed_only_after_device_takes_zero_force() {
     bench.tick.device.writing = Ok(Written::Later);
     let stop = bench.shared.stop();
     bench.ticks(5);
-    assert_eq!(bench.shared.answers.stop(stop), None);
+    assert_eq!(bench.records.answers().stop(stop), None);
     // Another has seen the stop and resets; force may not come before the zero force has gone.
     assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
     assert!(bench.command(Command::Engage).refused);
-    assert_eq!(bench.shared.answers.stop(stop), None);
+    assert_eq!(bench.records.answers().stop(stop), None);
     bench.tick.device.writing = Ok(Written::Taken);
     let tick = bench.tick().tick;
-    let stopped = bench.shared.answers.stop(stop).expect("confirmed");
+    let stopped = bench.records.answers().stop(stop).expect("confirmed");
     assert_eq!(
         (stopped.tick, stopped.state, stopped.confirmation),
         (tick, RigState::Stopped, StopConfirmation::Confirmed)
@@ -43,14 +43,14 @@ fn stop_is_confirmed_by_motor_off_or_ends_unconfirmed() {
     bench.tick.device.motor = Motor::Unconfirmed;
     bench.ticks(3);
     assert_eq!(
-        bench.shared.answers.stop(stop),
+        bench.records.answers().stop(stop),
         None,
         "the link has it, and the device has not said so"
     );
     assert_eq!(bench.last_written(), 0.0);
     bench.tick.device.motor = Motor::Off;
     bench.tick();
-    let stopped = bench.shared.answers.stop(stop).expect("confirmed");
+    let stopped = bench.records.answers().stop(stop).expect("confirmed");
     assert_eq!(
         (stopped.confirmation, stopped.state),
         (StopConfirmation::Confirmed, RigState::Stopped)
@@ -63,12 +63,12 @@ fn stop_is_confirmed_by_motor_off_or_ends_unconfirmed() {
     bench.tick.device.motor = Motor::Unconfirmed;
     let stop = bench.shared.stop();
     let began_ns = bench.clock_ns;
-    while bench.shared.answers.stop(stop).is_none() {
+    while bench.records.answers().stop(stop).is_none() {
         bench.tick();
         assert!(bench.clock_ns - began_ns < 200_000_000, "it waits for ever");
     }
     assert_eq!(
-        bench.shared.answers.stop(stop).map(|stopped| stopped.confirmation),
+        bench.records.answers().stop(stop).map(|stopped| stopped.confirmation),
         Some(StopConfirmation::Unconfirmed)
     );
 }
@@ -84,7 +84,7 @@ fn stop_without_a_device_reports_no_device_at_once() {
     bench.tick();
     let stop = bench.shared.stop();
     let tick = bench.tick().tick;
-    let unheard = bench.shared.answers.stop(stop).expect("answered at once");
+    let unheard = bench.records.answers().stop(stop).expect("answered at once");
     assert_eq!(
         (unheard.tick, unheard.state, unheard.confirmation),
         (tick, RigState::Stopped, StopConfirmation::NoDevice)
@@ -99,7 +99,7 @@ fn stop_without_a_device_reports_no_device_at_once() {
     // The next stop is heard.
     let stop = bench.shared.stop();
     bench.tick();
-    let confirmation = bench.shared.answers.stop(stop).map(|stopped| stopped.confirmation);
+    let confirmation = bench.records.answers().stop(stop).map(|stopped| stopped.confirmation);
     assert_eq!(confirmation, Some(StopConfirmation::Confirmed));
 }
 
@@ -108,10 +108,10 @@ fn a_reset_that_a_stop_has_overtaken_clears_nothing() {
     let mut bench = bench(ramp());
     bench.shared.stop();
     bench.tick();
-    bench.shared.send(7, Command::Reset, bench.shared.stops());
+    bench.inbox.command(7, Command::Reset, bench.shared.stops());
     bench.shared.stop();
     bench.tick();
-    let outcome = bench.shared.answers.command(7).expect("answered");
+    let outcome = bench.records.answers().command(7).expect("answered");
     assert!(outcome.refused);
     assert_eq!(outcome.state, RigState::Stopped);
 }

@@ -159,7 +159,7 @@ fn a_stall_does_not_lift_the_slew_limit() {
     let still = || std::iter::repeat_n(Ok(0.0), 150);
     let slew_n_per_s = 1000.0;
     let mut bench = bench_with(slewed(slew_n_per_s), still().chain(std::iter::repeat_n(Ok(1e-3), 10)));
-    bench.shared.scenes.post(compiled(&scenes()[5], 2));
+    bench.inbox.post(compiled(&scenes()[5], 2));
     bench.command(Command::Engage);
     bench.ticks(148);
     assert_eq!(bench.tick().state, RigState::Engaged);
