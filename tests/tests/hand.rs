@@ -93,7 +93,7 @@ fn a_panel_that_is_killed_takes_its_fake_rig_along() {
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");
     // The panel starts the one beside it.
-    binary("hapticd");
+    assert!(binary("hapticd").exists());
     let panel = screen.panel(&socket, &["--theme", "dark"]);
     until("no rig", || {
         // The window has yet to come, and to look for a daemon.
