@@ -33,6 +33,7 @@ mod examples;
 mod firmware;
 mod firmware_library;
 mod forbidden_locks;
+mod hand;
 mod hazard_log;
 mod identify_interrupted;
 mod identify_rig;

@@ -35,7 +35,7 @@ fn every_conversation_of_version_1_can_still_be_held() {
 }
 
 /// Codes that no conversation alone can bring about, and the tests that do.
-const ELSEWHERE: [(&str, &str); 16] = [
+const ELSEWHERE: [(&str, &str); 17] = [
     ("config_file", "reload.rs, with a wrong file"),
     ("not_permitted", "attacks.rs, as another user"),
     (
@@ -60,6 +60,7 @@ const ELSEWHERE: [(&str, &str); 16] = [
         "commission.rs, where a file stands in the directory's place",
     ),
     ("no_device", "link.rs, with its device unplugged"),
+    ("hand_held", "control/hand.rs of hapticd, by a clock that is handed in"),
     ("not_responding", "attacks.rs, with its real-time thread held"),
 ];
 

@@ -82,8 +82,10 @@ fn main() -> ExitCode {
                 move |wait| ctx.request_repaint_after(wait)
             };
             let files = Files::new(repaint.clone());
-            let locate = move || socket_path::for_client(socket.as_deref());
+            let named = socket.clone();
+            let locate = move || socket_path::for_client(named.as_deref());
             let mut app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
+            app.name_socket(socket);
             if let Some(window) = x11_window(creation)
                 && let Err(error) = x11_keys::watch(None, window, app.space_is_typed(), app.stopper())
             {

@@ -103,6 +103,10 @@ pub enum ErrorCode {
     NotIdentified,
     /// A client is commissioning or identifying the rig; the message says who.
     Commissioning,
+    /// No client moves the hand on this rig: it is a real device, or a fake one with another hand.
+    NoHand,
+    /// Another client moves the hand; the message says who.
+    HandHeld,
     /// The real-time thread did not answer in time.
     NotResponding,
     /// The server is of a later version and uses a code that this client does not know.

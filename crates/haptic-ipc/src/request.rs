@@ -242,6 +242,11 @@ operations! {
         /// Longest silence, ms; 0 ends the lease.
         timeout_ms: u32 where LEASE,
     } -> crate::LeaseReply;
+    /// Point where the hand on the fake rig of `--hand mouse` reaches to.
+    Hand "hand" {
+        /// Where its arm pulls the handle to, m, from -1 to 1.
+        target_m: f64,
+    } -> crate::HandReply;
     /// Take the rig alone, to commission it.
     CommissionBegin "commission.begin" {} -> crate::CommissionReply;
     /// Move the handle by a single pulse of force.

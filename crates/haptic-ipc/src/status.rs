@@ -106,6 +106,9 @@ pub struct DeviceStatus {
     /// Why the daemon would refuse to engage it now, each with its remedy.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub engage_refused: Vec<Problem>,
+    /// Whether `hand` moves the hand on it.
+    #[serde(default, skip_serializing_if = "crate::fields::is_default")]
+    pub takes_hand: bool,
     /// Its own friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFrictionStatus>,

@@ -2,9 +2,11 @@
 
 use crate::connection::Connection;
 use crate::export::Destination;
+use crate::fake_rig::FakeRig;
 use crate::files::Files;
 use crate::intent::{DialogPurpose, Format, Intent};
 use crate::model::Model;
+use crate::notice::Notice;
 use crate::page::Page;
 use crate::plots::picture_taking;
 use crate::settings::Settings;
@@ -28,6 +30,9 @@ const MIN_IN_SOFTWARE: Duration = Duration::from_millis(120);
 /// Longest time between two frames without a graphics card: no number in sight is older.
 const MAX_IN_SOFTWARE: Duration = Duration::from_secs(3);
 
+/// Time between two looks whether a fake rig that is started has failed.
+const UNTIL_A_LOOK: Duration = Duration::from_millis(200);
+
 /// The panel with its connection and its files.
 #[derive(Debug)]
 pub struct App {
@@ -40,6 +45,9 @@ pub struct App {
     stopped_by_key: bool,
     typing: Arc<Typing>,
     settings_thread: Option<SettingsThread>,
+    /// The daemon that ends with the window, and the socket that was named.
+    fake_rig: Option<FakeRig>,
+    socket: Option<PathBuf>,
 }
 
 impl App {
@@ -56,7 +64,14 @@ impl App {
             stopped_by_key: false,
             typing: Arc::new(Typing::new(Instant::now())),
             settings_thread: None,
+            fake_rig: None,
+            socket: None,
         }
+    }
+
+    /// Names the socket of a fake rig that is started here; the usual one otherwise.
+    pub fn name_socket(&mut self, socket: Option<PathBuf>) {
+        self.socket = socket;
     }
 
     /// Draws so few frames with new samples that a processor does it without strain.
@@ -155,6 +170,7 @@ impl App {
         if let Some(settings_thread) = &mut self.settings_thread {
             settings_thread.look(&self.model, ctx, &self.files.writer());
         }
+        self.look_after_fake_rig(ctx);
         let (intents, wait) = self.model.due(Instant::now());
         for intent in intents {
             self.carry_out(ctx, intent);
@@ -200,6 +216,12 @@ impl App {
                 near,
             } => self.export(ctx, format, Destination::Asked { near }),
             Intent::Choose { purpose, near } => self.files.choose(purpose, near),
+            Intent::StartFakeRig if self.fake_rig.is_none() => match FakeRig::start(self.socket.as_deref()) {
+                Ok(started) => self.fake_rig = Some(started),
+                Err(why) => self.model.view.file_notice = Some(Notice::new(Err(why))),
+            },
+            // It is on its way.
+            Intent::StartFakeRig => {}
             Intent::Open { path } => self.files.open(path),
             Intent::List { folder, known } => self.files.list(folder, known),
             Intent::WhatIf { number, path, scene } => self.files.what_if(number, path, scene.map(|scene| *scene)),
@@ -208,6 +230,17 @@ impl App {
             Intent::Identify { number, question } => self.files.identify(number, *question),
             Intent::CancelIdentify => self.files.cancel_identify(),
             intent => self.connection.send(intent),
+        }
+    }
+
+    /// Says why a fake rig that was started here has ended.
+    fn look_after_fake_rig(&mut self, ctx: &egui::Context) {
+        let Some(fake_rig) = &mut self.fake_rig else { return };
+        if let Some(why) = fake_rig.end() {
+            self.fake_rig = None;
+            self.model.view.file_notice = Some(Notice::new(Err(why)));
+        } else if !self.model.is_connected() {
+            ctx.request_repaint_after(UNTIL_A_LOOK);
         }
     }
 

@@ -194,6 +194,13 @@ pub enum Intent {
         /// Duration of the change, ms.
         ramp_ms: f64,
     },
+    /// Point where the hand on the fake rig reaches to.
+    Hand {
+        /// Where to, m.
+        target_m: f64,
+    },
+    /// Start a daemon with the fake rig, which ends with the window.
+    StartFakeRig,
     /// Hear of every tick in batches.
     Stream {
         /// Time between two batches, ms.
@@ -328,6 +335,7 @@ impl Intent {
                     ..ChangeOptions::default()
                 },
             },
+            Self::Hand { target_m } => Request::Hand { target_m: *target_m },
             Self::Stream { batch_ms } => Request::Subscribe {
                 topics: vec![Topic::State, Topic::Timing, Topic::Samples, Topic::Snapshot, Topic::Log],
                 // Every tick: a spike of a single one must be visible.
@@ -336,6 +344,7 @@ impl Intent {
             },
             Self::Export { .. }
             | Self::Choose { .. }
+            | Self::StartFakeRig
             | Self::Study(_)
             | Self::Record { .. }
             | Self::Marker { .. }
@@ -402,6 +411,8 @@ impl fmt::Display for Intent {
             Self::Try { scene } => write!(f, "try {}", scene.name),
             Self::Study(command) => write!(f, "study: {command:?}"),
             Self::TrialScene { scene, .. } => write!(f, "load the trial's scene {}", scene.name),
+            Self::Hand { target_m } => write!(f, "point the hand at {target_m} m"),
+            Self::StartFakeRig => f.write_str("start the fake rig"),
             Self::Stream { batch_ms } => write!(f, "hear of samples every {batch_ms} ms"),
         }
     }

@@ -29,6 +29,7 @@
 //! plots/, scene/, bars    draw a part of the model; plots/labels finds places for labels
 //! dialogs                 the desktop's dialogs for files, each on the thread of the file
 //! export/, files          files, on threads of their own
+//! fake_rig                a daemon that ends with the window
 //! pages/                  what each page shows
 //! shell, app              keys, Stop, messages and the places of everything; ties it all together
 //! ```
@@ -47,8 +48,10 @@ pub mod connection;
 mod dialogs;
 mod drop_down;
 pub mod export;
+mod fake_rig;
 mod files;
 mod frame_limiter;
+mod hand_strip;
 mod histogram;
 mod identification;
 mod intent;

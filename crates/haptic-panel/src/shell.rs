@@ -5,7 +5,9 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::View;
 use crate::page::Page;
-use crate::{close_question, note, page_row, pages, scene, stop_button, subject, theme, timing_panel, top_bar};
+use crate::{
+    close_question, hand_strip, note, page_row, pages, scene, stop_button, subject, theme, timing_panel, top_bar,
+};
 use egui::{Panel, Ui};
 use std::time::Instant;
 
@@ -59,6 +61,13 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
             ui.add_enabled_ui(daemon.is_connected(), |ui| {
                 timing_panel::show(ui, daemon, tapes.clipping(), &mut view.histograms_shown);
             });
+        });
+    }
+    if model.daemon.takes_hand() {
+        Panel::bottom("hand").show(ui, |ui| {
+            // A daemon that hangs would move it later.
+            let is_heard = model.daemon.is_connected() && model.daemon.silence().is_none();
+            ui.add_enabled_ui(is_heard, |ui| hand_strip::show(ui, model, &mut intents));
         });
     }
     pages::show(model.view.page, ui, model, &mut intents);

@@ -221,7 +221,7 @@ fn describe(state: RigState) -> &'static str {
 }
 
 /// Explains why there is neither a scene nor a plot. Whoever looks at a recording misses no daemon.
-pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool) {
+pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool, intents: &mut Vec<Intent>) {
     let color = if is_at_recording {
         ui.visuals().text_color()
     } else {
@@ -238,6 +238,11 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: b
             ui.label(format!("Socket: {}", path.display()));
             ui.add(Label::new(RichText::new(reason).color(color)).wrap());
             ui.label("The panel keeps trying and connects by itself.");
+            let start = ui.button("Start the fake rig");
+            let hint = "A simulated rig, until this window closes; the pointer is your hand on it";
+            if start.on_hover_text(hint).clicked() {
+                intents.push(Intent::StartFakeRig);
+            }
         }
     }
 }

@@ -14,7 +14,7 @@
 
 use crate::log::{self, Level};
 use nix::sys::signal::{self, SigHandler, SigSet, Signal};
-use nix::unistd::alarm;
+use nix::unistd::{Pid, alarm};
 use std::io::{ErrorKind, Write as _};
 use std::os::unix::net::UnixStream as Socket;
 use std::sync::Arc;
@@ -248,6 +248,19 @@ impl StopSignals {
     pub(crate) fn begun(&self) {
         self.overseer.notify(|progress| &progress.begun);
     }
+}
+
+/// Ends the daemon as SIGTERM does, once its standard input ends: the program that wrote there has ended, however it did.
+///
+/// # Errors
+/// The system has no thread left.
+pub(crate) fn end_with_input() -> std::io::Result<()> {
+    let wait = || {
+        // One that cannot be read has ended as well.
+        std::io::copy(&mut std::io::stdin(), &mut std::io::sink()).unwrap_or_default();
+        signal::kill(Pid::this(), Signal::SIGTERM).unwrap_or_default();
+    };
+    start("input", wait).map(drop)
 }
 
 fn start(name: &str, run: impl FnOnce() + Send + 'static) -> std::io::Result<Thread> {

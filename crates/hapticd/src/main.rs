@@ -90,13 +90,13 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     let _last_lines = LastLines;
-    let (demo, self_test) = (options.demo, options.self_test);
+    let (demo, self_test, ends_with_input) = (options.demo, options.self_test, options.end_with_input);
     let done = options
         .resolve()
         .map_err(Failure::from)
         .and_then(|config| match self_test {
             Some(turn_s) => run_self_test(config, Duration::from_secs(turn_s)),
-            None => run(config, demo),
+            None => run(config, demo, ends_with_input),
         });
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -108,7 +108,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(config: Config, demo: bool) -> Result<(), Failure> {
+fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure> {
     rt::thread::keep_panics();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let local = tokio::task::LocalSet::new();
@@ -129,6 +129,9 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
         let (stop_signals, reloads) = stop_signals.watch(ramp, rig.end_of_loop())?;
+        if ends_with_input {
+            ending::end_with_input()?;
+        }
         let manager = ServiceManager::of_process()?;
         if let Some(address) = metrics.as_ref().and_then(metrics::Server::address) {
             say(&format!("metrics at http://{address}/metrics"));

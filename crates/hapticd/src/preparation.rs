@@ -1,8 +1,8 @@
 //! Prepares the loop, and everything that it needs, from the configuration.
 
 use crate::config::{Config, RigChoice};
-use crate::control::Facts;
 use crate::control::history::FIRST_REVISION;
+use crate::control::{Facts, PointerHand};
 use crate::processor_share::{self, ProcessorShare};
 use crate::rt::handoff::{ControlSide, hand_over};
 use crate::rt::lateness::Lateness;
@@ -46,9 +46,12 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
     let losses = default_losses(&config.rig);
-    let mass = match &config.rig {
-        RigChoice::Fake(rig) => Some(rig.properties().mass_kg),
-        RigChoice::Linked(_) => None,
+    let (mass, hand) = match &config.rig {
+        RigChoice::Fake(rig) => (
+            Some(rig.properties().mass_kg),
+            rig.pointer().cloned().map(PointerHand::new),
+        ),
+        RigChoice::Linked(_) => (None, None),
     };
     let scene = config.scene.clone().on(None);
     let may_be_the_rigs = config.scene.has_coupling_of_rig() || scene == Scene::light_block();
@@ -98,6 +101,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             resolution,
         },
         friction: config.friction,
+        hand,
         link: monitor,
         period_ns: config.period_ns,
         ramp: Duration::from_secs_f64(config.ramp_s),

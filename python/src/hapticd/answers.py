@@ -132,6 +132,8 @@ class Device:
     """Which limit is the smaller one: `configuration` or `device`."""
     samples_forgotten: int = 0
     """Samples that were discarded, because no hand can have made them."""
+    takes_hand: bool = False
+    """Whether the operation `hand` moves the hand on it."""
     rig_friction: dict[str, Any] | None = None
     """The rig's own friction and damping, and where they come from."""
 

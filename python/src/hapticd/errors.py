@@ -125,7 +125,7 @@ _BY_CODE: dict[str, type[Refused]] = {
         UnknownName: ("unknown_op", "unknown_field", "unknown_parameter", "no_such_scene", "no_such_schedule"),
         Stopped: ("stopped",),
         Faulted: ("faulted",),
-        WrongState: ("wrong_state",),
+        WrongState: ("wrong_state", "no_hand", "hand_held"),
         Conflict: ("conflict", "scheduled"),
         NotAllowed: ("not_permitted", "read_only"),
         NotReady: (

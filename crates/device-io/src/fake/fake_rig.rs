@@ -2,6 +2,7 @@
 
 use super::hand::Hand;
 use super::plant::{Plant, RigProperties};
+use super::pointer::Pointer;
 use crate::device::{Device, DeviceError, Measurement, Written};
 
 /// A rig in the same process. It has no clock: between two reads it lives through the time that the
@@ -32,6 +33,15 @@ impl FakeRig {
     #[must_use]
     pub fn properties(&self) -> &RigProperties {
         self.plant.properties()
+    }
+
+    /// The pointer that its hand reaches for, where it has such a hand.
+    #[must_use]
+    pub fn pointer(&self) -> Option<&Pointer> {
+        match self.plant.hand() {
+            Hand::Pointer(arm) => Some(arm.pointer()),
+            _ => None,
+        }
     }
 
     /// Lives until `now_ns`, ns. It begins at the first time.

@@ -1,6 +1,7 @@
 //! The hand on the fake rig.
 
 use super::motion::Motion;
+use super::pointer::PointerArm;
 use std::fmt;
 
 /// The hand on the carriage.
@@ -29,6 +30,8 @@ pub enum Hand {
         /// Intended motion of the hand.
         motion: Motion,
     },
+    /// A hand that pulls through an arm to where a person points, and lets go without news of that.
+    Pointer(PointerArm),
 }
 
 impl fmt::Display for Hand {
@@ -49,6 +52,10 @@ impl fmt::Display for Hand {
                 f,
                 "{motion}, through an arm of {stiffness_n_per_m} N/m and {damping_ns_per_m} N s/m"
             ),
+            Self::Pointer(arm) => {
+                let (stiffness, damping) = arm.spring();
+                write!(f, "a pointer, through an arm of {stiffness} N/m and {damping} N s/m")
+            }
         }
     }
 }

@@ -78,7 +78,7 @@ impl Plant {
     #[must_use]
     pub fn new(properties: &RigProperties, hand: Hand) -> Self {
         let position_m = match &hand {
-            Hand::Free | Hand::Push { .. } => 0.0,
+            Hand::Free | Hand::Push { .. } | Hand::Pointer(_) => 0.0,
             Hand::Prescribed(motion) | Hand::Arm { motion, .. } => motion.at(0.0).0,
         };
         Self {
@@ -123,6 +123,9 @@ impl Plant {
         if elapsed_s <= 0.0 {
             return;
         }
+        if let Hand::Pointer(arm) = &mut self.hand {
+            arm.live(elapsed_s, now_s, self.position_m);
+        }
         let steps = (elapsed_s / SUB_STEP_S).ceil().min(MAX_SUB_STEPS);
         let h = elapsed_s / steps;
         let mut middle_s = now_s - elapsed_s + 0.5 * h;
@@ -153,6 +156,7 @@ impl Plant {
                     0.5 * stiffness_n_per_m * h + damping_ns_per_m,
                 )
             }
+            Hand::Pointer(arm) => arm.pull(middle_s, h, self.position_m),
         };
         let inertia = 2.0 * self.properties.mass_kg / h;
         let drive = inertia * self.velocity_mps + force_n + pull + self.cogging_n();

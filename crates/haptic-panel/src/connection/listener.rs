@@ -235,6 +235,8 @@ impl Listener {
                 let description = serde_json::from_value(description).map_err(ClientError::BadAnswer)?;
                 Ok(Some(Update::Described(description)))
             }
+            // It shows in the samples.
+            Asked::Intent(Intent::Hand { .. }) if result.is_ok() => Ok(None),
             Asked::Advise => Ok(Some(Update::Advised(read(result, "a request for advice")))),
             Asked::Scene => Ok(Some(Update::Scene(
                 read(result, "a request for the scene").map(Box::new),

@@ -100,6 +100,11 @@ impl Daemon {
         }
     }
 
+    /// Whether the hand on its rig is moved from here.
+    pub(crate) fn takes_hand(&self) -> bool {
+        self.status.as_ref().is_some_and(|status| status.device.takes_hand)
+    }
+
     /// Why there is no rig, as the daemon's link to it says.
     pub(crate) fn why_no_rig(&self) -> Option<&str> {
         let rig = self.rig().filter(|rig| rig.state == RigState::Disconnected);

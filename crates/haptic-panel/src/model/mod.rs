@@ -286,6 +286,11 @@ impl Model {
         ) {
             self.daemon.scene.take_outcome(intent, &result);
         }
+        if matches!(intent, Intent::Hand { .. }) {
+            // No command to the rig: the strip says it.
+            self.view.hand.refusal = result.err().map(|refused| refused.message);
+            return;
+        }
         if matches!(intent, Intent::TrialScene { .. }) {
             // The study says why it was refused.
             return;

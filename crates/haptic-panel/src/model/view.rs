@@ -26,6 +26,7 @@ pub(crate) struct View {
     pub(crate) tuning: Tuning,
     pub(crate) fitting: Fitting,
     pub(crate) studying: Studying,
+    pub(crate) hand: HandStrip,
     pub(crate) layout: PlotLayout,
     /// The run under the one that is seen.
     pub(crate) reference: Option<Reference>,
@@ -51,6 +52,15 @@ pub(crate) struct View {
     pub(crate) open_path: String,
     /// A note, while it is typed.
     pub(crate) note: Option<NoteField>,
+}
+
+/// The hand on a fake rig, as it is moved here.
+#[derive(Debug, Default)]
+pub(crate) struct HandStrip {
+    /// Where it reaches to, m, while it is held.
+    pub(crate) target_m: Option<f64>,
+    /// Why the daemon does not take it, until it is held anew.
+    pub(crate) refusal: Option<String>,
 }
 
 /// A recording that is being read.
@@ -136,6 +146,7 @@ impl Default for View {
             tuning: Tuning::default(),
             fitting: Fitting::default(),
             studying: Studying::default(),
+            hand: HandStrip::default(),
             layout: PlotLayout {
                 chosen: PlotGroup::default(),
                 beside: PlotGroup::ForceVelocity,

@@ -20,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     }
     CentralPanel::default_margins().show(ui, |ui| {
         if !model.daemon.was_connected {
-            top_bar::explain_no_daemon(ui, &model.daemon, model.is_at_recording());
+            top_bar::explain_no_daemon(ui, &model.daemon, model.is_at_recording(), intents);
         }
         if model.daemon.was_connected || model.view.scope.has_samples(&model.tapes) {
             readouts::show(ui, &model.daemon, &model.tapes);

@@ -71,14 +71,21 @@ impl StudyLink {
             Update::Disconnected { .. } => {
                 (slot.connected, slot.subscribed, slot.state, slot.status) = (None, None, None, None);
                 self.screen.lose_samples();
+                self.screen.set_takes_hand(false);
                 None
             }
             Update::Subscribed(_) => Some(&mut slot.subscribed),
-            Update::Status(Ok(_)) => Some(&mut slot.status),
+            Update::Status(Ok(status)) => {
+                self.screen.set_takes_hand(status.device.takes_hand);
+                Some(&mut slot.status)
+            }
             Update::Event(Event::State(_)) => Some(&mut slot.state),
             Update::Event(Event::Samples(batch)) => {
                 if let Some(newest) = batch.rows.last() {
                     self.screen.take_sample(newest, Instant::now());
+                }
+                if let Some(target_m) = self.screen.take_pointed() {
+                    (self.send)(Intent::Hand { target_m });
                 }
                 None
             }

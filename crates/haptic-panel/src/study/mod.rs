@@ -12,6 +12,8 @@ mod table;
 pub(crate) use link::StudyLink;
 pub use news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectState};
 pub use subject_screen::SubjectAction;
+#[cfg(test)]
+pub(crate) use subject_screen::TaskScale;
 pub(crate) use subject_screen::{SubjectFrame, SubjectScreen};
 
 /// The subject's window.

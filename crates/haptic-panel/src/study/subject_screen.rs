@@ -32,6 +32,16 @@ pub(crate) struct TaskScale {
     pub(crate) reach_m: f64,
 }
 
+/// The scale of a pointer where there are no targets.
+const WITHOUT_TARGETS: TaskScale = TaskScale {
+    mapping: RigMapping {
+        gain: 1.0,
+        center_m: 0.0,
+        range_m: [-0.06, 0.06],
+    },
+    reach_m: 0.06,
+};
+
 /// The screen.
 #[derive(Default)]
 pub(crate) struct SubjectScreen {
@@ -45,6 +55,9 @@ struct State {
     scale: Option<TaskScale>,
     /// The newest sample, and when it came.
     newest: Option<(Sample, Instant)>,
+    /// Whether the pointer is the hand on the rig, and where it was since that was last asked, m of the rig.
+    takes_hand: bool,
+    pointed_m: Option<f64>,
     /// What the subject did, and the newest tick at that time.
     actions: Vec<(SubjectAction, u64)>,
     /// The window, while it is open.
@@ -89,6 +102,8 @@ pub(crate) struct SubjectFrame {
     pub(crate) reach_m: f64,
     /// Centre of the cursor, m of the task; none before the first sample.
     pub(crate) cursor_m: Option<f64>,
+    /// The scale of the pointer, where that is the hand on the rig.
+    pub(crate) hand: Option<TaskScale>,
 }
 
 impl SubjectScreen {
@@ -129,6 +144,21 @@ impl SubjectScreen {
     pub(crate) fn lose_samples(&self) {
         let mut state = self.state();
         (state.newest, state.shown) = (None, None);
+    }
+
+    /// Whether the pointer is the hand on the rig.
+    pub(crate) fn set_takes_hand(&self, takes_hand: bool) {
+        self.state().takes_hand = takes_hand;
+    }
+
+    /// The pointer is at a place, m of the rig.
+    pub(crate) fn point(&self, target_m: f64) {
+        self.state().pointed_m = Some(target_m);
+    }
+
+    /// Where the pointer was since last time, m of the rig.
+    pub(crate) fn take_pointed(&self) -> Option<f64> {
+        self.state().pointed_m.take()
     }
 
     /// The subject did something. Without a sample there is no tick, and nothing to do.
@@ -178,6 +208,7 @@ impl SubjectScreen {
             view: state.view,
             reach_m: scale.map_or(0.0, |scale| scale.reach_m),
             cursor_m,
+            hand: state.takes_hand.then(|| scale.unwrap_or(WITHOUT_TARGETS)),
         }
     }
 

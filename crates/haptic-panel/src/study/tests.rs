@@ -140,11 +140,14 @@ impl Daemon {
             servo: None,
         })));
         self.tell_state();
+        self.link.hear(&Update::Status(Ok(Box::new(Self::status()))));
+    }
+
+    fn status() -> Status {
         let status = r#"{"server":"hapticd 0.1.0","state":"idle","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
             "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
             "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;
-        let status: Status = serde_json::from_str(status).expect("a status");
-        self.link.hear(&Update::Status(Ok(Box::new(status))));
+        serde_json::from_str(status).expect("a status")
     }
 
     fn tell_state(&self) {
@@ -464,4 +467,20 @@ fn closed_study_returns_the_rig_and_can_be_resumed() {
         }
     };
     assert_eq!(state.subjects[0].progress, Some((1, Some(4))));
+}
+
+#[test]
+fn the_subjects_pointer_is_the_hand_where_the_rig_takes_one() {
+    let mut daemon = Daemon::with_study(TARGETS);
+    assert_eq!(daemon.screen().begin_frame(Instant::now()).hand, None);
+    let mut status = Daemon::status();
+    status.device.takes_hand = true;
+    daemon.link.hear(&Update::Status(Ok(Box::new(status))));
+    let scale = daemon.screen().begin_frame(Instant::now()).hand.expect("it takes one");
+    assert_eq!(scale.mapping.gain, 2.0);
+    daemon.screen().point(0.02);
+    daemon.ticks(4);
+    daemon.ticks(4);
+    assert_eq!(daemon.intent(), Intent::Hand { target_m: 0.02 });
+    assert!(daemon.intents.try_recv().is_err(), "once for each place");
 }

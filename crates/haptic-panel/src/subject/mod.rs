@@ -10,7 +10,7 @@ use crate::study::{SubjectAction, SubjectFrame, SubjectScreen, subject_window_id
 use egui::{CentralPanel, Context, Key, Modifiers, Ui, ViewportBuilder, ViewportId};
 use haptic_studies::session::Phase;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use surfaces::Surfaces;
 
 /// The title of the window.
@@ -18,6 +18,9 @@ const TITLE: &str = "Subject's screen";
 
 /// Its usual size, points.
 const SIZE: [f32; 2] = [1024.0, 640.0];
+
+/// Time between two places of a pointer that rests and is the hand on the rig.
+const AGAIN: Duration = Duration::from_millis(33);
 
 /// Shows the window while it is open.
 pub(crate) fn show(ctx: &Context, screen: &Arc<SubjectScreen>) {
@@ -49,10 +52,21 @@ fn draw(ui: &mut Ui, screen: &SubjectScreen) {
         ui.ctx().request_repaint_of(ViewportId::ROOT);
     }
     let frame = screen.begin_frame(Instant::now());
+    if let Some(target_m) = pointed_m(ui, &frame) {
+        screen.point(target_m);
+        ui.ctx().request_repaint_after(AGAIN);
+    }
     let shown = CentralPanel::no_frame().show(ui, |ui| contents(ui, &frame));
     for action in shown.inner {
         screen.act(action);
     }
+}
+
+/// Where the pointer is, m of the rig, where it is the hand on the rig.
+fn pointed_m(ui: &Ui, frame: &SubjectFrame) -> Option<f64> {
+    let hand = frame.hand.as_ref()?;
+    let at = ui.input(|input| input.pointer.hover_pos())?;
+    Some(hand.mapping.rig_m(targets::task_m(ui.max_rect(), hand.reach_m, at)))
 }
 
 /// Draws what the subject sees; returns what the subject does.

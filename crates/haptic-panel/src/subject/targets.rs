@@ -38,9 +38,18 @@ impl Scale {
         self.middle.x + self.length(task_m as f32)
     }
 
+    fn task_m(&self, x: f32) -> f64 {
+        ((x - self.middle.x) / self.points_per_m).into()
+    }
+
     fn length(&self, task_m: f32) -> f32 {
         task_m * self.points_per_m
     }
+}
+
+/// Position in the task, m, of a place in the window; beyond the outermost target it is that one's.
+pub(super) fn task_m(area: Rect, reach_m: f64, at: Pos2) -> f64 {
+    Scale::new(area, reach_m).task_m(at.x).clamp(-reach_m, reach_m)
 }
 
 /// Draws the targets, and the cursor over them.

@@ -9,6 +9,8 @@ use haptic_studies::session::{Feedback, Instruction, Targets, View};
 struct Window {
     frame: SubjectFrame,
     actions: Vec<SubjectAction>,
+    pointed_m: Option<f64>,
+    area: egui::Rect,
 }
 
 fn view(phase: Phase) -> View {
@@ -26,15 +28,23 @@ fn window(view: Option<View>, reach_m: f64) -> Harness<'static, Window> {
         view,
         reach_m,
         cursor_m: Some(0.05),
+        hand: None,
     };
     let draw = |ui: &mut Ui, window: &mut Window| {
+        window.pointed_m = pointed_m(ui, &window.frame);
+        window.area = ui.max_rect();
         let actions = contents(ui, &window.frame);
         window.actions.extend(actions);
     };
-    let actions = Vec::new();
+    let window = Window {
+        frame,
+        actions: Vec::new(),
+        pointed_m: None,
+        area: egui::Rect::NOTHING,
+    };
     let mut harness = Harness::builder()
         .with_size([1024.0, 640.0])
-        .build_ui_state(draw, Window { frame, actions });
+        .build_ui_state(draw, window);
     harness.run();
     harness
 }
@@ -135,6 +145,28 @@ fn enter_and_the_mouse_click_once_when_pressed() {
         window.run();
         assert_eq!(actions(&mut window), [], "not again on the release");
     }
+}
+
+#[test]
+fn a_pointer_over_a_target_reaches_for_its_place() {
+    let mut window = window(Some(targets()), 0.125);
+    let area = window.state().area;
+    // The outermost target is at 47 % of the width from the middle.
+    window.hover_at(area.center() + egui::vec2(area.width() * 0.47 * 0.8, 0.0));
+    window.run();
+    assert_eq!(window.state().pointed_m, None, "a person holds the rig");
+    let mapping = haptic_studies::plan::RigMapping {
+        gain: 2.0,
+        center_m: 0.01,
+        range_m: [-0.1, 0.1],
+    };
+    window.state_mut().frame.hand = Some(crate::study::TaskScale {
+        mapping,
+        reach_m: 0.125,
+    });
+    window.run();
+    let pointed_m = window.state().pointed_m.expect("it is the hand");
+    assert!((pointed_m - 0.06).abs() < 1e-6, "{pointed_m}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod advice;
 mod bench;
 mod controls;
 mod files;
+mod hand;
 mod identify;
 mod layout;
 mod library;

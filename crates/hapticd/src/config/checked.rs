@@ -1,7 +1,7 @@
 //! The options, checked one by one: what the daemon runs with.
 
 use super::error::{ConfigError, read_toml, within};
-use super::options::{Options, PolicyName};
+use super::options::{HandName, Named, Options, PolicyName};
 use super::rig::{EngageRules, FrictionOptions, RigChoice};
 use super::source::Configuration;
 use crate::rt::lateness::LatePolicy;
@@ -118,6 +118,9 @@ impl Options {
         };
         if (self.demo || self.self_test.is_some()) && device != Address::FAKE {
             return Err(ConfigError::OnlyFake);
+        }
+        if device != Address::FAKE && self.hand == Some(Named(HandName::Mouse)) {
+            return Err(ConfigError::HandOfAnotherRig(device));
         }
         let period_ns = self.period_ns()?;
         #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
@@ -343,7 +346,7 @@ impl Options {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::options::{HandName, MotionName};
+    use crate::config::options::MotionName;
     use clap::{CommandFactory, Parser};
 
     fn options(arguments: &[&str]) -> Options {
@@ -407,6 +410,19 @@ mod tests {
     }
 
     #[test]
+    fn a_mouse_moves_no_other_rig_than_the_fake_one() {
+        for device in ["serial:/dev/ttyACM0", "hid:1209:0001"] {
+            let refused = options(&["--device", device, "--hand", "mouse"]).resolve();
+            let message = refused.expect_err("a person may hold it").to_string();
+            assert!(
+                message.starts_with("hand = mouse") && message.contains(device),
+                "{message}"
+            );
+        }
+        assert!(options(&["--demo", "--hand", "mouse"]).resolve().is_ok());
+    }
+
+    #[test]
     fn an_unknown_name_in_the_file_is_refused() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("hapticd.toml");
@@ -427,6 +443,7 @@ mod tests {
             "file:m.csv".parse(),
             Ok(HandName::Prescribed(MotionName::File("m.csv".into())))
         );
+        assert_eq!("mouse".parse(), Ok(HandName::Mouse));
         assert!("file:".parse::<HandName>().is_err());
         assert!("wave".parse::<HandName>().is_err());
     }

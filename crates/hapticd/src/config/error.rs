@@ -66,6 +66,10 @@ pub(crate) enum ConfigError {
     MetricsBeyondThisMachine(SocketAddr),
     #[error("device = {address}: {why}")]
     LineTooSlow { address: Address, why: String },
+    #[error(
+        "hand = mouse moves the built-in fake rig alone, and {0} is another device: leave it out, or name --device fake"
+    )]
+    HandOfAnotherRig(Address),
     #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]
     OnlyFake,
 }

@@ -54,6 +54,11 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) self_test: Option<u64>,
 
+    /// End with standard input, and so with the program that started this one
+    #[arg(long, hide_short_help = true)]
+    #[serde(skip)]
+    pub(crate) end_with_input: bool,
+
     /// Rig: `fake`, or an address as `haptic-ctl devices` lists them
     ///
     /// `fake` is simulated in this process. `serial:/dev/ttyACM0` speaks the link protocol on a serial line, at 1000000
@@ -221,9 +226,10 @@ pub(crate) struct Options {
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) compensate: Option<f64>,
 
-    /// Hand on the fake rig: sine, arm or free [default: sine]
+    /// Hand on the fake rig: sine, arm, free or mouse [default: sine]
     ///
     /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `free` lets it go.
+    /// `mouse` pulls it through the arm to where you drag the pointer in haptic-gui, and else lets go.
     /// `file:MOTION` follows a recording, or a table as `haptic-ctl simulate --motion` reads it, and `arm:file:MOTION`
     /// pulls along it.
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
@@ -338,12 +344,13 @@ pub(super) enum AfterEndName {
     Loop,
 }
 
-/// `sine`, `arm`, `free`, `file:PATH` or `arm:file:PATH`.
+/// `sine`, `arm`, `free`, `mouse`, `file:PATH` or `arm:file:PATH`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum HandName {
     Free,
     Prescribed(MotionName),
     Arm(MotionName),
+    Mouse,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -364,14 +371,15 @@ impl FromStr for HandName {
         };
         match text {
             "free" => Ok(Self::Free),
+            "mouse" => Ok(Self::Mouse),
             "sine" => Ok(Self::Prescribed(MotionName::Sine)),
             "arm" | "arm:sine" => Ok(Self::Arm(MotionName::Sine)),
             _ => match (text.strip_prefix("file:"), text.strip_prefix("arm:file:")) {
                 (Some(path), _) => file(path).map(Self::Prescribed),
                 (_, Some(path)) => file(path).map(Self::Arm),
                 _ => Err(format!(
-                    "unknown hand `{text}`{} expected sine, arm, free, file:MOTION or arm:file:MOTION",
-                    meant_or_semicolon(text, &["sine", "arm", "free"])
+                    "unknown hand `{text}`{} expected sine, arm, free, mouse, file:MOTION or arm:file:MOTION",
+                    meant_or_semicolon(text, &["sine", "arm", "free", "mouse"])
                 )),
             },
         }

@@ -2,7 +2,7 @@
 
 use super::error::{ConfigError, within};
 use super::options::{AfterEndName, HandName, MotionName, Options};
-use device_io::fake::{EndBehaviour, FakeRig, Hand, Motion, Recording, RigProperties};
+use device_io::fake::{EndBehaviour, FakeRig, Hand, Motion, PointerArm, Recording, RigProperties};
 use device_io::link::Connector;
 use haptic_core::compensation::MAX_SHARE;
 use haptic_ipc::regular_file;
@@ -92,6 +92,7 @@ impl Options {
                 damping_ns_per_m,
                 motion: self.motion(motion)?,
             },
+            HandName::Mouse => Hand::Pointer(PointerArm::new(stiffness_n_per_m, damping_ns_per_m)),
         };
         Ok(FakeRig::new(properties, hand))
     }

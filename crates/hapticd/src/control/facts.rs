@@ -1,6 +1,7 @@
 //! Constants of a run: the rig's limits, the loop's rate, and the directories.
 
 use crate::config::{Configuration, EngageRules, FrictionOptions};
+use crate::control::hand::PointerHand;
 use crate::processor_share::ProcessorShare;
 use crate::rt::inbox::RigSetup;
 use crate::telemetry::link;
@@ -34,6 +35,8 @@ pub(crate) struct Facts {
     pub(crate) rig: RigFacts,
     /// What the options say of the rig's own friction.
     pub(crate) friction: FrictionOptions,
+    /// The hand on the rig, where clients move it.
+    pub(crate) hand: Option<PointerHand>,
     /// The link to the rig, unless the rig is simulated in this process.
     pub(crate) link: Option<LinkMonitor>,
     /// Keeps that link connected.

@@ -9,6 +9,7 @@ pub(crate) mod compile;
 mod connected_device;
 mod devices;
 mod facts;
+mod hand;
 pub(crate) mod history;
 mod identify;
 mod journal;
@@ -35,4 +36,5 @@ pub(crate) mod whole_file;
 pub(crate) mod worker_pool;
 
 pub(crate) use facts::Facts;
+pub(crate) use hand::PointerHand;
 pub(crate) use rig::{RigHandle, exclusive_use, rig_friction};

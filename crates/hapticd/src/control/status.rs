@@ -58,6 +58,7 @@ impl RigHandle {
                 slew_limit_n_per_s: limits.slew_n_per_s,
                 speed_limit_mps: limits.speed_mps,
                 acceleration_limit_mps2: limits.acceleration_mps2,
+                takes_hand: facts.hand.is_some(),
                 rig_friction: Some(rig_friction::status(self)),
                 link,
             },

@@ -56,6 +56,7 @@ fn facts() -> Facts {
             resolution: 0.0,
         },
         friction: FrictionOptions::default(),
+        hand: None,
         link: None,
         keeper: None,
         period_ns: 1_000_000,

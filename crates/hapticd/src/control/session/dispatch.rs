@@ -6,7 +6,7 @@ use crate::control::peer::Requester;
 use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::{
-    advise, commission, devices, identify, lease, library, reads, reload, schedule, status, subscribe,
+    advise, commission, devices, hand, identify, lease, library, reads, reload, schedule, status, subscribe,
 };
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
@@ -92,6 +92,7 @@ impl Client {
             Request::Log { after, limit } => answer(id, Ok(reads::log(rig, after, limit))),
             Request::Reload {} => answer(id, reload::reload(&self.rig, Some(by.peer.clone())).await),
             Request::Lease { timeout_ms } => answer(id, Ok(lease::lease(rig, by, timeout_ms))),
+            Request::Hand { target_m } => answer(id, hand::point(rig, by, target_m)),
             Request::CommissionBegin {} => answer(id, commission::begin(rig, by).await),
             Request::CommissionPulse { force_n, duration_ms } => {
                 answer(id, commission::pulse(&self.rig, by, force_n, duration_ms).await)

@@ -1,0 +1,114 @@
+//! A hand without a rig: a client points, the arm of the fake rig's hand pulls the handle there, and lets go without
+//! news.
+
+use haptic_ipc::{Client, ClientError, ErrorCode, Event, HandReply, Request, Topic};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+use system_tests::fake_rig::FakeRig;
+use system_tests::process::Killed;
+use system_tests::screen::Screen;
+use system_tests::{Daemon, be_patient, binary, engage, status, until, wait_for};
+
+fn point(client: &mut Client, target_m: f64) -> Result<HandReply, ClientError> {
+    client.request(Request::Hand { target_m })
+}
+
+#[test]
+fn the_block_follows_who_points_and_is_let_go_without_news() {
+    let daemon = Daemon::start(&["--hand", "mouse", "--ramp-ms", "10"]);
+    let (mut hand, mut watcher) = (daemon.client(), daemon.client());
+    assert!(status(&mut watcher).device.takes_hand);
+    engage(&mut watcher);
+    // 500 N/m by 6 mm, less the rig's own friction: the block sticks, with 4 N of stiction.
+    wait_for(&mut watcher, "the block holds the handle back", |status| {
+        assert_eq!(point(&mut hand, 0.006).expect("it takes one").lets_go_after_ms, 200);
+        status.command_force_n < -1.6
+    });
+    // Nobody pulls any more but the rig's own friction, 0.8 N, and a count of its encoder, 0.25 N.
+    wait_for(&mut watcher, "the arm lets go", |status| {
+        status.command_force_n.abs() < 1.1
+    });
+    let samples = Request::Subscribe {
+        topics: vec![Topic::Samples],
+        rate_hz: None,
+        batch_ms: Some(5),
+    };
+    let _: serde_json::Value = watcher.request(samples).expect("a subscription");
+    until("the block does not follow", || {
+        point(&mut hand, 0.04).expect("it has the hand again");
+        let Ok(Event::Samples(batch)) = watcher.next_event() else {
+            panic!("the daemon does not go on")
+        };
+        batch.rows.iter().any(|row| row.block_position_m > 0.02)
+    });
+}
+
+#[test]
+fn a_rig_that_a_person_may_hold_takes_no_hand() {
+    let rig = FakeRig::start(&[]);
+    let daemon = Daemon::start_on(&rig.address(), &[]);
+    let mut client = daemon.client();
+    assert!(!status(&mut client).device.takes_hand);
+    let Err(ClientError::Refused(refused)) = point(&mut client, 0.0) else {
+        panic!("it takes one")
+    };
+    assert_eq!(refused.code, ErrorCode::NoHand);
+    assert!(refused.message.starts_with("serial:"), "{refused}");
+}
+
+#[test]
+fn a_daemon_ends_with_the_program_that_holds_its_input() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("run/control.sock");
+    let mut command = Command::new(binary("hapticd"));
+    command
+        .args(["--device", "fake", "--end-with-input", "--ramp-ms", "10", "--socket"])
+        .arg(&socket)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    be_patient(&mut command);
+    let mut daemon = Killed(command.spawn().expect("hapticd starts"));
+    until("it does not come up", || Client::connect(&socket).is_ok());
+    engage(&mut Client::connect(&socket).expect("it serves"));
+    // As the system does for a program that is killed.
+    drop(daemon.stdin.take());
+    let mut ended = None;
+    until("it does not end", || {
+        ended = daemon.try_wait().expect("it is a child");
+        ended.is_some()
+    });
+    assert!(ended.is_some_and(|status| status.success()), "{ended:?}");
+}
+
+/// On the button that starts a fake rig, beside its text, pixels.
+const START: (usize, usize) = (24, 214);
+
+/// On the strip, right of its middle, pixels.
+const STRIP: (usize, usize) = (900, 700);
+
+#[test]
+fn a_panel_that_is_killed_takes_its_fake_rig_along() {
+    let Some(screen) = Screen::open() else { return };
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("run/control.sock");
+    // The panel starts the one beside it.
+    assert!(binary("hapticd").exists());
+    let panel = screen.panel(&socket, &["--theme", "dark"]);
+    until("no rig", || {
+        // The window has yet to come, and to look for a daemon.
+        screen.press(START);
+        Client::connect(&socket).is_ok()
+    });
+    let mut client = Client::connect(&socket).expect("it serves");
+    assert!(status(&mut client).device.takes_hand);
+    let [x, y] = [STRIP.0, STRIP.1].map(|side| side.to_string());
+    wait_for(&mut client, "the handle at the pointer", |status| {
+        // The strip comes with the rig's first status.
+        screen.act(&["mouseup", "1", "mousemove", &x, &y, "mousedown", "1"]);
+        std::thread::sleep(Duration::from_millis(500));
+        status.device_position_m > 0.02
+    });
+    drop(panel);
+    until("the rig outlives its panel", || Client::connect(&socket).is_err());
+}
