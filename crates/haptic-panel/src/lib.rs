@@ -50,6 +50,7 @@ mod drop_down;
 pub mod export;
 mod files;
 mod frame_limiter;
+mod help;
 mod histogram;
 mod identification;
 mod intent;

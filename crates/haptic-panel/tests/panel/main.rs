@@ -4,8 +4,10 @@ mod advice;
 mod bench;
 mod controls;
 mod files;
+mod help;
 mod identify;
 mod layout;
+mod legible;
 mod library;
 mod measure;
 #[path = "../fixture/metadata.rs"]
