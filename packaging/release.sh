@@ -129,8 +129,7 @@ compile_alike() {
 }
 
 debian_packages() {
-    cargo build --locked --profile "$profile" --bins -p hapticd -p haptic-ctl -p haptic-gui \
-        --features haptic-gui/screen-reader
+    cargo build --locked --profile "$profile" --bins -p hapticd -p haptic-ctl -p haptic-gui
     local package
     for package in hapticd haptic-gui; do
         cargo deb --no-build --locked --profile "$profile" --variant release --package "$package" \

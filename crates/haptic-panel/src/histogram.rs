@@ -1,14 +1,14 @@
 //! Histograms of durations, in which one among a million is visible.
 
-use crate::theme::Palette;
+use crate::theme::{Palette, SMALLEST_TEXT};
 use egui::{Align2, FontId, Rect, Sense, Ui, pos2, vec2};
 use haptic_ipc::{Bucket, Percentiles};
 
 const HEIGHT: f32 = 64.0;
-const LABELS_HEIGHT: f32 = 14.0;
+const LABELS_HEIGHT: f32 = 16.0;
 
 /// Width that a number below the bars takes at most, points.
-const LABEL_DISTANCE: f32 = 52.0;
+const LABEL_DISTANCE: f32 = 61.0;
 
 /// Shows the buckets of a duration in `width` points. Each bucket is twice as wide as the one before; counts
 /// are logarithmic.
@@ -60,7 +60,7 @@ fn paint(ui: &Ui, rect: Rect, buckets: &[Bucket]) {
     for (index, anchor) in numbered(buckets.len(), ground.width()) {
         #[expect(clippy::cast_precision_loss, reason = "a few dozen buckets")]
         let at = pos2(ground.left() + (index + 1) as f32 * width, rect.bottom());
-        let (color, font) = (ui.visuals().text_color(), FontId::proportional(11.0));
+        let (color, font) = (ui.visuals().text_color(), FontId::proportional(SMALLEST_TEXT));
         painter.text(at, anchor, duration(buckets[index].up_to), font, color);
     }
 }

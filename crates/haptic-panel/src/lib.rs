@@ -52,6 +52,7 @@ mod fake_rig;
 mod files;
 mod frame_limiter;
 mod hand_strip;
+mod help;
 mod histogram;
 mod identification;
 mod intent;

@@ -53,6 +53,9 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
                 .accessible_name(format!("{} page", page.name()))
                 .on_hover_text(format!("{} (Ctrl+{})", page.hint(), place + 1));
         }
+        ui.toggle_value(&mut view.help_shown, RichText::new("?").size(16.0))
+            .accessible_name("help")
+            .on_hover_text("Keys, plots and the sign of force (F1 or ?)");
         ui.add_space(8.0);
         if view.closing != Closing::No {
             close_question::show_question(ui, &mut view.closing, intents);

@@ -3,13 +3,12 @@
 use crate::model::daemon::{Daemon, Staleness};
 use crate::model::tapes::Tapes;
 use crate::tape::signal::MM_PER_M;
-use crate::theme::{Palette, STALE_OPACITY};
+use crate::theme::{Palette, SMALLEST_TEXT};
 use egui::{Color32, Label, RichText, Ui};
 use haptic_ipc::Sample;
 
-/// Size of the numbers, points.
+/// Size of the largest numbers, points.
 const LARGEST: f32 = 28.0;
-const SMALLEST: f32 = 12.0;
 
 /// Width of the longest number with its unit, as a multiple of its height.
 const DIGITS: f32 = 5.0;
@@ -52,7 +51,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
                     Staleness::Gone => format!("{title}, last"),
                     Staleness::Faulted => title.to_owned(),
                 };
-                let grey = ui.visuals().weak_text_color().gamma_multiply(STALE_OPACITY);
+                let grey = ui.visuals().weak_text_color();
                 show_one(ui, &title, value, unit, Some(grey));
             }
         };
@@ -67,12 +66,12 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
 fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>) {
     ui.spacing_mut().item_spacing = egui::vec2(4.0, 0.0);
     // In a narrow window the numbers are smaller, so that they do not overlap.
-    let size = (ui.available_width() / DIGITS).clamp(SMALLEST, LARGEST);
+    let size = (ui.available_width() / DIGITS).clamp(SMALLEST_TEXT, LARGEST);
     ui.add(Label::new(RichText::new(title).small()).truncate());
     let color = color.unwrap_or(ui.visuals().strong_text_color());
     ui.horizontal(|ui| {
         ui.label(RichText::new(value).size(size).color(color));
-        let unit = RichText::new(unit).size((size * UNIT_SHARE).max(SMALLEST)).weak();
+        let unit = RichText::new(unit).size((size * UNIT_SHARE).max(SMALLEST_TEXT)).weak();
         ui.add(Label::new(unit).truncate());
     });
 }

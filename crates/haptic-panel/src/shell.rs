@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::model::view::View;
 use crate::page::Page;
 use crate::{
-    close_question, hand_strip, note, page_row, pages, scene, stop_button, subject, theme, timing_panel, top_bar,
+    close_question, hand_strip, help, note, page_row, pages, scene, stop_button, subject, theme, timing_panel, top_bar,
 };
 use egui::{Panel, Ui};
 use std::time::Instant;
@@ -35,6 +35,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         ui.memory_mut(egui::Memory::stop_text_input);
         // Elsewhere Escape closes a list.
         egui::Popup::close_all(ui.ctx());
+        model.view.help_shown = false;
         // The next frame shows its outcome, with or without news.
         ui.ctx().request_repaint();
         intents.clear();
@@ -46,10 +47,12 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     }
     note::take_key(ui, model);
     pages::take_marker_key(ui, model, &mut intents);
+    help::take_keys(ui, &mut model.view.help_shown);
     note::show(ui, model, &mut intents);
     take_dropped_file(ui, &mut model.view, &mut intents);
     close_question::take_wish(ui, model);
     Panel::top("pages").show(ui, |ui| page_row::show(ui, model, &mut intents));
+    let page_area = ui.available_rect_before_wrap();
     if model.daemon.silence().is_some() && !model.view.shows_recording(&model.tapes) {
         // What follows shows the rig as it was. It can still be used.
         ui.multiply_opacity(theme::STALE_OPACITY);
@@ -71,6 +74,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         });
     }
     pages::show(model.view.page, ui, model, &mut intents);
+    help::show(ui, page_area, &mut model.view.help_shown);
     subject::show(ui.ctx(), &model.view.studying.screen);
     keep_keyboard(ui, had_keyboard);
     model.view.tuning.note_sent(&intents);

@@ -2,7 +2,7 @@
 
 use crate::model::daemon::Daemon;
 use crate::model::stop::{StopReport, is_halted};
-use crate::theme::Palette;
+use crate::theme::{Palette, SMALLEST_TEXT};
 use egui::{Align2, Button, Color32, Event, FontId, Key, Ui, vec2};
 use haptic_ipc::RigState;
 
@@ -56,7 +56,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon) -> bool {
         .accessible_name("Stop")
         .on_hover_text("Zero force at once. Escape does the same, and Space unless you type in a text field.");
     // A button has one line of text; this one needs two.
-    for (text, size, y) in [("Stop", 22.0, -8.0), (hint, 12.0, 14.0)] {
+    for (text, size, y) in [("Stop", 22.0, -8.0), (hint, SMALLEST_TEXT, 14.0)] {
         let at = button.rect.center() + vec2(0.0, y);
         let font = FontId::proportional(size);
         ui.painter()

@@ -63,12 +63,12 @@ const LIGHT: Palette = Palette {
     error_text: Color32::from_rgb(0xb0, 0x1c, 0x1c),
     caution_text: Color32::from_rgb(0x8a, 0x59, 0x00),
     device: Color32::from_rgb(0x00, 0x72, 0xb2),
-    block: Color32::from_rgb(0xc8, 0x52, 0x00),
+    block: Color32::from_rgb(0xb8, 0x4a, 0x00),
     law: Color32::from_rgb(0x9c, 0x3f, 0x74),
     mark: Color32::from_rgb(0x5a, 0x65, 0x70),
     cursor: Color32::from_rgb(0x6a, 0x3d, 0x9a),
     stuck: Color32::from_rgb(0x9a, 0xa3, 0xac),
-    sliding: Color32::from_rgb(0x00, 0x8f, 0x68),
+    sliding: Color32::from_rgb(0x00, 0x7d, 0x5b),
 };
 
 impl Palette {
@@ -103,6 +103,9 @@ impl Palette {
     }
 }
 
+/// Size of the smallest text, points: it is read at arm's length.
+pub(crate) const SMALLEST_TEXT: f32 = 13.0;
+
 /// Opacity of what is not of now.
 pub(crate) const STALE_OPACITY: f32 = 0.6;
 
@@ -132,11 +135,14 @@ pub fn install(ctx: &egui::Context) {
         let body = FontId::new(14.0, FontFamily::Proportional);
         style.text_styles.insert(TextStyle::Body, body.clone());
         style.text_styles.insert(TextStyle::Button, body);
-        let small = FontId::new(12.0, FontFamily::Proportional);
+        let small = FontId::new(SMALLEST_TEXT, FontFamily::Proportional);
         style.text_styles.insert(TextStyle::Small, small);
         style.visuals.panel_fill = Color32::TRANSPARENT;
-        // The default is too faint to be read at arm's length.
+        // The defaults are too faint to be read at arm's length.
         style.visuals.weak_text_alpha = 0.8;
+        if style.visuals.dark_mode {
+            style.visuals.widgets.noninteractive.fg_stroke.color = Color32::from_gray(175);
+        }
         // A pointer on its way to a slider must not select a number.
         style.interaction.selectable_labels = false;
     });
@@ -152,17 +158,48 @@ mod tests {
         0.2126 * r + 0.7152 * g + 0.0722 * b
     }
 
+    /// Of one colour on another, after WCAG 2.
+    fn contrast(text: Color32, ground: Color32) -> f32 {
+        let [text, ground] = [text, ground].map(luminance);
+        (text.max(ground) + 0.05) / (text.min(ground) + 0.05)
+    }
+
+    /// What may be pressed and what is of now; what is dimmed is neither.
     #[test]
-    fn text_that_warns_can_be_read_in_both_themes() {
-        for (palette, visuals) in [(&DARK, Visuals::dark()), (&LIGHT, Visuals::light())] {
-            let on_panel = [palette.error_text, palette.caution_text, visuals.text_color()];
-            let on_panel = on_panel.map(|text| (text, visuals.panel_fill));
+    fn every_text_can_be_read_in_both_themes() {
+        let ctx = egui::Context::default();
+        install(&ctx);
+        for (palette, theme) in [(&DARK, egui::Theme::Dark), (&LIGHT, egui::Theme::Light)] {
+            let visuals = ctx.style_of(theme).visuals.clone();
+            let plain = [
+                visuals.text_color(),
+                visuals.weak_text_color(),
+                visuals.strong_text_color(),
+            ];
+            let told = [palette.error_text, palette.caution_text];
+            let lines = [
+                palette.device,
+                palette.block,
+                palette.law,
+                palette.mark,
+                palette.cursor,
+                palette.sliding,
+            ];
+            let grounds = [ground(&visuals), visuals.window_fill, visuals.text_edit_bg_color()];
+            let mut pairs = Vec::new();
+            for text in plain.into_iter().chain(told).chain(lines) {
+                pairs.extend(grounds.map(|ground| (text, ground)));
+            }
             let fills = [palette.rest, palette.live, palette.caution, palette.halt];
-            let on_fills = fills.map(|fill| (palette.on_fill, fill));
-            for (text, ground) in on_panel.into_iter().chain(on_fills) {
-                let [text, ground] = [text, ground].map(luminance);
-                let contrast = (text.max(ground) + 0.05) / (text.min(ground) + 0.05);
-                assert!(contrast >= 4.5, "{contrast} to 1");
+            pairs.extend(fills.map(|fill| (palette.on_fill, fill)));
+            let widgets = &visuals.widgets;
+            let buttons = [&widgets.inactive, &widgets.hovered, &widgets.active, &widgets.open];
+            pairs.extend(buttons.map(|button| (button.text_color(), button.weak_bg_fill)));
+            pairs.push((visuals.selection.stroke.color, visuals.selection.bg_fill));
+            for (text, under) in pairs {
+                // A weak text is transparent.
+                let contrast = contrast(under.blend(text), under);
+                assert!(contrast >= 4.5, "{theme:?}: {text:?} on {under:?}: {contrast} to 1");
             }
         }
     }

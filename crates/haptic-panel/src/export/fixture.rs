@@ -9,7 +9,7 @@ use haptic_ipc::{Event, SamplesEvent};
 pub(super) fn with_samples() -> Model {
     let rows = (0..2000).map(|i| {
         let mut row = at(f64::from(i) * 1e-3);
-        row.coupling_force_n = if i == 1500 { 42.0 } else { 0.0 };
+        row.command_force_n = if i == 1500 { 42.0 } else { 0.0 };
         row
     });
     let batch = SamplesEvent {

@@ -389,12 +389,12 @@ mod tests {
             "Position (mm)",
             "Velocity (mm/s)",
             "Time from the newest sample (s)",
-            "Coupling force",
+            "Force on the hand",
             ">40<",
         ] {
             assert!(text.contains(part), "{part}");
         }
-        assert_eq!(text.matches("<polyline").count(), 6);
+        assert_eq!(text.matches("<polyline").count(), 5);
         assert!(!text.contains("NaN") && !text.contains("inf"));
         assert!(!text.contains("Block velocity (mm/s)"), "it is not seen");
     }
@@ -428,7 +428,7 @@ mod tests {
         model.view.scope.plots.plots_mut()[0].axis.hold((-1.0, 3.0));
         let text = svg(&model);
         assert!(text.contains(">3<") && !text.contains(">40<"));
-        assert_eq!(text.matches("<polyline").count(), 7, "the spike leaves and comes back");
+        assert_eq!(text.matches("<polyline").count(), 6, "the spike leaves and comes back");
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub(crate) struct Measuring {
 impl Default for Measuring {
     fn default() -> Self {
         Self {
-            signal: Signal::COUPLING_FORCE,
+            signal: Signal::COMMAND_FORCE,
             scaling: Scaling::default(),
             table: Kept::default(),
             spectrum: Kept::default(),

@@ -38,6 +38,8 @@ pub(crate) struct View {
     pub(crate) closing: Closing,
     /// Whether the histograms are shown.
     pub(crate) histograms_shown: bool,
+    /// Whether the help is shown.
+    pub(crate) help_shown: bool,
     /// The folder for exports and recordings, as it is typed.
     pub(crate) folder: String,
     /// The recordings of that folder.
@@ -160,6 +162,7 @@ impl Default for View {
             file_notice: None,
             closing: Closing::default(),
             histograms_shown: false,
+            help_shown: false,
             folder: std::env::var("HOME").unwrap_or_default(),
             recordings: Recordings::default(),
             recording_format: Format::Mcap,

@@ -96,7 +96,7 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
                 plot.hline(line.style(LineStyle::dashed_loose()).allow_hover(false));
                 if (low..=high).contains(value) {
                     let place = |size| labels.at_level(scale.y(*value), scale.y(0.0), size);
-                    draw_label(plot, &scale, label, ink.color(palette), place);
+                    draw_label(plot, &scale, label, (ink.color)(palette), place);
                 }
             }
             Overlay::Mark {
@@ -114,7 +114,7 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
                 plot.vline(line.style(style).allow_hover(false));
                 if (left..=right).contains(at) {
                     let place = |size| labels.at_mark(scale.x(*at), scale.x(0.0), size);
-                    draw_label(plot, &scale, label, ink.color(palette), place);
+                    draw_label(plot, &scale, label, (ink.color)(palette), place);
                 }
             }
             Overlay::Dots {

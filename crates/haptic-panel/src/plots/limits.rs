@@ -46,13 +46,19 @@ impl Limits {
     /// The lines in a plot of these signals.
     pub(crate) fn levels(&self, signals: &[Signal]) -> Vec<Overlay> {
         let mut levels = Vec::new();
-        if signals.contains(&Signal::COUPLING_FORCE) {
+        // The force on the hand points against the one that drives the block.
+        let side = if signals.contains(&Signal::COUPLING_FORCE) {
+            Some(1.0)
+        } else {
+            signals.contains(&Signal::COMMAND_FORCE).then_some(-1.0)
+        };
+        if let Some(side) = side {
             let ink = Ink {
                 opacity: 0.8,
                 ..Ink::solid(|palette| palette.law, WIDTH)
             };
             levels.extend(self.friction_n.iter().map(|(symbol, value)| Overlay::Level {
-                value: *value,
+                value: side * value,
                 label: (*symbol).into(),
                 ink,
             }));

@@ -7,7 +7,7 @@ use super::frame::{GRAB, RIGHT_MARGIN, zoom};
 use super::limits::Limits;
 use super::{contact_ribbon, frame, legend, mark_strip, plot_header};
 use crate::model::reference::Reference;
-use crate::model::scope::plot_list::Plot;
+use crate::model::scope::plot_list::{Plot, PlotList};
 use crate::model::scope::trigger::Mode;
 use crate::model::scope::{Scope, TimeRange};
 use crate::model::tapes::{Tapes, WhatIf};
@@ -221,7 +221,10 @@ pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, background: Ba
     let flags = mark_strip::allocate(ui);
     let (strip, _) = ui.allocate_exact_size(vec2(ui.available_width(), RIBBON_HEIGHT), Sense::hover());
     let Some(lowest) = scope.plots.plots().len().checked_sub(1) else {
-        ui.label("Add a plot above");
+        ui.label("No plot is left");
+        if ui.button("Show the usual plots").clicked() {
+            scope.plots = PlotList::default();
+        }
         return;
     };
     let spacing = ui.spacing().item_spacing.y;

@@ -1,4 +1,4 @@
-//! The library of scenes: load, save and compare.
+//! The library of scenes: pick one, save and compare.
 
 use crate::drop_down::{self, Item};
 use crate::intent::Intent;
@@ -7,21 +7,55 @@ use crate::model::tuning::{Comparison, SLOTS, Tuning};
 use crate::theme::Palette;
 use crate::typing::number_field;
 use egui::{Button, CollapsingHeader, Id, Key, Label, RichText, TextEdit, Ui};
-use haptic_ipc::SceneRef;
+use haptic_ipc::{ListedScene, SceneRef};
 
-/// Shows the library and its controls.
-pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
-    let title = CollapsingHeader::new("Scenes").default_open(false).show(ui, |ui| {
-        show_presets(ui, scene, tuning, intents);
-        show_saving(ui, tuning, intents);
-        show_comparison(ui, scene, tuning);
+/// Shows the list of scenes, whose choice is loaded.
+pub(crate) fn show_scenes(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<Intent>) {
+    ui.horizontal(|ui| {
+        ui.label("Scenes");
+        let shown = if scene.name.is_empty() {
+            "choose"
+        } else {
+            scene.name.as_str()
+        };
+        let usable = scene.library.iter().filter(|listed| listed.problem.is_none());
+        let item = |listed: &ListedScene| Item {
+            // The name in the library is that of a file.
+            is_active: listed.name == scene.name.replace(' ', "-"),
+            text: listed.name.clone(),
+            hint: about(listed),
+            what: listed.name.clone(),
+        };
+        let width = ui.available_width();
+        let (chosen, list) = drop_down::show(ui, "scenes", width, shown, || usable.map(item).collect());
+        list.on_hover_text("Pick a surface here first, and engage; the sliders below change it");
+        if let Some(name) = chosen {
+            intents.push(tuning.load(&name, SceneRef::Name(name.clone())));
+        }
     });
-    title.header_response.on_hover_text("Load, save, compare");
 }
 
-fn show_presets(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
+/// What a scene of the library is.
+fn about(listed: &ListedScene) -> String {
+    let place = listed.path.as_deref().unwrap_or("comes with the daemon");
+    format!("{}\nLaw: {}\n{place}", listed.title, listed.law)
+}
+
+/// Shows the other controls of the library.
+pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
+    CollapsingHeader::new("Save, compare")
+        .default_open(false)
+        .show(ui, |ui| {
+            show_loading(ui, scene, tuning);
+            show_saving(ui, tuning, intents);
+            show_comparison(ui, scene, tuning);
+        });
+}
+
+/// The time that a change of scene takes, and the scenes that cannot be loaded.
+fn show_loading(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning) {
     ui.horizontal(|ui| {
-        ui.label("Go there over");
+        ui.label("Load a scene over");
         let ramp = number_field(&mut tuning.ramp_ms, |field| {
             field.range(0.0..=10_000.0).speed(10.0).suffix(" ms")
         });
@@ -33,21 +67,13 @@ fn show_presets(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &
         ui.label(RichText::new("The daemon has no library of scenes").small().weak());
     }
     for listed in &scene.library {
-        ui.horizontal(|ui| {
-            let load = Button::new(RichText::new("Load").small()).small();
-            let load = ui.add_enabled(listed.problem.is_none(), load);
-            if load.accessible_name(format!("load {}", listed.name)).clicked() {
-                intents.push(tuning.load(&listed.name, SceneRef::Name(listed.name.clone())));
-            }
-            let name = ui.add(Label::new(&listed.name).truncate());
-            let place = listed.path.as_deref().unwrap_or("comes with the daemon");
-            let about = format!("{}\nLaw: {}\n{place}", listed.title, listed.law);
-            name.on_hover_text(about);
-            if let Some(problem) = &listed.problem {
-                let color = Palette::of(ui).error_text;
-                ui.add(Label::new(RichText::new(problem).small().color(color)).truncate());
-            }
-        });
+        if let Some(problem) = &listed.problem {
+            let color = Palette::of(ui).error_text;
+            let text = RichText::new(format!("{}: {problem}", listed.name))
+                .small()
+                .color(color);
+            ui.add(Label::new(text).truncate()).on_hover_text(about(listed));
+        }
     }
 }
 

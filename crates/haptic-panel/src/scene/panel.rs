@@ -1,4 +1,4 @@
-//! The scene: its law, a slider and a field for each parameter, the library, and the journal.
+//! The scene: the list of scenes, its law, a slider and a field for each parameter, and the journal.
 
 use super::{advice_lines, journal, library, parameter_row, tools};
 use crate::intent::Intent;
@@ -15,6 +15,7 @@ pub(crate) const WIDTH: f32 = 372.0;
 /// Shows the scene, and takes the changes of the user.
 pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.add_space(4.0);
+    library::show_scenes(ui, scene, tuning, intents);
     tools::show(ui, scene, tuning, intents);
     advice_lines::show_all(ui, scene, &mut tuning.checks_are_open);
     ui.separator();

@@ -5,10 +5,10 @@ use crate::drop_down::{self, Item};
 use crate::intent::Intent;
 use crate::model::scene::SceneFacts;
 use crate::model::tuning::{SLOTS, TRIAL, Tuning};
-use egui::{Align, Button, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
+use egui::{Align, Button, Key, KeyboardShortcut, Label, Layout, Modifiers, RichText, Ui};
 use haptic_core::Scene;
 use haptic_core::friction::{Friction, LAWS};
-use haptic_ipc::SceneRef;
+use haptic_ipc::{SceneRef, differences};
 
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
 const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
@@ -64,6 +64,28 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents
         show_slots(ui, scene.active.as_ref(), tuning, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| show_try(ui, tuning));
     });
+    let text = slots_in_words(tuning);
+    ui.add(Label::new(RichText::new(&text).small().weak()).truncate())
+        .on_hover_text(text);
+}
+
+/// What A and B are for, as far as they are kept.
+fn slots_in_words(tuning: &Tuning) -> String {
+    let [first, second] = SLOTS;
+    match &tuning.slots {
+        [None, None] => format!("Keep {first}, change something, Keep {second}: {first}/{second} switches"),
+        [Some(_), None] => format!("{first} is kept. Change something, then Keep {second}"),
+        [None, Some(_)] => format!("{second} is kept. Change something, then Keep {first}"),
+        [Some(kept), Some(other)] => {
+            let changes = differences(kept, other);
+            let changes: Vec<_> = changes.iter().map(ToString::to_string).collect();
+            if changes.is_empty() {
+                format!("{first} and {second} are the same")
+            } else {
+                format!("From {first} to {second}: {}", changes.join(", "))
+            }
+        }
+    }
 }
 
 /// The active law, and all laws to choose from.
@@ -108,7 +130,11 @@ fn show_slots(ui: &mut Ui, scene: Option<&Scene>, tuning: &mut Tuning, intents: 
         let go = ui
             .add_enabled(kept.is_some(), go)
             .accessible_name(format!("go to {slot}"));
-        if go.on_hover_text(format!("Activates {slot}")).clicked()
+        let nothing = format!("Nothing is kept as {slot} yet");
+        if go
+            .on_hover_text(format!("Activates {slot}"))
+            .on_disabled_hover_text(nothing)
+            .clicked()
             && let Some(kept) = kept
         {
             intents.push(tuning.load(slot, SceneRef::from(kept)));
@@ -120,7 +146,10 @@ fn show_slots(ui: &mut Ui, scene: Option<&Scene>, tuning: &mut Tuning, intents: 
     let switch = ui
         .add_enabled(both, Button::new("A/B"))
         .accessible_name("switch between A and B");
-    if switch.on_hover_text("Activates the other of the two").clicked()
+    if switch
+        .on_hover_text("Activates the other of the two")
+        .on_disabled_hover_text("Switches between two scenes, once both are kept")
+        .clicked()
         && let Some(other) = other
     {
         intents.push(tuning.load(SLOTS[next], SceneRef::from(other)));

@@ -62,7 +62,7 @@ pub(super) fn show(ui: &mut Ui, surfaces: Surfaces) -> Option<u8> {
         let (fill, stroke, ink) = match (is_felt, is_asked) {
             (true, _) => (palette.live, palette.live, palette.on_fill),
             (_, true) => (Color32::TRANSPARENT, palette.sliding, ink),
-            _ => (Color32::TRANSPARENT, palette.stuck, palette.stuck),
+            _ => (Color32::TRANSPARENT, palette.stuck, ui.visuals().weak_text_color()),
         };
         let painter = ui.painter();
         painter.rect_filled(place, 12.0, fill);

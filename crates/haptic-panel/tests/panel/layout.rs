@@ -27,7 +27,7 @@ fn places(panel: &Panel) -> BTreeMap<(String, usize), Rect> {
 }
 
 /// Ends of the labels of what shows a scene, and of what stands below that.
-const OF_SCENE: [&str; 5] = [" slider", " value", " by direction", "Scenes", "Changes"];
+const OF_SCENE: [&str; 5] = [" slider", " value", " by direction", "Save, compare", "Changes"];
 
 /// What has moved or gone since.
 fn moved(panel: &Panel, before: &BTreeMap<(String, usize), Rect>) -> Vec<(String, Rect, Option<Rect>)> {
@@ -67,10 +67,10 @@ fn counted(count: u64) -> Update {
 }
 
 /// How a page comes into use.
-type MadeBy = fn() -> Panel;
+pub(crate) type MadeBy = fn() -> Panel;
 
 /// Pages as they are used, with a name for each.
-fn pages() -> [(&'static str, MadeBy); 10] {
+pub(crate) fn pages() -> [(&'static str, MadeBy); 10] {
     fn felt() -> Panel {
         let mut panel = connected(RigState::Engaged);
         feel(&mut panel, &rows(0..1000, |_| 3.0));

@@ -1,7 +1,7 @@
 //! The library of scenes: the list, saving, and the comparison with the active scene.
 
 use crate::advice::{advised, check};
-use crate::bench::{Panel, asked, hear, is_enabled, press, state_event, type_into};
+use crate::bench::{Panel, asked, choose_item, hear, press, state_event, type_into};
 use crate::scene::{changed, informed};
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -32,15 +32,24 @@ fn the_library_is_loaded_from_and_saved_to() {
     };
     let scenes = vec![listed("high-stiction"), broken];
     hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
-    press(&mut panel, "Scenes");
-    press(&mut panel, "load high-stiction");
+    let above = |panel: &Panel, lower: &str| {
+        panel.get_by_label("scenes").rect().bottom() <= panel.get_by_label(lower).rect().top()
+    };
+    assert!(
+        above(&panel, "friction law") && above(&panel, "mass slider"),
+        "it is picked first"
+    );
+    press(&mut panel, "scenes");
+    assert!(panel.query_by_label("broken").is_none(), "it cannot be loaded");
+    press(&mut panel, "scenes");
+    choose_item(&mut panel, "scenes", "high-stiction");
     let asked = asked(&mut panel);
     assert!(
         matches!(asked.as_slice(), [Intent::Load { scene: SceneRef::Name(name), .. }] if name == "high-stiction"),
         "{asked:?}"
     );
-    assert!(!is_enabled(&panel, "load broken"));
-    panel.get_by_label("line 3: no law");
+    press(&mut panel, "Save, compare");
+    panel.get_by_label("broken: line 3: no law");
 
     panel.get_by_label("name to save as").scroll_to_me();
     panel.run();
@@ -78,7 +87,7 @@ fn the_library_is_loaded_from_and_saved_to() {
 #[test]
 fn enter_saves_under_the_name_that_was_typed() {
     let mut panel = informed();
-    press(&mut panel, "Scenes");
+    press(&mut panel, "Save, compare");
     panel.get_by_label("name to save as").scroll_to_me();
     panel.run();
     panel.get_by_label("name to save as").focus();
@@ -111,10 +120,13 @@ fn what_is_under_the_pointer_stays_there_when_the_scene_changes() {
     let mut panel = informed();
     let scenes = vec![listed("first"), listed("second"), listed("third")];
     hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
-    press(&mut panel, "Scenes");
-    press(&mut panel, "load second");
+    press(&mut panel, "Save, compare");
+    choose_item(&mut panel, "scenes", "second");
     asked(&mut panel);
-    let at = panel.get_by_label("load second").rect();
+    let save = "name to save as";
+    panel.get_by_label(save).scroll_to_me();
+    panel.run();
+    let at = panel.get_by_label(save).rect();
     panel.hover_at(at.center());
     panel.run();
     let load = Intent::Load {
@@ -129,9 +141,9 @@ fn what_is_under_the_pointer_stays_there_when_the_scene_changes() {
         advised(2, vec![check("friction", 16_000.0, Some(16_000.0))]),
     );
     panel.get_by_label_contains("Friction: stiffness 25000");
-    assert_eq!(panel.get_by_label("load second").rect(), at);
+    assert_eq!(panel.get_by_label(save).rect(), at);
     hear(&mut panel, advised(2, vec![]));
-    assert_eq!(panel.get_by_label("load second").rect(), at);
+    assert_eq!(panel.get_by_label(save).rect(), at);
 }
 
 /// Answers a comparison: the static force is `force` N in the active scene.
@@ -173,7 +185,7 @@ fn compared(panel: &mut Panel) -> (Intent, u64) {
 fn the_active_scene_is_compared_and_again_when_it_changes() {
     let mut panel = informed();
     press(&mut panel, "keep as A");
-    press(&mut panel, "Scenes");
+    press(&mut panel, "Save, compare");
     press(&mut panel, "compare with");
     // The one in the list: the buttons of the slot are named otherwise.
     let item = panel.get_all_by_label("A").last().expect("an item");

@@ -5,8 +5,10 @@ mod bench;
 mod controls;
 mod files;
 mod hand;
+mod help;
 mod identify;
 mod layout;
+mod legible;
 mod library;
 mod measure;
 #[path = "../fixture/metadata.rs"]

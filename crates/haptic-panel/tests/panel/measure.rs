@@ -50,7 +50,7 @@ fn statistics_are_told_of_what_is_seen_and_between_the_cursors() {
         ("over", "25 %"),
         ("settle", "0.300 s"),
     ] {
-        panel.get_by_label(&format!("Coupling force {column} {value}"));
+        panel.get_by_label(&format!("Force on the hand {column} {value}"));
     }
     press(&mut panel, "Cursors");
     type_into(&mut panel, "cursor 1", "0.4");
@@ -61,7 +61,7 @@ fn statistics_are_told_of_what_is_seen_and_between_the_cursors() {
     panel.run();
     panel.get_by_label("0.2000 s between the cursors");
     for told in ["mean 4.00", "rms 4.00", "p-p 0", "over none", "settle none"] {
-        panel.get_by_label(&format!("Coupling force {told}"));
+        panel.get_by_label(&format!("Force on the hand {told}"));
     }
 }
 
@@ -120,7 +120,7 @@ fn reference_recording_aligns_at_a_mark_or_a_crossing() {
         rows(0..1000, later),
         &[marker(300), change(300, 8)],
     );
-    assert!(svg(&panel).contains(">Coupling force, reference</text>"));
+    assert!(svg(&panel).contains(">Force on the hand, reference</text>"));
     press_item(&mut panel, "Force against velocity");
     assert!(svg(&panel).contains(">Trail, reference</text>"));
     press_item(&mut panel, "Statistics");
@@ -163,7 +163,7 @@ fn reference_recording_aligns_at_a_mark_or_a_crossing() {
     panel.run();
     feel(&mut panel, &rows(0..1000, |_| 1.0));
     press_item(&mut panel, "Over time");
-    assert!(svg(&panel).contains(">Coupling force, reference</text>"));
+    assert!(svg(&panel).contains(">Force on the hand, reference</text>"));
     press(&mut panel, "Compare");
     panel.get_by_label("Reference: a.csv");
     press(&mut panel, "Drop the reference");

@@ -30,10 +30,24 @@ fn any_signal_is_shown_in_any_plot() {
     assert!(!svg(&panel).contains(">Round trip<"));
     press(&mut panel, "signals of the Force plot");
     press_item(&mut panel, "Round trip");
-    press_item(&mut panel, "Coupling force");
     let text = svg(&panel);
     assert!(text.contains(">Force (N), Duration (µs)<"), "the axis names both");
-    assert!(text.contains(">Round trip<") && !text.contains(">Coupling force<"));
+    press_item(&mut panel, "Force on the hand");
+    let text = svg(&panel);
+    assert!(text.contains(">Round trip<") && !text.contains(">Force on the hand<"));
+}
+
+#[test]
+fn the_force_plot_begins_with_the_force_on_the_hand_alone() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    let (hand, coupling) = (">Force on the hand</text>", ">Coupling force</text>");
+    let text = svg(&panel);
+    assert!(text.contains(hand) && !text.contains(coupling));
+    press(&mut panel, "signals of the Force plot");
+    press_item(&mut panel, "Coupling force");
+    let text = svg(&panel);
+    assert!(text.contains(hand) && text.contains(coupling));
 }
 
 #[test]
@@ -66,9 +80,7 @@ fn every_signal_can_be_shown_alone() {
     feel(&mut panel, &rows(0..3000, |_| 2.0));
     let menu = "signals of the Force plot";
     press(&mut panel, menu);
-    for name in ["Coupling force", "Force on the hand"] {
-        press_item(&mut panel, name);
-    }
+    press_item(&mut panel, "Force on the hand");
     for name in [
         "Coupling force",
         "Force on the hand",
@@ -127,7 +139,8 @@ fn plots_are_added_moved_and_removed() {
         press(&mut panel, &format!("signals of the {plot} plot"));
         press(&mut panel, "Remove plot");
     }
-    panel.get_by_label("Add a plot above");
+    press(&mut panel, "Show the usual plots");
+    panel.get_by_label("Force plot");
 }
 
 #[test]
@@ -135,14 +148,12 @@ fn the_names_of_the_lines_and_the_numbers_of_time_hide_nothing() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..3000, |_| 2.0));
     let plot = panel.get_by_label("Force plot").rect();
-    for name in ["Coupling force", "Force on the hand"] {
-        // The readouts have the same words higher up.
-        let above = panel.get_all_by_label(name).any(|name| {
-            let name = name.rect();
-            name.bottom() <= plot.top() + 1.0 && name.top() > plot.top() - 30.0
-        });
-        assert!(above, "{name} is not above its plot");
-    }
+    // The readouts have the same words higher up.
+    let is_above = panel.get_all_by_label("Force on the hand").any(|name| {
+        let name = name.rect();
+        name.bottom() <= plot.top() + 1.0 && name.top() > plot.top() - 30.0
+    });
+    assert!(is_above, "the name of the line is not above its plot");
     let next = top_of(&panel, "Position plot");
     assert!(
         next - plot.bottom() < 26.0,

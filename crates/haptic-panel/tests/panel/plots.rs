@@ -14,6 +14,7 @@ pub(crate) fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<
     ms.map(|ms| Sample {
         tick: u64::from(ms),
         coupling_force_n: force(ms),
+        command_force_n: force(ms),
         ..sample(f64::from(ms) * 1e-3)
     })
     .collect()
@@ -326,7 +327,7 @@ fn a_half_typed_number_changes_nothing_until_enter_or_tab() {
     feel(&mut panel, &rows(0..20_000, |_| 1.0));
     choose_item(&mut panel, "trigger", "Normal");
     press(&mut panel, "Cursors");
-    press(&mut panel, "Scenes");
+    press(&mut panel, "Save, compare");
     let number = |panel: &Panel, field: &str| {
         let field = panel.get_by_label(field).accesskit_node();
         field.numeric_value().expect("a number")
@@ -370,7 +371,7 @@ fn cursors_that_are_out_of_sight_are_fetched_by_their_button() {
     }
     press(&mut panel, "Cursors");
     panel.get_by_label("dt 1.6667 s, 1/dt 0.6000 Hz");
-    panel.get_by_label("Coupling force +1.667 N");
+    panel.get_by_label("Force on the hand +1.667 N");
     press(&mut panel, "Cursors");
     assert!(panel.query_by_label_contains("1/dt").is_none());
 }
@@ -400,7 +401,7 @@ fn cursors_say_what_lies_between_them() {
     press(&mut panel, "Freeze");
     press(&mut panel, "Cursors");
     panel.get_by_label("dt 1.6667 s, 1/dt 0.6000 Hz");
-    panel.get_by_label("Coupling force +1.667 N");
+    panel.get_by_label("Force on the hand +1.667 N");
     press(&mut panel, "Cursors");
     assert!(panel.query_by_label_contains("1/dt").is_none());
 }

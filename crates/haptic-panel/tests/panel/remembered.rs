@@ -33,7 +33,7 @@ fn another_panel_takes_up_what_one_has_remembered() {
     panel.run();
     let kept = settings(&panel);
     let plots = kept.rig_plots.clone().expect("plots");
-    assert_eq!(plots[0], ["Coupling force", "Force on the hand", "Tick time"]);
+    assert_eq!(plots[0], ["Force on the hand", "Tick time"]);
     assert_eq!(plots.len(), 2);
     let axes = kept.rig_axes.clone().expect("axes");
     assert_eq!((axes[0].len(), axes[1].len()), (0, 2));

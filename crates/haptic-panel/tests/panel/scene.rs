@@ -237,10 +237,13 @@ fn keys_undo_and_redo_but_not_while_a_number_is_typed() {
 fn two_scenes_are_kept_and_switched_between() {
     let mut panel = informed();
     assert!(!is_enabled(&panel, "switch between A and B"));
+    panel.get_by_label("Keep A, change something, Keep B: A/B switches");
     press(&mut panel, "keep as A");
+    panel.get_by_label("A is kept. Change something, then Keep B");
     let heavy = Scene::paper().with(&[("M".parse().unwrap(), 2.0)]).unwrap();
     hear(&mut panel, active_scene(2, &heavy));
     press(&mut panel, "keep as B");
+    panel.get_by_label("From A to B: mass: 0.5 kg -> 2 kg");
     press(&mut panel, "switch between A and B");
     let asked = asked(&mut panel);
     let [

@@ -66,16 +66,13 @@ pub(crate) struct PlotList {
 }
 
 impl Default for PlotList {
-    /// Force, position and velocity.
+    /// The force on the hand; position and velocity of block and device.
     fn default() -> Self {
-        let mut list = Self {
-            plots: Vec::new(),
-            next_id: 0,
-        };
-        for quantity in [Quantity::Force, Quantity::Position, Quantity::Velocity] {
-            list.add(quantity.signals());
-        }
-        list
+        Self::of([
+            vec![Signal::COMMAND_FORCE],
+            Quantity::Position.signals().collect(),
+            Quantity::Velocity.signals().collect(),
+        ])
     }
 }
 
@@ -162,10 +159,7 @@ mod tests {
     fn later_plot_lines_are_thinner_than_earlier_ones() {
         for plot in PlotList::default().plots() {
             let widths: Vec<f32> = plot.signals().iter().map(|signal| signal.width()).collect();
-            assert!(
-                widths.len() > 1 && widths.is_sorted_by(|under, over| under > over),
-                "{widths:?}"
-            );
+            assert!(widths.is_sorted_by(|under, over| under > over), "{widths:?}");
         }
     }
 
@@ -196,7 +190,6 @@ mod tests {
         plot.toggle(Signal::BLOCK_VELOCITY);
         assert_eq!((plot.label().as_str(), plot.unit()), ("Force (N), Velocity (mm/s)", ""));
         plot.toggle(Signal::BLOCK_VELOCITY);
-        plot.toggle(Signal::COUPLING_FORCE);
         plot.toggle(Signal::COMMAND_FORCE);
         assert_eq!(plot.signals(), []);
         plot.toggle(Signal::COMMAND_FORCE);

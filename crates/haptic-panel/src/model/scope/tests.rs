@@ -175,7 +175,7 @@ fn the_surroundings_of_a_caught_crossing_can_be_seen() {
     bench.scope.set_trigger_mode(Mode::Single);
     let rows = (0..2000).map(|ms| {
         let mut row = at(f64::from(ms) * 1e-3);
-        row.coupling_force_n = if ms < 1000 { 0.0 } else { 5.0 };
+        row.command_force_n = if ms < 1000 { 0.0 } else { 5.0 };
         row
     });
     bench.extend(&rows.collect::<Vec<_>>());

@@ -147,7 +147,7 @@ impl Default for Trigger {
     fn default() -> Self {
         Self {
             mode: Mode::Off,
-            signal: Signal::COUPLING_FORCE,
+            signal: Signal::COMMAND_FORCE,
             edge: Edge::Rising,
             level: 3.0,
             share_before: 0.5,
@@ -291,7 +291,7 @@ mod tests {
             let rows: Vec<_> = (from_ms..to_ms)
                 .map(|ms| {
                     let mut row = at(f64::from(ms) * 1e-3);
-                    row.coupling_force_n = force(ms);
+                    row.command_force_n = force(ms);
                     row
                 })
                 .collect();

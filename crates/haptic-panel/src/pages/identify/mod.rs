@@ -6,15 +6,17 @@ mod fit_plots;
 mod result;
 mod using;
 
-use crate::intent::Intent;
-use crate::model::fitting::Progress;
+use crate::browse;
+use crate::intent::{DialogPurpose, Intent};
+use crate::model::fitting::{Origin, Progress};
+use crate::model::view::View;
 use crate::model::{Model, question};
 use crate::theme::Palette;
 use egui::style::ScrollStyle;
 use egui::{Button, CentralPanel, Label, Panel, ProgressBar, RichText, ScrollArea, Ui};
 
 /// Width of the left side, points.
-const CHOICE_WIDTH: f32 = 372.0;
+const CHOICE_WIDTH: f32 = 424.0;
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     Panel::left("identification")
@@ -44,9 +46,25 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         }
         ui.heading("From a record of force and motion to a scene");
         ui.label(
-            "Choose a recording, a CSV file of any laboratory, or what is seen of the rig. The mass, the friction in \
-             both directions and their 95 % intervals are found, and what the record cannot tell is said.",
+            "Choose a recording, a CSV file of any laboratory, or what is seen of the rig; then press Identify. The \
+             mass, the friction in both directions and their 95 % intervals are found, and what the record cannot tell \
+             is said.",
         );
+        show_choices(ui, model, intents);
+    });
+}
+
+/// The buttons that choose what is identified.
+fn show_choices(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+    let has_samples = model.view.scope.has_samples(&model.tapes);
+    let View { fitting, folder, .. } = &mut model.view;
+    ui.horizontal(|ui| {
+        let asked = (DialogPurpose::FileToIdentify, folder.as_str());
+        browse::show(ui, "Choose a file...", "choose a file", asked, intents);
+        let rig = ui.add_enabled(has_samples, Button::new("Use what is seen of the rig"));
+        if rig.on_disabled_hover_text("There is no sample of a rig").clicked() {
+            fitting.choice.origin = Origin::Rig;
+        }
     });
 }
 

@@ -4,7 +4,8 @@ mod list;
 mod making;
 mod opened;
 
-use crate::intent::Intent;
+use crate::browse;
+use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
 use crate::plots;
 use egui::{CentralPanel, Panel, Ui};
@@ -30,7 +31,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             plots::show(ui, model, intents);
         } else {
             ui.heading("Nothing to look at yet");
-            ui.label("Open a recording at the left, or drop its file on the window.");
+            ui.label("Open a recording, choose one in the list at the left, or drop its file on the window.");
+            let asked = (DialogPurpose::Recording, model.view.folder.as_str());
+            browse::show(ui, "Open...", "open a recording", asked, intents);
         }
     });
 }

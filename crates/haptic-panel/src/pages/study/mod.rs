@@ -46,7 +46,7 @@ fn show(ui: &mut Ui, model: &mut Model, task: Task, intents: &mut Vec<Intent>) {
         });
     CentralPanel::default_margins().show(ui, |ui| {
         if open != Some(task) {
-            setup::explain(ui, task);
+            setup::explain(ui, &mut model.view.studying, task, intents);
             return;
         }
         let Model { tapes, view, .. } = model;

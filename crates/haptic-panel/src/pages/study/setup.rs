@@ -103,21 +103,42 @@ fn show_buttons(ui: &mut Ui, studying: &mut Studying, task: Task, intents: &mut 
     }
 }
 
-/// Says what the page is for.
-pub(super) fn explain(ui: &mut Ui, task: Task) {
+/// Says what the page is for, and offers the next step.
+pub(super) fn explain(ui: &mut Ui, studying: &mut Studying, task: Task, intents: &mut Vec<Intent>) {
     let (title, text) = match task {
         Task::Fitts => (
             "Targets under five resistances",
-            "A subject moves a cursor with the handle and clicks on targets. Make a study at the left, or open one; then show \
-             the subject's screen, engage the rig and begin.",
+            "A subject moves a cursor with the handle and clicks on targets.",
         ),
         Task::Perception => (
             "Which surface had more friction?",
-            "A subject feels two surfaces, one after the other, and says which had more friction. Neither the subject's screen \
-             nor the order shows it. Make a study at the left, or open one; then show the subject's screen, engage the rig and \
-             begin.",
+            "A subject feels two surfaces, one after the other, and says which had more friction. Neither the subject's \
+             screen nor the order shows it.",
         ),
     };
     ui.heading(title);
     ui.label(text);
+    ui.label("Make a study at the left, or open one; then show the subject's screen, engage the rig and begin.");
+    if studying.state().is_some() {
+        return;
+    }
+    match studying.form.create(task) {
+        Ok(command) if !studying.is_asked() => {
+            if ui.button("Make this study").clicked() {
+                studying.note_sent(&command);
+                intents.push(Intent::Study(command));
+            }
+        }
+        Ok(_) => {}
+        Err(_) => {
+            let asked = (DialogPurpose::StudyFolder, studying.form.folder.as_str());
+            browse::show(
+                ui,
+                "Choose its folder...",
+                "choose a folder for a study",
+                asked,
+                intents,
+            );
+        }
+    }
 }
