@@ -61,7 +61,7 @@ class Recording(Closing):
         self._request = request
         self._queue: Queue[dict[str, Any]] = Queue(WAITING, lambda event: max(1, len(event.get("rows", ()))))
         self._lost_changes = 0
-        self._is_ending = False
+        self._is_closed = self._is_ending = False
         self._failure: Exception | None = None
         self._pending: list[dict[str, Any]] = []
         self._state: str | None = None
@@ -118,10 +118,13 @@ class Recording(Closing):
             HapticdError: The daemon has gone; the file reads up to there.
             OSError: The file cannot be written.
         """
-        if not self._is_ending:
+        if not self._is_closed:
+            self._is_closed = True
+            # Asked on the connection of the rows: where the daemon has gone, that is how the recording ends.
             with contextlib.suppress(HapticdError):
-                self._wait_for_rows(self._request("status", {})["tick"])
-            self._is_ending = True
+                if self._thread.is_alive():
+                    self._wait_for_rows(self._subscription.request("status", {})["tick"])
+                self._is_ending = True
             self._subscription.close()
         self._thread.join()
         failure, self._failure = self._failure, None
