@@ -87,7 +87,7 @@ def test_who_may_not_enter_the_directory_learns_the_group(monkeypatch: pytest.Mo
     closed = tmp_path / "state" / "hapticd"
     closed.mkdir(parents=True)
     places = [tmp_path / "empty/control.sock", closed / "control.sock"]
-    monkeypatch.setattr(socket_path, "candidates", lambda: places)
+    monkeypatch.setattr(socket_path, "candidates", lambda rig: places)
     found = Path.stat
 
     def stat(path: Path) -> os.stat_result:

@@ -12,6 +12,25 @@
 //!                          surface: stuck while -Fs- <= F <= Fs+, else Fd and b w against the motion
 //! ```
 //!
+//! ```
+//! use haptic_core::{Renderer, Scene, Scheme};
+//!
+//! let period_s = 1e-3;
+//! let mut renderer = Renderer::new(&Scene::light_block(), Scheme::Exact, period_s)?;
+//! let mut force_on_hand_n = 0.0;
+//! for tick in 0..1000 {
+//!     // A hand that moves at 0.1 m/s; on a rig an encoder and an estimator of velocity give these two.
+//!     let (position_m, velocity_mps) = (0.1 * period_s * f64::from(tick), 0.1);
+//!     force_on_hand_n = -renderer.tick(period_s, position_m, velocity_mps).coupling_force;
+//! }
+//! // The block slides along, and its kinetic friction of 3.5 N pulls the hand back.
+//! assert!((force_on_hand_n + 3.5).abs() < 1e-6);
+//! # Ok::<(), haptic_core::SceneError>(())
+//! ```
+//!
+//! Beside a motor use a [`Servo`](servo::Servo), which adds the velocity estimator, limits, ramps, stops and faults:
+//! [`servo`] shows how.
+//!
 //! * [`scene`] is the user's description; [`parameters`] is the one table of names, symbols,
 //!   units and ranges behind the wire, the command line and the panel.
 //! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others,

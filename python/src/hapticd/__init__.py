@@ -10,19 +10,24 @@ Numbers are in SI units, and names have the unit at their end. `hapticd.aio` has
 `python -m hapticd.lsl` publishes a rig to the Lab Streaming Layer.
 """
 
+from __future__ import annotations
+
 from hapticd import aio
 from hapticd.answers import (
     AcceptedChange,
+    Advice,
+    AdviceBasis,
+    AdviceReply,
     ChangeReply,
-    Device,
+    Description,
     Difference,
-    LibraryScene,
-    Problem,
-    RealTime,
+    Finding,
+    ListedScene,
+    ParameterDescription,
     SceneReply,
+    SceneSaveReply,
     ScheduleReply,
     StateReply,
-    Status,
 )
 from hapticd.errors import (
     Conflict,
@@ -45,35 +50,47 @@ from hapticd.errors import (
 )
 from hapticd.events import Events
 from hapticd.fake import Fake, binary, fake
+from hapticd.recording import Recording
 from hapticd.recordings import read
 from hapticd.rig import Rig, connect
-from hapticd.sample import COLUMNS, STATES, Sample
+from hapticd.sample import COLUMNS, STATES, Sample, State
 from hapticd.samples import Buffer, Samples
+from hapticd.status import Device, JournalEntry, LibraryScene, Peer, Problem, RealTime, StateChange, Status
 
 __all__ = [
     "COLUMNS",
     "STATES",
     "AcceptedChange",
+    "Advice",
+    "AdviceBasis",
+    "AdviceReply",
     "Buffer",
     "ChangeReply",
     "Conflict",
     "ConnectionLost",
+    "Description",
     "Device",
     "Difference",
     "Events",
     "Fake",
     "Faulted",
+    "Finding",
     "HapticdError",
     "InvalidValue",
+    "JournalEntry",
     "LeaseLapsed",
     "LibraryScene",
+    "ListedScene",
     "NoAnswer",
     "NoDaemon",
     "NotARecording",
     "NotAllowed",
     "NotReady",
+    "ParameterDescription",
+    "Peer",
     "Problem",
     "RealTime",
+    "Recording",
     "Refused",
     "Rig",
     "Sample",
@@ -81,7 +98,10 @@ __all__ = [
     "SamplesLost",
     "SamplesLostWarning",
     "SceneReply",
+    "SceneSaveReply",
     "ScheduleReply",
+    "State",
+    "StateChange",
     "StateReply",
     "Status",
     "Stopped",
@@ -93,3 +113,17 @@ __all__ = [
     "fake",
     "read",
 ]
+
+__version__: str
+
+
+def __getattr__(name: str) -> str:
+    """The version, as the package was installed; looking it up takes longer than all else here."""
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(__name__)
+    except PackageNotFoundError as error:
+        raise AttributeError(f"{__name__} is not installed, so it has no version") from error

@@ -16,17 +16,28 @@ from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, SupportsIndex, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, SupportsIndex, TypeVar, overload
 
 from hapticd import rig as blocking
-from hapticd import socket_path
-from hapticd.answers import ChangeReply, SceneReply, ScheduleReply, StateReply, Status
-from hapticd.duration import Duration
-from hapticd.rig import Change, SceneRef
-from hapticd.sample import Sample
+from hapticd.answers import (
+    AdviceReply,
+    ChangeReply,
+    Description,
+    ListedScene,
+    SceneReply,
+    SceneSaveReply,
+    ScheduleReply,
+    StateReply,
+)
+from hapticd.change import Change, SceneRef
+from hapticd.duration import Duration, seconds
+from hapticd.recording import Recording
+from hapticd.sample import Sample, State
+from hapticd.status import JournalEntry, Status
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
     from hapticd.samples import Buffer
 
@@ -124,6 +135,26 @@ class Rig:
     async def status(self) -> Status:
         """See `hapticd.Rig.status`."""
         return await self._run(self._requests, self.blocking.status)
+
+    async def describe(self) -> Description:
+        """See `hapticd.Rig.describe`."""
+        return await self._run(self._requests, self.blocking.describe)
+
+    async def advise(self) -> AdviceReply:
+        """See `hapticd.Rig.advise`."""
+        return await self._run(self._requests, self.blocking.advise)
+
+    async def log(self, *, after: int | None = None, limit: int | None = None) -> list[JournalEntry]:
+        """See `hapticd.Rig.log`."""
+        return await self._run(self._requests, partial(self.blocking.log, after=after, limit=limit))
+
+    async def scenes(self) -> list[ListedScene]:
+        """See `hapticd.Rig.scenes`."""
+        return await self._run(self._requests, self.blocking.scenes)
+
+    async def save(self, name: str, scene: SceneRef | None = None, *, replace: bool = False) -> SceneSaveReply:
+        """See `hapticd.Rig.save`."""
+        return await self._run(self._requests, partial(self.blocking.save, name, scene, replace=replace))
 
     async def get(self, scene: SceneRef | None = None) -> SceneReply:
         """See `hapticd.Rig.get`."""
@@ -224,13 +255,35 @@ class Rig:
         """See `hapticd.Rig.redo`."""
         return await self._run(self._requests, partial(self.blocking.redo, anyway=anyway))
 
-    async def record(self, length: Duration, *, rate_hz: float | None = None) -> pandas.DataFrame:
-        """See `hapticd.Rig.record`."""
-        return await self._run(self._waits, partial(self.blocking.record, length, rate_hz=rate_hz))
+    @overload
+    async def record(self, length: Duration, *, rate_hz: float | None = None) -> pandas.DataFrame: ...
 
-    async def wait_for(self, state: str, timeout: Duration = 10.0) -> int:
-        """See `hapticd.Rig.wait_for`."""
-        return await self._run(self._waits, partial(self.blocking.wait_for, state, timeout))
+    @overload
+    async def record(
+        self,
+        length: Duration | None = None,
+        *,
+        path: str | os.PathLike[str],
+        notes: str | None = None,
+        replace: bool = False,
+        rate_hz: float | None = None,
+    ) -> Recording: ...
+
+    async def record(self, length: Duration | None = None, **how: Any) -> pandas.DataFrame | Recording:
+        """See `hapticd.Rig.record`. A recording is the blocking one: its block waits for the last rows alone."""
+        begin: Callable[[], pandas.DataFrame | Recording] = partial(self.blocking.record, length, **how)
+        return await self._run(self._waits, begin)
+
+    async def plot(self, length: Duration = 5.0) -> tuple[Axes, Axes]:
+        """See `hapticd.Rig.plot`."""
+        from hapticd import plot
+
+        # Drawn here: pyplot is for one thread.
+        return plot.draw(*await self._run(self._waits, partial(self.blocking._last, seconds("length", length))))
+
+    async def wait_for(self, condition: State | Callable[[Sample], object], timeout: Duration = 10.0) -> int:
+        """See `hapticd.Rig.wait_for`. The condition is called on another thread."""
+        return await self._run(self._waits, partial(self.blocking.wait_for, condition, timeout))
 
     async def buffer(
         self, length: Duration = 60.0, *, rate_hz: float | None = None, batch_ms: int | None = None
@@ -258,6 +311,9 @@ class Rig:
         self._streams.append(stream)
         return stream
 
+    def __repr__(self) -> str:
+        return repr(self.blocking) if hasattr(self, "blocking") else "<Rig: not connected yet>"
+
     async def __aenter__(self) -> Rig:
         self.blocking = await self._run(self._requests, self._begin)
         return self
@@ -273,6 +329,12 @@ class Rig:
             thread.shutdown(wait=False)
 
 
-def connect(path: str | os.PathLike[str] | None = None, *, lease: Duration | None = 1.0, keep: bool = False) -> Rig:
+def connect(
+    path: str | os.PathLike[str] | None = None,
+    *,
+    rig: str | None = None,
+    lease: Duration | None = 1.0,
+    keep: bool = False,
+) -> Rig:
     """A rig, for `async with`. See `hapticd.connect`."""
-    return Rig(lambda: blocking.Rig(socket_path.for_client(path), lease=lease, keep=keep))
+    return Rig(lambda: blocking.connect(path, rig=rig, lease=lease, keep=keep))

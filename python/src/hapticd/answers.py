@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
-import types
-import typing
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import Any, TypeAlias
+
+from hapticd.sample import State
 
 Value: TypeAlias = float | str | dict[str, float]
 """A number, a word, or one number for each direction: `{"positive": 4.0, "negative": 5.0}`."""
@@ -18,7 +15,7 @@ Value: TypeAlias = float | str | dict[str, float]
 class StateReply:
     """The answer to `engage`, `release`, `stop` and `reset`."""
 
-    state: str
+    state: State
     """State of the rig after that tick."""
     tick: int
     """The tick that carried it out."""
@@ -36,6 +33,78 @@ class Difference:
     """The value before; `None` if the scene did not have it."""
     after: Value | None = None
     """The value after; `None` if the scene does not have it."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A bound on the scene, and how the scene keeps it."""
+
+    check: str
+    """Name of the check."""
+    passes: bool
+    """Whether the scene keeps the bound."""
+    bound: float
+    """The bound, in `unit`."""
+    unit: str
+    """Unit of value and bound."""
+    margin: float
+    """How far inside the bound, as a ratio; below 1 it is broken."""
+    value: float | None = None
+    """The scene's value, in `unit`; `None` where it is infinite."""
+    mending: float | None = None
+    """The value of the advice's `param` that would fix it."""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A remark on a scene."""
+
+    param: str
+    """The parameter concerned: the one to change, where one change fixes it."""
+    message: str
+    """The remark."""
+    finding: Finding | None = None
+    """The check of a bound; `None` for another remark."""
+
+
+@dataclass(frozen=True)
+class AdviceBasis:
+    """The facts of the rig that advice is based on."""
+
+    period_us: float
+    """Time between ticks of the loop, us."""
+    delay_us: float
+    """Delay from a sample to its force on the motor, us."""
+    delay_measured: bool
+    """Whether that delay was measured on the link; otherwise it is assumed."""
+    damping_Ns_per_m: float
+    """Viscous damping of the rig itself, without what is compensated, N s/m."""
+    friction_N: float
+    """Coulomb friction of the rig itself, without what is compensated, N."""
+    damping_from: str
+    """The source of the damping: option, identified, commissioned or default."""
+    friction_from: str
+    """The source of the friction: the same words."""
+    resolution_m: float
+    """Distance between two counts of its encoder, m; 0 for a perfect one."""
+    sample_period_us: float | None = None
+    """Time between two samples of the device, us; `None` if it measures whenever it is read."""
+    mass_kg: float | None = None
+    """Mass of the rig's moving part, kg; `None` where it was not identified."""
+    compensated_share: float | None = None
+    """Share of the identified friction that is compensated; `None` if none is."""
+
+
+@dataclass(frozen=True)
+class AdviceReply:
+    """The answer to `advise`."""
+
+    revision: int
+    """Revision of the checked scene."""
+    advice: list[Advice]
+    """Every check and every remark, kept or broken."""
+    basis: AdviceBasis | None = None
+    """The facts of the rig that the advice is based on."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +127,7 @@ class ChangeReply:
     """Whether nothing was changed on purpose."""
     changes: list[Difference] = field(default_factory=list)
     """Differences from the previous scene."""
-    advice: list[dict[str, Any]] = field(default_factory=list)
+    advice: list[Advice] = field(default_factory=list)
     """Remarks on the changed scene, and the bounds that it breaks."""
 
 
@@ -84,7 +153,7 @@ class ScheduleReply:
     """Its changes, in the order of their ticks."""
     dry_run: bool = False
     """Whether nothing was scheduled on purpose."""
-    advice: list[dict[str, Any]] = field(default_factory=list)
+    advice: list[Advice] = field(default_factory=list)
     """Remarks on the scenes, and the bounds that they break."""
 
 
@@ -101,149 +170,74 @@ class SceneReply:
 
 
 @dataclass(frozen=True)
-class Problem:
-    """Something that is wrong, and what to do about it."""
-
-    what: str
-    """The problem."""
-    remedy: str
-    """The remedy."""
-
-
-@dataclass(frozen=True)
-class Device:
-    """The rig, as `status` shows it."""
-
-    description: str
-    """What the rig is."""
-    force_limit_N: float
-    """Largest force sent to it, N."""
-    slew_limit_N_per_s: float = 0.0
-    """Fastest change of that force, N/s."""
-    speed_limit_mps: float = 0.0
-    """Speed at which the force is taken away, m/s."""
-    acceleration_limit_mps2: float = 0.0
-    """Acceleration that counts as a jump of its position, m/s^2."""
-    engage_refused: list[Problem] = field(default_factory=list)
-    """Why the daemon would refuse to engage it now."""
-    link: dict[str, Any] | None = None
-    """The link to it; `None` for a rig simulated in the daemon."""
-    force_limit_by: str = ""
-    """Which limit is the smaller one: `configuration` or `device`."""
-    samples_forgotten: int = 0
-    """Samples that were discarded, because no hand can have made them."""
-    takes_hand: bool = False
-    """Whether the operation `hand` moves the hand on it."""
-    rig_friction: dict[str, Any] | None = None
-    """The rig's own friction and damping, and where they come from."""
-
-
-@dataclass(frozen=True)
-class RealTime:
-    """The real-time thread, as `status` shows it."""
-
-    memory_locked: bool
-    """Whether its memory is locked."""
-    problems: list[Problem]
-    """Its problems."""
-    fifo_priority: int | None = None
-    """Its SCHED_FIFO priority; `None` at an ordinary one."""
-    cpu: int | None = None
-    """The processor that it is pinned to; `None` when it is not."""
-    deadline_scheduled: bool = False
-    """Whether it is scheduled by deadline."""
-    cpus_kept_awake: bool = False
-    """Whether the processors are kept out of deep sleep."""
-    spin_us: int = 0
-    """Time that it spins before each tick, us."""
-    denormals_flushed: bool = False
-    """Whether the processor takes subnormal numbers as zero."""
-
-
-@dataclass(frozen=True)
-class LibraryScene:
-    """The scene of the library that the active scene comes from."""
+class ListedScene:
+    """A scene in the library."""
 
     name: str
-    """Its name there."""
-    changed: bool
-    """Whether the active scene was changed since."""
+    """Its name, for `load`."""
+    title: str
+    """Its title."""
+    law: str
+    """Its friction law."""
+    path: str | None = None
+    """Its file; `None` for a built-in scene."""
+    problem: str | None = None
+    """Why it cannot be loaded."""
 
 
 @dataclass(frozen=True)
-class Status:
-    """The state of the rig and of the daemon."""
+class SceneSaveReply:
+    """The answer to `save`."""
 
-    server: str
-    """Name and version of the daemon."""
-    state: str
-    """State of the rig: disconnected, idle, engaging, engaged, releasing, stopped or faulted."""
-    tick: int
-    """The last tick."""
-    uptime_s: float
-    """Time since the loop began, s."""
-    rate_hz: float
-    """Nominal rate of the loop, Hz."""
-    revision: int
-    """Revision of the active scene."""
-    scene: str
-    """Name of the active scene."""
-    command_force_N: float
-    """Force commanded on the hand in the last tick, N."""
-    device_position_m: float
-    """Position of the device in the last tick, m."""
-    clients: int
-    """Number of clients connected."""
-    device: Device
-    """The rig."""
-    real_time: RealTime
-    """The real-time thread."""
-    broken_bounds: list[str] = field(default_factory=list)
-    """The bounds of the adviser that it breaks on this rig, by name; up to a second old."""
-    energy_excess_J: float = 0.0
-    """Energy that the sampled loop has created beyond the rig's own losses, J."""
-    scheme: str = ""
-    """Integration of the block: `exact`, `literal` or `literal:N`."""
-    velocity_estimator: str = ""
-    """Estimator of the device's velocity from its positions."""
-    leases: int = 0
-    """Number of clients that hold a lease."""
-    fault: str | None = None
-    """Why the rig is faulted."""
-    library_scene: LibraryScene | None = None
-    """The scene of the library that the active scene comes from."""
-    scheduled: dict[str, Any] | None = None
-    """The changes that wait for their tick."""
-    undo_depth: int = 0
-    """Number of changes that `undo` can take back."""
-    redo_depth: int = 0
-    """Number of changes that `redo` can make again."""
-    commissioning: dict[str, Any] | None = None
-    """The client that commissions or identifies the rig."""
+    name: str
+    """Its name in the library."""
+    path: str
+    """Its file."""
 
 
-T = TypeVar("T")
+@dataclass(frozen=True)
+class ParameterDescription:
+    """A parameter of the scene."""
+
+    name: str
+    """Its name."""
+    symbol: str
+    """Its symbol in the paper."""
+    unit: str
+    """Its SI unit."""
+    group: str
+    """Part of the scene that it belongs to."""
+    min: float
+    """Smallest value accepted."""
+    max: float
+    """Largest value accepted."""
+    slider_min: float
+    """Lower end of a slider."""
+    slider_max: float
+    """Upper end of a slider."""
+    step: float
+    """The smallest difference worth a step."""
+    logarithmic: bool
+    """Whether a slider should be logarithmic."""
+    directional: bool
+    """Whether it may differ by direction."""
+    feel: str
+    """What a larger value makes the hand feel."""
+    value: Value
+    """The active value."""
+    aliases: list[str] = field(default_factory=list)
+    """Other symbols, accepted as well."""
 
 
-def decoded(kind: type[T], answer: Mapping[str, Any]) -> T:
-    """The answer as a dataclass."""
-    return cast(T, _decode(kind, answer))
+@dataclass(frozen=True)
+class Description:
+    """The answer to `describe`."""
 
-
-@functools.cache
-def _types(kind: type[Any]) -> dict[str, Any]:
-    hints = typing.get_type_hints(kind)
-    return {each.name: hints[each.name] for each in dataclasses.fields(kind)}
-
-
-def _decode(kind: Any, value: Any) -> Any:
-    if value is None:
-        return None
-    if isinstance(kind, types.UnionType):
-        kind = next(each for each in typing.get_args(kind) if each is not type(None))
-    if typing.get_origin(kind) is list:
-        return [_decode(typing.get_args(kind)[0], each) for each in value]
-    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-        hints = _types(kind)
-        return kind(**{name: _decode(hints[name], each) for name, each in value.items() if name in hints})
-    return value
+    law: str
+    """The scene's friction law."""
+    laws: list[str]
+    """Names of all laws."""
+    parameters: list[ParameterDescription]
+    """The parameters of the scene."""
+    sample_columns: list[str]
+    """Names of a sample's columns."""

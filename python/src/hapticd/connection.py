@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, SupportsFloat
 
-from hapticd.errors import ConnectionLost, HapticdError, NoAnswer, NoDaemon, NotAllowed, Refused, refusal
+from hapticd.errors import ConnectionLost, HapticdError, NoAnswer, NoDaemon, NotAllowed, Refused, invalid, refusal
 from hapticd.socket_path import permission_remedy, start_remedy
 
 PROTOCOL_VERSION = 1
@@ -219,13 +219,13 @@ def encoded(request: Mapping[str, Any]) -> bytes:
     """A line of a request.
 
     Raises:
-        ValueError: A number is not finite: JSON has no such numbers.
+        InvalidValue: A number is not finite: JSON has no such numbers.
     """
     try:
         return json.dumps(request, allow_nan=False, default=_plain).encode() + b"\n"
     except ValueError:
         name, value = next(_not_finite("", request), ("a value", "it"))
-        raise ValueError(f"{name} = {value} is not a finite number") from None
+        raise invalid(name, f"{name} = {value} is not a finite number", "not_finite") from None
 
 
 def _plain(value: Any) -> Any:

@@ -6,6 +6,8 @@ import datetime
 import math
 from typing import TypeAlias
 
+from hapticd.errors import invalid
+
 Duration: TypeAlias = float | str | datetime.timedelta
 """A number is in seconds; a text has its unit: `"50ms"`, `"2s"`, `"1min"`."""
 
@@ -16,7 +18,7 @@ def seconds(name: str, duration: Duration) -> float:
     """The duration in seconds.
 
     Raises:
-        ValueError: It is not a duration, is negative, or is not finite.
+        InvalidValue: It is not a duration, is negative, or is not finite.
     """
     if isinstance(duration, datetime.timedelta):
         value = duration.total_seconds()
@@ -28,11 +30,13 @@ def seconds(name: str, duration: Duration) -> float:
             value = float(number) * _UNITS_S[unit]
         except (ValueError, KeyError):
             accepted = ", ".join(_UNITS_S)
-            raise ValueError(f"{name} = {duration!r}: expected a number and its unit, one of {accepted}") from None
+            message = f"{name} = {duration!r}: expected a number and its unit, one of {accepted}"
+            raise invalid(name, message) from None
     else:
         value = float(duration)
     if not (math.isfinite(value) and value >= 0):
-        raise ValueError(f"{name} = {duration!r} is out of range: a duration is finite, and at least 0 s")
+        message = f"{name} = {duration!r} is out of range: a duration is finite, and at least 0 s"
+        raise invalid(name, message, "out_of_range", value=value, min=0.0, unit="s")
     return value
 
 

@@ -77,7 +77,10 @@ class Refused(HapticdError):
 
 
 class InvalidValue(Refused, ValueError):
-    """A value lies outside its limits, or the scene's law forbids it."""
+    """A value is refused: it lies outside its limits, cannot be read, or the scene's law forbids it.
+
+    This package refuses what it can tell itself before it asks the daemon, with the same codes.
+    """
 
 
 class UnknownName(Refused, LookupError):
@@ -97,7 +100,9 @@ class WrongState(Refused):
 
 
 class Conflict(Refused):
-    """Another client has changed the scene since, or scheduled changes wait that this would come between."""
+    """Another client has changed the scene since, scheduled changes wait that this would come between, or the library
+    has a scene of this name.
+    """
 
 
 class NotAllowed(Refused, PermissionError):
@@ -112,6 +117,8 @@ _BY_CODE: dict[str, type[Refused]] = {
     code: kind
     for kind, codes in {
         InvalidValue: (
+            "bad_request",
+            "bad_name",
             "out_of_range",
             "not_finite",
             "not_directional",
@@ -126,7 +133,7 @@ _BY_CODE: dict[str, type[Refused]] = {
         Stopped: ("stopped",),
         Faulted: ("faulted",),
         WrongState: ("wrong_state", "no_hand", "hand_held"),
-        Conflict: ("conflict", "scheduled"),
+        Conflict: ("conflict", "scheduled", "scene_exists"),
         NotAllowed: ("not_permitted", "read_only"),
         NotReady: (
             "no_device",
@@ -150,3 +157,12 @@ _BY_CODE: dict[str, type[Refused]] = {
 def refusal(error: Mapping[str, Any]) -> Refused:
     """The exception of an error on the wire."""
     return _BY_CODE.get(error["code"], Refused)(error)
+
+
+def invalid(param: str, message: str, code: str = "bad_request", **limits: float | str) -> InvalidValue:
+    """The exception of a value that is refused before the daemon is asked.
+
+    Args:
+        limits: `value`, `min`, `max` and `unit`, where they apply.
+    """
+    return InvalidValue({"code": code, "message": message, "param": param, **limits})

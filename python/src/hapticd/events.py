@@ -9,6 +9,7 @@ from typing import Any
 
 from hapticd.closing import Closing
 from hapticd.errors import Faulted, Stopped
+from hapticd.sample import State, checked_state
 from hapticd.subscription import Queue, subscribe
 
 #: Events that may wait for a slow program.
@@ -42,8 +43,9 @@ class Events(Closing):
         """
         return self._queue.get(timeout_s)
 
-    def wait_for(self, state: str, timeout_s: float) -> int:
+    def wait_for(self, state: State, timeout_s: float) -> int:
         """Waits until the rig is in a state; returns the tick since which it is."""
+        checked_state(state)
         until_s = time.monotonic() + timeout_s
         now = "unknown"
         while True:

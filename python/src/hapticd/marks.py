@@ -9,16 +9,16 @@ from __future__ import annotations
 from typing import Any
 
 
-def scene_mark(event: dict[str, Any], row: int) -> dict[str, Any]:
+def scene_mark(event: dict[str, Any]) -> dict[str, Any]:
     """The mark of a scene that came in, by an event `state`."""
     fields = _fields(event, ("tick", "revision", "law", "params", "arrival"))
-    return {"row": row, "mark": "scene", "name": event["scene"], **fields}
+    return {"mark": "scene", "name": event["scene"], **fields}
 
 
-def state_mark(event: dict[str, Any], row: int) -> dict[str, Any]:
+def state_mark(event: dict[str, Any]) -> dict[str, Any]:
     """The mark of a new state, by an event `state`."""
     fields = _fields(event, ("tick", "state", "fault"))
-    return {"row": row, "mark": "state", **fields}
+    return {"mark": "state", **fields}
 
 
 def _fields(event: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:

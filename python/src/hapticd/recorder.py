@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,9 +44,9 @@ def record(
             event = queue.get()
             if event["event"] == "state":
                 if event["revision"] != known.get("revision"):
-                    marks.append(scene_mark(event, len(rows)))
+                    marks.append({"row": len(rows), **scene_mark(event)})
                 if event["state"] != known.get("state"):
-                    marks.append(state_mark(event, len(rows)))
+                    marks.append({"row": len(rows), **state_mark(event)})
                 known = event
             elif event["event"] == "samples":
                 new = event["rows"][: wanted - len(rows)]
@@ -59,15 +59,28 @@ def record(
     if gaps.lost:
         warnings.warn(f"{gaps.lost} samples were lost", SamplesLostWarning, stacklevel=3)
     table = numpy.array(rows, dtype=list(DTYPES.items()))
-    metadata = {
+    metadata = circumstances(status, answers[0], scene, started_unix_s)
+    return frame({name: table[name] for name in DTYPES}, metadata, marks)
+
+
+def circumstances(
+    status: Mapping[str, Any], answer: Mapping[str, Any], scene: Mapping[str, Any], started_unix_s: float
+) -> dict[str, Any]:
+    """The metadata of a recording.
+
+    Args:
+        status: The answer to `status`.
+        answer: The answer to `subscribe`.
+        scene: The answer to `get`.
+    """
+    return {
         "server": status["server"],
         "device": status["device"]["description"],
         "loop_rate_hz": status["rate_hz"],
-        "rate_hz": rate_hz,
+        "rate_hz": float(answer["rate_hz"]),
         "started_unix_s": started_unix_s,
         "revision": scene["revision"],
         "scene": scene["scene"],
-        "servo": answers[0].get("servo"),
+        "servo": answer.get("servo"),
         "configuration": status,
     }
-    return frame({name: table[name] for name in DTYPES}, metadata, marks)

@@ -3,32 +3,37 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, SupportsFloat, SupportsIndex, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from hapticd import socket_path
-from hapticd.answers import ChangeReply, SceneReply, ScheduleReply, StateReply, Status, decoded
+from hapticd.answers import StateReply
 from hapticd.connection import Connection
+from hapticd.decoding import decoded
 from hapticd.duration import Duration, milliseconds, seconds
-from hapticd.errors import HapticdError
+from hapticd.errors import HapticdError, invalid
 from hapticd.events import Events
 from hapticd.lease import Lease
+from hapticd.operations import Operations
+from hapticd.recording import Recording
+from hapticd.sample import Sample, State, checked_state
 from hapticd.samples import Buffer, Samples
+from hapticd.status import Status
 
 if TYPE_CHECKING:
+    import numpy
+    import numpy.typing
     import pandas
+    from matplotlib.axes import Axes
 
-SceneRef: TypeAlias = int | str | Mapping[str, Any]
-"""A revision, a name in the library, or the scene itself."""
-
-Change: TypeAlias = SupportsFloat | Mapping[str, SupportsFloat]
-"""A number in the parameter's SI unit, or a relative change: `{"times": 2}`, `{"plus": 0.5}`."""
+#: Longest plot, s: so much is kept once something was plotted.
+_RECENT_S = 60.0
 
 
-class Rig:
+class Rig(Operations):
     """A rig, by its daemon. `connect` makes one.
 
     Every method may be called from any thread. Requests wait for one another; `stop` waits for nothing.
@@ -43,6 +48,7 @@ class Rig:
         self._keep = keep
         self._lease: Lease | None = None
         self._loop_rate_hz: float | None = None
+        self._recent: Buffer | None = None
         lease_ms = None if lease is None else _lease_ms(lease)
         with ExitStack() as opened:
             self._control = opened.enter_context(closing(Connection(path)))
@@ -58,31 +64,6 @@ class Rig:
             self._lease.check()
         return self._control.request(op, fields)
 
-    def engage(self, same_rig: bool = False, *, anyway: bool = False) -> StateReply:
-        """Ramps the force up.
-
-        Args:
-            same_rig: Says that the device is the rig that was commissioned, where it cannot tell: it has no serial
-                number, or its firmware has changed.
-            anyway: Engages once though the rig would chatter.
-
-        Raises:
-            Stopped: A person has stopped the rig.
-            NotReady: The rig was never commissioned, may be another than the one that was, or lacks something; or the
-                scene would chatter on it.
-        """
-        if same_rig:
-            self.request("commission.confirm")
-        return decoded(StateReply, self.request("engage", **_given(anyway=anyway or None)))
-
-    def release(self) -> StateReply:
-        """Ramps the force down."""
-        return decoded(StateReply, self.request("release"))
-
-    def reset(self) -> StateReply:
-        """Clears a stop or a fault."""
-        return decoded(StateReply, self.request("reset"))
-
     def stop(self) -> StateReply:
         """Zero force in the next tick, until a `reset`. It has a connection of its own, and overtakes everything.
 
@@ -92,127 +73,6 @@ class Rig:
         if self._stop.is_closed:
             self._stop = Connection(self.path)
         return decoded(StateReply, self._stop.request("stop", {}))
-
-    def status(self) -> Status:
-        """The state of the rig and of the daemon."""
-        return decoded(Status, self.request("status"))
-
-    def get(self, scene: SceneRef | None = None) -> SceneReply:
-        """The active scene, or another one."""
-        return decoded(SceneReply, self.request("get", **_given(scene=scene)))
-
-    def set(
-        self,
-        params: Mapping[str, Change] | None = None,
-        /,
-        *,
-        ramp: Duration | None = None,
-        at_tick: int | None = None,
-        if_revision: int | None = None,
-        dry_run: bool = False,
-        anyway: bool = False,
-        **more: Change,
-    ) -> ChangeReply:
-        """Changes parameters, by name or symbol, all in one tick or none: `rig.set(mass=1.5, Fs=5)`, kg and N.
-
-        Args:
-            params: Parameters whose names Python does not take: `{"Fs+": 5, "Fs-": 4}` sets each direction.
-            ramp: Time over which to change, up to 10 s; at once without it.
-            at_tick: The tick that is to render it first; as soon as can be without it. See `at`.
-            if_revision: Refuse unless this is the newest revision.
-            dry_run: Answer with what would happen, and change nothing.
-            anyway: Change once though the rig would chatter.
-            more: Parameters by name or symbol, in SI units.
-
-        Raises:
-            InvalidValue: A value lies outside its limits, which the error has.
-            UnknownName: No parameter has this name.
-            Conflict: Another client has changed the scene since `if_revision`.
-            NotReady: The scene would chatter on this rig, under whose force it is.
-        """
-        options = _options(ramp, at_tick, if_revision, dry_run, anyway)
-        return self._change("set", params={**(params or {}), **more}, **options)
-
-    def at(
-        self,
-        tick: SupportsIndex,
-        params: Mapping[str, Change] | None = None,
-        /,
-        *,
-        ramp: Duration | None = None,
-        anyway: bool = False,
-        **more: Change,
-    ) -> ChangeReply:
-        """Changes parameters in the tick `tick`, and no other: `rig.at(5000, Fs=6)`.
-
-        The answer comes at once; `events` tell when it was rendered. The change is cancelled by `stop`, by
-        `cancel`, and by the end of this connection.
-
-        Raises:
-            InvalidValue: The tick is past, or too far ahead.
-        """
-        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=int(tick), anyway=anyway)
-
-    def schedule(
-        self,
-        changes: Sequence[Mapping[str, Any]],
-        *,
-        name: str | None = None,
-        keep: bool = False,
-        if_revision: int | None = None,
-        dry_run: bool = False,
-        anyway: bool = False,
-    ) -> ScheduleReply:
-        """Changes the scene in ticks to come: all of these changes, or none.
-
-            rig.schedule([{"at_tick": t + 500 * k, "params": {"Fs": 4 + 0.1 * k}} for k in range(50)])
-
-        Args:
-            changes: Objects with `at_tick`, either `params` or `scene`, and `ramp` where the change is to take time.
-            name: The schedule's name, for `cancel`; the daemon's choice without it.
-            keep: Keep it when this connection ends.
-            if_revision: Refuse unless this is the newest revision.
-            dry_run: Answer with what would happen, and schedule nothing.
-            anyway: Schedule once though the rig would chatter.
-
-        Raises:
-            InvalidValue: A tick is past, a value lies outside its limits, or there are too many changes.
-        """
-        options = _given(
-            name=name, keep=keep or None, if_revision=if_revision, dry_run=dry_run or None, anyway=anyway or None
-        )
-        wire = [_scheduled(change) for change in changes]
-        return decoded(ScheduleReply, self.request("schedule", changes=wire, **options))
-
-    def cancel(self, name: str | None = None) -> int:
-        """Takes scheduled changes back: of this schedule and those after it, or all. Returns how many."""
-        cancelled: int = self.request("schedule.cancel", **_given(name=name))["cancelled"]
-        return cancelled
-
-    def load(
-        self,
-        scene: SceneRef,
-        *,
-        ramp: Duration | None = None,
-        at_tick: int | None = None,
-        if_revision: int | None = None,
-        dry_run: bool = False,
-        anyway: bool = False,
-    ) -> ChangeReply:
-        """Loads a whole scene: a name in the library, an earlier revision, or the scene itself. See `set`."""
-        options = _options(ramp, at_tick, if_revision, dry_run, anyway)
-        return self._change("scene.load", scene=scene, **options)
-
-    def undo(self, *, anyway: bool = False) -> ChangeReply:
-        """Undoes the newest change, of any client; `anyway` though the rig would chatter."""
-        return self._change("undo", **_given(anyway=anyway or None))
-
-    def redo(self, *, anyway: bool = False) -> ChangeReply:
-        """Redoes the change that was undone last; `anyway` though the rig would chatter."""
-        return self._change("redo", **_given(anyway=anyway or None))
-
-    def _change(self, op: str, **fields: Any) -> ChangeReply:
-        return decoded(ChangeReply, self.request(op, **fields))
 
     @property
     def loop_rate_hz(self) -> float:
@@ -249,24 +109,105 @@ class Rig:
         """What happens from now on, to iterate over: `state` (at once, and at every change), `log`, `timing`."""
         return Events(self.path, topics)
 
-    def record(self, length: Duration, *, rate_hz: float | None = None) -> pandas.DataFrame:
-        """Records for a time (extra `pandas`): a row for each sample, with `marks` and `metadata` in `.attrs`.
+    @overload
+    def record(self, length: Duration, *, rate_hz: float | None = None) -> pandas.DataFrame: ...
 
-        Samples that are lost have a mark, and give a `SamplesLostWarning`.
-        """
-        from hapticd.recorder import record
+    @overload
+    def record(
+        self,
+        length: Duration | None = None,
+        *,
+        path: str | os.PathLike[str],
+        notes: str | None = None,
+        replace: bool = False,
+        rate_hz: float | None = None,
+    ) -> Recording: ...
 
-        return record(self.path, self.request, seconds("length", length), rate_hz)
+    def record(
+        self,
+        length: Duration | None = None,
+        *,
+        path: str | os.PathLike[str] | None = None,
+        notes: str | None = None,
+        replace: bool = False,
+        rate_hz: float | None = None,
+    ) -> pandas.DataFrame | Recording:
+        """Records for a time into a data frame (extra `pandas`), or with `path` into a file.
 
-    def wait_for(self, state: str, timeout: Duration = 10.0) -> int:
-        """Waits until the rig is in a state; returns the tick since which it is.
+        The data frame has a row for each sample, with `marks` and `metadata` in `.attrs`. Samples that are lost have
+        a mark, and give a `SamplesLostWarning`. Into a file a thread writes until the block ends:
+
+            with rig.record(path="slide.mcap") as recording:
+                recording.mark("first touch")
+
+        Args:
+            length: How long; the recording has ended when this returns.
+            path: A new file, whose name ends in .mcap or .csv. `hapticd.read` and haptic-ctl read it.
+            notes: What the file says about itself.
+            replace: Replace a file that exists.
 
         Raises:
-            Stopped, Faulted: The rig was stopped or faulted, while another state was waited for.
-            TimeoutError: It is not in that state in time.
+            FileExistsError: The file exists.
+            InvalidValue: Neither a length nor a path is given, or the name ends in something else.
         """
+        if isinstance(length, str) and length.endswith((".mcap", ".csv", ".parquet")):
+            raise invalid("length", f"length = {length!r} is the name of a file: write record(path={length!r})")
+        length_s = None if length is None else seconds("length", length)
+        if path is not None:
+            recording = Recording(
+                self.path, self._control.request, Path(path), length_s, rate_hz=rate_hz, notes=notes, replace=replace
+            )
+            if length_s is not None:
+                recording.wait()
+            return recording
+        if length_s is None:
+            raise invalid("length", "length: give how long to record, or the path of a file")
+        from hapticd.recorder import record
+
+        return record(self.path, self.request, length_s, rate_hz)
+
+    def plot(self, length: Duration = 5.0) -> tuple[Axes, Axes]:
+        """Plots force and position of the last seconds, for a notebook (extra `plot`). Returns the two axes.
+
+        The first call begins to keep samples, and so waits for this time.
+
+        Args:
+            length: Time to plot, up to a minute.
+        """
+        from hapticd import plot
+
+        return plot.draw(*self._last(seconds("length", length)))
+
+    def _last(self, length_s: float) -> tuple[numpy.typing.NDArray[numpy.void], str]:
+        """The samples of the last seconds, and what they are of."""
+        if not 0 < length_s <= _RECENT_S:
+            message = f"length = {length_s:g} s is out of range: it must be above 0 and up to {_RECENT_S:g} s"
+            raise invalid("length", message, "out_of_range", value=length_s, min=0.0, max=_RECENT_S, unit="s")
+        if self._recent is None:
+            self._recent = self.buffer(_RECENT_S)
+        count = max(2, round(length_s * self._recent.rate_hz))
+        self._recent.wait_for(count)
+        status = self.status()
+        return self._recent.latest(count), f"{status.scene}: {status.state}"
+
+    def wait_for(self, condition: State | Callable[[Sample], object], timeout: Duration = 10.0) -> int:
+        """Waits until the rig is in a state, or until a condition holds of a sample; returns that tick.
+
+            rig.wait_for("engaged")
+            rig.wait_for(lambda sample: abs(sample.device_position_m) > 0.02)
+
+        Raises:
+            InvalidValue: There is no such state.
+            Stopped, Faulted: The rig was stopped or faulted, while something else was waited for.
+            TimeoutError: It has not come about in time.
+        """
+        timeout_s = seconds("timeout", timeout)
+        if callable(condition):
+            with self.samples(on_gap="count") as samples:
+                return samples.wait_for(condition, timeout_s).tick
+        checked_state(condition)
         with self.events(["state"]) as events:
-            return events.wait_for(state, seconds("timeout", timeout))
+            return events.wait_for(condition, timeout_s)
 
     def close(self) -> None:
         """Ends the connection. With a lease the rig is released, unless it was to be kept."""
@@ -274,8 +215,18 @@ class Rig:
             if self._lease is not None:
                 self._lease.close(keep=self._keep)
         finally:
+            if self._recent is not None:
+                self._recent.close()
             self._control.close()
             self._stop.close()
+
+    def __repr__(self) -> str:
+        try:
+            status = decoded(Status, self._control.request("status", {}))
+        except HapticdError as error:
+            return f"<Rig: {error}>"
+        state = status.state if status.fault is None else f"{status.state} ({status.fault})"
+        return f"<Rig {status.device.description}: {state}, scene {status.scene!r}, at {self.path}>"
 
     def __enter__(self) -> Rig:
         return self
@@ -293,7 +244,13 @@ class Rig:
                 raise
 
 
-def connect(path: str | os.PathLike[str] | None = None, *, lease: Duration | None = 1.0, keep: bool = False) -> Rig:
+def connect(
+    path: str | os.PathLike[str] | None = None,
+    *,
+    rig: str | None = None,
+    lease: Duration | None = 1.0,
+    keep: bool = False,
+) -> Rig:
     """Connects to the daemon.
 
         with hapticd.connect() as rig:
@@ -304,6 +261,7 @@ def connect(path: str | os.PathLike[str] | None = None, *, lease: Duration | Non
 
     Args:
         path: The control socket; without it where haptic-ctl finds it.
+        rig: Name of the rig, of many: the daemon of the service hapticd@NAME.
         lease: Silence after which the rig is released, from 20 ms to 60 s; `None` for no lease. On the watchers'
             socket, where nothing can be engaged, there is none.
         keep: Leave the rig as it is at the end of the block, unless by an exception.
@@ -312,33 +270,12 @@ def connect(path: str | os.PathLike[str] | None = None, *, lease: Duration | Non
         NoDaemon: Nobody listens on the socket.
         NotAllowed: This user may not connect.
     """
-    return Rig(socket_path.for_client(path), lease=lease, keep=keep)
+    return Rig(socket_path.for_client(path, rig), lease=lease, keep=keep)
 
 
 def _lease_ms(lease: Duration) -> int:
     timeout_ms = round(milliseconds("lease", lease))
     if timeout_ms == 0:
-        raise ValueError(f"lease = {lease!r} is out of range: it must be from 20 to 60000 ms, or None for no lease")
+        message = f"lease = {lease!r} is out of range: it must be from 20 to 60000 ms, or None for no lease"
+        raise invalid("lease", message, "out_of_range", value=0.0, min=0.02, max=60.0, unit="s")
     return timeout_ms
-
-
-def _options(
-    ramp: Duration | None, at_tick: int | None, if_revision: int | None, dry_run: bool, anyway: bool
-) -> dict[str, Any]:
-    """The fields that say how a scene changes."""
-    ramp_ms = None if ramp is None else milliseconds("ramp", ramp)
-    return _given(
-        ramp_ms=ramp_ms, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run or None, anyway=anyway or None
-    )
-
-
-def _scheduled(change: Mapping[str, Any]) -> dict[str, Any]:
-    """A change of a schedule, as on the wire."""
-    wire = dict(change)
-    if "ramp" in wire:
-        wire["ramp_ms"] = milliseconds("ramp", wire.pop("ramp"))
-    return wire
-
-
-def _given(**fields: Any) -> dict[str, Any]:
-    return {name: value for name, value in fields.items() if value is not None}

@@ -2,10 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import difflib
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
-STATES = ("disconnected", "idle", "engaging", "engaged", "releasing", "stopped", "faulted")
+from hapticd.errors import invalid
+
+State: TypeAlias = Literal["disconnected", "idle", "engaging", "engaged", "releasing", "stopped", "faulted"]
+"""A state of the rig."""
+
+STATES: tuple[State, ...] = get_args(State)
 """The states of the rig; a recording in MCAP holds their places in this list."""
+
+
+def checked_state(state: str) -> State:
+    """A state by its name.
+
+    Raises:
+        InvalidValue: There is no such state.
+    """
+    if state not in STATES:
+        near = difflib.get_close_matches(str(state), STATES, 1)
+        meant = f", did you mean {near[0]!r}?" if near else ";"
+        raise invalid("state", f"state = {state!r}: unknown state{meant} the states are {', '.join(STATES)}")
+    return state
 
 
 class Sample(NamedTuple):
@@ -15,7 +34,7 @@ class Sample(NamedTuple):
     """Number of the tick; consecutive unless samples were thinned or lost."""
     t_s: float
     """Time of the tick on the daemon's monotonic clock, s since the loop began."""
-    state: str
+    state: State
     """State of the rig."""
     contact: int
     """0 stuck, +1 and -1 sliding."""

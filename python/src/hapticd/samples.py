@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from hapticd.closing import Closing
-from hapticd.errors import HapticdError, SamplesLost
-from hapticd.sample import COLUMNS, DTYPES, STATES, Sample, of_row
+from hapticd.errors import Faulted, HapticdError, Refused, SamplesLost, Stopped, invalid
+from hapticd.sample import COLUMNS, DTYPES, STATES, Sample, State, of_row
 from hapticd.subscription import Queue, subscribe
 
 if TYPE_CHECKING:
@@ -60,6 +61,14 @@ class Batch:
         self.gaps = gaps
 
 
+def _check_halted(state: State) -> None:
+    """Raises the exception of a rig that was stopped or faulted while a condition was waited for."""
+    kinds: dict[str, type[Refused]] = {"stopped": Stopped, "faulted": Faulted}
+    if state in kinds:
+        message = f"the rig was {state} before the condition held; `reset` clears that"
+        raise kinds[state]({"code": state, "message": message})
+
+
 def _fields(rate_hz: float | None, batch_ms: int | None) -> dict[str, Any]:
     return {key: value for key, value in (("rate_hz", rate_hz), ("batch_ms", batch_ms)) if value is not None}
 
@@ -84,7 +93,7 @@ class Samples(Closing):
         on_gap: Literal["raise", "count"] = "raise",
     ) -> None:
         if on_gap not in ("raise", "count"):
-            raise ValueError(f"on_gap = {on_gap!r}: expected 'raise' or 'count'")
+            raise invalid("on_gap", f"on_gap = {on_gap!r}: expected 'raise' or 'count'")
         self._on_gap = on_gap
         self._ready: list[Sample | SamplesLost] = []
         self._loop_rate_hz = loop_rate_hz
@@ -123,15 +132,51 @@ class Samples(Closing):
             SamplesLost: Samples are missing before the next one.
             ConnectionLost: The connection to the daemon is closed.
         """
+        return self.get()
+
+    def get(self, timeout_s: float | None = None) -> Sample:
+        """The next sample.
+
+        Raises:
+            TimeoutError: None has come in time.
+            SamplesLost: Samples are missing before the next one.
+            ConnectionLost: The connection to the daemon is closed.
+        """
         while not self._ready:
-            self._refill()
+            self._refill(timeout_s)
         ready = self._ready.pop()
         if isinstance(ready, SamplesLost):
             raise ready
         return ready
 
-    def _refill(self) -> None:
-        batch = self._queue.get()
+    def wait_for(self, condition: Callable[[Sample], object], timeout_s: float) -> Sample:
+        """Waits until a condition holds of a sample; returns that sample. The time runs from the first sample on.
+
+        Raises:
+            Stopped, Faulted: The rig was stopped or faulted meanwhile.
+            TimeoutError: The condition did not hold in time.
+            SamplesLost, ConnectionLost: As `get`.
+        """
+        until_s: float | None = None
+        before: State | None = None
+        while True:
+            try:
+                sample = self.get(None if until_s is None else until_s - time.monotonic())
+            except TimeoutError:
+                message = f"the condition did not hold within {timeout_s:g} s; the rig is {before}"
+                raise TimeoutError(message) from None
+            if condition(sample):
+                return sample
+            if before not in (None, sample.state):
+                _check_halted(sample.state)
+            if until_s is None:
+                until_s = time.monotonic() + timeout_s
+            before = sample.state
+
+    def _refill(self, timeout_s: float | None) -> None:
+        if timeout_s is not None and timeout_s <= 0:
+            raise TimeoutError
+        batch = self._queue.get(timeout_s)
         gaps = dict(batch.gaps)
         if overrun := self._overrun - self._taken:
             gaps[0] = gaps.get(0, 0) + overrun
@@ -164,7 +209,8 @@ class Buffer(Closing):
         batch_ms: int | None = None,
     ) -> None:
         if length_s <= 0:
-            raise ValueError(f"length = {length_s} s is out of range: it must be above 0 s")
+            message = f"length = {length_s} s is out of range: it must be above 0 s"
+            raise invalid("length", message, "out_of_range", value=length_s, min=0.0, unit="s")
         self._loop_rate_hz = loop_rate_hz
         self._length_s = length_s
         self._changed = threading.Condition()

@@ -8,31 +8,45 @@ import re
 import stat
 from pathlib import Path
 
-_NAME = "hapticd/control.sock"
+from hapticd.errors import invalid
+
+_SOCKET = "control.sock"
+
+_RIG_NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 #: The directories of systemd's units.
 _UNITS = ["/etc/systemd/system", "/usr/lib/systemd/system", "/lib/systemd/system"]
 
 
-def candidates() -> list[Path]:
-    """The sockets at which a client looks, in order. `$HAPTICD_SOCKET` is the only one where it is set."""
-    if named := os.environ.get("HAPTICD_SOCKET"):
+def candidates(rig: str | None = None) -> list[Path]:
+    """The sockets at which a client looks, in order; those of the service hapticd@RIG for a rig with a name. Without
+    one `$HAPTICD_SOCKET` is the only one where it is set.
+    """
+    if rig is None and (named := os.environ.get("HAPTICD_SOCKET")):
         return [Path(named)]
+    service = "hapticd" if rig is None else f"hapticd@{rig}"
     user = os.geteuid()
     places = [os.environ.get("XDG_RUNTIME_DIR"), f"/run/user/{user}"]
     if user != 0 and (home := os.environ.get("HOME")):
         places.append(f"{home}/.local/state")
     places.append("/run")
-    return [Path(place) / _NAME for place in dict.fromkeys(places) if place]
+    return [Path(place) / service / _SOCKET for place in dict.fromkeys(places) if place]
 
 
-def for_client(path: str | os.PathLike[str] | None) -> Path:
+def for_client(path: str | os.PathLike[str] | None, rig: str | None = None) -> Path:
     """The socket to connect to: the one given, else the first candidate that exists, else the first in a directory
     that this user may not enter, else that of a service that has run here, else the first of all.
+
+    Raises:
+        InvalidValue: `rig` cannot be the name of a rig, or both are given.
     """
+    if rig is not None and not _RIG_NAME.fullmatch(rig):
+        raise invalid("rig", f"rig = {rig!r}: the name of a rig has 1 to 64 letters, digits, `_`, `.` and `-`")
     if path is not None:
+        if rig is not None:
+            raise invalid("rig", f"rig = {rig!r}: the socket {os.fspath(path)} is given already; give one of the two")
         return Path(path)
-    paths = candidates()
+    paths = candidates(rig)
     has_run = (each for each in paths if unit(each) and each.parent.is_dir())
     return next(
         (each for each in paths if os.path.exists(each)),

@@ -30,13 +30,20 @@ def subscribe(
 
     Args:
         take: Called with each event.
-        end: Called once, with the reason, when no event comes any more.
+        end: Called once, with the reason, when no event comes any more; not if the subscription is refused.
         begin: Called with the daemon's answer, before the first event.
         fields: More fields of the request.
     """
-    connection = Connection(path, take, end)
+    has_begun = False
+
+    def begin_once(answer: dict[str, Any]) -> None:
+        nonlocal has_begun
+        begin(answer)
+        has_begun = True
+
+    connection = Connection(path, take, lambda reason: end(reason) if has_begun else None)
     try:
-        connection.request("subscribe", {"topics": list(topics), **fields}, begin)
+        connection.request("subscribe", {"topics": list(topics), **fields}, begin_once)
     except BaseException:
         connection.close()
         raise

@@ -56,6 +56,11 @@ def of_fields(path: Path, fields: Mapping[str, str]) -> dict[str, Any]:
         raise damaged(path, f"the metadata cannot be read: {error}") from error
 
 
+def to_fields(metadata: Mapping[str, Any]) -> dict[str, str]:
+    """Metadata as texts by name."""
+    return {name: value if name in _TEXTS else json.dumps(value) for name, value in metadata.items()}
+
+
 def shown(data: bytes) -> str:
     """The beginning of what stands in a file, for messages."""
     return ascii(data[:60].decode("utf-8", "replace"))
