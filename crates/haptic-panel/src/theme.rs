@@ -171,9 +171,20 @@ mod tests {
         install(&ctx);
         for (palette, theme) in [(&DARK, egui::Theme::Dark), (&LIGHT, egui::Theme::Light)] {
             let visuals = ctx.style_of(theme).visuals.clone();
-            let plain = [visuals.text_color(), visuals.weak_text_color(), visuals.strong_text_color()];
+            let plain = [
+                visuals.text_color(),
+                visuals.weak_text_color(),
+                visuals.strong_text_color(),
+            ];
             let told = [palette.error_text, palette.caution_text];
-            let lines = [palette.device, palette.block, palette.law, palette.mark, palette.cursor, palette.sliding];
+            let lines = [
+                palette.device,
+                palette.block,
+                palette.law,
+                palette.mark,
+                palette.cursor,
+                palette.sliding,
+            ];
             let grounds = [ground(&visuals), visuals.window_fill, visuals.text_edit_bg_color()];
             let mut pairs = Vec::new();
             for text in plain.into_iter().chain(told).chain(lines) {

@@ -13,7 +13,11 @@ use haptic_ipc::{ListedScene, SceneRef};
 pub(crate) fn show_scenes(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         ui.label("Scenes");
-        let shown = if scene.name.is_empty() { "choose" } else { scene.name.as_str() };
+        let shown = if scene.name.is_empty() {
+            "choose"
+        } else {
+            scene.name.as_str()
+        };
         let usable = scene.library.iter().filter(|listed| listed.problem.is_none());
         let item = |listed: &ListedScene| Item {
             // The name in the library is that of a file.
@@ -65,7 +69,9 @@ fn show_loading(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning) {
     for listed in &scene.library {
         if let Some(problem) = &listed.problem {
             let color = Palette::of(ui).error_text;
-            let text = RichText::new(format!("{}: {problem}", listed.name)).small().color(color);
+            let text = RichText::new(format!("{}: {problem}", listed.name))
+                .small()
+                .color(color);
             ui.add(Label::new(text).truncate()).on_hover_text(about(listed));
         }
     }

@@ -73,7 +73,11 @@ fn an_empty_page_has_a_button_for_the_next_step() {
         (Page::Record, "open a recording", DialogPurpose::Recording),
         (Page::Identify, "choose a file", DialogPurpose::FileToIdentify),
         (Page::Task, "choose a folder for a study", DialogPurpose::StudyFolder),
-        (Page::Perception, "choose a folder for a study", DialogPurpose::StudyFolder),
+        (
+            Page::Perception,
+            "choose a folder for a study",
+            DialogPurpose::StudyFolder,
+        ),
     ] {
         let mut panel = at_page(panel(), page);
         press(&mut panel, button);

@@ -54,7 +54,12 @@ fn no_text_is_too_small_or_cut_at_an_edge() {
         assert!(texts.len() > 8, "{name}");
         for (clip, text) in texts {
             let (words, rect) = (text.galley.text(), text.visual_bounding_rect());
-            let sizes = text.galley.job.sections.iter().map(|section| section.format.font_id.size);
+            let sizes = text
+                .galley
+                .job
+                .sections
+                .iter()
+                .map(|section| section.format.font_id.size);
             if sizes.into_iter().any(|size| size < SMALLEST) {
                 bad.push(format!("{name}: {words} is too small"));
             }

@@ -35,7 +35,10 @@ fn the_library_is_loaded_from_and_saved_to() {
     let above = |panel: &Panel, lower: &str| {
         panel.get_by_label("scenes").rect().bottom() <= panel.get_by_label(lower).rect().top()
     };
-    assert!(above(&panel, "friction law") && above(&panel, "mass slider"), "it is picked first");
+    assert!(
+        above(&panel, "friction law") && above(&panel, "mass slider"),
+        "it is picked first"
+    );
     press(&mut panel, "scenes");
     assert!(panel.query_by_label("broken").is_none(), "it cannot be loaded");
     press(&mut panel, "scenes");

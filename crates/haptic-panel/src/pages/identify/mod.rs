@@ -16,7 +16,7 @@ use egui::style::ScrollStyle;
 use egui::{Button, CentralPanel, Label, Panel, ProgressBar, RichText, ScrollArea, Ui};
 
 /// Width of the left side, points.
-const CHOICE_WIDTH: f32 = 424.0;
+const CHOICE_WIDTH: f32 = 394.0;
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     Panel::left("identification")

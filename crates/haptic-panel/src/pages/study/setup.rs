@@ -132,7 +132,13 @@ pub(super) fn explain(ui: &mut Ui, studying: &mut Studying, task: Task, intents:
         Ok(_) => {}
         Err(_) => {
             let asked = (DialogPurpose::StudyFolder, studying.form.folder.as_str());
-            browse::show(ui, "Choose its folder...", "choose a folder for a study", asked, intents);
+            browse::show(
+                ui,
+                "Choose the study's folder...",
+                "choose a folder for a study",
+                asked,
+                intents,
+            );
         }
     }
 }
