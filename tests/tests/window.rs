@@ -33,10 +33,10 @@ const TOLERANCE: u8 = 48;
 const MAX_DIFFERENT: f64 = 0.001;
 
 /// Where the field of the mass is, pixels.
-const MASS_FIELD: (usize, usize) = (262, 243);
+const MASS_FIELD: (usize, usize) = (262, 289);
 
 /// The rail of its slider, from left to right, pixels.
-const MASS_SLIDER: ([usize; 4], usize) = ([60, 90, 120, 150], 243);
+const MASS_SLIDER: ([usize; 4], usize) = ([60, 90, 120, 150], 289);
 
 /// The fill of the rig's state, left of its text, pixels.
 const STATE: (usize, usize) = (16, 30);

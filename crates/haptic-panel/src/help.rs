@@ -1,15 +1,19 @@
 //! The help in the window: keys, what a plot shows, and the sign of force. It lies over the page, and never over Stop.
 
-use egui::{Align2, Event, Grid, Key, Label, Modifiers, Rect, RichText, Ui, Window, vec2};
+use egui::style::ScrollStyle;
+use egui::{Align2, Event, Grid, Key, Label, Modifiers, Rect, RichText, ScrollArea, Ui, Window, vec2};
 
 /// Width of the text beside a name, points.
-const TEXT_WIDTH: f32 = 470.0;
+const TEXT_WIDTH: f32 = 640.0;
 
 /// Distance of the window from the edges of the page, points.
 const MARGIN: f32 = 12.0;
 
 /// Height of the window's title and frame, points.
 const FRAME_HEIGHT: f32 = 60.0;
+
+/// Height of a row of one line, points.
+const ROW_HEIGHT: f32 = 18.0;
 
 const KEYS: [(&str, &str); 10] = [
     ("Escape", "Stop, always"),
@@ -43,7 +47,7 @@ const PLOTS: [(&str, &str); 7] = [
     ),
     (
         "Ribbon",
-        "grey while the block sticks, green while it slides. Flags above it are changes, marks and faults: point at one",
+        "grey while the block sticks, green while it slides; a flag above it is a change, a mark or a fault",
     ),
     (
         "Force against velocity",
@@ -67,8 +71,7 @@ const SIGN: [(&str, &str); 3] = [
     ),
     (
         "Coupling force",
-        "acts on the block, and has the opposite sign: above zero it drives the block the way in which its position \
-         grows",
+        "acts on the block, and has the opposite sign: above zero it drives the block that way",
     ),
 ];
 
@@ -91,26 +94,29 @@ pub(crate) fn show(ui: &Ui, page: Rect, is_shown: &mut bool) {
     Window::new("Help")
         .open(is_shown)
         .collapsible(false)
-        .resizable(false)
+        .auto_sized()
         .pivot(Align2::CENTER_TOP)
         .default_pos(page.center_top() + vec2(0.0, MARGIN))
         .constrain_to(page)
-        .max_height(page.height() - FRAME_HEIGHT - 2.0 * MARGIN)
-        .vscroll(true)
         .show(ui.ctx(), |ui| {
-            for (title, rows) in [
-                ("Keys", &KEYS[..]),
-                ("What a plot shows", &PLOTS[..]),
-                ("The sign of force", &SIGN[..]),
-            ] {
-                show_part(ui, title, rows);
-            }
+            ui.spacing_mut().scroll = ScrollStyle::solid();
+            let height = page.height() - FRAME_HEIGHT - 2.0 * MARGIN;
+            ScrollArea::vertical().max_height(height).show(ui, |ui| {
+                for (title, rows) in [
+                    ("Keys", &KEYS[..]),
+                    ("The sign of force", &SIGN[..]),
+                    ("What a plot shows", &PLOTS[..]),
+                ] {
+                    show_part(ui, title, rows);
+                }
+            });
         });
 }
 
 fn show_part(ui: &mut Ui, title: &str, rows: &[(&str, &str)]) {
     ui.label(RichText::new(title).size(16.0).strong());
-    Grid::new(title).num_columns(2).show(ui, |ui| {
+    let grid = Grid::new(title).num_columns(2).min_row_height(ROW_HEIGHT);
+    grid.show(ui, |ui| {
         for (name, text) in rows {
             ui.label(RichText::new(*name).strong());
             ui.scope(|ui| {

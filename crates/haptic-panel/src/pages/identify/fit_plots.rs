@@ -44,7 +44,7 @@ pub(super) fn show(ui: &mut Ui, found: &Found) {
 
 fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
     let palette = Palette::of(ui);
-    ui.add(Label::new(&chart.title).truncate()).on_hover_text(
+    ui.add(Label::new(RichText::new(&chart.title).small()).truncate()).on_hover_text(
         "The wheel zooms, dragging moves, a double click shows all of it. Of many samples in one place one is drawn.",
     );
     ui.horizontal(|ui| {

@@ -6,7 +6,7 @@ mod fit_plots;
 mod result;
 mod using;
 
-use crate::browse;
+use crate::dialogs;
 use crate::intent::{DialogPurpose, Intent};
 use crate::model::fitting::{Origin, Progress};
 use crate::model::view::View;
@@ -16,7 +16,7 @@ use egui::style::ScrollStyle;
 use egui::{Button, CentralPanel, Label, Panel, ProgressBar, RichText, ScrollArea, Ui};
 
 /// Width of the left side, points.
-const CHOICE_WIDTH: f32 = 424.0;
+const CHOICE_WIDTH: f32 = 394.0;
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     Panel::left("identification")
@@ -60,7 +60,7 @@ fn show_choices(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let View { fitting, folder, .. } = &mut model.view;
     ui.horizontal(|ui| {
         let asked = (DialogPurpose::FileToIdentify, folder.as_str());
-        browse::show(ui, "Choose a file...", "choose a file", asked, intents);
+        dialogs::browse_button(ui, "Choose a file...", "choose a file", asked, intents);
         let rig = ui.add_enabled(has_samples, Button::new("Use what is seen of the rig"));
         if rig.on_disabled_hover_text("There is no sample of a rig").clicked() {
             fitting.choice.origin = Origin::Rig;

@@ -17,7 +17,9 @@ pub(super) fn show(ui: &mut Ui, found: &Found, active: Option<&Scene>) {
     if let Some(why) = &identified.chosen_because {
         small(ui, &format!("Chosen because {why}"));
     }
-    Grid::new("values").num_columns(4).striped(true).show(ui, |ui| {
+    // The longest interval has room beside its value.
+    let grid = Grid::new("values").num_columns(4).striped(true).spacing([3.0, 4.0]);
+    grid.show(ui, |ui| {
         for text in ["", "value", "", "95 % interval"] {
             ui.label(RichText::new(text).small().weak());
         }

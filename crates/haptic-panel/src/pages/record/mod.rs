@@ -4,7 +4,7 @@ mod list;
 mod making;
 mod opened;
 
-use crate::browse;
+use crate::dialogs;
 use crate::intent::{DialogPurpose, Intent};
 use crate::model::Model;
 use crate::plots;
@@ -33,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             ui.heading("Nothing to look at yet");
             ui.label("Open a recording, choose one in the list at the left, or drop its file on the window.");
             let asked = (DialogPurpose::Recording, model.view.folder.as_str());
-            browse::show(ui, "Open...", "open a recording", asked, intents);
+            dialogs::browse_button(ui, "Open...", "open a recording", asked, intents);
         }
     });
 }

@@ -132,9 +132,9 @@ pub(super) fn explain(ui: &mut Ui, studying: &mut Studying, task: Task, intents:
         Ok(_) => {}
         Err(_) => {
             let asked = (DialogPurpose::StudyFolder, studying.form.folder.as_str());
-            browse::show(
+            dialogs::browse_button(
                 ui,
-                "Choose its folder...",
+                "Choose the study's folder...",
                 "choose a folder for a study",
                 asked,
                 intents,
