@@ -40,11 +40,26 @@ pub static BOARDS: [UsbBoard; 17] = [
     own(0x16C0, 0x0486, "Teensy, raw HID", TEENSY),
     own(0x303A, 0x1001, "ESP32-C3, -C6 or -S3, its own USB port", ESPTOOL),
     own(0x1209, 0x0D32, "ODrive", ODRIVE),
-    shared(0x0403, 0x6001, "FTDI FT232R converter, as on an Arduino Nano", LINUX_FTDI),
-    shared(0x1A86, 0x7523, "CH340 converter, as on clones of Uno and Nano", LINUX_CH341),
+    shared(
+        0x0403,
+        0x6001,
+        "FTDI FT232R converter, as on an Arduino Nano",
+        LINUX_FTDI,
+    ),
+    shared(
+        0x1A86,
+        0x7523,
+        "CH340 converter, as on clones of Uno and Nano",
+        LINUX_CH341,
+    ),
     shared(0x10C4, 0xEA60, "CP2102 converter, as on ESP32 boards", LINUX_CP210X),
     shared(0x0483, 0x5740, "STM32, virtual serial port", STM32),
-    shared(0x0483, 0x374B, "ST-LINK of an STM32 Nucleo", "OpenOCD, contrib/60-openocd.rules"),
+    shared(
+        0x0483,
+        0x374B,
+        "ST-LINK of an STM32 Nucleo",
+        "OpenOCD, contrib/60-openocd.rules",
+    ),
 ];
 
 const fn own(vendor: u16, product: u16, name: &'static str, source: &'static str) -> UsbBoard {

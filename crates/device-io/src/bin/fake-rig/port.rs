@@ -51,14 +51,20 @@ impl Heard {
             return None;
         }
         let (first, second_mn) = match bytes.split_at_checked(Kind::Command.length()) {
-            Some((first, second)) if has_second_axis && kind == Kind::Command as u8 => match second.first_chunk::<4>() {
-                Some(second_mn) if is_padded || second.len() == 4 => (first, i32::from_le_bytes(*second_mn)),
-                // A command for one axis, or none at all.
-                _ => (&bytes[..2], 0),
-            },
+            Some((first, second)) if has_second_axis && kind == Kind::Command as u8 => {
+                match second.first_chunk::<4>() {
+                    Some(second_mn) if is_padded || second.len() == 4 => (first, i32::from_le_bytes(*second_mn)),
+                    // A command for one axis, or none at all.
+                    _ => (&bytes[..2], 0),
+                }
+            }
             _ => (bytes, 0),
         };
-        let view = if is_padded { View::padded(first) } else { View::whole(first) };
+        let view = if is_padded {
+            View::padded(first)
+        } else {
+            View::whole(first)
+        };
         let message = view.ok().and_then(|view| FromHost::read(view).ok());
         let length = u32::try_from(bytes.len()).unwrap_or(0);
         Some(message.map_or(
