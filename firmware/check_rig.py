@@ -4,8 +4,9 @@
     ./check_rig.py /dev/ttyACM0
     ./check_rig.py /dev/ttyACM0 --push 0.5
 
-It commands 0 N unless it is told to push; then the handle has to be free to move. Otherwise leave the handle at rest. It needs nothing but Python. Exit
-code: 0 where all is as the protocol wants it, 1 where it is not, 2 where it could not be tried.
+It commands 0 N unless it is told to push; then the handle has to be free to move. Otherwise leave the handle at rest.
+It needs nothing but Python. Exit code: 0 where all is as the protocol wants it, 1 where it is not, 2 where it could not be
+tried.
 """
 
 import argparse
@@ -28,7 +29,8 @@ HOST_HELLO, COMMAND, ENABLE = 0x11, 0x12, 0x13
 LENGTHS = {HELLO: 48, SAMPLE: 20, WIDE_SAMPLE: 28, ACKNOWLEDGE: 8, ERROR: 8}
 SECOND_AXIS = {HELLO: 8, SAMPLE: 4, WIDE_SAMPLE: 12}
 LONGEST_FRAME = 62
-# The host refuses a device whose clock is further off than this over 100 ms, and a stamp that is further off than that from where it should be.
+# The host refuses a device whose clock is further off than this over 100 ms, and a stamp that is further off than that
+# from where it should be.
 CLOCK_TOLERANCE = 0.05
 STALE_MS = 20
 
@@ -197,6 +199,14 @@ class Rig:
         """Listens for so long on the device's clock, more or less."""
         return self.listen(seconds * self.slow)
 
+    def listen_out(self, seconds):
+        """Listens until nothing has come for a quarter of a second, and at most for so long; returns all that came."""
+        came = []
+        end = time.monotonic() + seconds * self.slow
+        while time.monotonic() < end and (news := self.listen(0.25 * self.slow, lambda message: True)):
+            came += news
+        return came
+
     def wait_for(self, seconds, what, wanted):
         came = self.listen(seconds * self.slow, wanted)
         expect(came and wanted(came[-1]), f"no {what} within {seconds * 1000:.0f} ms")
@@ -245,7 +255,7 @@ class Rig:
             self.expect_off("an enable(off)")
 
     def expect_off(self, after):
-        """The motor is off, and not because the watchdog has done it: commands feed that meanwhile, which must not switch the motor on either."""
+        """The motor is off, and not by the watchdog: commands feed that meanwhile, and must not switch the motor on either."""
         first = self.sequence + 1
         known = []
         # What was sent comes back late where this computer is busy.
@@ -403,7 +413,8 @@ def takes_a_second_enable(rig):
     rig.enable()
     rig.command()
     rig.echoed()
-    # Twice three fifths of what the watchdog allows: each enable gives it all of its time again, and neither switches the motor off.
+    # Twice three fifths of what the watchdog allows: each enable gives it all of its time again, and neither switches the
+    # motor off.
     for _ in range(2):
         rig.listen(0.6 * watchdog_s)
         rig.enable()
@@ -538,8 +549,11 @@ def falls_silent(rig):
     rig.open()
     rig.command(enabled=False)
     heard = rig.echoed()
-    last = [m for m in rig.listen_long(1.5) if isinstance(m, Sample)][-1]
-    after = elapsed_ms(heard, last)
+    samples = [heard, *(m for m in rig.listen_out(1.5) if isinstance(m, Sample))]
+    if elapsed_ms(heard, samples[-1]) < 950:
+        # A simulated rig may have stood still.
+        samples += (m for m in rig.listen_long(1.5) if isinstance(m, Sample))
+    after = elapsed_ms(heard, samples[-1])
     expect(950 <= after <= 1050, f"the last sample came {after:.0f} ms after the last message")
     rig.say(rig.order(rig.next()))
     expect(not rig.listen_long(0.2), "it speaks without having been asked")
@@ -548,7 +562,7 @@ def falls_silent(rig):
 
 def keeps_to_its_version(rig):
     """does not open a conversation with a host of another version"""
-    rig.listen_long(1.2)
+    rig.listen_out(1.2)
     rig.say(hello(1, version=VERSION + 1))
     came = rig.listen_long(0.25)
     expect(all(isinstance(m, Error) and m.code == 1 for m in came), f"a hello of version {VERSION + 1} opens the conversation")

@@ -246,45 +246,33 @@ static void receive(struct haptic_device *device, const uint8_t *message, uint8_
     }
 }
 
-/* Decodes COBS in place. The data begin at frame + 1. Returns their length, or 0 for impossible distances. */
-static uint8_t unstuff(uint8_t *frame, uint8_t length)
-{
-    uint8_t at = 0;
-    while (at < length) {
-        uint8_t distance = frame[at];
-        frame[at] = 0;
-        if (distance > length - at)
-            return 0;
-        at += distance;
-    }
-    return length - 1;
-}
-
-/* Takes the frame that a zero has ended. */
-static void take_frame(struct haptic_device *device, uint8_t length, uint32_t now)
-{
-    uint32_t crc = CRC_START;
-    /* The shortest message has kind and version. A frame that fills the buffer was too long. */
-    if (length < 1 + 2 + CRC_BYTES || length == sizeof device->frame || (length = unstuff(device->frame, length)) == 0)
-        return;
-    for (const uint8_t *at = device->frame + 1; at <= device->frame + length; at++)
-        crc = crc_add(crc, *at);
-    if (crc == CRC_RESIDUE)
-        receive(device, device->frame + 1, length - CRC_BYTES, now);
-}
-
+/* Undoes COBS and adds up the CRC while a frame comes, so that little is left to do at its end. */
 static void take_bytes(struct haptic_device *device, const uint8_t *at, const uint8_t *end, uint32_t now)
 {
-    uint8_t length = device->length;
+    uint8_t length = device->length, distance = device->distance;
+    uint32_t crc = device->crc;
     for (; at != end; at++) {
-        if (*at == 0) {
-            take_frame(device, length, now);
-            length = 0;
-        } else if (length < sizeof device->frame) {
-            device->frame[length++] = *at;
+        uint8_t byte = *at;
+        if (byte == 0) {
+            /* The shortest message has kind and version. A frame that fills the buffer was too long. */
+            if (crc == CRC_RESIDUE && distance == 0 && length >= 1 + 2 + CRC_BYTES && length != sizeof device->frame)
+                receive(device, device->frame + 1, length - 1 - CRC_BYTES, now);
+            length = distance = 0;
+            continue;
         }
+        /* In the place of a zero stands the distance to the next; before the message is one more. */
+        if (distance == 0) {
+            distance = byte;
+            byte = 0;
+        }
+        distance--;
+        crc = length == 0 ? CRC_START : crc_add(crc, byte);
+        if (length < sizeof device->frame)
+            device->frame[length++] = byte;
     }
     device->length = length;
+    device->distance = distance;
+    device->crc = crc;
 }
 
 /* What the time ends: the force, and the conversation. */

@@ -95,8 +95,8 @@ enum haptic_device_error { HAPTIC_DEVICE_BAD_MESSAGE = 1, HAPTIC_DEVICE_SENSOR, 
 struct haptic_device {
     const struct haptic_device_config *config;
     uint32_t newest, newest_command, nonce, sequence, acknowledged, detail;
-    uint32_t heard_us, commanded_us, due_us, period_us, watchdog_us, quiet_us;
-    uint8_t frame[HAPTIC_DEVICE_FRAME], length, pending, refused, error;
+    uint32_t heard_us, commanded_us, due_us, period_us, watchdog_us, quiet_us, crc;
+    uint8_t frame[HAPTIC_DEVICE_FRAME], length, distance, pending, refused, error;
     bool open, tripped, lost;
     volatile bool enabled, fed, trip;
 };

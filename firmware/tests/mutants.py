@@ -28,7 +28,8 @@ FAULTS = [
         "    } else if (device->open && (int32_t)(number - device->newest) > 0) {",
         "    } else if (device->open && (device->commanded_us = now, device->fed = true, (int32_t)(number - device->newest) > 0)) {",
     ),
-    ("the CRC is not checked", "if (crc == CRC_RESIDUE)", "if (crc != 1)"),
+    ("the CRC is not checked", "if (crc == CRC_RESIDUE && ", "if ("),
+    ("a frame's last distance is not checked", " && distance == 0 && length", " && length"),
     ("init leaves the motors as they are", "    config->motor_off(config->context);\n    if (!config->clock_us", "    if (!config->clock_us"),
     (
         "a second enable keeps the force",

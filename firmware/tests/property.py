@@ -257,7 +257,7 @@ class Conversation:
         "wrap": 0.3,
         "insist": 1,
     }
-    DAMAGES = ("crc", "cut", "version", "long", "kind", "echo")
+    DAMAGES = ("crc", "cut", "distance", "version", "long", "kind", "echo")
 
     def __init__(self, library, axes, seed):
         self.rng = random.Random(seed)
@@ -276,10 +276,18 @@ class Conversation:
     def damage(self, kind, sequence, forces, damage):
         """Says a message that the device must not take; HID carries no frame, and reports of one length."""
         board, message = self.board, self.board.order(kind, sequence, True, forces)
-        if damage in ("crc", "cut"):
+        if damage in ("crc", "cut", "distance"):
             if not board.hid:
-                whole = frame(message, spoil=1)
-                board.received += whole if damage == "crc" else whole[: self.rng.randrange(1, 15)] + b"\0"
+                whole = bytearray(frame(message, spoil=damage != "distance"))
+                if damage == "cut":
+                    whole[self.rng.randrange(1, 15) : -1] = b""
+                elif damage == "distance":
+                    # The last one leads beyond the end.
+                    at = 0
+                    while at + whole[at] < len(whole) - 1:
+                        at += whole[at]
+                    whole[at] += 1
+                board.received += whole
         elif damage == "version":
             board.say(message[:1] + b"\2" + message[2:])
         elif damage == "kind":

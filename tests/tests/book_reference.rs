@@ -132,6 +132,17 @@ fn every_subcommand_of_haptic_ctl() {
 }
 
 #[test]
+fn every_usb_board() {
+    let mut page = String::from("| USB identity | board | shared with other devices | source |\n|---|---|---|---|\n");
+    for board in &device_io::usb_boards::BOARDS {
+        let identity = format!("`{:04x}:{:04x}`", board.vendor, board.product);
+        let is_shared = if board.is_shared { "yes" } else { "no" };
+        add(&mut page, &row(&[&identity, board.name, is_shared, board.source]));
+    }
+    drawn::part("reference/usb-boards.md", "USB boards", &page);
+}
+
+#[test]
 fn every_exit_code() {
     let whole = help("haptic-ctl", &[]).replace('\n', " ");
     let (_, rest) = whole.split_once("Exit codes: ").expect("the codes");

@@ -189,11 +189,7 @@ fn it_keeps_time_while_commands_come_in_bursts() {
         let once_each = host.hold(2000, 1000);
         let stats = rig.stats();
         println!("{}, a command to each sample: {stats}", encoder.name());
-        // Each edge of a quadrature encoder is an interrupt.
-        let load = if encoder == Encoder::Magneto { 0.6 } else { 0.65 };
-        assert!(number(&stats, "/processor/load") < load, "{stats}");
-        // A sample leaves within 0.3 ms of its tick.
-        assert!(number(&stats, "/uart/longest_to_frame_cycles") < 4800.0, "{stats}");
+        assert!(number(&stats, "/processor/load") < 0.6, "{stats}");
 
         // Three times as many, and most of them back to back, as from a host that was held up.
         let mut all = once_each;
@@ -229,7 +225,8 @@ fn it_keeps_time_while_commands_come_in_bursts() {
             "{stats}"
         );
         assert!(number(&stats, "/processor/memory_never_used") > 1000.0, "{stats}");
-        assert!(number(&stats, "/uart/longest_to_frame_cycles") < 5600.0, "{stats}");
+        // A sample leaves within 0.3 ms of its tick.
+        assert!(number(&stats, "/uart/longest_to_frame_cycles") < 4800.0, "{stats}");
         assert!(number(&stats, "/handle/travel_m") > 0.05, "{before} {stats}");
     }
 }

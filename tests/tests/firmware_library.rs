@@ -45,6 +45,26 @@ fn faults_planted_in_the_library_are_seen() {
 }
 
 #[test]
+fn the_library_compiles_for_an_esp32_c3s_core() {
+    const RISC_V: [(&str, &str); 2] = [
+        (
+            "riscv64-unknown-elf-gcc",
+            "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf",
+        ),
+        ("make", "make"),
+    ];
+    if test_run::is_long_for("the library for firmwares, compiled for RISC-V") && has_tools(&RISC_V) {
+        let built = Command::new("make")
+            .args(["--silent", "rv32"])
+            .arg(format!("BUILD={}/firmware-rv32", env!("CARGO_TARGET_TMPDIR")))
+            .current_dir(firmware_folder())
+            .status()
+            .expect("make runs");
+        assert!(built.success(), "the library is compiled");
+    }
+}
+
+#[test]
 fn sketches_for_an_uno_compile() {
     let core = "/usr/share/arduino/hardware/arduino/avr/cores/arduino/Arduino.h";
     if !test_run::is_long_for("Arduino sketches, compiled") || !has_tools(&[("avr-gcc", "gcc-avr")]) {

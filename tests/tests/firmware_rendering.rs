@@ -27,8 +27,10 @@ fn hapticd_renders_on_it_and_killed_leaves_no_force() {
 fn the_fake_rig_passes_the_check_of_firmwares() {
     let _alone = crate::alone();
     timed("the fake rig's times by the checker of firmwares", || {
-        let rig = FakeRig::start(&["--hand", "free"]);
-        assert_ne!(conforms(rig.link(), "2"), Some(false));
+        for axes in ["1", "2"] {
+            let rig = FakeRig::start(&["--hand", "free", "--axes", axes]);
+            assert_ne!(conforms(rig.link(), "2"), Some(false), "{axes} axes");
+        }
     });
 }
 

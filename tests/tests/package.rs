@@ -432,6 +432,11 @@ fn rules_and_unit_name_the_ports_and_who_is_kept_away() {
     let usb = rules.find("SUBSYSTEM==\"usb\", ENV{HAPTICD_CONFIGURED}==\"1\", ENV{ID_MM_DEVICE_IGNORE}=\"1\"");
     let ports_alone = rules.find("SUBSYSTEM!=\"tty|hidraw\"").expect("it is there");
     assert!(usb.is_some_and(|usb| usb < ports_alone), "{rules}");
+    let boards = device_io::usb_boards::modem_manager_rules();
+    assert!(
+        rules[..ports_alone].contains(&boards),
+        "the known boards are to stand there:\n{boards}"
+    );
     assert!(rules[ports_alone..].contains("ENV{ID_MM_PORT_IGNORE}=\"1\""), "{rules}");
     let brltty = read("95-hapticd-brltty.rules");
     for cleared in ["ENV{SYSTEMD_WANTS}=\"\"", "ENV{BRLTTY_BRAILLE_DRIVER}=\"\""] {

@@ -7,6 +7,7 @@
 use crate::address::{Address, DEFAULT_BAUD};
 use crate::link::hid_node::{self, HidNode};
 use crate::link::{ConnectError, Connector, DeviceFacts, LinkCounters, LoopTiming};
+use crate::usb_boards;
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 use serialport::{SerialPortInfo, SerialPortType};
@@ -198,7 +199,7 @@ fn text(text: Option<String>) -> Option<String> {
     text.filter(|text| !text.is_empty())
 }
 
-/// Such as `Acme Slider (USB 1209:0001, serial number 17), HID device /dev/hidraw0`.
+/// Such as `Acme Slider (1209:0001, serial number 17), HID device /dev/hidraw0`, with the name of a known board.
 fn describe(kind: &str, node: &Path, identity: Option<&Identity>) -> String {
     let mut description = String::new();
     if let Some(identity) = identity {
@@ -212,6 +213,9 @@ fn describe(kind: &str, node: &Path, identity: Option<&Identity>) -> String {
             description.push_str(&format!(", serial number {serial}"));
         }
         description.push_str("), ");
+        if let Some(board) = usb_boards::named(identity.vendor, identity.product) {
+            description.push_str(&format!("{}, ", board.name));
+        }
     }
     description.push_str(&format!("{kind} {}", node.display()));
     description
@@ -271,6 +275,20 @@ mod tests {
             )
         );
         assert_eq!(found.access_problem, None);
+        let clone = SerialPortType::UsbPort(UsbPortInfo {
+            vid: 0x1A86,
+            pid: 0x7523,
+            serial_number: None,
+            manufacturer: None,
+            product: Some("USB Serial".to_owned()),
+        });
+        assert_eq!(
+            serial(port(clone), &[]).description,
+            format!(
+                "USB Serial (1a86:7523), CH340 converter, as on clones of Uno and Nano, serial port {}",
+                node.display()
+            )
+        );
         let plain = serial(port(SerialPortType::PciPort), &links(&folder.path().join("none")));
         assert_eq!(
             plain.address.to_string(),

@@ -20,6 +20,7 @@ pub mod fake;
 #[cfg(feature = "links")]
 pub mod link;
 pub mod protocol;
+pub mod usb_boards;
 
 #[cfg(feature = "links")]
 pub use address::Address;

@@ -76,19 +76,17 @@ fn what_is_no_rig_is_told_apart() {
     assert!(matches!(ask(&nothing), Err(ConnectError::Absent { .. })));
     assert!(matches!(ask("hid:0000:0000"), Err(ConnectError::Absent { .. })));
 
-    let other = FakeRig::start(folder.path(), &["--fault", "version 9"]);
-    let Err(ConnectError::Protocol { heard, .. }) = ask(&other.address()) else {
-        panic!("it speaks another version");
-    };
-    assert!(heard.contains("version 9"), "{heard}");
-    drop(other);
-
-    let silent = FakeRig::start(folder.path(), &["--fault", "loss 1"]);
-    let Err(ConnectError::Protocol { heard, .. }) = ask(&silent.address()) else {
-        panic!("it says nothing");
-    };
-    assert!(heard.contains("nothing answers"), "{heard}");
-    drop(silent);
+    for (option, value, words) in [
+        ("--fault", "version 9", "version 9"),
+        ("--fault", "loss 1", "nothing answers"),
+        ("--axes", "2", "the device has two axes, and hapticd renders one"),
+    ] {
+        let other = FakeRig::start(folder.path(), &[option, value]);
+        let Err(ConnectError::Protocol { heard, .. }) = ask(&other.address()) else {
+            panic!("{value}");
+        };
+        assert!(heard.contains(words), "{heard}");
+    }
 
     let rig = FakeRig::start(folder.path(), &[]);
     let line = rig.link.canonicalize().expect("it is there");

@@ -3,7 +3,7 @@
 
 use device_io::protocol::frame::{Decoder, Frame, FrameError, MAX_FRAME};
 use device_io::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, WideChannels};
-use device_io::protocol::view::{Kind, LONGEST, View, ViewError};
+use device_io::protocol::view::{Kind, LONGEST_OF_TWO_AXES, View, ViewError};
 use proptest::prelude::*;
 
 fn from_device() -> impl Strategy<Value = FromDevice> {
@@ -123,7 +123,7 @@ proptest! {
 
     #[test]
     fn frames_come_through_whatever_lies_between_them(
-        messages in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=LONGEST), 1..10),
+        messages in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=LONGEST_OF_TWO_AXES), 1..10),
         noise in prop::collection::vec(any::<u8>(), 0..200),
     ) {
         let mut stream = noise;

@@ -120,9 +120,10 @@ static const char *name_of_board(void)
 
 int main(void)
 {
-    static struct haptic_device_config config = { .axes = 1, .buttons_there = BUTTONS_THERE, .sample_rate_hz = SAMPLE_RATE_HZ,
-        .force_limit_mn = { (uint32_t)(1000.0 * FORCE_LIMIT_N) }, .clock_us = clock_us, .motor_force = drive, .motor_off = off,
-        .motor_on = on, .buttons = pressed, .read = take, .write = give, .room = room };
+    static struct haptic_device_config config = { .axes = 1, .buttons_there = BUTTONS_THERE,
+        .sample_rate_hz = SAMPLE_RATE_HZ, .force_limit_mn = { (uint32_t)(1000.0 * FORCE_LIMIT_N) }, .clock_us = clock_us,
+        .motor_force = drive, .motor_off = off, .motor_on = on, .buttons = pressed, .read = take, .write = give,
+        .room = room };
     static struct haptic_sample sample;
     motor_init();
     buttons_init();

@@ -6,12 +6,13 @@
 #include <avr/io.h>
 
 #define RING_BYTES 128
+/* Between two parts of a frame, of 18 bytes with one axis, the main loop can send a sample. */
+#define PART_BYTES 16
 #define NEXT(at) ((uint8_t)((at) + 1) & (RING_BYTES - 1))
 
 _Static_assert((F_CPU / 8) % BAUD_HZ == 0, "the UART cannot make this baud rate exactly");
 
-/* One side writes the head, the other the tail; each is one byte, so neither is ever seen half
- * written. */
+/* One side writes the head, the other the tail; each is one byte, so neither is ever seen half written. */
 struct ring {
     volatile uint8_t head, tail;
     volatile uint8_t bytes[RING_BYTES];
@@ -54,10 +55,10 @@ ISR(USART_UDRE_vect)
 uint8_t uart_receive(uint8_t *bytes, uint8_t room)
 {
     uint8_t tail = received.tail, head = received.head, length = 0;
+    if (room > PART_BYTES)
+        room = PART_BYTES;
     while (tail != head && length < room) {
         uint8_t byte = received.bytes[tail];
-        if (byte == 0 && length != 0)
-            break;
         bytes[length++] = byte;
         tail = NEXT(tail);
         if (byte == 0)

@@ -7,8 +7,8 @@
 
 void uart_init(void);
 
-/* Takes received bytes up to the end of a frame, and the zero of that end by itself: decoding begins at the zero, and the
- * main loop can send a sample in between. Sets WORK_FRAME if more are there. */
+/* Takes received bytes up to the end of a frame, in parts: between two of them the main loop can send a sample. Sets
+ * WORK_FRAME if more are there. */
 uint8_t uart_receive(uint8_t *bytes, uint8_t room);
 
 /* Bytes that can be queued. */

@@ -1,5 +1,5 @@
-/* Firmware for a Cortex-M3 or M4 of one or two axes, on QEMU's mps2-an385 and -an386. Their UART takes 70 us a byte, so line,
- * motors and encoders are registers in shared memory. SysTick is the independent timer, and the CMSDK's watchdog the
+/* Firmware for a Cortex-M3 or M4 of one or two axes, on QEMU's mps2-an385 and -an386. Their UART takes 70 us a byte, so
+ * line, motors and encoders are registers in shared memory. SysTick is the independent timer, and the CMSDK's watchdog the
  * hardware watchdog: its first end is an interrupt that nothing masks, its second a reset. */
 #include "haptic_device.h"
 
@@ -105,17 +105,12 @@ static void on_systick(void)
         haptic_device_watchdog_from_isr(&device, (uint16_t)(elapsed_us < 5000 ? elapsed_us : 5000));
 }
 
-static void on_fault(void)
-{
-    for (;;)
-        motor_off(NULL);
-}
-
 int main(void)
 {
     config = (struct haptic_device_config){ .name = "cortex-m 0.2.0", .axes = (uint8_t)SHARED->axes, .sample_rate_hz = 1000,
         .counts_per_metre = { 100000, 100000 }, .force_limit_mn = { 20000, 20000 }, .clock_us = clock_us, .measure = measure,
         .motor_force = motor_force, .motor_off = motor_off, .read = take, .write = give };
+    SHARED->fault = NONE;
     haptic_device_init(&device, &config);
     SHARED->boots++;
     SYSTICK_RELOAD = CORE_HZ / 1000000 * TICK_US - 1;
@@ -136,14 +131,6 @@ int main(void)
         if (SHARED->time_us == now_us)
             __asm volatile("wfi");
     }
-}
-
-static void on_reset(void)
-{
-    motor_off(NULL);
-    SHARED->fault = NONE;
-    start_c();
-    main();
 }
 
 __attribute__((section(".vectors"), used)) static void *const vectors[16] = { &stack_top, on_reset, on_fault, on_fault, on_fault,

@@ -2,8 +2,8 @@
  *
  *     build/cortexm-rig MEMORY LINK [1 or 2] [rest] [swapped]
  *
- * MEMORY is the file that QEMU maps, LINK a pseudo-terminal. The board's time goes on in slices, and waits for the board: a
- * microcontroller is never late, however busy this computer. Orders and answers are those of ports/native. */
+ * MEMORY is the file that QEMU maps, LINK a pseudo-terminal. The board's time goes on in slices, and waits for the board:
+ * a microcontroller is never late, however busy this computer. Orders and answers are those of ports/native. */
 #define _GNU_SOURCE
 #include "shared.h"
 
@@ -12,7 +12,6 @@
 
 #include <fcntl.h>
 #include <math.h>
-#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -26,7 +25,9 @@
 #define PATIENCE_NS 1000000
 #define LARGEST_LAG_NS 500000000LL
 
-static const char *const fault_names[] = { "mend", "hang loop", "hang write", "hang clock", "hang deaf", "hang kicking", "reset" };
+/* By enum fault. */
+static const char *const fault_names[] = { "mend", "hang loop", "hang write", "hang clock", "hang deaf", "hang kicking",
+                                           "reset" };
 static struct shared *board;
 static struct plant plants[2];
 static uint32_t last_bytes_us, last_on_us, last_order_us;
@@ -35,9 +36,7 @@ static void report(void)
 {
     printf("{\"resets\":%d,\"off_after_command_ms\":%.2f,\"off_after_order_ms\":%.2f,\"axes\":[", (int)board->boots - 1,
            (int32_t)(last_on_us - last_bytes_us) / 1e3, (int32_t)(last_on_us - last_order_us) / 1e3);
-    for (uint32_t i = 0; i < board->axes; i++)
-        printf("%s{\"force_n\":%.3f,\"position_m\":%.5f,\"motor_work_j\":%.5f,\"travel_m\":%.5f}", i ? "," : "",
-               board->force_mn[i] / 1000.0, plants[i].position_m, plants[i].motor_work_j, plants[i].travel_m);
+    plant_print(plants, board->force_mn, (int)board->axes);
     printf("]}\n");
     fflush(stdout);
 }
@@ -74,12 +73,12 @@ static void exchange(int line)
         return;
 }
 
-static void live(int is_swapped)
+static void live(bool are_swapped)
 {
     for (uint32_t i = 0; i < board->axes; i++) {
         for (int step = 0; step < 4; step++)
             plant_step(&plants[i], SLICE_US * 1e-6 / 4, board->force_mn[i] / 1000.0);
-        board->count[is_swapped ? 1 - i : i] = (int32_t)lrint(plants[i].position_m * COUNTS_PER_METRE);
+        board->count[are_swapped ? 1 - i : i] = (int32_t)lrint(plants[i].position_m * COUNTS_PER_METRE);
     }
     if (board->force_mn[0] != 0 || board->force_mn[1] != 0)
         last_on_us = board->time_us;
@@ -90,31 +89,25 @@ static void live(int is_swapped)
 
 int main(int argc, char **argv)
 {
-    int is_at_rest = 0, is_swapped = 0, file = argc < 3 ? -1 : open(argv[1], O_RDWR | O_CREAT | O_TRUNC, 0600);
+    struct options options = options_of(argc, argv, 3);
+    char order[ORDER_BYTES];
+    int file = argc < 3 ? -1 : open(argv[1], O_RDWR | O_CREAT | O_TRUNC, 0600);
     if (file < 0 || ftruncate(file, 16 << 20) != 0)
         die("the file of the memory");
     board = mmap(NULL, sizeof *board, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
     if (board == MAP_FAILED)
         die("shared memory");
-    board->axes = 1;
-    for (int i = 3; i < argc; i++)
-        board->axes += *argv[i] == '2', is_at_rest |= *argv[i] == 'r', is_swapped |= *argv[i] == 's';
+    board->axes = (uint32_t)options.axes;
     for (int i = 0; i < 2; i++)
-        plants[i] = (struct plant){ 1.4, 0.8, 2, .hand = { is_at_rest ? 0 : 0.03, i ? 0.7 : 0.5, 400, 20 } };
+        plants[i] = plant_of_axis(i, options.is_at_rest);
     int line = open_line(argv[2]);
     hurry();
     setvbuf(stdin, NULL, _IONBF, 0);
-    for (long long due_ns = now_ns();;) {
-        struct pollfd input = { .fd = 0, .events = POLLIN };
-        if (poll(&input, 1, 0) > 0) {
-            char order[64] = "";
-            if (!fgets(order, sizeof order, stdin))
-                break;
-            order[strcspn(order, "\n")] = 0;
+    for (long long due_ns = now_ns(); next_order(order, 0);) {
+        if (*order)
             obey(order);
-        }
         exchange(line);
-        live(is_swapped);
+        live(options.are_swapped);
         due_ns += SLICE_US * 1000;
         if (now_ns() - due_ns > LARGEST_LAG_NS)
             due_ns = now_ns();

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,8 +54,43 @@ void sleep_until(long long ns)
         clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
 }
 
+long long used_ns(int process)
+{
+    clockid_t clock;
+    struct timespec used;
+    if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &used) != 0)
+        return 0;
+    return used.tv_sec * 1000000000LL + used.tv_nsec;
+}
+
 void hurry(void)
 {
     prctl(PR_SET_TIMERSLACK, 1);
     setpriority(PRIO_PROCESS, 0, -20);
+}
+
+struct options options_of(int argc, char **argv, int first)
+{
+    struct options options = { .axes = 1 };
+    for (int i = first; i < argc; i++) {
+        if (strcmp(argv[i], "2") == 0)
+            options.axes = 2;
+        else if (strcmp(argv[i], "rest") == 0)
+            options.is_at_rest = true;
+        else if (strcmp(argv[i], "swapped") == 0)
+            options.are_swapped = true;
+    }
+    return options;
+}
+
+bool next_order(char order[ORDER_BYTES], int wait_ms)
+{
+    struct pollfd input = { .fd = 0, .events = POLLIN };
+    order[0] = 0;
+    if (poll(&input, 1, wait_ms) <= 0)
+        return true;
+    if (!fgets(order, ORDER_BYTES, stdin))
+        return false;
+    order[strcspn(order, "\n")] = 0;
+    return true;
 }

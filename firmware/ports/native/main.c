@@ -1,6 +1,6 @@
 /* A board of one or two axes that runs on this computer, for tests of the library and of what is at the other end:
  *
- *     build/native LINK [1 or 2] [rest] [swapped]        number of axes; hands at rest; the encoders' plugs are swapped
+ *     build/native LINK [1 or 2] [rest] [swapped]       number of axes; hands at rest; the encoders' plugs are swapped
  *
  * One process is the processor, with SIGALRM as its timer. Its parent is the operator, and the hardware watchdog, which
  * kills the processor and starts it again. Orders on standard input, each answered by the statistics: stats, clear, hang
@@ -10,7 +10,6 @@
 #include "host.h"
 #include "plant.h"
 #include <math.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -54,7 +53,10 @@ static void live(void)
 static uint32_t clock_us(void *context)
 {
     static uint32_t us;
-    return (void)context, board->fault == HANG_CLOCK ? us : (us = (uint32_t)(board_ns / 1000));
+    (void)context;
+    if (board->fault != HANG_CLOCK)
+        us = (uint32_t)(board_ns / 1000);
+    return us;
 }
 
 static void measure(void *context, struct haptic_sample *sample)
@@ -85,7 +87,8 @@ static void motor_off(void *context)
 static uint8_t take(void *context, uint8_t *bytes, uint8_t room)
 {
     ssize_t got = read(line, bytes, room);
-    return (void)context, got > 0 ? (uint8_t)got : 0;
+    (void)context;
+    return got > 0 ? (uint8_t)got : 0;
 }
 
 static bool give(void *context, const uint8_t *bytes, uint8_t length)
@@ -139,10 +142,9 @@ static _Noreturn void processor(void)
 
 static void report(unsigned resets)
 {
-    printf("{\"resets\":%u,\"off_after_order_ms\":%.2f,\"axes\":[", resets, (double)(board->last_on_ns - board->last_order_ns) / 1e6);
-    for (int i = 0; i < config.axes; i++)
-        printf("%s{\"force_n\":%.3f,\"position_m\":%.5f,\"motor_work_j\":%.5f,\"travel_m\":%.5f}", i ? "," : "",
-               board->force_mn[i] / 1000.0, board->plants[i].position_m, board->plants[i].motor_work_j, board->plants[i].travel_m);
+    double off_after_ms = (double)(board->last_on_ns - board->last_order_ns) / 1e6;
+    printf("{\"resets\":%u,\"off_after_order_ms\":%.2f,\"axes\":[", resets, off_after_ms);
+    plant_print(board->plants, board->force_mn, config.axes);
     printf("]}\n");
     fflush(stdout);
 }
@@ -154,8 +156,10 @@ static void obey(const char *order, pid_t child, unsigned resets)
     if (strcmp(order, "clear") == 0)
         for (int i = 0; i < 2; i++)
             board->plants[i].motor_work_j = board->plants[i].travel_m = 0;
-    if (strcmp(order, "cut") == 0 || strcmp(order, "mend") == 0)
-        board->is_cut = *order == 'c', board->fault = NONE;
+    if (strcmp(order, "cut") == 0 || strcmp(order, "mend") == 0) {
+        board->is_cut = *order == 'c';
+        board->fault = NONE;
+    }
     if (strcmp(order, "reset") == 0)
         kill(child, SIGKILL);
     for (int i = HANG_LOOP; i <= HANG_KICKING; i++)
@@ -164,26 +168,23 @@ static void obey(const char *order, pid_t child, unsigned resets)
     report(resets);
 }
 
-static long long processor_ns(pid_t child)
-{
-    clockid_t clock;
-    struct timespec now = { 0 };
-    return clock_getcpuclockid(child, &clock) || clock_gettime(clock, &now) ? 0 : now.tv_sec * 1000000000LL + now.tv_nsec;
-}
-
 int main(int argc, char **argv)
 {
-    bool is_at_rest = false;
+    struct options options = options_of(argc, argv, 2);
+    char order[ORDER_BYTES];
     int status;
-    if ((board = mmap(NULL, sizeof *board, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) == MAP_FAILED)
+    if (argc < 2)
+        return 2;
+    board = mmap(NULL, sizeof *board, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (board == MAP_FAILED)
         die("shared memory");
-    config = (struct haptic_device_config){ .name = "native 0.2.0", .axes = 1, .buttons_there = 1,
-        .counts_per_metre = { COUNTS_PER_METRE, COUNTS_PER_METRE }, .force_limit_mn = { 20000, 20000 }, .sample_rate_hz = 1000,
-        .clock_us = clock_us, .measure = measure, .motor_force = motor_force, .motor_off = motor_off, .read = take, .write = give };
-    for (int i = 2; i < argc; i++)
-        config.axes += *argv[i] == '2', is_at_rest |= *argv[i] == 'r', board->are_swapped |= *argv[i] == 's';
+    config = (struct haptic_device_config){ .name = "native 0.2.0", .axes = (uint8_t)options.axes,
+        .counts_per_metre = { COUNTS_PER_METRE, COUNTS_PER_METRE }, .force_limit_mn = { 20000, 20000 },
+        .buttons_there = 1, .sample_rate_hz = 1000, .clock_us = clock_us, .measure = measure, .motor_force = motor_force,
+        .motor_off = motor_off, .read = take, .write = give };
+    board->are_swapped = options.are_swapped;
     for (int i = 0; i < 2; i++)
-        board->plants[i] = (struct plant){ 1.4, 0.8, 2, .hand = { is_at_rest ? 0 : 0.03, i ? 0.7 : 0.5, 400, 20 } };
+        board->plants[i] = plant_of_axis(i, options.is_at_rest);
     line = open_line(argv[1]);
     hurry();
     setvbuf(stdin, NULL, _IONBF, 0);
@@ -192,22 +193,21 @@ int main(int argc, char **argv)
     for (unsigned resets = 0;;) {
         if (child == 0 && (child = fork()) == 0)
             processor();
-        struct pollfd input = { .fd = 0, .events = POLLIN };
-        if (poll(&input, 1, 1) > 0) {
-            char order[64] = "";
-            if (!fgets(order, sizeof order, stdin) || strcmp(order, "quit\n") == 0)
-                break;
-            order[strcspn(order, "\n")] = 0;
+        if (!next_order(order, 1))
+            break;
+        if (*order)
             obey(order, child, resets);
+        if (board->is_kicked) {
+            board->is_kicked = false;
+            kicked_ns = used_ns(child);
         }
-        if (board->is_kicked)
-            board->is_kicked = false, kicked_ns = processor_ns(child);
-        bool is_hung = processor_ns(child) - kicked_ns > WATCHDOG_NS;
+        bool is_hung = used_ns(child) - kicked_ns > WATCHDOG_NS;
         if (is_hung)
             kill(child, SIGKILL);
         if (waitpid(child, &status, is_hung ? 0 : WNOHANG) == child) {
             motor_off(NULL); /* as the resistor at the power stage, while the pins float */
-            board->fault = NONE, kicked_ns = 0;
+            board->fault = NONE;
+            kicked_ns = 0;
             child = 0;
             resets++;
             if (WIFEXITED(status))

@@ -1,13 +1,13 @@
 /* Firmware for an RP2040 of one or two axes, without pico-sdk, for rp2040js: it sets neither clocks nor pins, which the
  * simulator does not need and pico-sdk does on a board. UART 0 is the line at 1 Mbaud, PWM slices 0 and 1 are the motors,
- * alarm 0 of the timer is the independent timer, the chip's watchdog the hardware watchdog. Words at the end of the memory
- * stand for the encoders, and for the fault that rig.mjs plants. */
+ * alarm 0 of the timer is the independent timer, the chip's watchdog the hardware watchdog. Words at the end of the
+ * memory stand for the encoders, and for the fault that rig.mjs plants. */
 #include "haptic_device.h"
 #include "startup.h"
 
 struct uart { uint32_t data, unused[5], flags, unused_too[2], divisor, fraction, format, control, levels, interrupts; };
 struct timer { uint32_t unused[4], alarm[4], armed, raw_high, raw_low, debug, pause, pending, interrupts; };
-struct pwm { uint32_t control, divider, counter, duty, top; }; /* of the duty, channel A is below and pulls one way, B above the other */
+struct pwm { uint32_t control, divider, counter, duty, top; }; /* of the duty, the upper half is the negative force */
 #define UART0 ((volatile struct uart *)0x40034000)
 enum uart_flag { UART_RECEIVED_NOTHING = 1 << 4, UART_FULL = 1 << 5 };
 #define PWM ((volatile struct pwm *)0x40050000)
@@ -32,7 +32,10 @@ static uint32_t alarm_us;
 static uint32_t clock_us(void *context)
 {
     static uint32_t us;
-    return (void)context, FAULT == HANG_CLOCK ? us : (us = TIMER->raw_low);
+    (void)context;
+    if (FAULT != HANG_CLOCK)
+        us = TIMER->raw_low;
+    return us;
 }
 
 static void measure(void *context, struct haptic_sample *sample)
@@ -54,7 +57,8 @@ static void motor_force(void *context, const int32_t force_mn[])
 
 static void motor_off(void *context)
 {
-    (void)context, PWM[0].duty = PWM[1].duty = 0;
+    (void)context;
+    PWM[0].duty = PWM[1].duty = 0;
 }
 
 static uint8_t take(void *context, uint8_t *bytes, uint8_t room)
@@ -80,8 +84,11 @@ static bool give(void *context, const uint8_t *bytes, uint8_t length)
 
 static void on_received(void)
 {
-    for (; !(UART0->flags & UART_RECEIVED_NOTHING); received_head += (uint8_t)(received_head + 1) != received_tail)
+    while (!(UART0->flags & UART_RECEIVED_NOTHING)) {
         received[received_head] = (uint8_t)UART0->data;
+        if ((uint8_t)(received_head + 1) != received_tail)
+            received_head++;
+    }
 }
 
 static void on_alarm(void)
@@ -102,12 +109,6 @@ static void hang(void)
             KICK();
 }
 
-static void on_fault(void)
-{
-    for (;;)
-        motor_off(NULL);
-}
-
 int main(void)
 {
     config = (struct haptic_device_config){ .name = "rp2040 0.2.0", .axes = AXES, .sample_rate_hz = 1000000 / TICK_US,
@@ -115,8 +116,10 @@ int main(void)
         .motor_force = motor_force, .motor_off = motor_off, .read = take, .write = give };
     RESETS = 0;
     haptic_device_init(&device, &config);
-    for (int i = 0; i < AXES; i++)
-        PWM[i].top = PWM_PERIOD - 1, PWM[i].control = 1;
+    for (int i = 0; i < AXES; i++) {
+        PWM[i].top = PWM_PERIOD - 1;
+        PWM[i].control = 1;
+    }
     UART0->divisor = 8;
     UART0->format = 3 << 5 | 1 << 4; /* 8 bits, with FIFOs */
     UART0->control = 1 | 3 << 8;
@@ -131,20 +134,15 @@ int main(void)
         while (to_send_tail != to_send_head && !(UART0->flags & UART_FULL))
             UART0->data = to_send[to_send_tail++];
         hang();
-        if (has_ticked)
-            has_ticked = false, KICK();
+        if (has_ticked) {
+            has_ticked = false;
+            KICK();
+        }
         __asm volatile("cpsid i");
         if (received_head == received_tail && to_send_head == to_send_tail)
             __asm volatile("wfi");
         __asm volatile("cpsie i");
     }
-}
-
-static void on_reset(void)
-{
-    motor_off(NULL);
-    start_c();
-    main();
 }
 
 __attribute__((section(".vectors"), used)) static void *const vectors[48] = { [0] = &stack_top, [1] = on_reset, [2] = on_fault,

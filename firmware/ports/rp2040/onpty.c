@@ -1,5 +1,5 @@
-/* onpty LINK COMMAND...: runs a command that has a pseudo-terminal's own side as descriptor 3, and does not wait on standard
- * input. For node, which opens none. */
+/* onpty LINK COMMAND...: runs a command that has a pseudo-terminal's own side as descriptor 3, and does not wait on
+ * standard input. For node, which opens none. */
 #include "host.h"
 
 #include <fcntl.h>

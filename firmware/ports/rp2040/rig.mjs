@@ -26,7 +26,10 @@ function boot() {
   mcu.writeUint32(WATCHDOG_CONTROL, 0);
   for (let axis = 0; axis < 2; axis++) mcu.writeUint32(PWM_DUTY + 0x14 * axis, 0);
   const stack = image.readUInt32LE(0), start = image.readUInt32LE(4) & ~1;
-  Object.assign(mcu.core, { VTOR: FLASH, SP: stack, PC: start, waiting: false, PM: false, IPSR: 0, pendingInterrupts: 0, enabledInterrupts: 0, currentMode: THREAD_MODE });
+  Object.assign(mcu.core, {
+    VTOR: FLASH, SP: stack, PC: start, waiting: false, PM: false, IPSR: 0, pendingInterrupts: 0, enabledInterrupts: 0,
+    currentMode: THREAD_MODE,
+  });
 }
 let bites = false;
 mcu.peripherals[WATCHDOG >>> 12].onWatchdogTrigger = () => {
@@ -78,7 +81,8 @@ function obey(order) {
     force_n: forces[axis], position_m: plant.position, motor_work_j: plant.work, travel_m: plant.travel,
   }));
   const answer = {
-    resets, off_after_command_ms: (lastOnNs - lastBytesNs) / 1e6, off_after_order_ms: (lastOnNs - lastOrderNs) / 1e6, instructions, board_s: clock.nanos / 1e9, axes: each,
+    resets, off_after_command_ms: (lastOnNs - lastBytesNs) / 1e6, off_after_order_ms: (lastOnNs - lastOrderNs) / 1e6,
+    instructions, board_s: clock.nanos / 1e9, axes: each,
   };
   fs.writeSync(1, JSON.stringify(answer) + '\n');
 }

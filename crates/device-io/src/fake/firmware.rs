@@ -6,6 +6,7 @@ use super::hand::Hand;
 use super::misbehaviour::{FaultyClock, Misbehaviour};
 use super::plant::RigProperties;
 use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, is_newer};
+use crate::protocol::view::TWO_AXES;
 use std::collections::VecDeque;
 
 /// Time without a valid message after which nothing is sent, ns.
@@ -29,6 +30,8 @@ pub struct FirmwareProperties {
     /// Whether the motor is wired the other way: a positive command pulls the handle in the
     /// negative direction.
     pub reversed: bool,
+    /// Whether it has a second axis, with the same mechanics and a hand of its own.
+    pub has_second_axis: bool,
 }
 
 impl Default for FirmwareProperties {
@@ -41,9 +44,13 @@ impl Default for FirmwareProperties {
             buttons: 0,
             name: DeviceHello::firmware_of(concat!("fake-rig ", env!("CARGO_PKG_VERSION"))),
             reversed: false,
+            has_second_axis: false,
         }
     }
 }
+
+/// The forces of a motor that is off, N, by axis.
+const NO_FORCE: [f64; 2] = [0.0; 2];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
@@ -72,6 +79,7 @@ struct ActiveFaults {
 #[derive(Debug)]
 pub struct Firmware {
     rig: FakeRig,
+    second_axis: Option<FakeRig>,
     properties: FirmwareProperties,
     state: State,
     watchdog: bool,
@@ -101,6 +109,7 @@ impl Firmware {
     #[must_use]
     pub fn new(rig: RigProperties, hand: Hand, properties: FirmwareProperties) -> Self {
         Self {
+            second_axis: properties.has_second_axis.then(|| FakeRig::new(rig, hand.clone())),
             rig: FakeRig::new(rig, hand),
             properties,
             state: State::Silent,
@@ -123,10 +132,15 @@ impl Firmware {
 
     /// Takes in a message at a time, ns; returns the answer, if there is one.
     pub fn receive(&mut self, message: FromHost, now_ns: u64) -> Option<FromDevice> {
+        self.receive_for_two(message, 0, now_ns)
+    }
+
+    /// The same where a command has a force for the second axis, mN.
+    pub fn receive_for_two(&mut self, message: FromHost, second_mn: i32, now_ns: u64) -> Option<FromDevice> {
         self.advance(now_ns);
         let sequence = match message {
             FromHost::Hello { nonce } => {
-                self.drive(0.0);
+                self.drive(NO_FORCE);
                 self.state = State::Off;
                 self.watchdog = false;
                 (self.sequence, self.heard, self.command) = (0, 0, 0);
@@ -151,14 +165,14 @@ impl Firmware {
                     self.state = State::Off;
                 }
                 self.drive(if self.state == State::Enabled {
-                    f64::from(force_mn) * 1e-3
+                    [force_mn, second_mn].map(|force_mn| f64::from(force_mn) * 1e-3)
                 } else {
-                    0.0
+                    NO_FORCE
                 });
                 None
             }
             FromHost::Enable { enabled: true, .. } => {
-                self.drive(0.0);
+                self.drive(NO_FORCE);
                 self.state = State::Enabled;
                 self.watchdog &= self.wrong.keeps_mark;
                 self.command_at_ns = now_ns;
@@ -167,7 +181,7 @@ impl Firmware {
             FromHost::Enable { enabled: false, .. } => {
                 // The watchdog's mark stays: it says why the motor was off before.
                 if !self.wrong.stays_enabled && !self.wrong.ignores_off {
-                    self.drive(0.0);
+                    self.drive(NO_FORCE);
                     self.state = State::Off;
                 }
                 Some(FromDevice::Acknowledge { sequence, done: true })
@@ -185,11 +199,7 @@ impl Firmware {
         let position_m = self.rig.plant().position_m() + std::mem::take(&mut self.wrong.spike_m);
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "a desk-top rig goes far less than 2^31 counts"
-        )]
-        let count = (position_m / self.resolution_m()).round() as i32;
+        let count = self.count(position_m);
         Some(FromDevice::Sample(DeviceSample {
             sequence,
             time_us: self.clock.stamp(self.time_us(now_ns), now_ns / 1000),
@@ -230,30 +240,39 @@ impl Firmware {
         let bites_at_ns = self.command_at_ns.saturating_add(watchdog_ns);
         if !self.wrong.stays_enabled && self.state == State::Enabled && now_ns >= bites_at_ns {
             // It bites when it is due, not when the caller looks.
-            self.rig.live_until(bites_at_ns);
-            self.drive(0.0);
+            self.live_until(bites_at_ns);
+            self.drive(NO_FORCE);
             self.state = State::Off;
             self.watchdog = true;
         }
-        self.rig.live_until(now_ns);
+        self.live_until(now_ns);
         if self.state != State::Silent && now_ns >= self.heard_at_ns + SILENCE_NS {
             if self.wrong.stays_enabled {
                 return;
             }
-            self.drive(0.0);
+            self.drive(NO_FORCE);
             self.state = State::Silent;
         }
     }
 
-    fn drive(&mut self, force_n: f64) {
-        let limit = self.properties.force_limit_n;
-        self.force_n = force_n.clamp(-limit, limit);
+    fn live_until(&mut self, now_ns: u64) {
+        self.rig.live_until(now_ns);
+        if let Some(second_axis) = &mut self.second_axis {
+            second_axis.live_until(now_ns);
+        }
+    }
+
+    /// The forces from now on, N, by axis.
+    fn drive(&mut self, forces_n: [f64; 2]) {
+        let limit_n = self.properties.force_limit_n;
+        let forces_n = forces_n.map(|force_n| force_n.clamp(-limit_n, limit_n));
+        self.force_n = forces_n[0];
         self.largest_force_n = self.largest_force_n.max(self.force_n.abs());
-        self.rig.drive(if self.properties.reversed {
-            -self.force_n
-        } else {
-            self.force_n
-        });
+        let [first_n, second_n] = forces_n.map(|force_n| if self.properties.reversed { -force_n } else { force_n });
+        self.rig.drive(first_n);
+        if let Some(second_axis) = &mut self.second_axis {
+            second_axis.drive(second_n);
+        }
     }
 
     #[expect(
@@ -268,6 +287,14 @@ impl Firmware {
         (true_us as u32)
             .wrapping_add(gained_us as u32)
             .wrapping_add(self.clock_offset_us)
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a desk-top rig goes far less than 2^31 counts"
+    )]
+    fn count(&self, position_m: f64) -> i32 {
+        (position_m / self.resolution_m()).round() as i32
     }
 
     fn resolution_m(&self) -> f64 {
@@ -294,6 +321,26 @@ impl Firmware {
             buttons: self.properties.buttons,
             wide: false,
             firmware: self.properties.name,
+        }
+    }
+
+    /// Whether it has a second axis.
+    #[must_use]
+    pub fn has_second_axis(&self) -> bool {
+        self.second_axis.is_some()
+    }
+
+    /// Appends the fields of the second axis, if there is one, to the bytes of a message of its own.
+    pub fn append_second_axis(&self, message: &FromDevice, bytes: &mut Vec<u8>) {
+        let Some(second_axis) = &self.second_axis else { return };
+        match message {
+            FromDevice::Hello(hello) => {
+                bytes[2] |= TWO_AXES;
+                bytes.extend(hello.counts_per_metre.to_le_bytes());
+                bytes.extend(hello.force_limit_mn.to_le_bytes());
+            }
+            FromDevice::Sample(_) => bytes.extend(self.count(second_axis.plant().position_m()).to_le_bytes()),
+            FromDevice::Acknowledge { .. } | FromDevice::Error { .. } => {}
         }
     }
 
@@ -350,7 +397,7 @@ impl Firmware {
         }
         let code = ErrorCode::from_byte(code);
         if code != ErrorCode::BadMessage && !self.wrong.stays_enabled {
-            self.drive(0.0);
+            self.drive(NO_FORCE);
             self.state = State::Off;
         }
         self.errors.push_back(FromDevice::Error { code, detail });
@@ -370,95 +417,5 @@ impl Firmware {
     pub fn wrap_in(&mut self, time_us: u32, now_ns: u64) {
         self.clock_offset_us = 0;
         self.clock_offset_us = 0_u32.wrapping_sub(time_us).wrapping_sub(self.time_us(now_ns));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const MS: u64 = 1_000_000;
-
-    /// An enabled firmware that gives 3 N, and what time it is.
-    fn pulling() -> (Firmware, u64) {
-        let mut firmware = Firmware::new(RigProperties::default(), Hand::Free, FirmwareProperties::default());
-        let now_ns = 1000 * MS;
-        firmware.receive(FromHost::Hello { nonce: 1 }, now_ns);
-        firmware.receive(enable(1, true), now_ns);
-        firmware.receive(command(2, 3000, true), now_ns);
-        assert_eq!(firmware.force_n(), 3.0);
-        (firmware, now_ns)
-    }
-
-    fn enable(sequence: u32, enabled: bool) -> FromHost {
-        FromHost::Enable { sequence, enabled }
-    }
-
-    fn command(sequence: u32, force_mn: i32, enabled: bool) -> FromHost {
-        FromHost::Command {
-            sequence,
-            force_mn,
-            enabled,
-        }
-    }
-
-    fn sample(firmware: &mut Firmware, now_ns: u64) -> DeviceSample {
-        match firmware.sample(now_ns) {
-            Some(FromDevice::Sample(sample)) => sample,
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn only_an_enable_on_takes_the_watchdogs_mark_away() {
-        let (mut firmware, now_ns) = pulling();
-        let now_ns = now_ns + 60 * MS;
-        let bitten = sample(&mut firmware, now_ns);
-        assert!(bitten.watchdog && !bitten.enabled, "{bitten:?}");
-        firmware.receive(enable(3, false), now_ns);
-        assert!(sample(&mut firmware, now_ns).watchdog);
-        firmware.receive(enable(4, true), now_ns);
-        assert!(!sample(&mut firmware, now_ns).watchdog);
-    }
-
-    #[test]
-    fn a_second_enable_begins_at_zero_force_with_a_fresh_watchdog() {
-        let (mut firmware, now_ns) = pulling();
-        firmware.receive(enable(3, true), now_ns + 40 * MS);
-        let enabled = sample(&mut firmware, now_ns + 80 * MS);
-        assert!(enabled.enabled, "{enabled:?}");
-        assert_eq!(firmware.force_n(), 0.0);
-        assert!(!sample(&mut firmware, now_ns + 91 * MS).enabled);
-    }
-
-    #[test]
-    fn a_misbehaving_one_stays_on_until_it_is_honest() {
-        let (mut firmware, now_ns) = pulling();
-        firmware.misbehave(Misbehaviour::StayEnabled, now_ns);
-        firmware.receive(command(3, 0, false), now_ns);
-        firmware.receive(enable(4, false), now_ns);
-        assert!(sample(&mut firmware, now_ns + 5000 * MS).enabled);
-        assert_eq!(firmware.force_n(), 3.0);
-        firmware.misbehave(Misbehaviour::Honest, now_ns + 5001 * MS);
-        assert_eq!(firmware.sample(now_ns + 5001 * MS), None, "off, and silent");
-        assert_eq!(firmware.force_n(), 0.0);
-    }
-
-    #[test]
-    fn a_spike_is_of_one_sample_and_an_error_switches_the_motor_off() {
-        let (mut firmware, now_ns) = pulling();
-        let before = sample(&mut firmware, now_ns).count;
-        firmware.misbehave(Misbehaviour::PositionSpike(1.0), now_ns);
-        assert_eq!(sample(&mut firmware, now_ns).count - before, 100);
-        assert_eq!(sample(&mut firmware, now_ns).count, before);
-        firmware.misbehave(Misbehaviour::Error(3, 17), now_ns);
-        assert_eq!(
-            firmware.take_error(),
-            Some(FromDevice::Error {
-                code: ErrorCode::Motor,
-                detail: 17
-            })
-        );
-        assert_eq!((firmware.force_n(), firmware.take_error()), (0.0, None));
     }
 }

@@ -4,6 +4,8 @@ mod fake_rig;
 mod fault;
 mod faulty_line;
 mod firmware;
+#[cfg(test)]
+mod firmware_tests;
 mod hand;
 mod misbehaviour;
 mod motion;

@@ -61,11 +61,11 @@ impl Kind {
 /// Longest message, bytes.
 pub const LONGEST: usize = 48;
 
-/// Longest message that may be received, bytes: the hello of a device with two axes, which is refused by name.
-pub const LONGEST_RECEIVED: usize = 56;
+/// Longest message on a line, bytes: the hello of a device with two axes, which hapticd refuses by name.
+pub const LONGEST_OF_TWO_AXES: usize = 56;
 
 /// Flag of a hello: the device has two axes.
-const TWO_AXES: u8 = 1 << 1;
+pub const TWO_AXES: u8 = 1 << 1;
 
 /// Why bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]

@@ -156,14 +156,17 @@ pub(super) fn devices(found: &DevicesReply) -> Vec<Check> {
     found
         .devices
         .iter()
-        .map(|device| match &device.problem {
-            Some(problem) => Check::warn(
-                "device",
-                format!("{}: {}", device.address, problem.what),
-                problem.remedy.clone(),
-            ),
-            None if device.in_use => Check::ok("device", format!("{} is in use by the daemon", device.address)),
-            None => Check::ok("device", format!("{} can be opened", device.address)),
+        .map(|device| {
+            let state = match &device.problem {
+                Some(problem) => problem.what.as_str(),
+                None if device.in_use => "in use by the daemon",
+                None => "it can be opened",
+            };
+            let found = format!("{}, {}: {state}", device.address, device.description);
+            match &device.problem {
+                Some(problem) => Check::warn("device", found, problem.remedy.clone()),
+                None => Check::ok("device", found),
+            }
         })
         .collect()
 }

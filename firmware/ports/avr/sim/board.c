@@ -30,8 +30,9 @@ static avr_uart_t *uart;
 static struct board_stats stats;
 
 static struct interrupt interrupts[] = {
-    { .name = "sample clock", .vector = 11 }, { .name = "uart received", .vector = 18 }, { .name = "uart empty", .vector = 19 },
-    { .name = "analogue", .vector = 21 },     { .name = "encoder A", .vector = 1 },      { .name = "encoder B", .vector = 2 },
+    { .name = "sample clock", .vector = 11 }, { .name = "uart received", .vector = 18 },
+    { .name = "uart empty", .vector = 19 },   { .name = "analogue", .vector = 21 },
+    { .name = "encoder A", .vector = 1 },     { .name = "encoder B", .vector = 2 },
 };
 #define SAMPLE_CLOCK (&interrupts[0])
 #define UART_RECEIVED (&interrupts[1])

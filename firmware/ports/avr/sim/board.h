@@ -16,7 +16,7 @@ struct interrupt {
 };
 
 struct board_stats {
-    uint64_t bytes_in, bytes_out, overruns; /* of the UART; an overrun is a byte that was left there until the next ones had no place */
+    uint64_t bytes_in, bytes_out, overruns; /* of the UART; an overrun is a byte that no place was left for */
     uint64_t longest_to_frame; /* cycles from a tick of the sample clock to the first byte of the next frame */
     uint64_t resets;
     size_t never_used; /* bytes of memory between the data and the deepest stack */
@@ -39,8 +39,8 @@ bool board_is_receiving(void);
 /* Takes what the UART has sent. */
 size_t board_receive(uint8_t *bytes, size_t room);
 
-/* The part of the time since the last call and up to a cycle, to which the board has been run,
- * that D5 was high; and the direction on D8. */
+/* The part of the time since the last call and up to a cycle, to which the board has been run, that D5 was high; and the
+ * direction on D8. */
 double board_duty(uint64_t cycle);
 bool board_direction(void);
 
@@ -51,8 +51,8 @@ uint64_t board_last_frame(void);
 void board_set_analogue(int channel, double volts);
 void board_set_pin(char port, int pin, bool level);
 
-/* Ways for the main loop to hang, as a broken firmware would: with interrupts, without, or kicking the hardware watchdog all
- * the time; or for the sample clock to stop. */
+/* Ways for the main loop to hang, as a broken firmware would: with interrupts, without, or kicking the hardware watchdog
+ * all the time; or for the sample clock to stop. */
 bool board_hang(const char *how);
 
 /* Resets the processor, wherever it is. */

@@ -1,10 +1,11 @@
-/* A rig in simulation: the real firmware on libsimavr's ATmega328P, its motor pulling a handle that a hand moves, its UART on a pseudo-terminal.
+/* A rig in simulation: the real firmware on libsimavr's ATmega328P, its motor pulling a handle that a hand moves, its UART
+ * on a pseudo-terminal.
  *
  *     build/simulator build/quadrature.elf --pty rig
  *     hapticd --device serial:rig
  *
- * It keeps to real time. On standard input it takes: stats, until S (stats at that time), clear, hang loop|deaf|kicking|clock, reset, cut,
- * patience MS, quit; it answers each with one line of JSON. */
+ * It keeps to real time. On standard input it takes: stats, until S (stats at that time), clear, hang
+ * loop|deaf|kicking|clock, reset, cut, patience MS, quit; it answers each with one line of JSON. */
 #define _GNU_SOURCE
 #include "board.h"
 #include "config.h"
@@ -22,8 +23,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Two periods of the PWM: what the motor gives is the mean over it, and the handle moves by one
- * step. */
+/* Two periods of the PWM: what the motor gives is the mean over it, and the handle moves by one step. */
 #define STEP_CYCLES 512
 #define STEP_S ((double)STEP_CYCLES / BOARD_HZ)
 /* How much is simulated between two looks at the clock and the line: 192 us. */
@@ -52,8 +52,8 @@ static void on_signal(int signal)
     ended = 1;
 }
 
-/* On request time almost stands still while the host is silent: a host that a busy machine holds
- * up then does not count as silent. */
+/* On request time almost stands still while the host is silent: a host that a busy machine holds up then does not count as
+ * silent. */
 static void wait_for_host(int line)
 {
     if (board_is_receiving())
@@ -99,7 +99,8 @@ static bool step(void)
     sum_of_force_n += size;
     steps_counted++;
     if (log_file)
-        fprintf(log_file, "%.6f,%.7f,%.5f,%.4f,%.4f\n", plant.time_s, plant.position_m, plant.velocity_mps, motor_force_n, plant.hand_force_n);
+        fprintf(log_file, "%.6f,%.7f,%.5f,%.4f,%.4f\n", plant.time_s, plant.position_m, plant.velocity_mps, motor_force_n,
+                plant.hand_force_n);
     return true;
 }
 
@@ -113,19 +114,25 @@ static void print_stats(void)
     struct board_stats stats = board_stats();
     double counted_s = (double)steps_counted * STEP_S;
     printf("{\"time_s\":%.6f,\"lags\":%llu,", seconds(board_cycle()), (unsigned long long)lags);
-    printf("\"motor\":{\"force_n\":%.4f,\"largest_force_n\":%.4f,\"mean_force_n\":%.4f,\"work_j\":%.5f,\"last_on_s\":%.6f,\"last_frame_s\":%.6f},", motor_force_n,
-           largest_force_n, steps_counted ? sum_of_force_n / (double)steps_counted : 0, plant.motor_work_j, seconds(board_last_high()), seconds(board_last_frame()));
-    printf("\"handle\":{\"position_m\":%.6f,\"velocity_mps\":%.5f,\"travel_m\":%.5f,\"hand_force_n\":%.4f,\"hand_work_j\":%.5f},", plant.position_m, plant.velocity_mps,
-           plant.travel_m, plant.hand_force_n, plant.hand_work_j);
-    printf("\"uart\":{\"bytes_in\":%llu,\"bytes_out\":%llu,\"overruns\":%llu,\"longest_to_frame_cycles\":%llu},", (unsigned long long)stats.bytes_in,
-           (unsigned long long)stats.bytes_out, (unsigned long long)stats.overruns, (unsigned long long)stats.longest_to_frame);
-    printf("\"processor\":{\"resets\":%llu,\"load\":%.4f,\"longest_busy_cycles\":%llu,\"memory_never_used\":%zu},\"interrupts\":{", (unsigned long long)stats.resets,
-           counted_s > 0 ? seconds(stats.busy_cycles) / counted_s : 0, (unsigned long long)stats.longest_busy, stats.never_used);
+    printf("\"motor\":{\"force_n\":%.4f,\"largest_force_n\":%.4f,\"mean_force_n\":%.4f,\"work_j\":%.5f,", motor_force_n,
+           largest_force_n, steps_counted ? sum_of_force_n / (double)steps_counted : 0, plant.motor_work_j);
+    printf("\"last_on_s\":%.6f,\"last_frame_s\":%.6f},", seconds(board_last_high()), seconds(board_last_frame()));
+    printf("\"handle\":{\"position_m\":%.6f,\"velocity_mps\":%.5f,\"travel_m\":%.5f,", plant.position_m,
+           plant.velocity_mps, plant.travel_m);
+    printf("\"hand_force_n\":%.4f,\"hand_work_j\":%.5f},", plant.hand_force_n, plant.hand_work_j);
+    printf("\"uart\":{\"bytes_in\":%llu,\"bytes_out\":%llu,\"overruns\":%llu,\"longest_to_frame_cycles\":%llu},",
+           (unsigned long long)stats.bytes_in, (unsigned long long)stats.bytes_out, (unsigned long long)stats.overruns,
+           (unsigned long long)stats.longest_to_frame);
+    printf("\"processor\":{\"resets\":%llu,\"load\":%.4f,\"longest_busy_cycles\":%llu,\"memory_never_used\":%zu},",
+           (unsigned long long)stats.resets, counted_s > 0 ? seconds(stats.busy_cycles) / counted_s : 0,
+           (unsigned long long)stats.longest_busy, stats.never_used);
+    printf("\"interrupts\":{");
     size_t count;
     const struct interrupt *interrupts = board_interrupts(&count);
     for (size_t i = 0; i < count; i++)
-        printf("%s\"%s\":{\"count\":%llu,\"longest_cycles\":%llu,\"longest_wait_cycles\":%llu}", i ? "," : "", interrupts[i].name,
-               (unsigned long long)interrupts[i].count, (unsigned long long)interrupts[i].longest, (unsigned long long)interrupts[i].longest_wait);
+        printf("%s\"%s\":{\"count\":%llu,\"longest_cycles\":%llu,\"longest_wait_cycles\":%llu}", i ? "," : "",
+               interrupts[i].name, (unsigned long long)interrupts[i].count, (unsigned long long)interrupts[i].longest,
+               (unsigned long long)interrupts[i].longest_wait);
     printf("}}\n");
     fflush(stdout);
 }
@@ -207,7 +214,8 @@ static void usage(void)
 {
     puts("usage: simulator FIRMWARE.elf [--pty LINK] [--log FILE.csv] [--mass KG] [--coulomb N] [--viscous NS/M]\n"
          "                 [--amplitude M] [--frequency HZ] [--arm-stiffness N/M] [--arm-damping NS/M]\n"
-         "Runs until standard input ends. The log has a row each 32 us: time_s, position_m, velocity_mps, motor_force_n, hand_force_n.");
+         "Runs until standard input ends. The log has a row each 32 us: time_s, position_m, velocity_mps, motor_force_n,\n"
+         "hand_force_n.");
     exit(2);
 }
 

@@ -9,9 +9,9 @@ use device_io::clock::now_ns;
 use device_io::fake::{
     self, Fault, FaultyLine, Firmware, FirmwareProperties, Misbehaviour, Order, ProgramOptions, TimedFault,
 };
-use device_io::protocol::message::{DeviceHello, FromDevice, FromHost};
+use device_io::protocol::message::{DeviceHello, ErrorCode, FromDevice, FromHost};
 use plant::PlantOptions;
-use port::{Place, Port, PortClosed};
+use port::{Heard, Place, Port, PortClosed};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::File;
 use std::io::{self, Write};
@@ -29,6 +29,10 @@ use std::time::Duration;
 struct Options {
     #[command(flatten)]
     place: PlaceOptions,
+
+    /// Number of axes; a second has the same mechanics, and a hand of its own
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
+    axes: u8,
 
     /// Samples a second, Hz, from 10 to 20000
     #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=20_000))]
@@ -176,6 +180,7 @@ impl Rig {
                 None => FirmwareProperties::default().name,
             },
             reversed: options.reversed,
+            has_second_axis: options.axes > 1,
         };
         let began_ns = now_ns();
         let place = options.place.place();
@@ -319,13 +324,22 @@ impl Rig {
 
     fn receive(&mut self, frame: &[u8], now: u64) {
         let Some(port) = &mut self.port else { return };
-        for message in port.decode(frame) {
-            if let (Some(file), Some(told)) = (&mut self.commands, as_told(message, now))
-                && let Err(error) = file.write_all(told.as_bytes())
-            {
-                eprintln!("fake-rig: a command was not written down: {error}");
-            }
-            if let Some(answer) = self.firmware.receive(message, now) {
+        for heard in port.decode(frame, self.firmware.has_second_axis()) {
+            let answer = match heard {
+                Heard::Message(message, second_mn) => {
+                    if let (Some(file), Some(told)) = (&mut self.commands, as_told(message, now))
+                        && let Err(error) = file.write_all(told.as_bytes())
+                    {
+                        eprintln!("fake-rig: a command was not written down: {error}");
+                    }
+                    self.firmware.receive_for_two(message, second_mn, now)
+                }
+                Heard::Bad(detail) => Some(FromDevice::Error {
+                    code: ErrorCode::BadMessage,
+                    detail,
+                }),
+            };
+            if let Some(answer) = answer {
                 self.send(&answer, now);
             }
         }
@@ -333,8 +347,8 @@ impl Rig {
 
     fn send(&mut self, message: &FromDevice, now: u64) {
         let Some(port) = &self.port else { return };
-        let bytes = message.bytes();
-        let mut bytes = bytes.as_slice().to_vec();
+        let mut bytes = message.bytes().as_slice().to_vec();
+        self.firmware.append_second_axis(message, &mut bytes);
         if let Some(version) = self.version {
             bytes[1] = version;
         }

@@ -3,7 +3,7 @@
 use device_io::fake::plug_in;
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::FromHost;
-use device_io::protocol::view::View;
+use device_io::protocol::view::{Kind, View};
 use rustix::event::PollFlags;
 use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::fs::{Mode, OFlags, fstat, open, stat};
@@ -30,6 +30,47 @@ impl Place {
         match self {
             Self::Pty(path) | Self::Tty(path) | Self::Hid(path) => path,
         }
+    }
+}
+
+/// What a host has said.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Heard {
+    /// A message; of a command to two axes, with the force of the second, mN.
+    Message(FromHost, i32),
+    /// What is no message of a host, as the detail of the complaint: kind, version and length.
+    Bad(u32),
+}
+
+impl Heard {
+    /// Reads a message, which may be padded. Nothing for a message of a device: that is an echo on the line, and an answer
+    /// to it would come back as well.
+    fn read(bytes: &[u8], is_padded: bool, has_second_axis: bool) -> Option<Self> {
+        let [kind, version, ..] = *bytes else { return None };
+        if kind < Kind::HostHello as u8 {
+            return None;
+        }
+        let (first, second_mn) = match bytes.split_at_checked(Kind::Command.length()) {
+            Some((first, second)) if has_second_axis && kind == Kind::Command as u8 => {
+                match second.first_chunk::<4>() {
+                    Some(second_mn) if is_padded || second.len() == 4 => (first, i32::from_le_bytes(*second_mn)),
+                    // A command for one axis, or none at all.
+                    _ => (&bytes[..2], 0),
+                }
+            }
+            _ => (bytes, 0),
+        };
+        let view = if is_padded {
+            View::padded(first)
+        } else {
+            View::whole(first)
+        };
+        let message = view.ok().and_then(|view| FromHost::read(view).ok());
+        let length = u32::try_from(bytes.len()).unwrap_or(0);
+        Some(message.map_or(
+            Self::Bad(u32::from(kind) | u32::from(version) << 8 | length << 16),
+            |message| Self::Message(message, second_mn),
+        ))
     }
 }
 
@@ -98,19 +139,18 @@ impl Port {
         }
     }
 
-    /// The messages in a frame.
-    pub(crate) fn decode(&mut self, frame: &[u8]) -> Vec<FromHost> {
-        let read = |view: Option<View<'_>>| view.and_then(|view| FromHost::read(view).ok());
+    /// What a frame says.
+    pub(crate) fn decode(&mut self, frame: &[u8], has_second_axis: bool) -> Vec<Heard> {
         if let Place::Hid(_) = self.place {
-            return read(View::padded(frame).ok()).into_iter().collect();
+            return Heard::read(frame, true, has_second_axis).into_iter().collect();
         }
-        let mut messages = Vec::new();
+        let mut heard = Vec::new();
         for &byte in frame {
             if let Some(Ok(message)) = self.from_host.push(byte) {
-                messages.extend(read(View::whole(message).ok()));
+                heard.extend(Heard::read(message, false, has_second_axis));
             }
         }
-        messages
+        heard
     }
 
     /// The frame for a message's bytes.
