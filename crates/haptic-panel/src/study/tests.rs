@@ -1,6 +1,7 @@
 //! A subject's study at a daemon that the test plays: what is asked of it, what is kept, and what voids a trial.
 
 mod choosing;
+mod scene_before;
 
 use super::subject_screen::SubjectScreen;
 use super::*;
@@ -10,7 +11,7 @@ use crate::update::{Answer, Update};
 use crate::update_sender::UpdateSender;
 use haptic_core::Scene;
 use haptic_ipc::{
-    ErrorCode, Event, RigState, Sample, SamplesEvent, StateEvent, Status, SubscribeReply, WireError, params_of,
+    ErrorCode, Event, RigState, Sample, SamplesEvent, SceneReply, StateEvent, Status, SubscribeReply, WireError, params_of,
 };
 use haptic_studies::session::Phase;
 use haptic_studies::store;
@@ -140,6 +141,11 @@ impl Daemon {
             servo: None,
         })));
         self.tell_state();
+        self.link.hear(&Update::Scene(Ok(Box::new(SceneReply {
+            revision: self.revision,
+            params: params_of(&Scene::paper()),
+            scene: Scene::paper(),
+        }))));
         let status = r#"{"server":"hapticd 0.1.0","state":"idle","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
             "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
             "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;

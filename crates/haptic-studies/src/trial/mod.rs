@@ -13,7 +13,7 @@ pub use fitts::FittsTrial;
 pub use operator::Operator;
 pub use perception::{Case, Method, PerceptionTrial};
 pub use row::{OutOfRange, Trial, VoidedTrial};
-pub(crate) use table::heading;
+pub(crate) use table::{cells, heading};
 pub use table::{TrialError, line, read, write};
 
 #[cfg(test)]
