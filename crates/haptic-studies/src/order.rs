@@ -42,7 +42,13 @@ pub const fn rows(count: usize) -> usize {
 /// thing, equally often; an odd number of things takes two squares, the second of them backwards.
 fn row(count: usize, number: usize) -> Vec<usize> {
     let number = number % rows(count).max(1);
-    let first = (0..count).map(|place| if place % 2 == 1 { place.div_ceil(2) } else { count - place / 2 });
+    let first = (0..count).map(|place| {
+        if place % 2 == 1 {
+            place.div_ceil(2)
+        } else {
+            count - place / 2
+        }
+    });
     let mut row: Vec<usize> = first.map(|thing| (thing + number) % count).collect();
     if number >= count {
         row.reverse();
@@ -70,9 +76,15 @@ mod tests {
                 }
             }
             assert_eq!(at_places.len(), count * count, "{square:?}");
-            assert!(at_places.values().all(|times| times * count == square.len()), "{square:?}");
+            assert!(
+                at_places.values().all(|times| times * count == square.len()),
+                "{square:?}"
+            );
             assert_eq!(neighbours.len(), count * (count - 1), "{square:?}");
-            assert!(neighbours.values().all(|times| times * count == square.len()), "{square:?}");
+            assert!(
+                neighbours.values().all(|times| times * count == square.len()),
+                "{square:?}"
+            );
             assert_eq!(row(count, rows(count)), square[0], "it begins again");
         }
     }

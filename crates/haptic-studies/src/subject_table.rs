@@ -109,7 +109,11 @@ impl SubjectTable {
         let mut csv = csv::Writer::from_writer(Vec::new());
         let mut put = |code: &str, order: String, values: &[String]| {
             let order = has_orders.then_some(order);
-            csv.write_record(std::iter::once(code.to_owned()).chain(order).chain(values.iter().cloned()))
+            csv.write_record(
+                std::iter::once(code.to_owned())
+                    .chain(order)
+                    .chain(values.iter().cloned()),
+            )
         };
         put(SUBJECT, ORDER.to_owned(), &self.fields)?;
         for row in &self.rows {
@@ -132,7 +136,13 @@ mod tests {
     fn a_table_of_subjects_reads_back_with_orders_and_fields() {
         let text = "subject,handedness,order,note\nP1,left,real | high stiction,\"a, \"\"b\"\"\"\nP2,right,,\n";
         let table = SubjectTable::read(text.as_bytes()).expect("a table");
-        assert_eq!((table.codes(), &*table.fields), (vec!["P1".to_owned(), "P2".to_owned()], &["handedness".to_owned(), "note".to_owned()][..]));
+        assert_eq!(
+            (table.codes(), &*table.fields),
+            (
+                vec!["P1".to_owned(), "P2".to_owned()],
+                &["handedness".to_owned(), "note".to_owned()][..]
+            )
+        );
         assert_eq!(table.rows[0].order, ["real", "high stiction"]);
         assert!(table.rows[1].order.is_empty());
         assert_eq!(table.rows[0].values, ["left", "a, \"b\""]);
@@ -140,8 +150,14 @@ mod tests {
         let plain = SubjectTable::of_codes(&["01".to_owned()]);
         assert_eq!(plain.csv().expect("CSV"), b"subject\n01\n");
         for (text, message) in [
-            ("code,age\nP1,20\n", "no column `subject`: it must have the subjects' codes"),
-            ("subject,age,age\nP1,20,30\n", "the column `age` is there twice, or has no name"),
+            (
+                "code,age\nP1,20\n",
+                "no column `subject`: it must have the subjects' codes",
+            ),
+            (
+                "subject,age,age\nP1,20,30\n",
+                "the column `age` is there twice, or has no name",
+            ),
             ("subject,\nP1,20\n", "the column `` is there twice, or has no name"),
         ] {
             let error = SubjectTable::read(text.as_bytes()).expect_err(message);

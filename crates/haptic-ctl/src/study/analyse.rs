@@ -73,7 +73,9 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
                 let base = if is_folder { path } else { path.parent().unwrap_or(path) };
                 let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;
                 found.notes.extend(notes);
-                write(arguments, || analysis::fitts_files(&found, &trajectories, &subjects, &name))?;
+                write(arguments, || {
+                    analysis::fitts_files(&found, &trajectories, &subjects, &name)
+                })?;
             }
             show(
                 json,

@@ -34,7 +34,12 @@ pub(crate) struct Arguments {
     subjects: Option<u32>,
 
     /// Codes of the subjects, as in --codes P1,P2,P3
-    #[arg(long, value_name = "CODE,...", value_delimiter = ',', conflicts_with = "subjects_file")]
+    #[arg(
+        long,
+        value_name = "CODE,...",
+        value_delimiter = ',',
+        conflicts_with = "subjects_file"
+    )]
     codes: Vec<String>,
 
     /// Table of the subjects: columns subject, order (optional), and free fields

@@ -5,12 +5,14 @@ use std::fmt::Write as _;
 
 /// Radius of a disc without an observation, and of the one with the most of its chart, px.
 const RADII: [f64; 2] = [2.0, 6.0];
+/// Observations that a chart's largest disc stands for at least: a single one is a small disc.
+const LEAST_MOST: u32 = 5;
 /// Half the width of an error bar's ends, px.
 const CAP: f64 = 4.0;
 
 /// Radius of a disc that stands for `count` observations, where the chart has one of `most`, px.
 fn radius(count: u32, most: u32) -> f64 {
-    let share = f64::from(count) / f64::from(most.max(1));
+    let share = f64::from(count) / f64::from(most.max(LEAST_MOST));
     let [least, greatest] = RADII.map(|radius| radius * radius);
     (least + (greatest - least) * share).sqrt()
 }
@@ -53,7 +55,10 @@ mod tests {
     fn a_discs_area_grows_evenly_with_its_observations() {
         let areas: Vec<f64> = (0..=40).map(|count| radius(count, 40).powi(2)).collect();
         let steps: Vec<f64> = areas.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        assert!(steps.iter().all(|step| *step > 0.0 && (step - steps[0]).abs() < 1e-9), "{steps:?}");
+        assert!(
+            steps.iter().all(|step| *step > 0.0 && (step - steps[0]).abs() < 1e-9),
+            "{steps:?}"
+        );
         assert_eq!((radius(0, 40), radius(40, 40)), (RADII[0], RADII[1]));
     }
 
@@ -62,7 +67,12 @@ mod tests {
         let points = [[10.0, 20.0], [30.0, 20.0], [f64::NAN, 1.0]];
         let drawn = discs(&points, &[Some([25.0, 15.0]), None, None], (&[4, 1, 1], 4), "disc t2");
         assert_eq!(drawn.matches("<circle class=\"disc t2\"").count(), 2);
-        assert_eq!(drawn.matches("<path class=\"bar t2\" d=\"M10.0 25.0V15.0M6.0 25.0h8").count(), 1);
+        assert_eq!(
+            drawn
+                .matches("<path class=\"bar t2\" d=\"M10.0 25.0V15.0M6.0 25.0h8")
+                .count(),
+            1
+        );
         assert!(drawn.contains("r=\"6.00\"") && !drawn.contains("NaN"), "{drawn}");
     }
 }

@@ -1,7 +1,7 @@
 //! A page of HTML around charts and tables, and the file that a plot goes to.
 
-use super::{Chart, Table};
 use super::svg::{escaped, inline, style, svg};
+use super::{Chart, Table};
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;

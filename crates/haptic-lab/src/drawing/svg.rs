@@ -150,7 +150,11 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
             .flat_map(move |trace| trace.points.iter().map(move |point| point[axis]))
     };
     let across = Scale::new(&chart.across, values(0), (0.0, size.0));
-    let bars = chart.traces.iter().flat_map(|trace| trace.bars.iter().flatten()).flatten();
+    let bars = chart
+        .traces
+        .iter()
+        .flat_map(|trace| trace.bars.iter().flatten())
+        .flatten();
     let up = Scale::new(&chart.up, values(1).chain(bars.copied()), (size.1, 0.0));
     add(
         image,
@@ -166,7 +170,10 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
         let (trace, y) = (&chart.traces[index], top + LINE * (2.2 + row));
         let (class, middle) = (class(trace, index), y - 4.0);
         let sample = match trace.form {
-            Form::Discs => format!("<circle class=\"{class}\" cx=\"{}\" cy=\"{middle:.1}\" r=\"5\"/>", x + 14.0),
+            Form::Discs => format!(
+                "<circle class=\"{class}\" cx=\"{}\" cy=\"{middle:.1}\" r=\"5\"/>",
+                x + 14.0
+            ),
             Form::Dots => format!("<path class=\"{class}\" d=\"M{x} {middle:.1}m8 0h0m6 0h0m6 0h0\"/>"),
             Form::Line | Form::Dashed => format!("<path class=\"{class}\" d=\"M{x} {middle:.1}h26\"/>"),
         };
@@ -214,7 +221,10 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
     let mut y = 0.0;
     for line in chart.notes.iter().flat_map(|note| wrapped(note, letters)) {
         y += LINE;
-        add(image, format_args!("<text class=\"note\" x=\"8\" y=\"{y}\">{}</text>", escaped(&line)));
+        add(
+            image,
+            format_args!("<text class=\"note\" x=\"8\" y=\"{y}\">{}</text>", escaped(&line)),
+        );
     }
     image.push_str("</svg></g>\n");
 }
@@ -244,13 +254,7 @@ fn class(trace: &Trace, index: usize) -> String {
     format!("{form} t{}", trace.colour.unwrap_or(index) % COLOURS)
 }
 
-fn axes(
-    image: &mut String,
-    chart: &Chart,
-    (across, up): (&Scale, &Scale),
-    (left, top): (f64, f64),
-    width: f64,
-) {
+fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left, top): (f64, f64), width: f64) {
     let (right, foot) = (left + width, top + chart.height_px);
     for (value, text) in up.marks(MARK_ROOM[1]) {
         let y = top + up.px(value);

@@ -33,7 +33,10 @@ mod tests {
         ] {
             let found = share_interval(count, all);
             for (found, expected) in found.into_iter().zip(expected) {
-                assert!((found - expected).abs() < 5e-5, "{count} of {all}: {found} is not {expected}");
+                assert!(
+                    (found - expected).abs() < 5e-5,
+                    "{count} of {all}: {found} is not {expected}"
+                );
             }
         }
         assert_eq!(share_interval(0, 0), [0.0, 1.0]);

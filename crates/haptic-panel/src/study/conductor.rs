@@ -193,7 +193,9 @@ impl Conductor {
                 intents.push(Intent::Lease { timeout_ms: 0 });
             }
         }
-        if let Some(if_revision) = rig.revision.filter(|_| self.is_begun && rig.is_known() && !self.is_done())
+        if let Some(if_revision) = rig
+            .revision
+            .filter(|_| self.is_begun && rig.is_known() && !self.is_done())
             && before.keep(rig)
             && let Some(scene) = self.session.take_scene()
         {

@@ -139,7 +139,13 @@ impl StudyLink {
             .name("study".to_owned())
             .spawn(move || study.run(&to_do))?;
         slot.jobs = Some(jobs);
-        let past = [&slot.connected, &slot.subscribed, &slot.state, &slot.scene, &slot.status];
+        let past = [
+            &slot.connected,
+            &slot.subscribed,
+            &slot.state,
+            &slot.scene,
+            &slot.status,
+        ];
         for update in past.map(Clone::clone).into_iter().flatten() {
             slot.enqueue(Job::Hear(update));
         }

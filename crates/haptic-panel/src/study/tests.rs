@@ -11,7 +11,8 @@ use crate::update::{Answer, Update};
 use crate::update_sender::UpdateSender;
 use haptic_core::Scene;
 use haptic_ipc::{
-    ErrorCode, Event, RigState, Sample, SamplesEvent, SceneReply, StateEvent, Status, SubscribeReply, WireError, params_of,
+    ErrorCode, Event, RigState, Sample, SamplesEvent, SceneReply, StateEvent, Status, SubscribeReply, WireError,
+    params_of,
 };
 use haptic_studies::session::Phase;
 use haptic_studies::store;

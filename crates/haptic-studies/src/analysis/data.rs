@@ -60,7 +60,10 @@ pub fn fitts_data(analysis: &FittsAnalysis, subjects: &SubjectTable) -> Vec<(Str
         tables.push((file(comparison.measure).to_owned(), counts));
     }
     if !analysis.comparisons.is_empty() {
-        tables.extend([("totals".to_owned(), totals(analysis)), ("pairs".to_owned(), pairs(analysis))]);
+        tables.extend([
+            ("totals".to_owned(), totals(analysis)),
+            ("pairs".to_owned(), pairs(analysis)),
+        ]);
     }
     if !analysis.beside_paper.is_empty() {
         tables.push(("beside-paper".to_owned(), beside_paper(analysis)));
@@ -86,7 +89,10 @@ pub fn perception_data(analysis: &PerceptionAnalysis, subjects: &SubjectTable) -
 fn with_fields(mut table: Table, subjects: &SubjectTable) -> Table {
     let place = table.rows[0].iter().position(|name| name == SUBJECT);
     for (index, row) in table.rows.iter_mut().enumerate() {
-        let own = subjects.rows.iter().find(|one| Some(&one.code) == place.map(|place| &row[place]));
+        let own = subjects
+            .rows
+            .iter()
+            .find(|one| Some(&one.code) == place.map(|place| &row[place]));
         for (place, field) in subjects.fields.iter().enumerate() {
             row.push(match index {
                 0 => format!("{SUBJECT}_{field}"),
@@ -101,12 +107,16 @@ fn throughput(analysis: &FittsAnalysis) -> Table {
     table(
         analysis.by_resistance.iter().chain(&analysis.overall),
         &[
-            ("resistance", |one| one.resistance.clone().unwrap_or_else(|| "all".to_owned())),
+            ("resistance", |one| {
+                one.resistance.clone().unwrap_or_else(|| "all".to_owned())
+            }),
             ("sequences", |one| one.sequence_count.to_string()),
             ("subjects", |one| one.subject_count.to_string()),
             ("throughput_bit_per_s", |one| one.throughput_bit_per_s.to_string()),
             ("throughput_low_bit_per_s", |one| low(one.throughput_interval_bit_per_s)),
-            ("throughput_high_bit_per_s", |one| high(one.throughput_interval_bit_per_s)),
+            ("throughput_high_bit_per_s", |one| {
+                high(one.throughput_interval_bit_per_s)
+            }),
             ("effective_amplitude_m", |one| one.effective_amplitude_m.to_string()),
             ("effective_width_m", |one| one.effective_width_m.to_string()),
             ("effective_id_bit", |one| one.effective_id_bit.to_string()),
@@ -174,13 +184,23 @@ fn difficulty(analysis: &FittsAnalysis) -> Table {
             ("resistance", |one| one.resistance.clone()),
             ("conditions", |one| one.points.len().to_string()),
             ("intercept_s", |one| cell(one.line.map(|line| line.intercept))),
-            ("intercept_low_s", |one| low(one.line.map(|line| line.intercept_interval))),
-            ("intercept_high_s", |one| high(one.line.map(|line| line.intercept_interval))),
+            ("intercept_low_s", |one| {
+                low(one.line.map(|line| line.intercept_interval))
+            }),
+            ("intercept_high_s", |one| {
+                high(one.line.map(|line| line.intercept_interval))
+            }),
             ("slope_s_per_bit", |one| cell(one.line.map(|line| line.slope))),
-            ("slope_low_s_per_bit", |one| low(one.line.map(|line| line.slope_interval))),
-            ("slope_high_s_per_bit", |one| high(one.line.map(|line| line.slope_interval))),
+            ("slope_low_s_per_bit", |one| {
+                low(one.line.map(|line| line.slope_interval))
+            }),
+            ("slope_high_s_per_bit", |one| {
+                high(one.line.map(|line| line.slope_interval))
+            }),
             ("r_squared", |one| cell(one.line.map(|line| line.r_squared))),
-            ("residual_deviation_s", |one| cell(one.line.map(|line| line.residual_deviation))),
+            ("residual_deviation_s", |one| {
+                cell(one.line.map(|line| line.residual_deviation))
+            }),
             ("refused", |one| cell(one.refused.as_ref())),
         ],
     )
@@ -198,7 +218,9 @@ fn difficulty_points(analysis: &FittsAnalysis) -> Table {
             ("movements", |(_, point)| point.movements.to_string()),
             ("movement_time_s", |(_, point)| point.movement_time_s.to_string()),
             ("movement_time_low_s", |(_, point)| low(point.movement_time_interval_s)),
-            ("movement_time_high_s", |(_, point)| high(point.movement_time_interval_s)),
+            ("movement_time_high_s", |(_, point)| {
+                high(point.movement_time_interval_s)
+            }),
         ],
     )
 }
@@ -245,16 +267,26 @@ fn thresholds_by_case(analysis: &PerceptionAnalysis) -> Table {
             ("case", |one| format!("{:?}", one.case)),
             ("method", |one| one.method.name().to_owned()),
             ("subjects", |one| one.subjects.len().to_string()),
-            ("subjects_fitted", |one| one.jnd_n.map_or(0, |mean| mean.count).to_string()),
+            ("subjects_fitted", |one| {
+                one.jnd_n.map_or(0, |mean| mean.count).to_string()
+            }),
             ("jnd_N", |one| cell(one.jnd_n.map(|mean| mean.value))),
             ("jnd_low_N", |one| low(one.jnd_n.and_then(|mean| mean.interval))),
             ("jnd_high_N", |one| high(one.jnd_n.and_then(|mean| mean.interval))),
             ("staircase_N", |one| cell(one.staircase_n.map(|mean| mean.value))),
-            ("staircase_low_N", |one| low(one.staircase_n.and_then(|mean| mean.interval))),
-            ("staircase_high_N", |one| high(one.staircase_n.and_then(|mean| mean.interval))),
+            ("staircase_low_N", |one| {
+                low(one.staircase_n.and_then(|mean| mean.interval))
+            }),
+            ("staircase_high_N", |one| {
+                high(one.staircase_n.and_then(|mean| mean.interval))
+            }),
             ("pooled_N", |one| cell(one.pooled.fit.map(|fit| fit.threshold))),
-            ("pooled_low_N", |one| low(one.pooled.intervals.map(|found| found.threshold_interval))),
-            ("pooled_high_N", |one| high(one.pooled.intervals.map(|found| found.threshold_interval))),
+            ("pooled_low_N", |one| {
+                low(one.pooled.intervals.map(|found| found.threshold_interval))
+            }),
+            ("pooled_high_N", |one| {
+                high(one.pooled.intervals.map(|found| found.threshold_interval))
+            }),
             ("pooled_width_N", |one| cell(one.pooled.fit.map(|fit| fit.width))),
             ("pooled_lapse", |one| cell(one.pooled.fit.map(|fit| fit.lapse))),
             ("pooled_refused", |one| cell(one.pooled.refused.as_ref())),
@@ -272,18 +304,34 @@ fn thresholds(analysis: &PerceptionAnalysis) -> Table {
         ("method", |(case, _)| case.method.name().to_owned()),
         ("trials", |(_, one)| one.trials.to_string()),
         ("threshold_N", |(_, one)| cell(one.fit.map(|fit| fit.threshold))),
-        ("threshold_low_N", |(_, one)| low(one.intervals.map(|found| found.threshold_interval))),
-        ("threshold_high_N", |(_, one)| high(one.intervals.map(|found| found.threshold_interval))),
+        ("threshold_low_N", |(_, one)| {
+            low(one.intervals.map(|found| found.threshold_interval))
+        }),
+        ("threshold_high_N", |(_, one)| {
+            high(one.intervals.map(|found| found.threshold_interval))
+        }),
         ("width_N", |(_, one)| cell(one.fit.map(|fit| fit.width))),
-        ("width_low_N", |(_, one)| low(one.intervals.map(|found| found.width_interval))),
-        ("width_high_N", |(_, one)| high(one.intervals.map(|found| found.width_interval))),
+        ("width_low_N", |(_, one)| {
+            low(one.intervals.map(|found| found.width_interval))
+        }),
+        ("width_high_N", |(_, one)| {
+            high(one.intervals.map(|found| found.width_interval))
+        }),
         ("lapse", |(_, one)| cell(one.fit.map(|fit| fit.lapse))),
         ("deviance", |(_, one)| cell(one.fit.map(|fit| fit.deviance))),
-        ("worse_fits", |(_, one)| cell(one.intervals.map(|found| found.worse_fits))),
+        ("worse_fits", |(_, one)| {
+            cell(one.intervals.map(|found| found.worse_fits))
+        }),
         ("refused", |(_, one)| cell(one.refused.as_ref())),
-        ("staircase_N", |(_, one)| cell(one.staircase.map(|found| found.threshold))),
-        ("staircase_deviation_N", |(_, one)| cell(one.staircase.map(|found| found.deviation))),
-        ("staircase_reversals", |(_, one)| cell(one.staircase.map(|found| found.reversals))),
+        ("staircase_N", |(_, one)| {
+            cell(one.staircase.map(|found| found.threshold))
+        }),
+        ("staircase_deviation_N", |(_, one)| {
+            cell(one.staircase.map(|found| found.deviation))
+        }),
+        ("staircase_reversals", |(_, one)| {
+            cell(one.staircase.map(|found| found.reversals))
+        }),
     ];
     table(subjects, columns)
 }
@@ -300,9 +348,15 @@ fn shares(analysis: &PerceptionAnalysis) -> Table {
             ("level_N", |(_, level)| level.level.to_string()),
             ("trials", |(_, level)| level.trials.to_string()),
             ("correct", |(_, level)| level.correct.to_string()),
-            ("share", |(_, level)| (f64::from(level.correct) / f64::from(level.trials)).to_string()),
-            ("share_low", |(_, level)| low(Some(share_interval(level.correct, level.trials)))),
-            ("share_high", |(_, level)| high(Some(share_interval(level.correct, level.trials)))),
+            ("share", |(_, level)| {
+                (f64::from(level.correct) / f64::from(level.trials)).to_string()
+            }),
+            ("share_low", |(_, level)| {
+                low(Some(share_interval(level.correct, level.trials)))
+            }),
+            ("share_high", |(_, level)| {
+                high(Some(share_interval(level.correct, level.trials)))
+            }),
         ],
     )
 }

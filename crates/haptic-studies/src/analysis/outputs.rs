@@ -23,7 +23,12 @@ pub fn fitts_files(
     let charts = fitts_charts(analysis, trajectories);
     let pictures = pictures(&charts);
     let page = fitts_page(analysis, all(charts), title);
-    files(&page, pictures, &fitts_tables(analysis, PAGE), &fitts_data(analysis, subjects))
+    files(
+        &page,
+        pictures,
+        &fitts_tables(analysis, PAGE),
+        &fitts_data(analysis, subjects),
+    )
 }
 
 /// Names and contents of the files of a perception test.
@@ -32,7 +37,12 @@ pub fn perception_files(analysis: &PerceptionAnalysis, subjects: &SubjectTable, 
     let charts = perception_charts(analysis);
     let pictures = pictures(&charts);
     let page = perception_page(analysis, all(charts), title);
-    files(&page, pictures, &perception_tables(analysis), &perception_data(analysis, subjects))
+    files(
+        &page,
+        pictures,
+        &perception_tables(analysis),
+        &perception_data(analysis, subjects),
+    )
 }
 
 fn all(charts: Vec<(&str, Vec<Chart>)>) -> Vec<Chart> {

@@ -1,10 +1,9 @@
 //! The analysis as a page: tables, quadrant plots, Fitts's law, trajectories, psychometric functions.
 
 use super::perception::{CaseAnalysis, PerceptionAnalysis};
-use super::tables::{PAGE, fitts_tables, perception_tables};
+use super::tables::{PAGE, decimals, fitts_tables, perception_tables};
 use super::trajectories::Trajectory;
 use super::{Difference, FittsAnalysis, Refusal};
-use super::tables::decimals;
 use haptic_lab::drawing::{Chart, Observation, Page, Table, Trace};
 use haptic_lab::stats::proportion::share_interval;
 use std::collections::BTreeSet;
@@ -21,7 +20,9 @@ pub(super) fn fitts_charts(analysis: &FittsAnalysis, trajectories: &[Trajectory]
     let resistances = analysis.comparisons.first().map(|comparison| &comparison.resistances);
     let quadrants = |of: fn(&[Difference], &str) -> Option<Chart>| {
         let resistances = resistances.into_iter().flatten();
-        resistances.filter_map(|resistance| of(&analysis.differences, resistance)).collect()
+        resistances
+            .filter_map(|resistance| of(&analysis.differences, resistance))
+            .collect()
     };
     vec![
         ("difficulty", vec![difficulty(analysis)]),
@@ -97,7 +98,9 @@ fn difficulty(analysis: &FittsAnalysis) -> Chart {
             chart = chart.with(Trace::line("", ends.to_vec()).in_colour(colour));
         }
         let refused = one.refused.iter();
-        chart.notes.extend(refused.map(|why| format!("{} has no line: {why}", one.resistance)));
+        chart
+            .notes
+            .extend(refused.map(|why| format!("{} has no line: {why}", one.resistance)));
     }
     chart
 }
@@ -142,9 +145,13 @@ fn quadrant(
     let reach = |axis: usize| points.iter().map(|point| point.at[axis].abs()).fold(1.0, f64::max) * 1.1;
     let (x, y) = (reach(0), reach(1));
     let axes = vec![[-x, 0.0], [x, 0.0], [f64::NAN, f64::NAN], [0.0, -y], [0.0, y]];
-    let mut chart = Chart::new(format!("{resistance}: time against {what}"), across, "Time less baseline (s)")
-        .with(Trace::dashed("", axes).in_colour(4))
-        .with(Trace::discs("", &points).in_colour(0));
+    let mut chart = Chart::new(
+        format!("{resistance}: time against {what}"),
+        across,
+        "Time less baseline (s)",
+    )
+    .with(Trace::dashed("", axes).in_colour(4))
+    .with(Trace::discs("", &points).in_colour(0));
     (chart.across.range, chart.up.range) = (Some((-x, x)), Some((-y, y)));
     chart.height_px = SMALL_PX;
     (!points.is_empty()).then_some(chart)
@@ -201,9 +208,10 @@ fn psychometric(case: &CaseAnalysis) -> Chart {
         let share = fit.probability(fit.threshold);
         let digits = decimals(fit.threshold, 3);
         let threshold = format!("threshold {:.digits$} N", fit.threshold);
-        chart = chart
-            .with(Trace::line("fitted", curve))
-            .with(Trace::dashed(threshold, vec![[fit.threshold, 0.0], [fit.threshold, share]]));
+        chart = chart.with(Trace::line("fitted", curve)).with(Trace::dashed(
+            threshold,
+            vec![[fit.threshold, 0.0], [fit.threshold, share]],
+        ));
         if let Some(found) = &case.pooled.intervals {
             let interval = found.threshold_interval.map(|end| [end, share]).to_vec();
             chart = chart.with(Trace::line("its 95 %", interval).in_colour(2));

@@ -303,9 +303,15 @@ fn the_files_have_every_table_and_every_figure() {
         let (_, bytes) = files.iter().find(|(found, _)| found == name).expect(name);
         String::from_utf8(bytes.clone()).expect("text")
     };
-    assert!(text("table-3-time.md").contains("| condition | ID bit | real | viscous |\n|:--|--:|--:|--:|\n| easy | 3.000 |"));
+    assert!(
+        text("table-3-time.md")
+            .contains("| condition | ID bit | real | viscous |\n|:--|--:|--:|--:|\n| easy | 3.000 |")
+    );
     assert!(text("table-3-time.tex").contains("easy & 3.000 & 2/0 & 0/1 \\\\\n"));
-    assert!(text("table-3-time.csv").starts_with("condition,difficulty_bit,resistance,better,worse,same,sign_test_p\neasy,"));
+    assert!(
+        text("table-3-time.csv")
+            .starts_with("condition,difficulty_bit,resistance,better,worse,same,sign_test_p\neasy,")
+    );
     assert_eq!(text("sequences.csv").lines().count(), 1 + 13);
     assert!(
         text("differences.csv")
@@ -413,7 +419,10 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
     );
     let picture = String::from_utf8_lossy(&files[1].1);
     assert!(picture.starts_with("<svg") && picture.contains("Case A"));
-    assert!(picture.contains("area: 1 to 2 answers") && picture.contains("Not fitted: "), "{picture}");
+    assert!(
+        picture.contains("area: 1 to 2 answers") && picture.contains("Not fitted: "),
+        "{picture}"
+    );
     let page = String::from_utf8(files[0].1.clone()).expect("text");
     assert!(page.contains("threshold 0.355 N") && page.contains("Case B"));
     fastrand::Rng::with_seed(1).shuffle(&mut trials);
@@ -435,7 +444,10 @@ fn columns(table: &haptic_lab::drawing::Table) -> std::collections::BTreeMap<Str
     let mut columns = std::collections::BTreeMap::new();
     for (place, name) in heading.iter().enumerate() {
         let cells = rows.iter().map(|row| row[place].to_owned()).collect();
-        assert!(columns.insert(name.to_owned(), cells).is_none(), "{name} is there twice");
+        assert!(
+            columns.insert(name.to_owned(), cells).is_none(),
+            "{name} is there twice"
+        );
     }
     columns
 }
@@ -459,16 +471,27 @@ fn tidy_tables_have_each_column_once_and_every_digit() {
     assert_eq!(all.len(), tables.len());
     let numbers = |table: &str, column: &str| -> Vec<Option<f64>> {
         let cells = all[table][column].iter();
-        cells.map(|cell| (!cell.is_empty()).then(|| cell.parse().expect(cell))).collect()
+        cells
+            .map(|cell| (!cell.is_empty()).then(|| cell.parse().expect(cell)))
+            .collect()
     };
     let exact = |values: Vec<Option<f64>>, table: &str, column: &str| {
         let bits = |values: Vec<Option<f64>>| values.into_iter().map(|one| one.map(f64::to_bits)).collect::<Vec<_>>();
         assert_eq!(bits(numbers(table, column)), bits(values), "{table}: {column}");
     };
-    let sequences = found.sequences.iter().map(|one| Some(one.throughput_bit_per_s)).collect();
+    let sequences = found
+        .sequences
+        .iter()
+        .map(|one| Some(one.throughput_bit_per_s))
+        .collect();
     exact(sequences, "sequences", "throughput_bit_per_s");
     let all_means: Vec<&Summary> = found.by_resistance.iter().chain(&found.overall).collect();
-    let interval = |end: usize| all_means.iter().map(|one| one.throughput_interval_bit_per_s.map(|ends| ends[end])).collect();
+    let interval = |end: usize| {
+        all_means
+            .iter()
+            .map(|one| one.throughput_interval_bit_per_s.map(|ends| ends[end]))
+            .collect()
+    };
     exact(interval(0), "throughput", "throughput_low_bit_per_s");
     exact(interval(1), "throughput", "throughput_high_bit_per_s");
     // Neither two conditions nor two levels determine anything: the cells are empty, and the reason is beside them.
@@ -476,13 +499,26 @@ fn tidy_tables_have_each_column_once_and_every_digit() {
     exact(vec![None], "jnd", "pooled_N");
     assert!(all["jnd"]["pooled_refused"][0].contains("levels: 2"), "{all:?}");
     assert_eq!(all["subjects"]["subject_age"], ["20-29"]);
-    let ages = all["differences"]["subject"].iter().zip(&all["differences"]["subject_age"]);
-    assert!(ages.into_iter().all(|(code, age)| age == if code == "b" { "30-39" } else { "" }));
+    let ages = all["differences"]["subject"]
+        .iter()
+        .zip(&all["differences"]["subject_age"]);
+    assert!(
+        ages.into_iter()
+            .all(|(code, age)| age == if code == "b" { "30-39" } else { "" })
+    );
     // A cell has one value: no interval, no ratio, no star.
     for (name, columns) in &all {
-        let cells = columns.iter().filter(|(column, _)| !column.ends_with("refused")).flat_map(|(_, cells)| cells);
-        for cell in cells.filter(|cell| !cell.is_empty() && !cell.starts_with(|first: char| first.is_ascii_alphabetic())) {
-            assert!(cell.parse::<f64>().is_ok() || cell == "30-39" || cell == "20-29", "{name}: {cell}");
+        let cells = columns
+            .iter()
+            .filter(|(column, _)| !column.ends_with("refused"))
+            .flat_map(|(_, cells)| cells);
+        for cell in
+            cells.filter(|cell| !cell.is_empty() && !cell.starts_with(|first: char| first.is_ascii_alphabetic()))
+        {
+            assert!(
+                cell.parse::<f64>().is_ok() || cell == "30-39" || cell == "20-29",
+                "{name}: {cell}"
+            );
         }
     }
 }

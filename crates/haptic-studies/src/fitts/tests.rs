@@ -74,8 +74,14 @@ fn an_order_is_that_of_seed_and_subject() {
 fn resistances_follow_the_latin_square_or_the_subjects_order() {
     let mut plan = plan();
     let rounds = |plan: &FittsPlan, subject: &Subject| -> Vec<String> {
-        let counted = segments(plan, 1, subject).into_iter().filter(|segment| !segment.is_practice);
-        counted.skip(9).step_by(9).map(|segment| segment.resistance.name).collect()
+        let counted = segments(plan, 1, subject)
+            .into_iter()
+            .filter(|segment| !segment.is_practice);
+        counted
+            .skip(9)
+            .step_by(9)
+            .map(|segment| segment.resistance.name)
+            .collect()
     };
     let random = rounds(&plan, &Subject::numbered(2));
     plan.order = Order::LatinSquare;
@@ -83,7 +89,9 @@ fn resistances_follow_the_latin_square_or_the_subjects_order() {
     assert_eq!(rounds(&plan, &Subject::numbered(2)), second);
     assert_ne!(random, second);
     let mut own = Subject::numbered(2);
-    own.order = ["viscous", "real", "high stiction", "baseline", "simulated"].map(str::to_owned).to_vec();
+    own.order = ["viscous", "real", "high stiction", "baseline", "simulated"]
+        .map(str::to_owned)
+        .to_vec();
     assert_eq!(rounds(&plan, &own), own.order);
 }
 

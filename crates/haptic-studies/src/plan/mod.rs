@@ -4,10 +4,10 @@ mod check;
 mod fitts;
 mod perception;
 
+use super::order::Order;
 pub use check::PlanError;
 pub use fitts::{Condition, Cursor, FittsPlan, MountedBlock, Resistance, RigMapping};
 pub use perception::{Constant, PerceptionPlan, Staircase, Test};
-use super::order::Order;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 

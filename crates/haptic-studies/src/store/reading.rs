@@ -48,7 +48,11 @@ pub(super) fn check_orders(plan: &Plan, about: &StudyDescription) -> Result<(), 
         names
     };
     let is_wrong = |order: &Vec<String>| !order.is_empty() && sorted(order) != sorted(&names);
-    let mut wrong = about.orders.iter().zip(&about.subjects).filter(|(order, _)| is_wrong(order));
+    let mut wrong = about
+        .orders
+        .iter()
+        .zip(&about.subjects)
+        .filter(|(order, _)| is_wrong(order));
     wrong.next().map_or(Ok(()), |(order, subject)| {
         Err(StoreError::Order {
             subject: subject.clone(),

@@ -63,7 +63,10 @@ fn a_study_keeps_its_subjects_orders_and_fields() {
     assert_eq!((&found[0].order[0], found[1].order.len()), (&names[1], 0));
     assert_eq!(super::subjects(study.folder()).expect("a table"), subjects);
     let error = create("wrong", &table(&format!("{0} | {0}", names[0]))).expect_err("twice");
-    let message = format!("subject P1: order = `{0} | {0}` is not a permutation of `{0} | {1}`", names[0], names[1]);
+    let message = format!(
+        "subject P1: order = `{0} | {0}` is not a permutation of `{0} | {1}`",
+        names[0], names[1]
+    );
     assert_eq!(error.to_string(), message);
     assert!(!parent.path().join("wrong").exists());
 }

@@ -97,7 +97,8 @@ pub(crate) fn cells(bytes: &[u8]) -> Result<Vec<Vec<String>>, TrialError> {
     let text = decoded(bytes).ok_or(TrialError::NotText)?;
     let mut reader = reader(&text, separator(&text));
     let heading = reader.headers()?.clone();
-    let rows: Result<Vec<csv::StringRecord>, csv::Error> = std::iter::once(Ok(heading)).chain(reader.records()).collect();
+    let rows: Result<Vec<csv::StringRecord>, csv::Error> =
+        std::iter::once(Ok(heading)).chain(reader.records()).collect();
     let cells = |row: &csv::StringRecord| row.iter().map(str::to_owned).collect();
     Ok(rows?.iter().map(cells).collect())
 }
