@@ -111,7 +111,7 @@ pub struct Chart {
     pub up: Axis,
     /// Traces.
     pub traces: Vec<Trace>,
-    /// Remarks within the plot, at its top left: what it does not show, and why.
+    /// Remarks above the plot: what it does not show, and why.
     pub notes: Vec<String>,
     /// Height of the plot itself, px.
     pub height_px: f64,

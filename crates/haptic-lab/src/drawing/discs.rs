@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn a_disc_has_its_bar_and_stays_without_one() {
         let points = [[10.0, 20.0], [30.0, 20.0], [f64::NAN, 1.0]];
-        let drawn = discs(&points, &[Some([25.0, 15.0]), None, None], (&[4, 1, 1], 4), "disc t2");
+        let drawn = discs(&points, &[Some([25.0, 15.0]), None, None], (&[20, 1, 1], 20), "disc t2");
         assert_eq!(drawn.matches("<circle class=\"disc t2\"").count(), 2);
         assert_eq!(
             drawn

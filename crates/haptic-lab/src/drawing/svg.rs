@@ -112,10 +112,26 @@ pub(super) fn add(image: &mut String, text: Arguments<'_>) {
     writeln!(image, "{text}").unwrap_or(());
 }
 
+/// Rows of the legend.
+fn legend_rows(chart: &Chart, width: f64) -> f64 {
+    legend(chart, width).last().map_or(0.0, |(_, row, _)| row + 1.0)
+}
+
+/// The notes in lines as wide as the plot.
+fn note_lines(chart: &Chart, width: f64) -> Vec<String> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "letters of a line"
+    )]
+    let letters = ((width - LEFT - RIGHT) / LETTER).max(1.0) as usize;
+    chart.notes.iter().flat_map(|note| wrapped(note, letters)).collect()
+}
+
 /// Height of what stands above the plot, px.
+#[expect(clippy::cast_precision_loss, reason = "few lines")]
 pub(super) fn head(chart: &Chart, width: f64) -> f64 {
-    let rows = legend(chart, width).last().map_or(0.0, |(_, row, _)| row + 1.0);
-    LINE * (1.0 + rows) + 14.0
+    LINE * (1.0 + legend_rows(chart, width) + note_lines(chart, width).len() as f64) + 14.0
 }
 
 fn height(chart: &Chart, width: f64) -> f64 {
@@ -183,6 +199,15 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
             format_args!("{sample}<text x=\"{}\" y=\"{y:.1}\">{name}</text>", x + 32.0),
         );
     }
+    let mut y = top + LINE * (2.2 + legend_rows(chart, width));
+    for line in note_lines(chart, width) {
+        let line = escaped(&line);
+        add(
+            image,
+            format_args!("<text class=\"note\" x=\"{LEFT}\" y=\"{y:.1}\">{line}</text>"),
+        );
+        y += LINE;
+    }
     axes(image, chart, (&across, &up), corner, size.0);
     // An inner image is cut at its edges.
     add(
@@ -210,20 +235,6 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
         add(
             image,
             format_args!("<path class=\"{class}\" d=\"{path}\"><title>{name}</title></path>"),
-        );
-    }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "letters of a line"
-    )]
-    let letters = ((size.0 - 16.0) / LETTER).max(1.0) as usize;
-    let mut y = 0.0;
-    for line in chart.notes.iter().flat_map(|note| wrapped(note, letters)) {
-        y += LINE;
-        add(
-            image,
-            format_args!("<text class=\"note\" x=\"8\" y=\"{y}\">{}</text>", escaped(&line)),
         );
     }
     image.push_str("</svg></g>\n");
@@ -351,6 +362,10 @@ mod tests {
         assert_eq!(wrapped("unbreakable", 3), ["unbreakable"]);
         let mut noted = chart(vec![[0.0, 0.0]]);
         noted.notes.push("not fitted: 2 < 3".to_owned());
-        assert!(svg(&[noted]).contains("class=\"note\" x=\"8\" y=\"18\">not fitted: 2 &lt; 3</text>"));
+        let text = svg(&[noted]);
+        assert!(
+            text.contains("class=\"note\" x=\"72\" y=\"57.6\">not fitted: 2 &lt; 3</text>"),
+            "{text}"
+        );
     }
 }

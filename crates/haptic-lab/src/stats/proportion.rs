@@ -10,12 +10,17 @@ pub fn share_interval(count: u32, all: u32) -> [f64; 2] {
     if all == 0 {
         return [0.0, 1.0];
     }
+    let (has_none, has_all) = (count == 0, count == all);
     let (count, all) = (f64::from(count), f64::from(all));
     let z = Normal::standard().inverse_cdf(0.5 * (1.0 + CONFIDENCE));
     let (share, scale) = (count / all, 1.0 + z * z / all);
     let middle = (share + z * z / (2.0 * all)) / scale;
     let half = z / scale * (share * (1.0 - share) / all + z * z / (4.0 * all * all)).sqrt();
-    [(middle - half).max(0.0), (middle + half).min(1.0)]
+    // Without the last digit's rounding.
+    [
+        if has_none { 0.0 } else { middle - half },
+        if has_all { 1.0 } else { middle + half },
+    ]
 }
 
 #[cfg(test)]
@@ -40,5 +45,6 @@ mod tests {
             }
         }
         assert_eq!(share_interval(0, 0), [0.0, 1.0]);
+        assert_eq!(share_interval(30, 30)[1], 1.0);
     }
 }

@@ -173,7 +173,7 @@ impl Conductor {
     }
 
     /// What to ask the daemon for now.
-    pub(super) fn due(&mut self, rig: &RigFacts, before: &mut SceneBefore) -> Vec<Intent> {
+    pub(super) fn due(&mut self, rig: &RigFacts, scene_before: &mut SceneBefore) -> Vec<Intent> {
         let mut intents = Vec::new();
         let phase = discriminant(&self.session.view().phase);
         let before = self.phase.map(|(before, _)| before);
@@ -187,7 +187,7 @@ impl Conductor {
                 intents.push(Intent::Release);
             }
             if has_ended {
-                intents.extend(before.put_back(rig, RAMP_MS));
+                intents.extend(scene_before.put_back(rig, RAMP_MS));
             }
             if self.is_done() && self.is_begun {
                 intents.push(Intent::Lease { timeout_ms: 0 });
@@ -196,7 +196,7 @@ impl Conductor {
         if let Some(if_revision) = rig
             .revision
             .filter(|_| self.is_begun && rig.is_known() && !self.is_done())
-            && before.keep(rig)
+            && scene_before.keep(rig)
             && let Some(scene) = self.session.take_scene()
         {
             intents.push(Intent::TrialScene {

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn closed_study_puts_back_its_predecessor_but_no_others_scene() {
+fn closed_study_puts_the_former_scene_back_unless_changed() {
     for is_changed_by_another in [false, true] {
         let mut daemon = Daemon::with_study(TARGETS);
         daemon.begin();
