@@ -105,5 +105,5 @@ cargo_command() {
 python_environment() {
     python3 -m venv target/python/venv
     target/python/venv/bin/pip install --quiet --disable-pip-version-check --constraint python/constraints.txt \
-        './python[numpy,pandas,plot,lsl,test]'
+        './python[numpy,pandas,plot,lsl,examples,test]'
 }

@@ -14,11 +14,12 @@ With PsychoPy, show `visual.TextStim` in `announce`, and read `event.waitKeys` i
 from __future__ import annotations
 
 import argparse
+import contextlib
 import itertools
 import json
 import random
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 
 import hapticd
@@ -132,30 +133,24 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=None)
     given = parser.parse_args()
     chance = random.Random(given.seed)
-    if given.simulated:
-        with (
-            hapticd.fake(hand="sine", hand_amplitude_m=0.005, hand_frequency_hz=2) as daemon,
-            daemon.connect() as rig,
-        ):
-            report(run(rig, observer(0.3, chance), given.reversals, given.duration, chance))
-    else:
-        with hapticd.connect() as rig:
-            report(run(rig, person, given.reversals, given.duration, chance))
+    asked = observer(0.3, chance) if given.simulated else person
+    with engaged(simulated=given.simulated) as rig, rig.samples(on_gap="count") as samples:
+        report(staircase(rig, samples, asked, reversals=given.reversals, duration_s=given.duration, chance=chance))
 
 
-def run(
-    rig: hapticd.Rig,
-    asked: Callable[[Trial], int],
-    reversals: int,
-    duration_s: float,
-    chance: random.Random,
-) -> list[Trial]:
-    """Engages the rig, and runs the staircase."""
-    rig.set(Fs=STANDARD_N)
-    rig.engage()
-    rig.wait_for("engaged")
-    with rig.samples(on_gap="count") as samples:
-        return staircase(rig, samples, asked, reversals=reversals, duration_s=duration_s, chance=chance)
+@contextlib.contextmanager
+def engaged(*, simulated: bool) -> Iterator[hapticd.Rig]:
+    """The rig that haptic-ctl finds or a simulated one, engaged on the standard surface."""
+    with contextlib.ExitStack() as stack:
+        if simulated:
+            hand = hapticd.fake(hand="sine", hand_amplitude_m=0.005, hand_frequency_hz=2)
+            rig = stack.enter_context(stack.enter_context(hand).connect())
+        else:
+            rig = stack.enter_context(hapticd.connect())
+        rig.set(Fs=STANDARD_N)
+        rig.engage()
+        rig.wait_for("engaged")
+        yield rig
 
 
 def report(trials: list[Trial]) -> None:

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -28,15 +29,15 @@ def test_the_blocks_of_the_readme_run(daemon: hapticd.Fake, monkeypatch: pytest.
         exec(compile(source, "README.md", "exec"), names)
 
 
+def example(name: str, *arguments: str) -> list[dict[str, Any]]:
+    """The lines of an experiment with the simulated observer."""
+    program = [sys.executable, str(HERE / "examples" / name), "--simulated", "--duration", "0.3", "--seed", "2"]
+    run = subprocess.run([*program, *arguments], check=True, capture_output=True, text=True)
+    return [json.loads(line) for line in run.stdout.splitlines()]
+
+
 def test_the_staircase_finds_a_threshold_without_a_display() -> None:
-    program = [sys.executable, str(HERE / "examples/staircase.py"), "--simulated"]
-    run = subprocess.run(
-        [*program, "--reversals", "2", "--duration", "0.3", "--seed", "2"],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    *trials, summary = map(json.loads, run.stdout.splitlines())
+    *trials, summary = example("staircase.py", "--reversals", "2")
     assert summary["trials"] == len(trials) >= 4
     assert 0.05 < summary["threshold_N"] < 2.0
     for trial in trials:
@@ -44,3 +45,10 @@ def test_the_staircase_finds_a_threshold_without_a_display() -> None:
         if trial["difference_N"] > 1.5:
             first, second = trial["peak_force_N"]
             assert (first > second) == (trial["stickier"] == 1)
+
+
+def test_questplus_follows_the_answers_to_a_threshold() -> None:
+    *trials, summary = example("questplus_stiction.py", "--trials", "8")
+    assert summary["trials"] == len(trials) == 8
+    assert 0.05 <= summary["low_N"] < summary["threshold_N"] < summary["high_N"] <= 2.0
+    assert len({trial["difference_N"] for trial in trials}) > 1

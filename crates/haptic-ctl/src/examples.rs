@@ -114,7 +114,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "study analyse",
         &[
-            "haptic-ctl study analyse study",
+            "haptic-ctl study analyse study --out tables",
             "haptic-ctl study analyse trials.csv --json",
         ],
     ),
@@ -123,6 +123,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "haptic-ctl study new fitts --subjects 20 --out study",
             "haptic-ctl study new perception --codes P1,P2,P3 --seed 7 --out study",
+            "haptic-ctl study new fitts --subjects-file subjects.csv --out study",
         ],
     ),
     ("study resume", &["haptic-ctl study resume study"]),

@@ -10,6 +10,7 @@
 //! click ends a trial and activates the other target in the same tick, so a movement time is the time between two
 //! valid clicks. A click is valid where the whole cursor is inside the target.
 
+use super::order::places;
 use super::plan::{Condition, FittsPlan, Resistance, RigMapping};
 use super::random::{Purpose, Random};
 use super::subject::{StudyMismatch, Subject, compare};
@@ -31,12 +32,12 @@ pub struct Segment {
 }
 
 /// The segments of a subject: practice, the baseline in each condition, then every resistance in each condition.
-/// Resistances come in random order, and so do conditions within each.
+/// Resistances come in the plan's order or the subject's own, conditions within each in random order.
 #[must_use]
 pub fn segments(plan: &FittsPlan, seed: u64, subject: &Subject) -> Vec<Segment> {
     let random = |item| Random::new(seed, subject.number, Purpose::Order, item);
-    let mut rounds: Vec<&Resistance> = plan.resistances.iter().collect();
-    random(0).shuffle(&mut rounds);
+    let order = places(plan.order, &plan.resistance_names(), subject, random(0));
+    let mut rounds: Vec<&Resistance> = order.into_iter().map(|place| &plan.resistances[place]).collect();
     rounds.splice(
         0..0,
         plan.resistances

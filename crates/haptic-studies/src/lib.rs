@@ -10,6 +10,7 @@
 pub mod analysis;
 pub mod fitts;
 pub mod operator;
+pub mod order;
 pub mod perception;
 pub mod person;
 pub mod plan;
@@ -21,6 +22,7 @@ pub mod session;
 mod small_plans;
 pub mod store;
 pub mod subject;
+pub mod subject_table;
 pub mod trial;
 
 pub use subject::StudyMismatch;

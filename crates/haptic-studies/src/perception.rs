@@ -9,6 +9,7 @@
 
 mod staircase;
 
+use super::order::places;
 use super::plan::{PerceptionPlan, Test};
 use super::random::{Purpose, Random};
 use super::subject::{StudyMismatch, Subject, compare};
@@ -114,8 +115,8 @@ impl PerceptionSession {
     /// One that nobody has begun. A tick takes `period_s`, s.
     #[must_use]
     pub fn new(plan: &PerceptionPlan, seed: u64, subject: &Subject, operator: Operator, period_s: f64) -> Self {
-        let mut order: Vec<usize> = (0..plan.tests.len()).collect();
-        Random::new(seed, subject.number, Purpose::Order, 0).shuffle(&mut order);
+        let random = Random::new(seed, subject.number, Purpose::Order, 0);
+        let order = places(plan.order, &plan.test_names(), subject, random);
         let levels = levels(plan, seed, subject, order[0]);
         Self {
             plan: plan.clone(),

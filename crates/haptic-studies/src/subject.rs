@@ -9,6 +9,8 @@ pub struct Subject {
     pub code: String,
     /// The session, from 1.
     pub session: u32,
+    /// Order of its resistances or tests; empty where the plan decides.
+    pub order: Vec<String>,
 }
 
 /// Why subjects cannot take part under these codes.
@@ -33,6 +35,7 @@ impl Subject {
             number,
             code: code.to_owned(),
             session: 1,
+            order: Vec::new(),
         }
     }
 

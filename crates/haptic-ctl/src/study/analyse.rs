@@ -6,6 +6,8 @@ use clap::ValueHint;
 use haptic_lab::drawing::Table;
 use haptic_lab::stats::throughput::Task;
 use haptic_studies::analysis::{self, Refusal, Thresholds, Trials};
+use haptic_studies::store;
+use haptic_studies::subject_table::SubjectTable;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -30,7 +32,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     discrete: bool,
 
-    /// Folder for analysis.html, a page with all tables and figures, and for the tables as CSV
+    /// Folder for a page, figures (SVG) and tables (CSV, Markdown, LaTeX)
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: Option<PathBuf>,
 
@@ -54,6 +56,11 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     } else {
         analysis::read_file(path)
     };
+    let subjects = if is_folder {
+        store::subjects(path).map_err(|error| usage(&error))?
+    } else {
+        SubjectTable::default()
+    };
     match read.map_err(|error| usage(&error))? {
         Trials::Fitts(trials) => {
             let task = if arguments.discrete {
@@ -66,12 +73,14 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
                 let base = if is_folder { path } else { path.parent().unwrap_or(path) };
                 let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;
                 found.notes.extend(notes);
-                write(arguments, || analysis::fitts_files(&found, &trajectories, &name))?;
+                write(arguments, || {
+                    analysis::fitts_files(&found, &trajectories, &subjects, &name)
+                })?;
             }
             show(
                 json,
                 &found,
-                analysis::fitts_tables(&found),
+                analysis::fitts_tables(&found, analysis::TERMINAL),
                 &found.refused,
                 &found.notes,
             )
@@ -80,7 +89,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
             let bar = progress::busy("drawing answers for the intervals");
             let found = analysis::perception(&trials, SEED).map_err(in_source)?;
             bar.finish_and_clear();
-            write(arguments, || analysis::perception_files(&found, &name))?;
+            write(arguments, || analysis::perception_files(&found, &subjects, &name))?;
             show(
                 json,
                 &found,

@@ -5,9 +5,13 @@ use super::run::not_stored;
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, ValueHint};
+use haptic_ipc::regular_file;
+use haptic_studies::order::{Order, rows};
 use haptic_studies::store::{Study, StudyDescription};
 use haptic_studies::subject::numbered_codes;
+use haptic_studies::subject_table::SubjectTable;
 use serde_json::json;
+use std::fmt::Display;
 use std::path::PathBuf;
 
 pub(super) const HELP: &str = "\
@@ -26,12 +30,21 @@ pub(crate) struct Arguments {
 
     /// Number of subjects, from 1 to 999; their codes are 01, 02, ...
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=999))]
-    #[arg(required_unless_present = "codes", conflicts_with = "codes")]
+    #[arg(required_unless_present_any = ["codes", "subjects_file"], conflicts_with_all = ["codes", "subjects_file"])]
     subjects: Option<u32>,
 
     /// Codes of the subjects, as in --codes P1,P2,P3
-    #[arg(long, value_name = "CODE,...", value_delimiter = ',')]
+    #[arg(
+        long,
+        value_name = "CODE,...",
+        value_delimiter = ',',
+        conflicts_with = "subjects_file"
+    )]
     codes: Vec<String>,
+
+    /// Table of the subjects: columns subject, order (optional), and free fields
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    subjects_file: Option<PathBuf>,
 
     /// Seed of all random orders
     #[arg(long, value_name = "S", default_value = "1")]
@@ -40,11 +53,9 @@ pub(crate) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let (plan, text) = plan::read(&arguments.plan)?;
-    let codes = arguments
-        .subjects
-        .map_or_else(|| arguments.codes.clone(), numbered_codes);
-    let about = StudyDescription::people(&plan, &text, arguments.seed, codes);
-    let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
+    let subjects = subjects(arguments)?;
+    let about = StudyDescription::people_of(&plan, &text, arguments.seed, &subjects);
+    let study = Study::create_for(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
     if as_json {
         return output::json(&json!({
             "folder": study.folder(),
@@ -58,5 +69,25 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         study.folder().display(),
         about.subjects.join(", "),
         plan::panel(about.task, study.folder())
-    ))
+    ))?;
+    let (things, count) = (plan.ordered_names().len(), about.subjects.len());
+    let rows = rows(things);
+    if plan.order() == Order::LatinSquare && about.orders.is_empty() && !count.is_multiple_of(rows) {
+        output::text(&format!(
+            "note: the Latin square of {things} is balanced with {rows} subjects, or a multiple of that; there are {count}"
+        ))?;
+    }
+    Ok(())
+}
+
+/// The subjects of the command line, or of the file that it names.
+fn subjects(arguments: &Arguments) -> Result<SubjectTable, Failure> {
+    let Some(path) = &arguments.subjects_file else {
+        let codes = arguments.codes.clone();
+        let codes = arguments.subjects.map_or(codes, numbered_codes);
+        return Ok(SubjectTable::of_codes(&codes));
+    };
+    let wrong = |error: &dyn Display| Failure::Usage(format!("{}: {error}", path.display()));
+    let text = regular_file::read_text(path).map_err(|error| wrong(&error))?;
+    SubjectTable::read(text.as_bytes()).map_err(|error| wrong(&error))
 }

@@ -2,7 +2,7 @@
 
 use super::chart::Axis;
 
-/// Numbers that an axis has at least, about.
+/// Numbers that an axis has at least, about; fewer where it is short.
 const MARKS: f64 = 5.0;
 /// Room beyond the outermost points, as a share of their extent.
 const MARGIN: f64 = 0.04;
@@ -29,9 +29,11 @@ impl Scale {
         first + (last - first) * (value - self.low) / (self.high - self.low)
     }
 
-    /// The numbers that stand at the axis: 1, 2 or 5 times a power of ten apart.
-    pub(super) fn marks(&self) -> Vec<(f64, String)> {
-        let rough = (self.high - self.low) / MARKS;
+    /// The numbers that stand at the axis: 1, 2 or 5 times a power of ten apart. Each needs so much room, px.
+    pub(super) fn marks(&self, room_px: f64) -> Vec<(f64, String)> {
+        // The steps make up to two and a half times as many.
+        let most = 0.4 * (self.ends_px.1 - self.ends_px.0).abs() / room_px;
+        let rough = (self.high - self.low) / most.clamp(1.0, MARKS);
         let power = 10_f64.powf(rough.log10().floor());
         let step = [5.0, 2.0, 1.0]
             .map(|factor| factor * power)
@@ -109,7 +111,7 @@ mod tests {
                 &["20000", "22000", "24000", "26000", "28000", "30000"],
             ),
         ] {
-            let marks: Vec<String> = scale(values).marks().into_iter().map(|(_, text)| text).collect();
+            let marks: Vec<String> = scale(values).marks(1.0).into_iter().map(|(_, text)| text).collect();
             assert_eq!(marks, expected);
         }
     }
@@ -122,7 +124,7 @@ mod tests {
             let (low, high) = extent([value, f64::INFINITY].into_iter());
             assert!(low < value && value < high && high.is_finite(), "{low} {high}");
             assert!((scale(&[value]).px(value) - 50.0).abs() < 1e-6);
-            assert!(!scale(&[value]).marks().is_empty());
+            assert!(!scale(&[value]).marks(1.0).is_empty());
         }
     }
 }

@@ -9,6 +9,19 @@ pub enum Form {
     Dashed,
     /// A dot for each point.
     Dots,
+    /// A disc for each point, whose area grows with the number of observations, and its bar.
+    Discs,
+}
+
+/// A point that stands for observations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// Across and up, in the units of the axes.
+    pub at: [f64; 2],
+    /// Ends of its error bar, in the unit of the vertical axis; none where they are not known.
+    pub bar: Option<[f64; 2]>,
+    /// Number of observations.
+    pub count: u32,
 }
 
 /// Points under one name and in one colour.
@@ -18,6 +31,10 @@ pub struct Trace {
     pub name: String,
     /// Points, across and up, in the units of the axes.
     pub points: Vec<[f64; 2]>,
+    /// Number of observations of each point of [`Form::Discs`].
+    pub counts: Vec<u32>,
+    /// Error bar of each point of [`Form::Discs`], in the unit of the vertical axis.
+    pub bars: Vec<Option<[f64; 2]>>,
     /// How they are drawn.
     pub form: Form,
     /// Colour, counted from 0; that of its place among the traces where absent.
@@ -43,11 +60,24 @@ impl Trace {
         Self::new(name, points, Form::Dots)
     }
 
+    /// Discs with error bars.
+    #[must_use]
+    pub fn discs(name: impl Into<String>, observations: &[Observation]) -> Self {
+        let points = observations.iter().map(|one| one.at).collect();
+        Self {
+            counts: observations.iter().map(|one| one.count).collect(),
+            bars: observations.iter().map(|one| one.bar).collect(),
+            ..Self::new(name, points, Form::Discs)
+        }
+    }
+
     fn new(name: impl Into<String>, points: Vec<[f64; 2]>, form: Form) -> Self {
         let name = name.into();
         Self {
             name,
             points,
+            counts: Vec::new(),
+            bars: Vec::new(),
             form,
             colour: None,
         }
@@ -81,6 +111,8 @@ pub struct Chart {
     pub up: Axis,
     /// Traces.
     pub traces: Vec<Trace>,
+    /// Remarks above the plot: what it does not show, and why.
+    pub notes: Vec<String>,
     /// Height of the plot itself, px.
     pub height_px: f64,
 }
@@ -95,6 +127,7 @@ impl Chart {
             across: axis(across.into()),
             up: axis(up.into()),
             traces: Vec::new(),
+            notes: Vec::new(),
             height_px: 300.0,
         }
     }

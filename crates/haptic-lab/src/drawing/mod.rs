@@ -11,9 +11,15 @@
 
 mod axis;
 mod chart;
+mod discs;
+mod figure;
 mod page;
+mod paths;
 mod svg;
+mod table;
 
-pub use chart::{Axis, Chart, Form, Trace};
-pub use page::{Page, PlotFormat, Table, UnknownEnding};
+pub use chart::{Axis, Chart, Form, Observation, Trace};
+pub use figure::figures;
+pub use page::{Page, PlotFormat, UnknownEnding};
 pub use svg::svg;
+pub use table::Table;

@@ -1,7 +1,7 @@
 //! A page of HTML around charts and tables, and the file that a plot goes to.
 
-use super::Chart;
-use super::svg::{STYLE, escaped, inline, svg};
+use super::svg::{escaped, inline, style, svg};
+use super::{Chart, Table};
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
@@ -16,28 +16,6 @@ svg{width:100%;height:auto}table{border-collapse:collapse;font-variant-numeric:t
 caption{text-align:left;font-weight:bold;padding:.3rem 0}td,th{padding:.15rem .7rem;border-bottom:1px solid \
 var(--faint);text-align:right}\
 td:first-child,th:first-child{text-align:left}";
-
-/// A table.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
-    /// What it shows.
-    pub caption: String,
-    /// Its rows; the first one names the columns.
-    pub rows: Vec<Vec<String>>,
-}
-
-impl Table {
-    /// The rows as CSV.
-    #[must_use]
-    pub fn csv(&self) -> Vec<u8> {
-        let mut csv = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
-        for row in &self.rows {
-            // Memory takes whatever is written to it.
-            csv.write_record(row).unwrap_or(());
-        }
-        csv.into_inner().unwrap_or_default()
-    }
-}
 
 /// A page: words, charts and tables in this order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,7 +38,8 @@ impl Page {
         let mut page = format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
              content=\"width=device-width\">\
-             <title>{title}</title><style>{PAGE_STYLE}{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+             <title>{title}</title><style>{PAGE_STYLE}{}</style></head><body>\n<h1>{title}</h1>\n",
+            style(&self.charts, true)
         );
         for paragraph in &self.paragraphs {
             // A string takes whatever is written to it.
@@ -160,17 +139,6 @@ mod tests {
         for foreign in ["<script", "http", "<link", "url("] {
             assert!(!html.contains(foreign), "{foreign}");
         }
-    }
-
-    #[test]
-    fn a_table_is_csv_whatever_its_cells_hold() {
-        let table = Table {
-            caption: "Levels".to_owned(),
-            rows: [["name", "N"], ["a, \"b\"", "1.5"]]
-                .map(|row| row.map(str::to_owned).to_vec())
-                .to_vec(),
-        };
-        assert_eq!(table.csv(), b"name,N\n\"a, \"\"b\"\"\",1.5\n");
     }
 
     #[test]

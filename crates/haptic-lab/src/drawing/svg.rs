@@ -2,7 +2,8 @@
 
 use super::axis::Scale;
 use super::chart::{Chart, Form, Trace};
-use std::collections::HashSet;
+use super::discs::discs;
+use super::paths::{dots, lines};
 use std::fmt::{Arguments, Write as _};
 
 /// Width of an image, px.
@@ -10,52 +11,82 @@ const WIDTH: f64 = 760.0;
 /// Room for the numbers and names of the axes, px.
 const LEFT: f64 = 72.0;
 const RIGHT: f64 = 18.0;
-const BOTTOM: f64 = 50.0;
+pub(super) const BOTTOM: f64 = 50.0;
 /// Height of a line of text, px.
 const LINE: f64 = 18.0;
 /// Width of a letter, px; about, as the reader's font decides.
 const LETTER: f64 = 7.0;
 
+/// Room for a number at the horizontal and at the vertical axis, px.
+const MARK_ROOM: [f64; 2] = [45.0, 12.0];
+
 /// Styles of a chart. The colours are those of Okabe and Ito (2008), which people with any colour
-/// vision distinguish; on dark ground the lighter ones.
-pub(super) const STYLE: &str = "\
+/// vision distinguish.
+const LIGHT: &str = "\
 .chart{font:12px sans-serif}.chart text{fill:#1b1b1b}.chart .ground{fill:#fff}.chart \
 .grid{stroke:#ddd;fill:none}.chart .frame{stroke:#888;fill:none}\
 .chart .line,.chart .dashed{fill:none;stroke-width:1.6;stroke-linejoin:round}.chart .dashed{stroke-dasharray:7 4}\
 .chart .dots{fill:none;stroke-width:3;stroke-linecap:round;stroke-opacity:.4}\
 .chart .t0{stroke:#0072b2}.chart .t1{stroke:#d55e00}.chart .t2{stroke:#009e73}.chart .t3{stroke:#cc79a7}.chart \
-.t4{stroke:#1b1b1b}\
-@media (prefers-color-scheme:dark){.chart text{fill:#e6e6e6}.chart .ground{fill:#16181b}.chart .grid{stroke:#3a3d42}\
+.t4{stroke:#1b1b1b}";
+/// On dark ground: the lighter ones.
+const DARK: &str = "@media (prefers-color-scheme:dark){.chart text{fill:#e6e6e6}.chart .ground{fill:#16181b}.chart .grid{stroke:#3a3d42}\
 .chart .t0{stroke:#56b4e9}.chart .t1{stroke:#e69f00}.chart .t4{stroke:#e6e6e6}}";
+/// Styles of discs, error bars and notes.
+const LIGHT_DISCS: &str = "\
+.chart .disc{fill-opacity:.5;stroke-width:1.2}.chart .bar{fill:none;stroke-width:1.2}.chart .note{font-style:italic}\
+.chart .disc.t0{fill:#0072b2}.chart .disc.t1{fill:#d55e00}.chart .disc.t2{fill:#009e73}.chart .disc.t3{fill:#cc79a7}\
+.chart .disc.t4{fill:#1b1b1b}";
+const DARK_DISCS: &str = "@media (prefers-color-scheme:dark){.chart .disc.t0{fill:#56b4e9}.chart .disc.t1{fill:#e69f00}\
+.chart .disc.t4{fill:#e6e6e6}}";
 /// Colours above.
 const COLOURS: usize = 5;
+
+/// The styles that charts need, on light ground alone or on both.
+pub(super) fn style(charts: &[Chart], on_dark_too: bool) -> String {
+    let has_discs = |chart: &Chart| {
+        let mut traces = chart.traces.iter();
+        !chart.notes.is_empty() || traces.any(|trace| trace.form == Form::Discs)
+    };
+    let has_discs = charts.iter().any(has_discs);
+    [
+        (LIGHT, true),
+        (LIGHT_DISCS, has_discs),
+        (DARK, on_dark_too),
+        (DARK_DISCS, on_dark_too && has_discs),
+    ]
+    .into_iter()
+    .filter_map(|(style, is_needed)| is_needed.then_some(style))
+    .collect()
+}
 
 /// Charts below one another as an image of its own.
 #[must_use]
 pub fn svg(charts: &[Chart]) -> String {
-    let height: f64 = charts.iter().map(height).sum();
+    let height_of = |chart: &Chart| height(chart, WIDTH);
+    let (height, style): (f64, String) = (charts.iter().map(height_of).sum(), style(charts, true));
     let mut image = String::new();
     let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
     add(
         &mut image,
         format_args!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} \
-             {height}\" role=\"img\" aria-label=\"{}\">\n<style>{STYLE}</style>",
+             {height}\" role=\"img\" aria-label=\"{}\">\n<style>{style}</style>",
             escaped(&titles.join("; "))
         ),
     );
     let mut top = 0.0;
     for chart in charts {
-        draw(&mut image, chart, top);
-        top += self::height(chart);
+        draw(&mut image, chart, WIDTH, top);
+        top += height_of(chart);
     }
     image.push_str("</svg>\n");
     image
 }
 
-/// A chart within a page that has the [`STYLE`].
+/// A chart within a page that has its [`style`].
 pub(super) fn inline(chart: &Chart) -> String {
-    let (height, mut image) = (height(chart), String::new());
+    let (height, mut image) = (height(chart, WIDTH), String::new());
     add(
         &mut image,
         format_args!(
@@ -63,7 +94,7 @@ pub(super) fn inline(chart: &Chart) -> String {
             escaped(&chart.title)
         ),
     );
-    draw(&mut image, chart, 0.0);
+    draw(&mut image, chart, WIDTH, 0.0);
     image.push_str("</svg>\n");
     image
 }
@@ -76,29 +107,46 @@ pub(super) fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-fn add(image: &mut String, text: Arguments<'_>) {
+pub(super) fn add(image: &mut String, text: Arguments<'_>) {
     // A string takes whatever is written to it.
     writeln!(image, "{text}").unwrap_or(());
 }
 
-fn head(chart: &Chart) -> f64 {
-    let rows = legend(chart).last().map_or(0.0, |(_, row, _)| row + 1.0);
-    LINE * (1.0 + rows) + 14.0
+/// Rows of the legend.
+fn legend_rows(chart: &Chart, width: f64) -> f64 {
+    legend(chart, width).last().map_or(0.0, |(_, row, _)| row + 1.0)
 }
 
-fn height(chart: &Chart) -> f64 {
-    head(chart) + chart.height_px + BOTTOM
+/// The notes in lines as wide as the plot.
+fn note_lines(chart: &Chart, width: f64) -> Vec<String> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "letters of a line"
+    )]
+    let letters = ((width - LEFT - RIGHT) / LETTER).max(1.0) as usize;
+    chart.notes.iter().flat_map(|note| wrapped(note, letters)).collect()
+}
+
+/// Height of what stands above the plot, px.
+#[expect(clippy::cast_precision_loss, reason = "few lines")]
+pub(super) fn head(chart: &Chart, width: f64) -> f64 {
+    LINE * (1.0 + legend_rows(chart, width) + note_lines(chart, width).len() as f64) + 14.0
+}
+
+fn height(chart: &Chart, width: f64) -> f64 {
+    head(chart, width) + chart.height_px + BOTTOM
 }
 
 /// Places of the traces in the legend, but for those without a name: left edge, row and the trace's index.
-fn legend(chart: &Chart) -> Vec<(f64, f64, usize)> {
+fn legend(chart: &Chart, image_width: f64) -> Vec<(f64, f64, usize)> {
     let (mut x, mut row) = (LEFT, 0.0);
     let mut places = Vec::new();
     let named = |(_, trace): &(usize, &Trace)| !trace.name.is_empty();
     for (index, trace) in chart.traces.iter().enumerate().filter(named) {
         #[expect(clippy::cast_precision_loss, reason = "letters of a name")]
         let width = 44.0 + LETTER * trace.name.chars().count() as f64;
-        if x > LEFT && x + width > WIDTH - RIGHT {
+        if x > LEFT && x + width > image_width - RIGHT {
             (x, row) = (LEFT, row + 1.0);
         }
         places.push((x, row, index));
@@ -107,9 +155,10 @@ fn legend(chart: &Chart) -> Vec<(f64, f64, usize)> {
     places
 }
 
-fn draw(image: &mut String, chart: &Chart, top: f64) {
-    let size = (WIDTH - LEFT - RIGHT, chart.height_px);
-    let corner = (LEFT, top + head(chart));
+/// Draws a chart of a width with its upper edge at `top`, px.
+pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
+    let size = (width - LEFT - RIGHT, chart.height_px);
+    let corner = (LEFT, top + head(chart, width));
     let values = |axis: usize| {
         chart
             .traces
@@ -117,36 +166,49 @@ fn draw(image: &mut String, chart: &Chart, top: f64) {
             .flat_map(move |trace| trace.points.iter().map(move |point| point[axis]))
     };
     let across = Scale::new(&chart.across, values(0), (0.0, size.0));
-    let up = Scale::new(&chart.up, values(1), (size.1, 0.0));
+    let bars = chart
+        .traces
+        .iter()
+        .flat_map(|trace| trace.bars.iter().flatten())
+        .flatten();
+    let up = Scale::new(&chart.up, values(1).chain(bars.copied()), (size.1, 0.0));
     add(
         image,
         format_args!(
-            "<g class=\"chart\"><rect class=\"ground\" x=\"0\" y=\"{top}\" width=\"{WIDTH}\" height=\"{}\"/>\n\
+            "<g class=\"chart\"><rect class=\"ground\" x=\"0\" y=\"{top}\" width=\"{width}\" height=\"{}\"/>\n\
              <text x=\"{LEFT}\" y=\"{}\" font-weight=\"bold\">{}</text>",
-            height(chart),
+            height(chart, width),
             top + LINE,
             escaped(&chart.title)
         ),
     );
-    for (x, row, index) in legend(chart) {
+    for (x, row, index) in legend(chart, width) {
         let (trace, y) = (&chart.traces[index], top + LINE * (2.2 + row));
-        let sample = if trace.form == Form::Dots {
-            "m8 0h0m6 0h0m6 0h0"
-        } else {
-            "h26"
+        let (class, middle) = (class(trace, index), y - 4.0);
+        let sample = match trace.form {
+            Form::Discs => format!(
+                "<circle class=\"{class}\" cx=\"{}\" cy=\"{middle:.1}\" r=\"5\"/>",
+                x + 14.0
+            ),
+            Form::Dots => format!("<path class=\"{class}\" d=\"M{x} {middle:.1}m8 0h0m6 0h0m6 0h0\"/>"),
+            Form::Line | Form::Dashed => format!("<path class=\"{class}\" d=\"M{x} {middle:.1}h26\"/>"),
         };
+        let name = escaped(&trace.name);
         add(
             image,
-            format_args!(
-                "<path class=\"{}\" d=\"M{x} {:.1}{sample}\"/><text x=\"{}\" y=\"{y:.1}\">{}</text>",
-                class(trace, index),
-                y - 4.0,
-                x + 32.0,
-                escaped(&trace.name)
-            ),
+            format_args!("{sample}<text x=\"{}\" y=\"{y:.1}\">{name}</text>", x + 32.0),
         );
     }
-    axes(image, chart, (&across, &up), corner);
+    let mut y = top + LINE * (2.2 + legend_rows(chart, width));
+    for line in note_lines(chart, width) {
+        let line = escaped(&line);
+        add(
+            image,
+            format_args!("<text class=\"note\" x=\"{LEFT}\" y=\"{y:.1}\">{line}</text>"),
+        );
+        y += LINE;
+    }
+    axes(image, chart, (&across, &up), corner, size.0);
     // An inner image is cut at its edges.
     add(
         image,
@@ -155,22 +217,42 @@ fn draw(image: &mut String, chart: &Chart, top: f64) {
             corner.0, corner.1, size.0, size.1
         ),
     );
+    let most = chart.traces.iter().flat_map(|trace| trace.counts.iter().copied());
+    let most = most.max().unwrap_or(1);
     for (index, trace) in chart.traces.iter().enumerate() {
+        let (class, name) = (class(trace, index), escaped(&trace.name));
         let points: Vec<[f64; 2]> = trace.points.iter().map(|[x, y]| [across.px(*x), up.px(*y)]).collect();
         let path = match trace.form {
+            Form::Discs => {
+                let bars = trace.bars.iter().map(|bar| bar.map(|ends| ends.map(|end| up.px(end))));
+                let discs = discs(&points, &bars.collect::<Vec<_>>(), (&trace.counts, most), &class);
+                add(image, format_args!("<g><title>{name}</title>{discs}</g>"));
+                continue;
+            }
             Form::Dots => dots(&points),
             Form::Line | Form::Dashed => lines(&points),
         };
         add(
             image,
-            format_args!(
-                "<path class=\"{}\" d=\"{path}\"><title>{}</title></path>",
-                class(trace, index),
-                escaped(&trace.name)
-            ),
+            format_args!("<path class=\"{class}\" d=\"{path}\"><title>{name}</title></path>"),
         );
     }
     image.push_str("</svg></g>\n");
+}
+
+/// A text in lines of at most so many letters, broken at words.
+fn wrapped(text: &str, letters: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= letters => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 fn class(trace: &Trace, index: usize) -> String {
@@ -178,13 +260,14 @@ fn class(trace: &Trace, index: usize) -> String {
         Form::Line => "line",
         Form::Dashed => "dashed",
         Form::Dots => "dots",
+        Form::Discs => "disc",
     };
     format!("{form} t{}", trace.colour.unwrap_or(index) % COLOURS)
 }
 
-fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left, top): (f64, f64)) {
-    let (right, foot) = (WIDTH - RIGHT, top + chart.height_px);
-    for (value, text) in up.marks() {
+fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left, top): (f64, f64), width: f64) {
+    let (right, foot) = (left + width, top + chart.height_px);
+    for (value, text) in up.marks(MARK_ROOM[1]) {
         let y = top + up.px(value);
         add(
             image,
@@ -196,7 +279,7 @@ fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left
             ),
         );
     }
-    for (value, text) in across.marks() {
+    for (value, text) in across.marks(MARK_ROOM[0]) {
         let x = left + across.px(value);
         add(
             image,
@@ -221,65 +304,6 @@ fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left
             escaped(&chart.up.label)
         ),
     );
-}
-
-/// A dot for each place that has one: many samples fall on one. A dot is 3 px wide, so that places 2 px
-/// apart leave no gap.
-fn dots(points: &[[f64; 2]]) -> String {
-    let mut seen = HashSet::new();
-    let mut path = String::new();
-    for [x, y] in points.iter().filter(|point| is_drawable(point)) {
-        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
-        let place = (2 * (0.5 * x).round() as i64, 2 * (0.5 * y).round() as i64);
-        if seen.insert(place) {
-            write!(path, "M{} {}h0", place.0, place.1).unwrap_or(());
-        }
-    }
-    path
-}
-
-/// Lines, interrupted at points that are not finite.
-fn lines(points: &[[f64; 2]]) -> String {
-    let mut path = String::new();
-    for part in points.split(|point| !is_drawable(point)) {
-        for (index, [x, y]) in decimated(part).into_iter().enumerate() {
-            let step = if index == 0 { 'M' } else { 'L' };
-            write!(path, "{step}{x:.1} {y:.1}").unwrap_or(());
-        }
-    }
-    path
-}
-
-/// A number that programs for images can take.
-fn is_drawable([x, y]: &[f64; 2]) -> bool {
-    x.abs() <= 1e6 && y.abs() <= 1e6
-}
-
-/// The points that a drawing shows. Where a line only runs to the right, these are the first, the
-/// lowest, the highest and the last of each column of pixels; elsewhere, those half a pixel apart.
-fn decimated(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let goes_right = points.windows(2).all(|pair| pair[1][0] >= pair[0][0]);
-    let mut kept: Vec<[f64; 2]> = Vec::new();
-    if goes_right {
-        for column in points.chunk_by(|a, b| a[0].floor() == b[0].floor()) {
-            let by_height = |&a: &usize, &b: &usize| column[a][1].total_cmp(&column[b][1]);
-            let extremes = [(0..column.len()).min_by(by_height), (0..column.len()).max_by(by_height)];
-            let mut wanted: Vec<usize> = extremes.into_iter().flatten().chain([0, column.len() - 1]).collect();
-            wanted.sort_unstable();
-            wanted.dedup();
-            kept.extend(wanted.into_iter().map(|index| column[index]));
-        }
-    } else {
-        for (index, point) in points.iter().enumerate() {
-            let is_apart = kept
-                .last()
-                .is_none_or(|last| (point[0] - last[0]).hypot(point[1] - last[1]) >= 0.5);
-            if is_apart || index + 1 == points.len() {
-                kept.push(*point);
-            }
-        }
-    }
-    kept
 }
 
 #[cfg(test)]
@@ -314,21 +338,15 @@ mod tests {
         for index in 0..9 {
             many = many.with(Trace::line(format!("a trace with a long name {index}"), Vec::new()));
         }
-        let rows = legend(&many);
-        assert_eq!(legend(&many.clone().with(Trace::line("", Vec::new()))), rows);
+        let rows = legend(&many, WIDTH);
+        assert_eq!(legend(&many.clone().with(Trace::line("", Vec::new())), WIDTH), rows);
         assert!(rows.iter().all(|(x, ..)| *x < WIDTH - RIGHT - 100.0));
         let lowest = LINE * (2.2 + rows.last().expect("a place").1);
         assert!(
-            lowest >= 4.0 * LINE && lowest < head(&many),
+            lowest >= 4.0 * LINE && lowest < head(&many, WIDTH),
             "{lowest} of {}",
-            head(&many)
+            head(&many, WIDTH)
         );
-    }
-
-    #[test]
-    fn a_line_is_interrupted_where_a_value_is_missing() {
-        let text = lines(&[[0.0, 0.0], [1.0, 1.0], [2.0, f64::NAN], [3.0, 1.0], [4.0, 0.0]]);
-        assert_eq!(text, "M0.0 0.0L1.0 1.0M3.0 1.0L4.0 0.0");
     }
 
     #[test]
@@ -339,20 +357,15 @@ mod tests {
     }
 
     #[test]
-    fn a_long_line_keeps_its_spikes_and_little_else() {
-        let mut points: Vec<[f64; 2]> = (0..100_000).map(|k| [f64::from(k) * 7e-3, f64::from(k % 7)]).collect();
-        points[54_321][1] = 250.0;
-        let kept = decimated(&points);
-        assert!(kept.len() < 2900, "{}", kept.len());
-        assert!(kept.iter().any(|point| point[1] == 250.0));
-        assert_eq!((kept[0], kept[kept.len() - 1]), (points[0], points[99_999]));
-        let round: Vec<[f64; 2]> = (0..100_000)
-            .map(|k| [100.0 * f64::from(k).cos(), 100.0 * f64::from(k).sin()])
-            .collect();
-        let slow: Vec<[f64; 2]> = (0..100_000)
-            .map(|k| [100.0 * (f64::from(k) * 1e-4).cos(), 100.0 * (f64::from(k) * 1e-4).sin()])
-            .collect();
-        assert!(decimated(&slow).len() < 2100, "{}", decimated(&slow).len());
-        assert!(dots(&round).matches('M').count() < 450);
+    fn a_note_is_broken_at_words() {
+        assert_eq!(wrapped("no threshold: all wrong", 14), ["no threshold:", "all wrong"]);
+        assert_eq!(wrapped("unbreakable", 3), ["unbreakable"]);
+        let mut noted = chart(vec![[0.0, 0.0]]);
+        noted.notes.push("not fitted: 2 < 3".to_owned());
+        let text = svg(&[noted]);
+        assert!(
+            text.contains("class=\"note\" x=\"72\" y=\"57.6\">not fitted: 2 &lt; 3</text>"),
+            "{text}"
+        );
     }
 }

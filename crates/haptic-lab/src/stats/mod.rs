@@ -19,6 +19,7 @@ pub mod difficulty;
 mod error;
 pub mod exact;
 pub mod mean;
+pub mod proportion;
 pub mod psychometric;
 pub mod regression;
 pub mod staircase;

@@ -6,6 +6,7 @@
 
 use super::news::Stage;
 use super::rig_facts::RigFacts;
+use super::scene_before::SceneBefore;
 use super::subject_screen::SubjectAction;
 use crate::intent::Intent;
 use crate::update::{Answer, Update};
@@ -16,7 +17,7 @@ use haptic_studies::session::{Frame, Interruption, Mounting, Phase, View};
 use std::mem::{Discriminant, discriminant};
 
 /// Time over which a scene changes, ms.
-const RAMP_MS: f64 = 200.0;
+pub(super) const RAMP_MS: f64 = 200.0;
 
 /// Time after a ramp in which its last step fades in, s.
 const FADE_S: f64 = 0.05;
@@ -172,7 +173,7 @@ impl Conductor {
     }
 
     /// What to ask the daemon for now.
-    pub(super) fn due(&mut self, rig: &RigFacts) -> Vec<Intent> {
+    pub(super) fn due(&mut self, rig: &RigFacts, scene_before: &mut SceneBefore) -> Vec<Intent> {
         let mut intents = Vec::new();
         let phase = discriminant(&self.session.view().phase);
         let before = self.phase.map(|(before, _)| before);
@@ -185,11 +186,17 @@ impl Conductor {
             if lets_go && rig.state.is_some_and(RigState::is_live) {
                 intents.push(Intent::Release);
             }
+            if has_ended {
+                intents.extend(scene_before.put_back(rig, RAMP_MS));
+            }
             if self.is_done() && self.is_begun {
                 intents.push(Intent::Lease { timeout_ms: 0 });
             }
         }
-        if let Some(if_revision) = rig.revision.filter(|_| self.is_begun && rig.is_known())
+        if let Some(if_revision) = rig
+            .revision
+            .filter(|_| self.is_begun && rig.is_known() && !self.is_done())
+            && scene_before.keep(rig)
             && let Some(scene) = self.session.take_scene()
         {
             intents.push(Intent::TrialScene {

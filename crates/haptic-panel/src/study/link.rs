@@ -31,6 +31,7 @@ struct Slot {
     connected: Option<Update>,
     subscribed: Option<Update>,
     state: Option<Update>,
+    scene: Option<Update>,
     status: Option<Update>,
 }
 
@@ -65,11 +66,12 @@ impl StudyLink {
         let mut slot = self.slot();
         let keep = match update {
             Update::Connected { .. } => {
-                (slot.subscribed, slot.state, slot.status) = (None, None, None);
+                (slot.subscribed, slot.state, slot.scene, slot.status) = (None, None, None, None);
                 Some(&mut slot.connected)
             }
             Update::Disconnected { .. } => {
-                (slot.connected, slot.subscribed, slot.state, slot.status) = (None, None, None, None);
+                (slot.connected, slot.subscribed) = (None, None);
+                (slot.state, slot.scene, slot.status) = (None, None, None);
                 self.screen.lose_samples();
                 self.screen.set_takes_hand(false);
                 None
@@ -79,6 +81,7 @@ impl StudyLink {
                 self.screen.set_takes_hand(status.device.takes_hand);
                 Some(&mut slot.status)
             }
+            Update::Scene(Ok(_)) => Some(&mut slot.scene),
             Update::Event(Event::State(_)) => Some(&mut slot.state),
             Update::Event(Event::Samples(batch)) => {
                 if let Some(newest) = batch.rows.last() {
@@ -143,7 +146,13 @@ impl StudyLink {
             .name("study".to_owned())
             .spawn(move || study.run(&to_do))?;
         slot.jobs = Some(jobs);
-        let past = [&slot.connected, &slot.subscribed, &slot.state, &slot.status];
+        let past = [
+            &slot.connected,
+            &slot.subscribed,
+            &slot.state,
+            &slot.scene,
+            &slot.status,
+        ];
         for update in past.map(Clone::clone).into_iter().flatten() {
             slot.enqueue(Job::Hear(update));
         }

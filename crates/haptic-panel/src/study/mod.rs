@@ -5,6 +5,7 @@ mod latency;
 mod link;
 mod news;
 mod rig_facts;
+mod scene_before;
 mod session_thread;
 mod subject_screen;
 mod table;

@@ -1,7 +1,8 @@
 //! What a study knows of the daemon and its rig.
 
 use crate::update::Update;
-use haptic_ipc::{Event, RigState, ServoSetup, Status};
+use haptic_core::Scene;
+use haptic_ipc::{Event, RigState, SceneReply, ServoSetup, Status};
 use haptic_studies::store::RigDescription;
 
 /// What a study knows of the daemon and its rig.
@@ -12,6 +13,8 @@ pub(super) struct RigFacts {
     pub(super) period_s: Option<f64>,
     pub(super) state: Option<RigState>,
     pub(super) revision: Option<u64>,
+    /// The scene that was asked for last, with its revision.
+    scene: Option<Box<SceneReply>>,
     pub(super) servo: Option<ServoSetup>,
     status: Option<Box<Status>>,
 }
@@ -20,6 +23,13 @@ impl RigFacts {
     /// Whether the daemon is there, and has reported what a session needs.
     pub(super) fn is_known(&self) -> bool {
         self.is_connected && self.period_s.is_some() && self.revision.is_some() && self.status.is_some()
+    }
+
+    /// The active scene, where it is known.
+    pub(super) fn scene(&self) -> Option<&Scene> {
+        let known = self.scene.as_ref();
+        let known = known.filter(|known| Some(known.revision) == self.revision);
+        known.map(|known| &known.scene)
     }
 
     /// The rig's buttons that click, a bit each: all but those that stop and enable.
@@ -52,6 +62,7 @@ impl RigFacts {
             Update::Event(Event::State(event)) => {
                 (self.state, self.revision) = (Some(event.state), Some(event.revision));
             }
+            Update::Scene(Ok(scene)) => self.scene = Some(scene.clone()),
             Update::Event(Event::Servo(event)) => self.servo = Some(event.servo.clone()),
             _ => {}
         }

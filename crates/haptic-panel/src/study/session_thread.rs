@@ -1,9 +1,10 @@
 //! The study's thread: it feeds the session with ticks, puts each trial on the disk before the next tick, and reports
 //! to the experimenter. Only this thread waits for the disk of the study.
 
-use super::conductor::Conductor;
+use super::conductor::{Conductor, RAMP_MS};
 use super::news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyState, SubjectState};
 use super::rig_facts::RigFacts;
+use super::scene_before::SceneBefore;
 use super::subject_screen::{SubjectScreen, TaskScale};
 use super::table;
 use crate::intent::{BATCH_MS, Intent};
@@ -53,6 +54,7 @@ pub(super) struct SessionThread {
     send: SendIntent,
     updates: UpdateSender,
     rig: RigFacts,
+    before: SceneBefore,
     study: Option<OpenStudy>,
     /// The chosen subject, by its place.
     subject: usize,
@@ -71,6 +73,7 @@ impl SessionThread {
             send,
             updates,
             rig: RigFacts::default(),
+            before: SceneBefore::default(),
             study: None,
             subject: 0,
             conductor: None,
@@ -201,6 +204,7 @@ impl SessionThread {
 
     fn hear(&mut self, update: &Update) {
         self.rig.take(update);
+        self.before.take(update);
         if let (Update::Connected { .. }, Some(_)) = (update, &self.study) {
             let batch_ms = STUDY_BATCH_MS;
             self.ask([Intent::Stream { batch_ms }]);
@@ -255,7 +259,7 @@ impl SessionThread {
                 return;
             }
         };
-        let intents = conductor.due(&self.rig);
+        let intents = conductor.due(&self.rig, &mut self.before);
         self.ask(intents);
         for happening in happened {
             match happening {
@@ -338,6 +342,8 @@ impl SessionThread {
         if self.study.is_none() {
             return;
         }
+        let scene = self.before.put_back(&self.rig, RAMP_MS);
+        self.ask(scene);
         let (timeout_ms, batch_ms) = (0, BATCH_MS);
         self.ask([Intent::Lease { timeout_ms }, Intent::Stream { batch_ms }]);
         self.end();

@@ -1,6 +1,7 @@
 //! A subject's study at a daemon that the test plays: what is asked of it, what is kept, and what voids a trial.
 
 mod choosing;
+mod scene_before;
 
 use super::subject_screen::SubjectScreen;
 use super::*;
@@ -10,7 +11,8 @@ use crate::update::{Answer, Update};
 use crate::update_sender::UpdateSender;
 use haptic_core::Scene;
 use haptic_ipc::{
-    ErrorCode, Event, RigState, Sample, SamplesEvent, StateEvent, Status, SubscribeReply, WireError, params_of,
+    ErrorCode, Event, RigState, Sample, SamplesEvent, SceneReply, StateEvent, Status, SubscribeReply, WireError,
+    params_of,
 };
 use haptic_studies::session::Phase;
 use haptic_studies::store;
@@ -140,6 +142,11 @@ impl Daemon {
             servo: None,
         })));
         self.tell_state();
+        self.link.hear(&Update::Scene(Ok(Box::new(SceneReply {
+            revision: self.revision,
+            params: params_of(&Scene::paper()),
+            scene: Scene::paper(),
+        }))));
         self.link.hear(&Update::Status(Ok(Box::new(Self::status()))));
     }
 

@@ -23,6 +23,16 @@ impl Measure {
     /// All of them, in the order of the paper's tables.
     pub const ALL: [Self; 3] = [Self::Time, Self::Errors, Self::ErrorSize];
 
+    /// Its name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Errors => "errors",
+            Self::ErrorSize => "error_size",
+        }
+    }
+
     fn of(self, difference: &Difference) -> Option<f64> {
         match self {
             Self::Time => Some(difference.time_s),

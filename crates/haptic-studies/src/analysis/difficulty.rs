@@ -2,7 +2,7 @@
 
 use super::error::Refusal;
 use super::segments::Segment;
-use haptic_lab::stats::mean::mean;
+use haptic_lab::stats::mean::clustered_mean;
 use haptic_lab::stats::regression::{Line, line};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -16,6 +16,10 @@ pub struct Point {
     pub difficulty_bit: f64,
     /// Mean movement time, s.
     pub movement_time_s: f64,
+    /// Its 95 % interval, s, with the subjects as what is independent; absent for one subject.
+    pub movement_time_interval_s: Option<[f64; 2]>,
+    /// Number of movements.
+    pub movements: usize,
 }
 
 /// Fitts's law under a resistance.
@@ -25,6 +29,9 @@ pub struct DifficultyLine {
     pub resistance: String,
     /// The line through the points, s over bit; absent where they do not determine one.
     pub line: Option<Line>,
+    /// Why there is no line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
     /// The means by condition, the easiest first.
     pub points: Vec<Point>,
 }
@@ -38,19 +45,25 @@ pub(super) fn by_resistance(
     resistances
         .iter()
         .map(|resistance| {
-            let mut times: BTreeMap<&str, (f64, Vec<f64>)> = BTreeMap::new();
+            let mut times: BTreeMap<&str, (f64, BTreeMap<&str, Vec<f64>>)> = BTreeMap::new();
             for segment in segments.iter().filter(|segment| segment.resistance == *resistance) {
                 let (_, times) = times
                     .entry(segment.condition)
-                    .or_insert_with(|| (segment.difficulty_bit(), Vec::new()));
-                times.extend(segment.trials.iter().map(|trial| trial.movement_time_s));
+                    .or_insert_with(|| (segment.difficulty_bit(), BTreeMap::new()));
+                let own = times.entry(segment.subject).or_default();
+                own.extend(segment.trials.iter().map(|trial| trial.movement_time_s));
             }
             let mut points: Vec<Point> = times
                 .into_iter()
-                .map(|(condition, (difficulty_bit, times))| Point {
-                    condition: condition.to_owned(),
-                    difficulty_bit,
-                    movement_time_s: mean(&times),
+                .map(|(condition, (difficulty_bit, times))| {
+                    let times = clustered_mean(&times.into_values().collect::<Vec<_>>());
+                    Point {
+                        condition: condition.to_owned(),
+                        difficulty_bit,
+                        movement_time_s: times.value,
+                        movement_time_interval_s: times.interval,
+                        movements: times.count,
+                    }
                 })
                 .collect();
             points.sort_by(|a, b| a.difficulty_bit.total_cmp(&b.difficulty_bit));
@@ -58,17 +71,18 @@ pub(super) fn by_resistance(
                 .iter()
                 .map(|point| [point.difficulty_bit, point.movement_time_s])
                 .collect();
-            let line = line(&through)
-                .map_err(|error| {
-                    refused.push(Refusal {
-                        what: format!("regression of {resistance}"),
-                        reason: error.to_string(),
-                    });
-                })
-                .ok();
+            let (line, reason) = match line(&through) {
+                Ok(line) => (Some(line), None),
+                Err(error) => (None, Some(error.to_string())),
+            };
+            refused.extend(reason.clone().map(|reason| Refusal {
+                what: format!("regression of {resistance}"),
+                reason,
+            }));
             DifficultyLine {
                 resistance: resistance.clone(),
                 line,
+                refused: reason,
                 points,
             }
         })

@@ -4,6 +4,7 @@
 //! same to the last bit.
 
 mod comparison;
+mod data;
 mod difficulty;
 mod error;
 mod files;
@@ -17,6 +18,7 @@ mod tables;
 mod trajectories;
 
 pub use comparison::{BASELINE, Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
+pub use data::{fitts_data, perception_data};
 pub use difficulty::{DifficultyLine, Point};
 pub use error::{AnalysisError, Refusal};
 pub use files::{ReadError, Trials, read_file, read_folder};
@@ -24,7 +26,7 @@ pub use outputs::{fitts_files, perception_files};
 pub use paper::BesidePaper;
 pub use perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, perception};
 pub use sequences::{Sequence, Summary};
-pub use tables::{fitts_tables, perception_tables};
+pub use tables::{PAGE, TERMINAL, fitts_tables, perception_tables};
 pub use trajectories::{Trajectory, trajectories};
 
 use super::screen::ScreenSummary;

@@ -1,61 +1,75 @@
-//! The files of an analysis: a page, its charts as pictures, and the tables as CSV.
+//! The files of an analysis: a page, its charts as figures, and each table as data (CSV), Markdown and LaTeX.
 
 use super::FittsAnalysis;
+use super::data::{fitts_data, perception_data};
 use super::page::{fitts_charts, fitts_page, perception_charts, perception_page};
 use super::perception::PerceptionAnalysis;
-use super::tables::{fitts_tables, perception_tables};
+use super::tables::{PAGE, fitts_tables, perception_tables};
 use super::trajectories::Trajectory;
-use haptic_lab::drawing::{Chart, Page, Table, svg};
-use serde::Serialize;
+use crate::subject_table::SubjectTable;
+use haptic_lab::drawing::{Chart, Page, Table, figures};
 
-/// Names and contents of the files of a targeting task: the page, its charts as pictures, the tables as they are shown,
-/// and the sequences and differences with all their digits.
+/// Names and contents of files.
+type Files = Vec<(String, Vec<u8>)>;
+
+/// Names and contents of the files of a targeting task.
 #[must_use]
-pub fn fitts_files(analysis: &FittsAnalysis, trajectories: &[Trajectory], title: &str) -> Vec<(String, Vec<u8>)> {
+pub fn fitts_files(
+    analysis: &FittsAnalysis,
+    trajectories: &[Trajectory],
+    subjects: &SubjectTable,
+    title: &str,
+) -> Files {
     let charts = fitts_charts(analysis, trajectories);
     let pictures = pictures(&charts);
-    let mut files = with_tables(&fitts_page(analysis, all(charts), title), &fitts_tables(analysis));
-    files.extend(pictures);
-    files.push(("sequences.csv".to_owned(), rows(&analysis.sequences)));
-    files.push(("differences.csv".to_owned(), rows(&analysis.differences)));
-    files
+    let page = fitts_page(analysis, all(charts), title);
+    files(
+        &page,
+        pictures,
+        &fitts_tables(analysis, PAGE),
+        &fitts_data(analysis, subjects),
+    )
 }
 
-/// Names and contents of the files of a perception test: the page, its charts as a picture, and the tables as they are
-/// shown.
+/// Names and contents of the files of a perception test.
 #[must_use]
-pub fn perception_files(analysis: &PerceptionAnalysis, title: &str) -> Vec<(String, Vec<u8>)> {
+pub fn perception_files(analysis: &PerceptionAnalysis, subjects: &SubjectTable, title: &str) -> Files {
     let charts = perception_charts(analysis);
     let pictures = pictures(&charts);
     let page = perception_page(analysis, all(charts), title);
-    let mut files = with_tables(&page, &perception_tables(analysis));
-    files.extend(pictures);
-    files
+    files(
+        &page,
+        pictures,
+        &perception_tables(analysis),
+        &perception_data(analysis, subjects),
+    )
 }
 
 fn all(charts: Vec<(&str, Vec<Chart>)>) -> Vec<Chart> {
     charts.into_iter().flat_map(|(_, charts)| charts).collect()
 }
 
-fn pictures(charts: &[(&str, Vec<Chart>)]) -> Vec<(String, Vec<u8>)> {
-    let drawn = charts.iter().filter(|(_, charts)| !charts.is_empty());
-    drawn
-        .map(|(name, charts)| (format!("{name}.svg"), svg(charts).into_bytes()))
-        .collect()
-}
-
-fn with_tables(page: &Page, tables: &[(String, Table)]) -> Vec<(String, Vec<u8>)> {
-    let tables = tables.iter().map(|(name, table)| (format!("{name}.csv"), table.csv()));
-    std::iter::once(("analysis.html".to_owned(), page.html().into_bytes()))
-        .chain(tables)
-        .collect()
-}
-
-fn rows<T: Serialize>(rows: &[T]) -> Vec<u8> {
-    let mut csv = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        // Memory takes whatever is written to it.
-        csv.serialize(row).unwrap_or(());
+/// The figures of each name; numbered where it has more than one.
+fn pictures(charts: &[(&str, Vec<Chart>)]) -> Files {
+    let mut pictures = Vec::new();
+    for (name, charts) in charts {
+        let figures = figures(charts);
+        let is_alone = figures.len() == 1;
+        pictures.extend((1..).zip(figures).map(|(number, figure)| {
+            let number = if is_alone { String::new() } else { format!("-{number}") };
+            (format!("{name}{number}.svg"), figure.into_bytes())
+        }));
     }
-    csv.into_inner().unwrap_or_default()
+    pictures
+}
+
+fn files(page: &Page, pictures: Files, shown: &[(String, Table)], data: &[(String, Table)]) -> Files {
+    let mut files = vec![("analysis.html".to_owned(), page.html().into_bytes())];
+    files.extend(pictures);
+    for (name, table) in shown {
+        files.push((format!("{name}.md"), table.markdown().into_bytes()));
+        files.push((format!("{name}.tex"), table.latex(name).into_bytes()));
+    }
+    files.extend(data.iter().map(|(name, table)| (format!("{name}.csv"), table.csv())));
+    files
 }

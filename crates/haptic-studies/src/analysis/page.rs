@@ -1,25 +1,33 @@
 //! The analysis as a page: tables, quadrant plots, Fitts's law, trajectories, psychometric functions.
 
 use super::perception::{CaseAnalysis, PerceptionAnalysis};
-use super::tables::{fitts_tables, perception_tables};
+use super::tables::{PAGE, decimals, fitts_tables, perception_tables};
 use super::trajectories::Trajectory;
 use super::{Difference, FittsAnalysis, Refusal};
-use haptic_lab::drawing::{Chart, Page, Table, Trace};
+use haptic_lab::drawing::{Chart, Observation, Page, Table, Trace};
+use haptic_lab::stats::proportion::share_interval;
 use std::collections::BTreeSet;
 
 /// Height of the smaller charts, px.
 const SMALL_PX: f64 = 220.0;
 /// Points of a curve.
 const CURVE: usize = 200;
+/// Room beside the outermost levels, as a share of their extent.
+const MARGIN: f64 = 0.06;
 
 /// The charts of a targeting task, by the name of the picture that holds them.
 pub(super) fn fitts_charts(analysis: &FittsAnalysis, trajectories: &[Trajectory]) -> Vec<(&'static str, Vec<Chart>)> {
     let resistances = analysis.comparisons.first().map(|comparison| &comparison.resistances);
-    let quadrants = resistances.into_iter().flatten();
-    let quadrants = quadrants.flat_map(|resistance| quadrants_of(&analysis.differences, resistance));
+    let quadrants = |of: fn(&[Difference], &str) -> Option<Chart>| {
+        let resistances = resistances.into_iter().flatten();
+        resistances
+            .filter_map(|resistance| of(&analysis.differences, resistance))
+            .collect()
+    };
     vec![
         ("difficulty", vec![difficulty(analysis)]),
-        ("quadrants", quadrants.collect()),
+        ("quadrants-errors", quadrants(against_errors)),
+        ("quadrants-size", quadrants(against_size)),
         ("trajectories", courses(trajectories)),
     ]
 }
@@ -34,7 +42,7 @@ pub(super) fn fitts_page(analysis: &FittsAnalysis, charts: Vec<Chart>, title: &s
     page(
         title,
         charts,
-        fitts_tables(analysis),
+        fitts_tables(analysis, PAGE),
         &analysis.refused,
         &analysis.notes,
     )
@@ -65,65 +73,88 @@ fn page(title: &str, charts: Vec<Chart>, tables: Vec<(String, Table)>, refused: 
 
 /// Means by condition, and the lines through them.
 fn difficulty(analysis: &FittsAnalysis) -> Chart {
+    let points = || analysis.difficulty.iter().flat_map(|one| &one.points);
+    let counts = points().map(|point| point.movements);
     let mut chart = Chart::new(
-        "Movement time against difficulty",
+        format!("Movement time against difficulty, {}", sizes(counts, "movements")),
         "Index of difficulty (bit)",
         "Movement time (s)",
     );
     for (colour, one) in analysis.difficulty.iter().enumerate() {
-        let points: Vec<[f64; 2]> = one
-            .points
-            .iter()
-            .map(|point| [point.difficulty_bit, point.movement_time_s])
-            .collect();
+        let points = one.points.iter().map(|point| Observation {
+            at: [point.difficulty_bit, point.movement_time_s],
+            bar: point.movement_time_interval_s,
+            count: u32::try_from(point.movements).unwrap_or(u32::MAX),
+        });
+        let points: Vec<Observation> = points.collect();
         let ends = one
             .line
             .zip(points.first().zip(points.last()))
             .map(|(line, (first, last))| {
-                [first[0], last[0]].map(|difficulty| [difficulty, line.intercept + line.slope * difficulty])
+                [first.at[0], last.at[0]].map(|difficulty| [difficulty, line.intercept + line.slope * difficulty])
             });
-        chart = chart.with(Trace::dots(one.resistance.as_str(), points).in_colour(colour));
+        chart = chart.with(Trace::discs(one.resistance.as_str(), &points).in_colour(colour));
         if let Some(ends) = ends {
             chart = chart.with(Trace::line("", ends.to_vec()).in_colour(colour));
         }
+        let refused = one.refused.iter();
+        chart
+            .notes
+            .extend(refused.map(|why| format!("{} has no line: {why}", one.resistance)));
     }
     chart
 }
 
-/// Difference in time against difference in errors, and in their size.
-fn quadrants_of(differences: &[Difference], resistance: &str) -> Vec<Chart> {
-    let own: Vec<&Difference> = differences.iter().filter(|one| one.resistance == resistance).collect();
-    let errors = own.iter().map(|one| [one.errors, one.time_s]).collect();
-    let sizes: Vec<[f64; 2]> = own
-        .iter()
-        .filter_map(|one| Some([1e3 * one.error_size_m?, one.time_s]))
-        .collect();
-    let mut charts = vec![quadrant(resistance, "errors", "Errors, less the baseline's", errors)];
-    if !sizes.is_empty() {
-        charts.push(quadrant(
-            resistance,
-            "size",
-            "Mean size of errors, less the baseline's (mm)",
-            sizes,
-        ));
+/// What the area of a disc says, by the least and the greatest number.
+fn sizes(counts: impl Iterator<Item = usize> + Clone, of: &str) -> String {
+    let (least, most) = (counts.clone().min().unwrap_or(0), counts.max().unwrap_or(0));
+    if least == most {
+        return format!("n = {most} {of}");
     }
-    charts
+    format!("area: {least} to {most} {of}")
 }
 
-fn quadrant(resistance: &str, what: &str, across: &str, points: Vec<[f64; 2]>) -> Chart {
-    let reach = |axis: usize| points.iter().map(|point| point[axis].abs()).fold(1.0, f64::max) * 1.1;
+/// Difference in time against that in errors.
+fn against_errors(differences: &[Difference], resistance: &str) -> Option<Chart> {
+    let of = |one: &Difference| Some([one.errors, one.time_s]);
+    quadrant((differences, resistance), "errors", "Errors less baseline", of)
+}
+
+/// Difference in time against that in the errors' mean size.
+fn against_size(differences: &[Difference], resistance: &str) -> Option<Chart> {
+    let of = |one: &Difference| Some([1e3 * one.error_size_m?, one.time_s]);
+    quadrant((differences, resistance), "size", "Error size less baseline (mm)", of)
+}
+
+/// A disc for each subject and condition. Left and below are better.
+fn quadrant(
+    (differences, resistance): (&[Difference], &str),
+    what: &str,
+    across: &str,
+    of: impl Fn(&Difference) -> Option<[f64; 2]>,
+) -> Option<Chart> {
+    let own = differences.iter().filter(|one| one.resistance == resistance);
+    let points: Vec<Observation> = own
+        .filter_map(of)
+        .map(|at| Observation {
+            at,
+            bar: None,
+            count: 1,
+        })
+        .collect();
+    let reach = |axis: usize| points.iter().map(|point| point.at[axis].abs()).fold(1.0, f64::max) * 1.1;
     let (x, y) = (reach(0), reach(1));
     let axes = vec![[-x, 0.0], [x, 0.0], [f64::NAN, f64::NAN], [0.0, -y], [0.0, y]];
     let mut chart = Chart::new(
-        format!("{resistance}: time against {what}; left is better, below is better"),
+        format!("{resistance}: time against {what}"),
         across,
-        "Time of a segment, less the baseline's (s)",
+        "Time less baseline (s)",
     )
-    .with(Trace::dots("subject and condition", points))
-    .with(Trace::dashed("as the baseline", axes).in_colour(4));
+    .with(Trace::dashed("", axes).in_colour(4))
+    .with(Trace::discs("", &points).in_colour(0));
     (chart.across.range, chart.up.range) = (Some((-x, x)), Some((-y, y)));
     chart.height_px = SMALL_PX;
-    chart
+    (!points.is_empty()).then_some(chart)
 }
 
 /// A chart for each condition, a trace for each resistance.
@@ -147,19 +178,26 @@ fn courses(trajectories: &[Trajectory]) -> Vec<Chart> {
         .collect()
 }
 
-/// The shares of correct answers, and the function through them.
+/// The shares of correct answers, and the function through them, or why there is none.
 fn psychometric(case: &CaseAnalysis) -> Chart {
     let levels = &case.pooled.levels;
-    let shares = levels
-        .iter()
-        .map(|level| [level.level, f64::from(level.correct) / f64::from(level.trials)])
-        .collect();
+    let shares = levels.iter().map(|level| Observation {
+        at: [level.level, f64::from(level.correct) / f64::from(level.trials)],
+        bar: Some(share_interval(level.correct, level.trials)),
+        count: level.trials,
+    });
+    let shares: Vec<Observation> = shares.collect();
+    let subjects = match case.subjects.len() {
+        1 => "1 subject".to_owned(),
+        count => format!("{count} subjects"),
+    };
+    let counts = levels.iter().map(|level| level.trials as usize);
     let mut chart = Chart::new(
-        format!("Case {:?}: correct answers of all subjects", case.case),
+        format!("Case {:?}, {}, {subjects}", case.case, case.method.name()),
         "Change of friction (N)",
         "Share of correct answers",
     )
-    .with(Trace::dots("seen", shares));
+    .with(Trace::discs(sizes(counts, "answers"), &shares));
     let ends = levels.first().zip(levels.last());
     if let Some((fit, (first, last))) = case.pooled.fit.zip(ends) {
         #[expect(clippy::cast_precision_loss, reason = "points of a curve")]
@@ -167,11 +205,25 @@ fn psychometric(case: &CaseAnalysis) -> Chart {
             .map(|place| first.level + (last.level - first.level) * place as f64 / CURVE as f64)
             .map(|level| [level, fit.probability(level)])
             .collect();
-        let threshold = vec![[fit.threshold, 0.5], [fit.threshold, fit.probability(fit.threshold)]];
-        chart = chart
-            .with(Trace::line("fitted", curve))
-            .with(Trace::dashed(format!("threshold {:.3} N", fit.threshold), threshold));
+        let share = fit.probability(fit.threshold);
+        let digits = decimals(fit.threshold, 3);
+        let threshold = format!("threshold {:.digits$} N", fit.threshold);
+        chart = chart.with(Trace::line("fitted", curve)).with(Trace::dashed(
+            threshold,
+            vec![[fit.threshold, 0.0], [fit.threshold, share]],
+        ));
+        if let Some(found) = &case.pooled.intervals {
+            let interval = found.threshold_interval.map(|end| [end, share]).to_vec();
+            chart = chart.with(Trace::line("its 95 %", interval).in_colour(2));
+        }
     }
-    chart.up.range = Some((0.4, 1.02));
+    let refused = case.pooled.refused.iter();
+    chart.notes.extend(refused.map(|why| format!("Not fitted: {why}")));
+    // A wide interval of the threshold is cut where nothing was tested.
+    let extent = ends.map(|(first, last)| (first.level, last.level, last.level - first.level));
+    let extent = extent.filter(|(.., extent)| *extent > 0.0);
+    chart.across.range = extent.map(|(first, last, extent)| (first - MARGIN * extent, last + MARGIN * extent));
+    let lowest = shares.iter().filter_map(|one| one.bar).map(|[low, _]| low);
+    chart.up.range = Some((lowest.fold(0.4, f64::min) - 0.02, 1.02));
     chart
 }

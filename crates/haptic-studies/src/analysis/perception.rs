@@ -30,6 +30,9 @@ pub struct SubjectThreshold {
     pub levels: Vec<Level>,
     /// The fitted function; threshold and width in N. Absent where the answers do not determine it.
     pub fit: Option<Psychometric>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
     /// Its intervals, N.
     pub intervals: Option<Bootstrap>,
     /// The mean of the reversals, N, where the levels are a staircase's.
@@ -239,6 +242,7 @@ fn threshold<'a>(
         intervals: fit.map(|fit| bootstrap(&levels, &fit, Resampling::Parametric, DRAWS, seed)),
         levels,
         fit,
+        refused: error.as_ref().map(StatsError::to_string),
         staircase: None,
     };
     (found, error)

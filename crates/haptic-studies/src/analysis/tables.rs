@@ -1,19 +1,22 @@
-//! The analysis as tables for people, no wider than a terminal of 80 columns.
+//! The analysis as tables for people: for a terminal of 80 columns, or for a page.
 
 use super::comparison::{Comparison, Counts, Measure};
 use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
 use super::{FittsAnalysis, Summary};
 use haptic_lab::drawing::Table;
 
-/// Columns that the resistances of one table may take, with two blanks before each.
-const ROOM: usize = 56;
+/// Letters in a row that the resistances of one table may take in a terminal, with two blanks before each.
+pub const TERMINAL: usize = 56;
+/// The same on a page: all resistances are in one table.
+pub const PAGE: usize = usize::MAX;
 
-/// The tables of a targeting task, each under the name of its file.
+/// The tables of a targeting task, each under the name of its file. Where the resistances take more than `room`
+/// letters, they are in several tables.
 #[must_use]
-pub fn fitts_tables(analysis: &FittsAnalysis) -> Vec<(String, Table)> {
+pub fn fitts_tables(analysis: &FittsAnalysis, room: usize) -> Vec<(String, Table)> {
     let mut tables = vec![("throughput".to_owned(), throughput(analysis))];
     for comparison in &analysis.comparisons {
-        let parts = parts(&comparison.resistances);
+        let parts = parts(&comparison.resistances, room);
         for (index, places) in parts.iter().enumerate() {
             let part = if parts.len() > 1 {
                 format!("-{}", index + 1)
@@ -55,7 +58,7 @@ fn interval(interval: Option<[f64; 2]>, least: usize) -> String {
 }
 
 /// Digits behind the point that show two of a size, and at least so many.
-fn decimals(size: f64, least: usize) -> usize {
+pub(super) fn decimals(size: f64, least: usize) -> usize {
     (least..9)
         .find(|&digits| size.abs() * 10.0_f64.powi(digits.try_into().unwrap_or(9)) >= 10.0)
         .unwrap_or(least)
@@ -90,7 +93,7 @@ fn throughput(analysis: &FittsAnalysis) -> Table {
             "resistance",
             "n",
             "TP bit/s",
-            "95 %",
+            "TP 95 %",
             "Ae mm",
             "We mm",
             "IDe bit",
@@ -101,7 +104,7 @@ fn throughput(analysis: &FittsAnalysis) -> Table {
     )
 }
 
-const fn file(measure: Measure) -> &'static str {
+pub(super) const fn file(measure: Measure) -> &'static str {
     match measure {
         Measure::Time => "table-3-time",
         Measure::Errors => "table-4-errors",
@@ -124,12 +127,12 @@ fn caption(comparison: &Comparison) -> String {
 }
 
 /// The resistances as they fit beside one another.
-fn parts(resistances: &[String]) -> Vec<Vec<usize>> {
+fn parts(resistances: &[String], room: usize) -> Vec<Vec<usize>> {
     let mut parts: Vec<Vec<usize>> = Vec::new();
-    let mut taken = usize::MAX;
+    let mut taken = 0;
     for (place, name) in resistances.iter().enumerate() {
         let width = 2 + name.chars().count().max(6);
-        if taken.saturating_add(width) > ROOM {
+        if parts.is_empty() || taken + width > room {
             parts.push(Vec::new());
             taken = 0;
         }
@@ -233,7 +236,7 @@ fn difficulty(analysis: &FittsAnalysis) -> Table {
     });
     table(
         "Movement time = a + b ID, through the means of n conditions",
-        &["resistance", "n", "a s", "95 %", "b s/bit", "95 %", "r2"],
+        &["resistance", "n", "a s", "a 95 %", "b s/bit", "b 95 %", "r2"],
         rows,
     )
 }
@@ -242,7 +245,16 @@ fn difficulty(analysis: &FittsAnalysis) -> Table {
 #[must_use]
 pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> {
     let cases = analysis.cases.iter().map(case_row);
-    let heads = ["case", "n", "JND N", "95 %", "stair N", "pooled N", "95 %", "paper N"];
+    let heads = [
+        "case",
+        "n",
+        "JND N",
+        "JND 95 %",
+        "stair N",
+        "pooled N",
+        "pooled 95 %",
+        "paper N",
+    ];
     let subjects = analysis
         .cases
         .iter()
@@ -261,7 +273,7 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
             table(
                 "By subject",
                 &[
-                    "subject", "case", "trials", "JND N", "95 %", "width N", "lapse", "stair N",
+                    "subject", "case", "trials", "JND N", "JND 95 %", "width N", "lapse", "stair N",
                 ],
                 subjects,
             ),
@@ -275,7 +287,7 @@ fn number(value: Option<f64>) -> String {
 
 fn case_row(case: &CaseAnalysis) -> Vec<String> {
     vec![
-        format!("{:?} {}", case.case, format!("{:?}", case.method).to_lowercase()),
+        format!("{:?} {}", case.case, case.method.name()),
         // A subject whose threshold is refused is not part of the mean.
         format!("{}/{}", case.jnd_n.map_or(0, |mean| mean.count), case.subjects.len()),
         number(case.jnd_n.map(|mean| mean.value)),
@@ -318,9 +330,11 @@ mod tests {
     #[test]
     fn resistances_that_do_not_fit_stand_in_a_table_of_their_own() {
         let names = |lengths: &[usize]| -> Vec<String> { lengths.iter().map(|length| "x".repeat(*length)).collect() };
-        assert_eq!(parts(&names(&[4, 9, 13, 7])), [vec![0, 1, 2, 3]]);
-        assert_eq!(parts(&names(&[30, 30, 10])), [vec![0], vec![1, 2]]);
-        assert_eq!(parts(&names(&[90])), [vec![0]]);
-        assert!(parts(&[]).is_empty());
+        let parts = |lengths: &[usize], room| super::parts(&names(lengths), room);
+        assert_eq!(parts(&[4, 9, 13, 7], TERMINAL), [vec![0, 1, 2, 3]]);
+        assert_eq!(parts(&[30, 30, 10], TERMINAL), [vec![0], vec![1, 2]]);
+        assert_eq!(parts(&[30, 30, 10], PAGE), [vec![0, 1, 2]]);
+        assert_eq!(parts(&[90], TERMINAL), [vec![0]]);
+        assert!(parts(&[], PAGE).is_empty());
     }
 }

@@ -1,3 +1,4 @@
+use super::super::order::Order;
 use super::super::plan::{Plan, Task};
 use super::*;
 use proptest::prelude::*;
@@ -67,6 +68,31 @@ fn an_order_is_that_of_seed_and_subject() {
         order(1, 1)[1..],
         "practice changes nothing"
     );
+}
+
+#[test]
+fn resistances_follow_the_latin_square_or_the_subjects_order() {
+    let mut plan = plan();
+    let rounds = |plan: &FittsPlan, subject: &Subject| -> Vec<String> {
+        let counted = segments(plan, 1, subject)
+            .into_iter()
+            .filter(|segment| !segment.is_practice);
+        counted
+            .skip(9)
+            .step_by(9)
+            .map(|segment| segment.resistance.name)
+            .collect()
+    };
+    let random = rounds(&plan, &Subject::numbered(2));
+    plan.order = Order::LatinSquare;
+    let second = ["real", "simulated", "baseline", "viscous", "high stiction"];
+    assert_eq!(rounds(&plan, &Subject::numbered(2)), second);
+    assert_ne!(random, second);
+    let mut own = Subject::numbered(2);
+    own.order = ["viscous", "real", "high stiction", "baseline", "simulated"]
+        .map(str::to_owned)
+        .to_vec();
+    assert_eq!(rounds(&plan, &own), own.order);
 }
 
 #[test]

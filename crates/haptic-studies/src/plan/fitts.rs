@@ -1,5 +1,6 @@
 //! The plan of a targeting task.
 
+use super::super::order::Order;
 use super::Task;
 use super::check::{MAX_GAIN, PlanError, names, within};
 use haptic_core::friction::{Friction, Viscous};
@@ -24,6 +25,9 @@ pub struct FittsPlan {
     pub rest_s: f64,
     /// The resistance that the study begins with.
     pub baseline: String,
+    /// Order of the resistances after that.
+    #[serde(default)]
+    pub order: Order,
     /// The cursor.
     pub cursor: Cursor,
     /// How the handle moves the cursor.
@@ -129,6 +133,12 @@ pub struct MountedBlock {
 }
 
 impl FittsPlan {
+    /// The resistances' names.
+    #[must_use]
+    pub fn resistance_names(&self) -> Vec<String> {
+        self.resistances.iter().map(|one| one.name.clone()).collect()
+    }
+
     /// Checks the values.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ mod check;
 mod fitts;
 mod perception;
 
+use super::order::Order;
 pub use check::PlanError;
 pub use fitts::{Condition, Cursor, FittsPlan, MountedBlock, Resistance, RigMapping};
 pub use perception::{Constant, PerceptionPlan, Staircase, Test};
@@ -49,6 +50,24 @@ impl Plan {
         match self {
             Self::Fitts(_) => Task::Fitts,
             Self::Perception(_) => Task::Perception,
+        }
+    }
+
+    /// What a subject does in an order: the names of the resistances, or of the tests.
+    #[must_use]
+    pub fn ordered_names(&self) -> Vec<String> {
+        match self {
+            Self::Fitts(plan) => plan.resistance_names(),
+            Self::Perception(plan) => plan.test_names(),
+        }
+    }
+
+    /// How that order comes about.
+    #[must_use]
+    pub const fn order(&self) -> Order {
+        match self {
+            Self::Fitts(plan) => plan.order,
+            Self::Perception(plan) => plan.order,
         }
     }
 

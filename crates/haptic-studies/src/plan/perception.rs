@@ -1,5 +1,6 @@
 //! The plan of perception tests.
 
+use super::super::order::Order;
 use super::super::trial::{Case, Method};
 use super::Task;
 use super::check::{PlanError, within};
@@ -25,6 +26,9 @@ pub struct PerceptionPlan {
     pub rest_every_trials: u32,
     /// Length of a break, s.
     pub rest_s: f64,
+    /// Order of the tests.
+    #[serde(default)]
+    pub order: Order,
     /// The base surface: Karnopp's law, the same in both directions.
     pub base: Scene,
     /// The tests.
@@ -111,6 +115,17 @@ pub struct Staircase {
 }
 
 impl PerceptionPlan {
+    /// The tests' names in an order: the case, with the method where a case is there more than once.
+    #[must_use]
+    pub fn test_names(&self) -> Vec<String> {
+        let is_alone = |test: &Test| self.tests.iter().filter(|other| other.case == test.case).count() == 1;
+        let name = |test: &Test| match is_alone(test) {
+            true => format!("{:?}", test.case),
+            false => format!("{:?} {}", test.case, test.method().name()),
+        };
+        self.tests.iter().map(name).collect()
+    }
+
     /// Static and dynamic friction of the base, N.
     #[must_use]
     pub fn base_n(&self) -> (f64, f64) {

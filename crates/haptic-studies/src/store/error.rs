@@ -2,6 +2,7 @@
 
 use super::super::plan::PlanError;
 use super::super::subject::{CodeError, StudyMismatch};
+use super::super::subject_table::SubjectTableError;
 use super::super::trial::TrialError;
 use super::{STUDY, VERSION};
 use std::io;
@@ -53,6 +54,24 @@ pub enum StoreError {
     /// The subjects cannot take part under these codes.
     #[error(transparent)]
     Codes(#[from] CodeError),
+    /// A subject's own order lacks something, or has it twice.
+    #[error("subject {subject}: order = `{found}` is not a permutation of `{names}`")]
+    Order {
+        /// The subject's code.
+        subject: String,
+        /// The order.
+        found: String,
+        /// What it must have once each.
+        names: String,
+    },
+    /// The table of subjects cannot be read.
+    #[error("{}: {source}", .path.display())]
+    Subjects {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: SubjectTableError,
+    },
     /// There is no such subject.
     #[error("`{code}` is not a subject of this study; there are {known}")]
     NoSubject {

@@ -4,6 +4,7 @@
 //! DIR/dataset_description.json          what Psych-DS asks for
 //!     plan.toml                         the plan, as it was given
 //!     study.json                        seed, subjects, operator
+//!     subjects.csv                      the subjects' codes, and free fields
 //!     .lock                             held by the program that runs the study
 //!     data/subject-01/session-01/
 //!         subject-01_session-01_task-fitts_data.csv        a row a trial
@@ -32,12 +33,13 @@ mod subject_files;
 use super::plan::{Plan, Task};
 use super::session;
 use super::subject::{Subject, check_codes};
+use super::subject_table::SubjectTable;
 use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
 use disk::{at, replace, sync_folder, write_new};
 pub use error::StoreError;
 pub use keeper::{Keeper, RigDescription};
 pub use notes::note;
-pub use reading::{read, trials, trials_of};
+pub use reading::{read, subjects, trials, trials_of};
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -60,6 +62,19 @@ impl Study {
     /// # Errors
     /// The folder has something in it, or cannot be written.
     pub fn create(folder: &Path, plan_text: &str, about: &StudyDescription) -> Result<Self, StoreError> {
+        Self::create_for(folder, plan_text, about, &SubjectTable::of_codes(&about.subjects))
+    }
+
+    /// The same, with what is known of the subjects.
+    ///
+    /// # Errors
+    /// As of [`create`](Self::create).
+    pub fn create_for(
+        folder: &Path,
+        plan_text: &str,
+        about: &StudyDescription,
+        subjects: &SubjectTable,
+    ) -> Result<Self, StoreError> {
         if folder.join(STUDY).exists() {
             return Err(StoreError::Taken {
                 path: folder.to_owned(),
@@ -71,6 +86,7 @@ impl Study {
             source,
         })?;
         check_codes(&about.subjects)?;
+        reading::check_orders(&plan, about)?;
         let parent = match folder.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -82,6 +98,8 @@ impl Study {
         fs::create_dir(&inside).map_err(at(&inside))?;
         write_new(&inside.join(PLAN), plan_text.as_bytes())?;
         write_new(&inside.join(DESCRIPTION), description(&plan, about)?.as_bytes())?;
+        let table = subjects.csv().map_err(io::Error::from);
+        write_new(&inside.join(SUBJECTS), &table.map_err(at(folder))?)?;
         write_new(&inside.join(LOCK), b"")?;
         let text = serde_json::to_string_pretty(about).map_err(io::Error::from);
         write_new(&inside.join(STUDY), text.map_err(at(folder))?.as_bytes())?;
@@ -287,12 +305,13 @@ fn description(plan: &Plan, about: &StudyDescription) -> Result<String, StoreErr
 const PLAN: &str = "plan.toml";
 const STUDY: &str = "study.json";
 const DESCRIPTION: &str = "dataset_description.json";
+const SUBJECTS: &str = "subjects.csv";
 const LOCK: &str = ".lock";
 const DATA: &str = "data";
 const ALL_TRIALS: &str = "trials.parquet";
 
-/// The version of the layout.
-const VERSION: u32 = 1;
+/// The newest version of the layout: the second has orders of the subjects' own.
+const VERSION: u32 = 2;
 
 #[cfg(test)]
 mod tests;

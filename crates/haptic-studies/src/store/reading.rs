@@ -2,11 +2,12 @@
 
 use super::super::plan::{Plan, Task};
 use super::super::subject::Subject;
+use super::super::subject_table::SubjectTable;
 use super::super::trial::Trial;
 use super::disk::at;
 use super::error::StoreError;
 use super::study_description::StudyDescription;
-use super::{PLAN, STUDY, VERSION, subject_files};
+use super::{PLAN, STUDY, SUBJECTS, VERSION, subject_files};
 use std::path::Path;
 use std::{fs, io};
 
@@ -34,7 +35,46 @@ pub fn read(folder: &Path) -> Result<(Plan, StudyDescription), StoreError> {
         return Err(StoreError::PlanChanged { path, expected, found });
     }
     let plan = Plan::read(&text).map_err(|source| StoreError::Plan { path, source })?;
+    check_orders(&plan, &about)?;
     Ok((plan, about))
+}
+
+/// Checks that each subject's own order has everything once.
+pub(super) fn check_orders(plan: &Plan, about: &StudyDescription) -> Result<(), StoreError> {
+    let names = plan.ordered_names();
+    let sorted = |names: &[String]| {
+        let mut names = names.to_vec();
+        names.sort();
+        names
+    };
+    let is_wrong = |order: &Vec<String>| !order.is_empty() && sorted(order) != sorted(&names);
+    let mut wrong = about
+        .orders
+        .iter()
+        .zip(&about.subjects)
+        .filter(|(order, _)| is_wrong(order));
+    wrong.next().map_or(Ok(()), |(order, subject)| {
+        Err(StoreError::Order {
+            subject: subject.clone(),
+            found: order.join(" | "),
+            names: names.join(" | "),
+        })
+    })
+}
+
+/// What is known of a study's subjects: their free fields are in `subjects.csv`. Nothing where it has no such file.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn subjects(folder: &Path) -> Result<SubjectTable, StoreError> {
+    let path = folder.join(SUBJECTS);
+    match fs::read(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(SubjectTable::default()),
+        read => {
+            let bytes = read.map_err(at(&path))?;
+            SubjectTable::read(&bytes).map_err(|source| StoreError::Subjects { path, source })
+        }
+    }
 }
 
 /// All trials of a study, subject by subject, without those of practice. The study may be under way.

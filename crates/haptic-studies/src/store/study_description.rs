@@ -2,6 +2,7 @@
 
 use super::super::plan::{Plan, Task};
 use super::super::subject::{Subject, numbered_codes};
+use super::super::subject_table::SubjectTable;
 use super::super::trial::Operator;
 use super::VERSION;
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,9 @@ pub struct StudyDescription {
     pub seed: u64,
     /// The subjects' codes; a subject's number, which decides on its random orders, is its place here.
     pub subjects: Vec<String>,
+    /// Each subject's own order of resistances or tests; none where the plan decides for all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub orders: Vec<Vec<String>>,
     /// Who takes part.
     pub operator: Operator,
     /// Whether the ticks of each trial are kept.
@@ -32,14 +36,28 @@ impl StudyDescription {
     #[must_use]
     pub fn people(plan: &Plan, plan_text: &str, seed: u64, subjects: Vec<String>) -> Self {
         Self {
-            version: VERSION,
+            version: 1,
             program: concat!("hapticd ", env!("CARGO_PKG_VERSION")).to_owned(),
             task: plan.task(),
             seed,
             subjects,
+            orders: Vec::new(),
             operator: Operator::Human,
             recordings: true,
             plan_crc32: crc32fast::hash(plan_text.as_bytes()),
+        }
+    }
+
+    /// The same, with the subjects of a table, and their orders.
+    #[must_use]
+    pub fn people_of(plan: &Plan, plan_text: &str, seed: u64, subjects: &SubjectTable) -> Self {
+        let has_orders = subjects.rows.iter().any(|row| !row.order.is_empty());
+        let orders = subjects.rows.iter().filter(|_| has_orders);
+        Self {
+            // An earlier version would do them in another order.
+            version: if has_orders { VERSION } else { 1 },
+            orders: orders.map(|row| row.order.clone()).collect(),
+            ..Self::people(plan, plan_text, seed, subjects.codes())
         }
     }
 
@@ -55,8 +73,11 @@ impl StudyDescription {
 
     /// The subjects.
     pub fn all_subjects(&self) -> impl Iterator<Item = Subject> {
-        (1..)
-            .zip(&self.subjects)
-            .map(|(number, code)| Subject::new(number, code))
+        let orders = self.orders.iter().cloned().chain(std::iter::repeat(Vec::new()));
+        let subjects = (1..).zip(&self.subjects).zip(orders);
+        subjects.map(|((number, code), order)| Subject {
+            order,
+            ..Subject::new(number, code)
+        })
     }
 }

@@ -44,6 +44,34 @@ fn closed_study_is_free_though_its_lock_file_is_inherited() {
 }
 
 #[test]
+fn a_study_keeps_its_subjects_orders_and_fields() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let text = small_fitts();
+    let plan = Plan::read(&text).expect("a plan");
+    let names = plan.ordered_names();
+    let table = |order: &str| {
+        let text = format!("subject,order,handedness\nP1,{order},left\nP2,,right\n");
+        SubjectTable::read(text.as_bytes()).expect("a table")
+    };
+    let create = |name: &str, subjects: &SubjectTable| {
+        let about = StudyDescription::people_of(&plan, &text, 1, subjects);
+        Study::create_for(&parent.path().join(name), &text, &about, subjects)
+    };
+    let subjects = table(&format!("{} | {}", names[1], names[0]));
+    let study = create("study", &subjects).expect("created");
+    let found: Vec<Subject> = study.subjects().collect();
+    assert_eq!((&found[0].order[0], found[1].order.len()), (&names[1], 0));
+    assert_eq!(super::subjects(study.folder()).expect("a table"), subjects);
+    let error = create("wrong", &table(&format!("{0} | {0}", names[0]))).expect_err("twice");
+    let message = format!(
+        "subject P1: order = `{0} | {0}` is not a permutation of `{0} | {1}`",
+        names[0], names[1]
+    );
+    assert_eq!(error.to_string(), message);
+    assert!(!parent.path().join("wrong").exists());
+}
+
+#[test]
 fn threads_change_nothing_and_nothing_is_overwritten() {
     let parent = tempfile::tempdir().expect("a folder");
     let [one, two] = ["one", "two"].map(|name| parent.path().join(name));

@@ -13,8 +13,8 @@ pub use fitts::FittsTrial;
 pub use operator::Operator;
 pub use perception::{Case, Method, PerceptionTrial};
 pub use row::{OutOfRange, Trial, VoidedTrial};
-pub(crate) use table::heading;
 pub use table::{TrialError, line, read, write};
+pub(crate) use table::{cells, heading};
 
 #[cfg(test)]
 mod tests;

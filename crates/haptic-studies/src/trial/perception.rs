@@ -25,6 +25,17 @@ pub enum Method {
     Staircase,
 }
 
+impl Method {
+    /// Its name in rows.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Staircase => "staircase",
+        }
+    }
+}
+
 /// A two-interval choice between the base surface and a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PerceptionTrial {

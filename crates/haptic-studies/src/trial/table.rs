@@ -92,6 +92,17 @@ pub fn read<T: Trial>(bytes: &[u8]) -> Result<Vec<T>, TrialError> {
     Ok(trials)
 }
 
+/// The cells of a file of text, its heading first.
+pub(crate) fn cells(bytes: &[u8]) -> Result<Vec<Vec<String>>, TrialError> {
+    let text = decoded(bytes).ok_or(TrialError::NotText)?;
+    let mut reader = reader(&text, separator(&text));
+    let heading = reader.headers()?.clone();
+    let rows: Result<Vec<csv::StringRecord>, csv::Error> =
+        std::iter::once(Ok(heading)).chain(reader.records()).collect();
+    let cells = |row: &csv::StringRecord| row.iter().map(str::to_owned).collect();
+    Ok(rows?.iter().map(cells).collect())
+}
+
 /// The names of the columns of a file of text; none where it is none.
 pub(crate) fn heading(bytes: &[u8]) -> Vec<String> {
     let text = decoded(bytes).unwrap_or_default();

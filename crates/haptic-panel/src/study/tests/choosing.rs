@@ -48,6 +48,7 @@ fn finished_subject_frees_the_rig_but_viewing_one_does_not() {
     }
     daemon.until(|stage| *stage == Stage::Finished);
     assert_eq!(daemon.intent(), Intent::Release);
+    assert_eq!(daemon.render(), Scene::paper(), "the scene before the study");
     assert_eq!(daemon.intent(), Intent::Lease { timeout_ms: 0 });
     daemon.turn(RigState::Engaged);
     daemon.link.command(StudyCommand::Choose(1));

@@ -1,0 +1,167 @@
+//! A study's table of subjects: their codes, the order in which each does things, and free fields.
+//!
+//! ```text
+//! subject,order,age_band,handedness
+//! P1,real | viscous | baseline,20-29,right
+//! P2,viscous | baseline | real,30-39,left
+//! ```
+//!
+//! A study keeps it as `subjects.csv`, which may get more columns at any time; the orders are fixed when it is made.
+
+use super::trial::{TrialError, cells};
+
+/// Column of the codes.
+const SUBJECT: &str = "subject";
+/// Column of the orders, and what separates the names in it.
+const ORDER: &str = "order";
+const SEPARATOR: char = '|';
+
+/// A study's subjects.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SubjectTable {
+    /// Names of the free fields.
+    pub fields: Vec<String>,
+    /// The subjects.
+    pub rows: Vec<SubjectRow>,
+}
+
+/// A row of the table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SubjectRow {
+    /// The subject's code.
+    pub code: String,
+    /// Order of its resistances or tests; empty where the plan decides.
+    pub order: Vec<String>,
+    /// Its free fields.
+    pub values: Vec<String>,
+}
+
+/// Why a table of subjects cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SubjectTableError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Text(#[from] TrialError),
+    /// It does not say who the subjects are.
+    #[error("no column `{SUBJECT}`: it must have the subjects' codes")]
+    NoSubjects,
+    /// A column's name is empty, or there twice.
+    #[error("the column `{0}` is there twice, or has no name")]
+    Column(String),
+}
+
+impl SubjectTable {
+    /// The table of subjects that nothing but the codes is known of.
+    #[must_use]
+    pub fn of_codes(codes: &[String]) -> Self {
+        let row = |code: &String| SubjectRow {
+            code: code.clone(),
+            order: Vec::new(),
+            values: Vec::new(),
+        };
+        Self {
+            fields: Vec::new(),
+            rows: codes.iter().map(row).collect(),
+        }
+    }
+
+    /// Reads a file of text, as it reads trials.
+    ///
+    /// # Errors
+    /// It is not a table, has no column `subject`, or a column twice.
+    pub fn read(bytes: &[u8]) -> Result<Self, SubjectTableError> {
+        let mut cells = cells(bytes)?.into_iter();
+        let heading = cells.next().unwrap_or_default();
+        for (place, name) in heading.iter().enumerate() {
+            if name.is_empty() || heading[..place].contains(name) {
+                return Err(SubjectTableError::Column(name.clone()));
+            }
+        }
+        let place = |name: &str| heading.iter().position(|column| column == name);
+        let subject = place(SUBJECT).ok_or(SubjectTableError::NoSubjects)?;
+        let order = place(ORDER);
+        let is_free = |place: &usize| *place != subject && Some(*place) != order;
+        let free: Vec<usize> = (0..heading.len()).filter(is_free).collect();
+        let pick = |row: &[String]| free.iter().map(|place| row[*place].clone()).collect();
+        let rows = cells.map(|row| SubjectRow {
+            code: row[subject].clone(),
+            order: order.map(|place| names(&row[place])).unwrap_or_default(),
+            values: pick(&row),
+        });
+        Ok(Self {
+            rows: rows.collect(),
+            fields: pick(&heading),
+        })
+    }
+
+    /// The subjects' codes.
+    #[must_use]
+    pub fn codes(&self) -> Vec<String> {
+        self.rows.iter().map(|row| row.code.clone()).collect()
+    }
+
+    /// The table as CSV.
+    ///
+    /// # Errors
+    /// None that a table of this kind can have.
+    pub(crate) fn csv(&self) -> Result<Vec<u8>, csv::Error> {
+        let has_orders = self.rows.iter().any(|row| !row.order.is_empty());
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        let mut put = |code: &str, order: String, values: &[String]| {
+            let order = has_orders.then_some(order);
+            csv.write_record(
+                std::iter::once(code.to_owned())
+                    .chain(order)
+                    .chain(values.iter().cloned()),
+            )
+        };
+        put(SUBJECT, ORDER.to_owned(), &self.fields)?;
+        for row in &self.rows {
+            put(&row.code, row.order.join(" | "), &row.values)?;
+        }
+        csv.into_inner().map_err(|error| error.into_error().into())
+    }
+}
+
+fn names(cell: &str) -> Vec<String> {
+    let names = cell.split(SEPARATOR).map(str::trim);
+    names.filter(|name| !name.is_empty()).map(str::to_owned).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_of_subjects_reads_back_with_orders_and_fields() {
+        let text = "subject,handedness,order,note\nP1,left,real | high stiction,\"a, \"\"b\"\"\"\nP2,right,,\n";
+        let table = SubjectTable::read(text.as_bytes()).expect("a table");
+        assert_eq!(
+            (table.codes(), &*table.fields),
+            (
+                vec!["P1".to_owned(), "P2".to_owned()],
+                &["handedness".to_owned(), "note".to_owned()][..]
+            )
+        );
+        assert_eq!(table.rows[0].order, ["real", "high stiction"]);
+        assert!(table.rows[1].order.is_empty());
+        assert_eq!(table.rows[0].values, ["left", "a, \"b\""]);
+        assert_eq!(SubjectTable::read(&table.csv().expect("CSV")).expect("a table"), table);
+        let plain = SubjectTable::of_codes(&["01".to_owned()]);
+        assert_eq!(plain.csv().expect("CSV"), b"subject\n01\n");
+        for (text, message) in [
+            (
+                "code,age\nP1,20\n",
+                "no column `subject`: it must have the subjects' codes",
+            ),
+            (
+                "subject,age,age\nP1,20,30\n",
+                "the column `age` is there twice, or has no name",
+            ),
+            ("subject,\nP1,20\n", "the column `` is there twice, or has no name"),
+        ] {
+            let error = SubjectTable::read(text.as_bytes()).expect_err(message);
+            assert_eq!(error.to_string(), message);
+        }
+    }
+}
