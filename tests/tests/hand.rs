@@ -81,11 +81,11 @@ fn a_daemon_ends_with_the_program_that_holds_its_input() {
     assert!(ended.is_some_and(|status| status.success()), "{ended:?}");
 }
 
-/// On the button that starts a fake rig, beside its text, pixels.
-const START: (usize, usize) = (24, 214);
+/// On the button that starts a fake rig, pixels.
+const START: (usize, usize) = (70, 222);
 
-/// On the strip, right of its middle, pixels.
-const STRIP: (usize, usize) = (900, 700);
+/// On the strip, 25 mm right of its middle, pixels.
+const STRIP: (usize, usize) = (903, 744);
 
 #[test]
 fn a_panel_that_is_killed_takes_its_fake_rig_along() {

@@ -118,6 +118,7 @@ mod tests {
                 "schedule" => r#","changes":[{"at_tick":9,"params":{"mass":{"times":2}}}],"name":"a","keep":true"#,
                 "scene.diff" => r#","from":{"friction":{"law":"viscous","viscous":2}}"#,
                 "lease" => r#","timeout_ms":500"#,
+                "hand" => r#","target_m":-0.01"#,
                 "commission.pulse" => r#","force_N":-1.5,"duration_ms":100"#,
                 "identify.excite" => EXCITATION,
                 "identify.store" => r#","friction":{"mass_kg":1.4,"dynamic_force_N":0.8,"viscous_Ns_per_m":0}"#,

@@ -61,7 +61,7 @@ fn program() -> PathBuf {
 
 fn arguments(socket: Option<&Path>) -> Vec<OsString> {
     // Nobody is pulled by it, so it may stand still for a moment on a desk's busy machine.
-    let usual = "--end-with-input --device fake --hand mouse --stale-ms 500";
+    let usual = "--end-with-input --device fake --hand mouse --stale-ms 500 --control-timeout-ms 2000";
     let mut arguments: Vec<OsString> = usual.split(' ').map(OsString::from).collect();
     arguments.extend(socket.into_iter().flat_map(|path| ["--socket".into(), path.into()]));
     arguments

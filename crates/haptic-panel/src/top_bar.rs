@@ -238,7 +238,8 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: b
             ui.label(format!("Socket: {}", path.display()));
             ui.add(Label::new(RichText::new(reason).color(color)).wrap());
             ui.label("The panel keeps trying and connects by itself.");
-            let start = ui.button("Start the fake rig");
+            ui.add_space(8.0);
+            let start = ui.add(Button::new(RichText::new("Start the fake rig").size(16.0)).min_size(vec2(0.0, 36.0)));
             let hint = "A simulated rig, until this window closes; the pointer is your hand on it";
             if start.on_hover_text(hint).clicked() {
                 intents.push(Intent::StartFakeRig);
