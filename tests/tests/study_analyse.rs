@@ -94,7 +94,13 @@ fn the_tables_fit_a_terminal_and_the_files_are_not_replaced() {
     assert_eq!(wide, None);
     let page = std::fs::read_to_string(out.join("analysis.html")).expect("the page");
     assert!(page.contains("prefers-color-scheme:dark") && page.contains("real: time against errors"));
-    for name in ["table-3-time.csv", "table-3-time.md", "table-3-time.tex", "difficulty.svg", "quadrants-errors.svg"] {
+    for name in [
+        "table-3-time.csv",
+        "table-3-time.md",
+        "table-3-time.tex",
+        "difficulty.svg",
+        "quadrants-errors.svg",
+    ] {
         assert!(out.join(name).exists(), "{name}");
     }
     std::fs::write(out.join("sequences.csv"), "mine").expect("written");

@@ -29,7 +29,7 @@ pub(super) fn discs(
     let observations = points.iter().zip(bars).zip(counts);
     for (([x, y], bar), count) in observations.filter(|((point, _), _)| is_drawable(point)) {
         // A string takes whatever is written to it.
-        if let Some([from, to]) = bar.filter(|bar| is_drawable(bar)) {
+        if let Some([from, to]) = bar.filter(is_drawable) {
             let (left, width) = (x - CAP, 2.0 * CAP);
             write!(
                 drawn,
