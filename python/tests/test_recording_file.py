@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy
 import pytest
 
 import hapticd
@@ -37,12 +38,14 @@ def test_a_block_is_recorded_and_replayed(tmp_path: Path, ending: str) -> None:
         assert not recording.lost
         rows = hapticd.read(path)
         held = buffer.latest()
+        held = held[numpy.isin(held["tick"], rows.tick)]
         assert rows.attrs["is_complete"] and recording.rows == len(rows)
         assert rows.tick.iloc[-1] >= until and (rows.tick.diff().iloc[1:] == 1).all()
         both = rows[rows.tick.isin(held["tick"])]
-        assert len(both) >= 400
+        # A recording begins with the first snapshot, some ticks after its subscription.
+        assert len(both) > 350
         for name in set(hapticd.COLUMNS) - {"state"}:
-            assert (both[name].to_numpy() == held[name][: len(both)]).all(), name
+            assert (both[name].to_numpy() == held[name]).all(), name
         metadata = rows.attrs["metadata"]
         assert metadata["notes"] == "steel on Teflon" and metadata["recorded_by"].startswith("hapticd for Python")
         marks = {mark["mark"]: mark for mark in rows.attrs["marks"]}
@@ -53,7 +56,7 @@ def test_a_block_is_recorded_and_replayed(tmp_path: Path, ending: str) -> None:
         info = ctl("recording", "info", path)
         assert info["rows"] == len(rows) and info["lost"] == 0
         replayed = ctl("replay", path)
-        assert replayed["compared"] >= 400 and replayed["differing"] == 0
+        assert replayed["compared"] > 350 and replayed["differing"] == 0
         # The other one holds the same.
         other = path.with_suffix(".csv" if ending == "mcap" else ".mcap")
         ctl("recording", "export", path, other)
