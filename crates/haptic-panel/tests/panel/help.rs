@@ -34,6 +34,9 @@ fn help_is_opened_and_closed_by_keys_and_button() {
             }
         }
     }
+    ask(&mut panel);
+    press(&mut panel, "Close window");
+    assert!(!is_open(&panel));
 }
 
 #[test]
