@@ -34,6 +34,9 @@ fn help_is_opened_and_closed_by_keys_and_button() {
             }
         }
     }
+    ask(&mut panel);
+    press(&mut panel, "Close window");
+    assert!(!is_open(&panel));
 }
 
 #[test]
@@ -59,6 +62,7 @@ fn help_covers_no_stop_and_a_stop_closes_it() {
         panel.get_by_label("Stop").click();
         panel.run();
         assert_eq!(asked(&mut panel), [Intent::Stop]);
+        assert!(!is_open(&panel));
         ask(&mut panel);
         panel.key_press(key);
         panel.run();

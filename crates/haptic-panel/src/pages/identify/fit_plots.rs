@@ -69,7 +69,10 @@ fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
         let cells = (side / DOT_CELL).max(1.0) as usize;
         cells
     });
-    let plot = frame::plot(&name, height, height, USUAL_COUNT, AXIS_WIDTH)
+    // Another result is seen whole.
+    let id = format!("{name} {least:?} {greatest:?}");
+    let plot = frame::plot(&id, height, height, USUAL_COUNT, AXIS_WIDTH)
+        .width(ui.available_width() - frame::RIGHT_MARGIN)
         .x_axis_label(chart.labels[0].as_str())
         .default_x_bounds(least[0], greatest[0])
         .default_y_bounds(least[1], greatest[1])
