@@ -197,3 +197,25 @@ async fn show(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), F
     let text = toml::to_string(&reply.scene).map_err(std::io::Error::other)?;
     output::line(text.trim_end())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_opened_is_not_named() {
+        let place = |path: &str| {
+            place(&SceneSaveReply {
+                name: "mine".to_owned(),
+                path: path.to_owned(),
+            })
+        };
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let path = file.path().display().to_string();
+        assert_eq!(place(&path), format!("mine is in {path}"));
+        assert_eq!(
+            place("/nonexistent/mine.toml"),
+            "mine is saved: `haptic-ctl scene show 'mine'` prints it"
+        );
+    }
+}

@@ -468,3 +468,18 @@ options_of_the_file!(
     compensate,
     encoder_resolution_m,
 );
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_with_a_unit_is_told_to_be_bare() {
+        let refused = |value: &str| {
+            let error = Options::try_parse_from(["hapticd", "--rate", value]).expect_err(value);
+            without_unit(error).to_string()
+        };
+        assert!(refused("1kHz").contains("write a bare number"));
+        assert!(!refused("fast").contains("write a bare number"));
+    }
+}
