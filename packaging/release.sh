@@ -50,7 +50,6 @@ changed=$(git status --porcelain)
 $changed"
 grep -q "^## ${version//./\\.}," CHANGELOG.md && fail "CHANGELOG.md has $version already"
 git rev-parse --quiet --verify "refs/tags/v$version" >/dev/null && fail "the tag v$version exists"
-old=$(sed -n '/^\[workspace\.package\]/,/^\[/ s/^version = "\(.*\)"$/\1/p' Cargo.toml)
 
 # The time of everything that is made is that of the commit.
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
@@ -70,8 +69,6 @@ set_version() {
     sed -i "/^\[workspace\.package\]/,/^\[/ s/^version = .*/version = \"$version\"/" Cargo.toml
     sed -i "/^\[package\]/,/^\[/ s/^version = .*/version = \"$version\"/" python/core/Cargo.toml
     sed -i "/^\[project\]/,/^\[/ s/^version = .*/version = \"$python_version\"/" python/pyproject.toml
-    # The manual pages name it, as the programs do.
-    sed -i "/^\.TH \|^v/ s/${old//./\\.}/$version/" packaging/man/*.[18] packaging/gui/haptic-gui.1
     sed -i "s|^  <releases>|&\n    <release version=\"$version\" date=\"$day\"/>|" packaging/gui/*.metainfo.xml
     local package changelog
     for package in hapticd haptic-gui; do
@@ -130,8 +127,10 @@ compile_alike() {
 
 debian_packages() {
     cargo build --locked --profile "$profile" --bins -p hapticd -p haptic-ctl -p haptic-gui
-    local package
+    local package folder=$profile
+    [ "$profile" != dev ] || folder=debug
     for package in hapticd haptic-gui; do
+        packaging/generate.sh "$package" "$CARGO_TARGET_DIR/$folder"
         cargo deb --no-build --locked --profile "$profile" --variant release --package "$package" \
             --deb-version "$debian_version" --output "$out/dist/"
     done

@@ -4,16 +4,17 @@
 
 use arbitrary::Arbitrary;
 use haptic_core::friction::{Friction, LAWS, Reseat};
+use haptic_core::parameters::TABLE;
 use haptic_core::scene::{Block, Coupling};
-use haptic_core::{ParameterKey, Renderer, Scene, Scheme};
+use haptic_core::{Direction, ParameterKey, Renderer, Scene, Scheme};
 use libfuzzer_sys::fuzz_target;
 
 #[derive(Arbitrary, Debug)]
 struct Made {
     law: u8,
     has_block: bool,
-    /// Spread over the accepted ranges, by parameter; the smallest stands for the lower end.
-    parameters: [u8; 16],
+    /// Spread over the accepted ranges, by parameter and direction; the smallest stands for the lower end.
+    parameters: Vec<u8>,
 }
 
 #[derive(Arbitrary, Debug)]
@@ -39,10 +40,11 @@ fn scene(made: &Made) -> Option<Scene> {
         coupling: made.has_block.then_some(Coupling { stiffness: 1e4, damping: 1.0 }),
         friction,
     };
-    for (byte, name) in made.parameters.iter().zip([
-        "M", "K", "B", "Fs", "Fs+", "Fd", "Fd-", "b", "b-", "DV", "ws", "gamma", "Kp", "sigma1", "i", "zba",
-    ]) {
-        let key: ParameterKey = name.parse().expect("a parameter");
+    let keys = TABLE.iter().flat_map(|row| {
+        let one_way = row.directional.then_some(Some(Direction::Negative));
+        [None].into_iter().chain(one_way).map(|direction| ParameterKey { parameter: row.parameter, direction })
+    });
+    for (byte, key) in made.parameters.iter().zip(keys) {
         let (min, max) = (key.parameter.info().min, key.parameter.info().max);
         let least = min.max(1e-6 * max);
         let value = if *byte == 0 { min } else { least * (max / least).powf(f64::from(*byte) / 255.0) };

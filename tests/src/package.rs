@@ -53,6 +53,11 @@ fn build(package: &str, binaries: &[&str]) -> PathBuf {
     for name in binaries {
         fs::copy(binary(name), target.join("release").join(name)).expect("it is built");
     }
+    let generate = Command::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging/generate.sh"))
+        .arg(package)
+        .arg(target.join("release"))
+        .status();
+    assert!(generate.expect("there is a shell").success());
     let output = Command::new("cargo-deb")
         .args([
             "deb",

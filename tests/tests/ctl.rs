@@ -18,6 +18,8 @@ fn every_subcommand_works_and_has_a_json_form() {
     for (arguments, shown, json_field) in [
         (vec!["status"], "idle", "state"),
         (vec!["describe"], "velocity_threshold", "parameters"),
+        (vec!["describe", "lugre"], "law lugre: ", "parameters"),
+        (vec!["describe", "dahl"], "law dahl: ", "parameters"),
         (vec!["get"], "simulated friction", "params"),
         (
             vec!["set", "mass=1.5", "Fs=5", "Fd=3.5", "b=2", "DV=0.002"],
@@ -43,7 +45,7 @@ fn every_subcommand_works_and_has_a_json_form() {
         (vec!["timing"], "overruns", "wake_latency_ns"),
         (vec!["advise"], "linear_stability", "advice"),
         (
-            vec!["events", "samples", "--count", "2", "--rate", "100"],
+            vec!["log", "--follow", "samples", "--count", "2", "--rate", "100"],
             "device mm",
             "device_position_m",
         ),
@@ -80,7 +82,7 @@ fn the_names_in_json_stay() {
         (vec!["scene", "save", "mine"], "name path"),
         (vec!["scene", "diff", "lugre"], "differences"),
         (vec!["scene", "show"], "name block coupling friction"),
-        (vec!["log", "-n", "1"], "seq time_unix_s by op revision"),
+        (vec!["log", "-n", "1"], "event seq time_unix_s by op revision"),
         (vec!["engage"], "state tick"),
         (vec!["release"], "state tick"),
         (vec!["stop"], "state tick"),
@@ -90,11 +92,11 @@ fn the_names_in_json_stay() {
             "condition state revision tick waited_s",
         ),
         (
-            vec!["events", "samples", "--count", "1"],
+            vec!["log", "--follow", "samples", "--count", "1"],
             "event dropped tick t_s state contact device_position_m device_velocity_mps block_position_m block_velocity_mps coupling_force_N command_force_N revision wake_latency_ns tick_ns device_round_trip_ns",
         ),
         (
-            vec!["events", "state", "--count", "1"],
+            vec!["log", "--follow", "state", "--count", "1"],
             "event state tick revision scene law params",
         ),
         (vec!["record", &file, "--for", "20ms"], "file rows lost bytes length_s"),
@@ -125,7 +127,7 @@ fn exit_codes_tell_what_went_wrong() {
         (vec!["set", "mass=-1"], 1, "0.000001 to 100 kg"),
         (vec!["set", "masss=1"], 1, "did you mean `mass`"),
         (
-            vec!["events", "samples", "--rate", "9999"],
+            vec!["log", "--follow", "samples", "--rate", "9999"],
             1,
             "--rate = 9999 Hz is out of range: it must be from 0.1 to 1000 Hz",
         ),
@@ -134,7 +136,10 @@ fn exit_codes_tell_what_went_wrong() {
         (vec!["set"], 2, "NAME=VALUE"),
         (vec!["fly"], 2, "fly"),
         (vec!["stauts"], 2, "'status'"),
-        (vec!["watch"], 2, "'events'"),
+        (vec!["watch"], 2, "'log'"),
+        (vec!["engage", "--force"], 2, "'--anyway'"),
+        (vec!["scene", "save", "mine", "--force"], 2, "'--replace'"),
+        (vec!["wait", "--until", "engaged"], 2, "write state=engaged"),
         (vec!["scene", "lod"], 2, "'load'"),
     ] {
         let output = daemon.ctl(&arguments);
@@ -262,7 +267,7 @@ fn interrupted_events_exit_130_and_closed_pipe_ends_quietly() {
     let mut events = Command::new(binary("haptic-ctl"))
         .arg("--socket")
         .arg(daemon.socket())
-        .args(["events", "samples", "--rate", "all", "--json"])
+        .args(["log", "--follow", "samples", "--rate", "all", "--json"])
         .stdout(Stdio::piped())
         .spawn()
         .expect("haptic-ctl starts");
@@ -283,7 +288,7 @@ fn interrupted_events_exit_130_and_closed_pipe_ends_quietly() {
     let mut events = Command::new(binary("haptic-ctl"))
         .arg("--socket")
         .arg(daemon.socket())
-        .args(["events", "samples", "--rate", "all"])
+        .args(["log", "--follow", "samples", "--rate", "all"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -174,7 +174,7 @@ fn the_log_says_who_changed_what_and_goes_on() {
     assert_eq!(daemon.ctl_ok(&["log", "-n", "1", "--json"]).lines().count(), 1);
 
     let mut following = Command::new(binary("haptic-ctl"))
-        .args(["events", "log", "--past", "20", "--json", "--socket"])
+        .args(["log", "-n", "20", "--follow", "log", "--json", "--socket"])
         .arg(daemon.socket())
         .stdout(Stdio::piped())
         .spawn()

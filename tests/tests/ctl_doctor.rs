@@ -26,13 +26,7 @@ fn with_a_daemon_every_check_is_there_and_none_fails() {
     for name in ["socket", "permission", "version", "rig"] {
         assert_eq!(check(&checks, name)["level"], "ok", "{checks:?}");
     }
-    for name in [
-        "real-time thread",
-        "priority limit",
-        "memory limit",
-        "governor",
-        "isolation",
-    ] {
+    for name in ["real-time thread", "governor", "isolation"] {
         check(&checks, name);
     }
     for check in &checks {
@@ -76,7 +70,9 @@ fn doctor_without_daemon_names_fix_and_checks_the_rest() {
             .as_str()
             .is_some_and(|text| text.contains("hapticd --demo"))
     );
-    check(&found, "governor");
+    for name in ["priority limit", "memory limit", "governor"] {
+        check(&found, name);
+    }
     for name in ["isolation", "permission"] {
         assert_eq!(check(&found, name)["level"], "skip", "{found:?}");
     }

@@ -63,3 +63,15 @@ fn a_stop_that_is_not_answered_says_so_in_time_and_never_hangs() {
     assert!(began.elapsed() < SOON, "{:?}", began.elapsed());
     kill_process(pid, Signal::CONT).expect("it stands");
 }
+
+#[test]
+fn a_stop_of_a_faulted_rig_says_the_fault() {
+    let daemon = Daemon::start(&["--hand", "sine", "--speed-limit-mps", "0.01"]);
+    drop(daemon.ctl(&["engage"]));
+    daemon.ctl_ok(&["wait", "--until", "state=faulted"]);
+    let said = daemon.ctl_ok(&["stop"]);
+    assert!(
+        said.contains("faulted at tick") && said.contains("speed limit"),
+        "{said}"
+    );
+}

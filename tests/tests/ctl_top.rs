@@ -187,5 +187,5 @@ fn without_a_terminal_it_says_what_to_use_instead() {
     let daemon = Daemon::start(&[]);
     let output = daemon.ctl(&["top"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("haptic-ctl events"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("haptic-ctl log --follow"));
 }

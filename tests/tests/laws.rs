@@ -43,7 +43,9 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
         // The hand comes up to its stroke.
         let some = test_run::extent(250, 1000);
         wait_for(&mut client, "its ticks", |status| status.tick > begun + some);
-        let watched = daemon.ctl_ok(&["events", "samples", "--rate", "all", "--json", "--count", "800"]);
+        let watched = daemon.ctl_ok(&[
+            "log", "--follow", "samples", "--rate", "all", "--json", "--count", "800",
+        ]);
         let largest = watched
             .lines()
             .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())

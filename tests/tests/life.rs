@@ -144,31 +144,46 @@ fn what_cannot_be_run_is_refused_by_its_name() {
     }
 }
 
+/// A daemon of a user without rights, on a socket in a directory, with one more variable.
+fn without_privileges(directory: &Path, variable: (&str, &str)) -> Daemon {
+    let mut command = Command::new(binary("hapticd"));
+    if rustix::process::geteuid().is_root() {
+        const NOBODY: u32 = 65534;
+        std::os::unix::fs::chown(directory, Some(NOBODY), Some(NOBODY)).expect("root can");
+        // The binary may lie where only root can go.
+        let copy = directory.join("hapticd");
+        copy_binary("hapticd", &copy);
+        command = Command::new(copy);
+        command.uid(NOBODY).gid(NOBODY);
+    }
+    command.args(["--device", "fake"]).env(variable.0, variable.1);
+    Daemon::spawn(command, &directory.join("control.sock"))
+}
+
+#[test]
+fn advice_on_limits_fits_a_user_or_a_unit() {
+    for (variable, fits) in [
+        (("LANG", "C"), ["limits.d", "setfacl"]),
+        (("NOTIFY_SOCKET", "/nonexistent"), ["in its unit", "in its unit"]),
+    ] {
+        let directory = tempfile::tempdir().expect("a directory");
+        let daemon = without_privileges(directory.path(), variable);
+        for problem in status(&mut daemon.client()).real_time.problems {
+            let remedy = &problem.remedy;
+            let is_of_any = ["--cpu", "nothing: this kernel"].iter().any(|any| remedy.contains(any));
+            assert!(
+                is_of_any || fits.iter().any(|part| remedy.contains(part)),
+                "{variable:?}: {problem:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn without_privileges_it_says_which_are_missing_and_runs() {
     let directory = tempfile::tempdir().expect("a directory");
-    let mut command = Command::new(binary("hapticd"));
-    command.args(["--device", "fake"]);
-    let socket = directory.path().join("control.sock");
-    if rustix::process::geteuid().is_root() {
-        const NOBODY: u32 = 65534;
-        std::os::unix::fs::chown(directory.path(), Some(NOBODY), Some(NOBODY)).expect("root can");
-        // The binary may lie where only root can go.
-        let copy = directory.path().join("hapticd");
-        copy_binary("hapticd", &copy);
-        command = Command::new(copy);
-        command.args(["--device", "fake"]).uid(NOBODY).gid(NOBODY);
-    }
-    let daemon = Daemon::spawn(command, &socket);
+    let daemon = without_privileges(directory.path(), ("LANG", "C"));
     let status = status(&mut daemon.client());
-    for problem in &status.real_time.problems {
-        assert!(
-            ["limits.d", "--cpu", "setfacl", "nothing: this kernel"]
-                .iter()
-                .any(|remedy| problem.remedy.contains(remedy)),
-            "{problem:?}"
-        );
-    }
     // What it said it could not have, it runs without: for a while, and with clients.
     for _ in 0..20 {
         assert_eq!(ctl(daemon.socket(), &["timing"]).status.code(), Some(0));

@@ -1,5 +1,4 @@
-//! The protocol's document for machines is that of the types, and tells a line of the protocol from
-//! one that is none.
+//! The protocol's JSON schema is that of the types, and tells a line of the protocol from one that is none.
 
 use haptic_core::Scene;
 use haptic_ipc::{JournalEntry, RigState, SceneArrival};
@@ -8,33 +7,20 @@ use haptic_recording::mcap::MARK_SCHEMA;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
-use system_tests::reference;
+use std::path::Path;
+use std::process::Command;
 use system_tests::schema::{Part, Validator};
 use system_tests::transcript::Transcript;
-
-fn document() -> PathBuf {
-    PathBuf::from(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../docs/control-protocol.schema.json"
-    ))
-}
+use system_tests::{binary, reference};
 
 #[test]
-fn the_document_is_that_of_the_types() {
-    let mut drawn = serde_json::to_string_pretty(&haptic_ipc::schema::protocol()).expect("it is JSON");
-    drawn.push('\n');
-    assert!(!drawn.contains("[`"), "a link that leads nowhere");
-    if std::env::var_os("HAPTICD_UPDATE_SCHEMA").is_some() {
-        fs::write(document(), &drawn).expect("it can be written");
-    }
-    let kept = fs::read_to_string(document()).unwrap_or_default();
-    let differs = kept.lines().zip(drawn.lines()).position(|(kept, drawn)| kept != drawn);
-    assert!(
-        kept == drawn,
-        "docs/control-protocol.schema.json is stale from line {} on; draw it again with `HAPTICD_UPDATE_SCHEMA=1 cargo test -p system-tests schema::`",
-        differs.map_or(kept.lines().count().min(drawn.lines().count()), |line| line) + 1
-    );
+fn haptic_ctl_prints_the_schema_of_the_types() {
+    let output = Command::new(binary("haptic-ctl")).args(["raw", "--schema"]).output();
+    let output = output.expect("haptic-ctl starts");
+    let printed: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(printed, haptic_ipc::schema::protocol());
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(!text.contains("[`"), "a link that leads nowhere");
 }
 
 #[test]

@@ -21,7 +21,12 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("device_velocity_mps", &["velocity", "speed"]),
     ("command_force_N", &["force"]),
     ("t_s", &["time", "t"]),
-    ("events", &["watch", "stream", "tail", "follow"]),
+    (
+        "log",
+        &["events", "watch", "stream", "tail", "follow", "journal", "history"],
+    ),
+    ("anyway", &["force"]),
+    ("replace", &["force", "overwrite"]),
     ("kg", &["kgs", "kilo", "kilogram", "kilograms"]),
     ("g", &["gram", "grams", "gr"]),
     ("N", &["newton", "newtons"]),

@@ -72,8 +72,8 @@ pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> 
                 let prefix = (!json).then(|| format!("{}: ", socket.name));
                 match stop::ask(Some(&socket.path), prefix.as_deref()).await {
                     Ok(reply) => {
-                        let device = device_of(&socket.path).await.unwrap_or_default();
-                        as_json(&reply).map(|json| (stop_row(&reply, device, &socket.path), json))
+                        let status = status_soon(&socket.path).await;
+                        as_json(&reply).map(|json| (stop_row(&reply, status, &socket.path), json))
                     }
                     Err(failure) => Err(failure),
                 }
@@ -114,10 +114,9 @@ async fn status_of(socket: &Path) -> Result<Status, Failure> {
     status_within(socket, ANSWER_TIMEOUT).await
 }
 
-/// What the device of a rig is called, where it answers soon.
-pub(crate) async fn device_of(socket: &Path) -> Option<String> {
-    let status = status_within(socket, SOON).await.ok()?;
-    Some(status.device.description)
+/// The status of a rig, where it answers soon.
+pub(crate) async fn status_soon(socket: &Path) -> Option<Status> {
+    status_within(socket, SOON).await.ok()
 }
 
 async fn status_within(socket: &Path, time: Duration) -> Result<Status, Failure> {
@@ -151,8 +150,9 @@ fn status_row(status: &Status) -> Vec<String> {
     ]
 }
 
-fn stop_row(reply: &StateReply, device: String, socket: &Path) -> Vec<String> {
-    let answer = format!("{} at tick {}", reply.state, reply.tick);
+fn stop_row(reply: &StateReply, status: Option<Status>, socket: &Path) -> Vec<String> {
+    let answer = stop::outcome(reply, status.as_ref());
+    let device = status.map_or_else(String::new, |status| status.device.description);
     vec![answer, device, socket.display().to_string()]
 }
 

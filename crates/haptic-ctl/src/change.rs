@@ -1,14 +1,14 @@
 //! What every change of the scene shares: its options and its answer.
 
 use crate::daemon::Daemon;
-use crate::duration::{duration, milliseconds};
 use crate::failure::Failure;
-use crate::known_advice::KnownAdvice;
+use crate::scene::reference;
+use crate::units::duration;
 use crate::{output, schedule};
 use clap::Args;
 use haptic_core::ParameterKey;
 use haptic_ipc::quantity::readable;
-use haptic_ipc::{ChangeOptions, ChangeReply, Request};
+use haptic_ipc::{Advice, ChangeOptions, ChangeReply, Request};
 use std::time::Duration;
 
 /// The options of every change.
@@ -40,7 +40,7 @@ impl ChangeArguments {
     pub(crate) fn options(&self) -> ChangeOptions {
         ChangeOptions {
             if_revision: self.if_revision,
-            ramp_ms: self.ramp.map(milliseconds),
+            ramp_ms: self.ramp.map(|ramp| ramp.as_secs_f64() * 1e3),
             dry_run: self.dry_run,
             at_tick: self.at_tick,
             anyway: self.anyway,
@@ -48,75 +48,54 @@ impl ChangeArguments {
     }
 }
 
-/// What of the change is shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ChangeView {
-    /// The values that were set.
-    Applied,
-    /// In what the scene differs from the one before.
-    Differences,
+/// Asks for a change and shows the answer; waits for its tick if it has one, since it ends with its client.
+pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    match &request {
+        // Before it is asked for: the journal reports one with a tick.
+        Request::Set { options, .. } | Request::SceneLoad { options, .. } if options.at_tick.is_some() => {
+            schedule::subscribe(daemon).await?;
+        }
+        _ => {}
+    }
+    let is_set = matches!(request, Request::Set { .. });
+    let reply: ChangeReply = reference::ask(daemon, request).await?;
+    if json {
+        output::json(&reply)?;
+    } else {
+        show(&reply, is_set)?;
+    }
+    match reply.at_tick {
+        Some(_) => schedule::until_rendered(daemon, reply.revision, json).await,
+        None => Ok(()),
+    }
 }
 
-/// A change that is about to be asked for.
-pub(crate) struct Change {
-    shown: ChangeView,
-    json: bool,
-    known: KnownAdvice,
+/// Shows the values that were set, or in what the scene differs from the one before; and the advice on the scene.
+fn show(reply: &ChangeReply, is_set: bool) -> Result<(), Failure> {
+    // What was only tried is what was asked for.
+    let print = if reply.dry_run {
+        output::line
+    } else {
+        output::unless_quiet
+    };
+    print(&head(reply, is_set))?;
+    if !is_set {
+        for difference in &reply.changes {
+            print(&format!("  {difference}"))?;
+        }
+    }
+    notes(&reply.advice)
 }
 
-impl Change {
-    /// Call it before a change is asked for: the journal reports one with a tick.
-    pub(crate) async fn prepare(
-        daemon: &mut Daemon,
-        request: &Request,
-        shown: ChangeView,
-        json: bool,
-    ) -> Result<Self, Failure> {
-        match request {
-            Request::Set { options, .. } | Request::SceneLoad { options, .. } if options.at_tick.is_some() => {
-                schedule::subscribe(daemon).await?;
-            }
-            _ => {}
-        }
-        let known = KnownAdvice::before_change(daemon, json).await?;
-        Ok(Self { shown, json, known })
-    }
-
-    /// Shows the answer to a change, and waits for its tick if it has one: it ends with its client.
-    pub(crate) async fn finish(self, daemon: &mut Daemon, reply: &ChangeReply) -> Result<(), Failure> {
-        self.show(reply)?;
-        match reply.at_tick {
-            Some(_) => schedule::until_rendered(daemon, reply.revision, self.json).await,
-            None => Ok(()),
-        }
-    }
-
-    fn show(&self, reply: &ChangeReply) -> Result<(), Failure> {
-        if self.json {
-            return output::json(reply);
-        }
-        // What was only tried is what was asked for.
-        let print = if reply.dry_run {
-            output::line
-        } else {
-            output::unless_quiet
-        };
-        print(&head(reply, self.shown))?;
-        let changed: Vec<&str> = match self.shown {
-            ChangeView::Applied => reply.applied.keys().map(String::as_str).collect(),
-            ChangeView::Differences => reply.changes.iter().map(|change| change.param.as_str()).collect(),
-        };
-        if self.shown == ChangeView::Differences {
-            for difference in &reply.changes {
-                print(&format!("  {difference}"))?;
-            }
-        }
-        self.known.print_news(&reply.advice, &changed)
-    }
+/// Prints advice on a scene.
+pub(crate) fn notes(advice: &[Advice]) -> Result<(), Failure> {
+    advice
+        .iter()
+        .try_for_each(|advice| output::unless_quiet(&format!("note: {}", advice.message)))
 }
 
 /// What became of a change, in a line.
-fn head(reply: &ChangeReply, shown: ChangeView) -> String {
+fn head(reply: &ChangeReply, is_set: bool) -> String {
     let revision = reply.revision;
     let mut head = match (reply.tick, reply.at_tick) {
         (Some(tick), _) => format!("revision {revision} from tick {tick}"),
@@ -127,7 +106,7 @@ fn head(reply: &ChangeReply, shown: ChangeView) -> String {
     if let Some(ends) = reply.ramp_ends_tick {
         head.push_str(&format!(", ramping until tick {ends}"));
     }
-    if shown == ChangeView::Applied {
+    if is_set {
         let applied: Vec<String> = reply
             .applied
             .iter()
@@ -155,10 +134,4 @@ pub(crate) fn redo(change: &ChangeArguments) -> Request {
     Request::Redo {
         options: change.options(),
     }
-}
-
-pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
-    let change = Change::prepare(daemon, &request, ChangeView::Differences, json).await?;
-    let reply: ChangeReply = daemon.ask(request).await?;
-    change.finish(daemon, &reply).await
 }

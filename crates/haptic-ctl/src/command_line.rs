@@ -3,8 +3,8 @@
 use crate::change::ChangeArguments;
 use crate::failure::Failure;
 use crate::{
-    accuracy, advise, change, commission, compare, completions, devices, drive, events, examples, get, identify, lease,
-    log, man, raw, record, recording, reload, replay, scene, schedule, set, simulate, study, surface, wait,
+    accuracy, advise, change, commission, compare, describe, devices, drive, examples, generated, get, identify, lease,
+    log, raw, record, recording, replay, scene, schedule, set, simulate, study, surface, wait,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;
@@ -45,6 +45,9 @@ pub(crate) struct Arguments {
 /// The heading of the options of every subcommand.
 const GLOBAL: &str = "Options of every subcommand";
 
+/// What the help of a subcommand says of them.
+const COMMON_OPTIONS: &str = "Options of every subcommand: haptic-ctl --help";
+
 const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 refused by the daemon or not written, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer, or timed out, \
 6 the rig is stopped or faulted, 130 interrupted.
@@ -60,8 +63,8 @@ pub(crate) enum Command {
     Status,
     /// Show the rig live, with keys to stop, engage and release it
     Top,
-    /// Show the parameters of the scene: units, ranges, what each feels like
-    Describe,
+    /// Show the parameters of a scene or law: units, ranges, what each feels like
+    Describe(describe::Arguments),
     /// Show the active scene, or another
     Get(get::Arguments),
     /// Set parameters, all in one tick or none
@@ -77,7 +80,8 @@ pub(crate) enum Command {
     /// Change the scene at given ticks, by a list in a file
     #[command(after_help = schedule::HELP)]
     Schedule(schedule::Arguments),
-    /// Show who changed what, and when, since the daemon started
+    /// Show who changed what, and when; with --follow states and samples live
+    #[command(after_help = log::HELP)]
     Log(log::Arguments),
     /// Ramp the force up
     Engage(drive::EngageArguments),
@@ -92,7 +96,7 @@ pub(crate) enum Command {
     /// Reload the limits from the configuration; force flows on
     ///
     /// Also looks for changes in the library of scenes.
-    #[command(after_help = reload::HELP)]
+    #[command(after_help = drive::RELOAD_HELP)]
     Reload,
     /// Find and store the rig's direction, range and friction by small pulses
     ///
@@ -107,11 +111,6 @@ pub(crate) enum Command {
     /// Run a command; release the rig if it fails or haptic-ctl dies
     #[command(after_help = lease::HELP)]
     Lease(lease::Arguments),
-    /// Show states, journal, samples or timing live, until interrupted
-    ///
-    /// With --json one object a line.
-    #[command(after_help = events::HELP)]
-    Events(events::Arguments),
     /// Record every tick and event to a file, until interrupted
     #[command(after_help = record::HELP)]
     Record(record::Arguments),
@@ -154,17 +153,16 @@ pub(crate) enum Command {
     #[command(subcommand)]
     Study(study::Command),
     /// Print the completion script of a shell
-    Completions { shell: completions::Shell },
-    /// Write the manual pages
+    Completions { shell: generated::Shell },
+    /// Write the manual pages into a folder, for a package
     #[command(hide = true)]
-    Man(man::Arguments),
+    Man { folder: PathBuf },
 }
 
 impl Command {
     /// The request of the subcommand, or the first of several. None of those that work offline gets here.
     pub(crate) fn request(&self) -> Result<Request, Failure> {
         Ok(match self {
-            Self::Describe => Request::Describe {},
             Self::Get(get) => get.request()?,
             Self::Set(set) => set.request()?,
             Self::Undo(change) => change::undo(change),
@@ -178,7 +176,6 @@ impl Command {
             Self::Reset => Request::Reset {},
             Self::Reload => Request::Reload {},
             Self::Lease(lease) => lease.request()?,
-            Self::Events(events) => events.subscription()?,
             Self::Record(record) => record.request()?,
             Self::Devices(devices) => devices.request(),
             _ => Request::Status {},
@@ -191,26 +188,23 @@ impl Command {
     }
 }
 
-/// The command line, with its help. That of a subcommand does not repeat the options that all have, nor does the short
-/// one.
+/// The command line, with its help. Options that all subcommands have stand in that of the program alone, and there in
+/// the long one.
 pub(crate) fn command_line() -> clap::Command {
-    fn is_common(option: &clap::Arg) -> bool {
-        option.get_help_heading() == Some(GLOBAL)
-    }
     fn without_common_options(command: clap::Command) -> clap::Command {
         let command = command.mut_args(|option| {
-            let hide = option.is_hide_set() || is_common(&option);
+            let hide = option.is_hide_set() || option.get_help_heading() == Some(GLOBAL);
             option.hide(hide)
         });
-        command.mut_subcommands(without_common_options)
+        examples::below(command, COMMON_OPTIONS).mut_subcommands(without_common_options)
     }
     let mut command = complete_command_line();
     // Hands the options to the subcommands.
     command.build();
-    command.mut_subcommands(without_common_options).mut_args(|option| {
-        let hide = is_common(&option) || ["rig_name", "all"].contains(&option.get_id().as_str());
-        option.hide_short_help(hide)
-    })
+    command
+        .mut_subcommands(without_common_options)
+        .mut_args(|option| option.hide_short_help(true))
+        .after_help("Options, and exit codes: haptic-ctl --help")
 }
 
 /// The same with every option in every place, for what completes them.
@@ -233,6 +227,12 @@ mod tests {
     #[test]
     fn the_command_line_is_sound() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn short_help_fits_on_a_screen() {
+        let help = command_line().render_help().to_string();
+        assert!(help.lines().count() <= 40, "{help}");
     }
 
     #[test]

@@ -1,15 +1,40 @@
-//! `describe`: the scene's law and its parameters.
+//! `describe`: the law of a scene, and its parameters.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::output;
+use crate::scene::offline;
+use crate::{complete, output};
+use clap_complete::engine::ArgValueCompleter;
+use haptic_core::Scene;
 use haptic_core::friction::Friction;
 use haptic_ipc::{Description, Request};
+use std::path::Path;
 
-pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]; or a friction law
+    #[arg(add = ArgValueCompleter::new(complete::scenes))]
+    pub(crate) scene: Option<String>,
+}
+
+/// Describes the active scene.
+pub(crate) async fn active(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let description: Description = daemon.ask(Request::Describe {}).await?;
+    show(&description, json)
+}
+
+/// Describes a scene that is named, or a law with its default values.
+pub(crate) async fn named(socket: Option<&Path>, text: &str, json: bool) -> Result<(), Failure> {
+    let scene = match (offline::find(socket, text).await, Scene::paper().with_law(text)) {
+        (Err(_), Some(Ok(of_law))) => of_law,
+        (found, _) => found?,
+    };
+    show(&Description::of(&scene), json)
+}
+
+fn show(description: &Description, json: bool) -> Result<(), Failure> {
     if json {
-        return output::json(&description);
+        return output::json(description);
     }
     let mut rows = vec![
         [

@@ -1,11 +1,11 @@
-//! `engage`, `release`, `reset`: what moves the rig from state to state.
+//! `engage`, `release`, `reset`: what moves the rig from state to state; `reload`: what bounds its force meanwhile.
 
 use crate::condition::Condition;
 use crate::daemon::Daemon;
-use crate::duration::duration;
 use crate::failure::Failure;
+use crate::units::duration;
 use crate::{output, wait};
-use haptic_ipc::{Request, RigState, StateReply, Status};
+use haptic_ipc::{ReloadReply, Request, RigState, StateReply, Status};
 use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
@@ -39,6 +39,16 @@ impl EngageArguments {
         Request::Engage { anyway: self.anyway }
     }
 }
+
+/// The help of `reload`.
+pub(crate) const RELOAD_HELP: &str = "\
+Force flows on. Only limits take effect: a higher limit of force along the ramp of engaging (`ramp-ms`); a lower one lets no force \
+grow beyond it at once, and takes a force that is beyond it down to it within that time, at most 200 ms. Options that need a restart are \
+named. Nothing changes where any value of the file is wrong.
+
+Scenes of the library are read whenever they are loaded; here files that hold none are named. The active scene never changes by itself.
+
+A SIGHUP to a daemon without a terminal does the same, as does `systemctl reload hapticd`.";
 
 /// Time in which the daemon has faulted a rig whose motor is on after a release: 100 ms, and its way here.
 const CONFIRMATION_TIME: Duration = Duration::from_millis(150);
@@ -103,4 +113,16 @@ fn show(reply: &StateReply, json: bool) -> Result<(), Failure> {
         return output::json(reply);
     }
     output::unless_quiet(&format!("{} at tick {}", reply.state, reply.tick))
+}
+
+pub(crate) async fn reload(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    let reply: ReloadReply = daemon.ask(request).await?;
+    if json {
+        return output::json(&reply);
+    }
+    output::unless_quiet(&reply.to_string().replace("; ", "\n"))?;
+    match &reply.changed_scene {
+        Some(name) => output::unless_quiet(&format!("to feel it: haptic-ctl scene load {name}")),
+        None => Ok(()),
+    }
 }

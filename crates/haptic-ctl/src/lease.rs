@@ -2,8 +2,8 @@
 //! the command, die or hang.
 
 use crate::daemon::Daemon;
-use crate::duration::duration;
 use crate::failure::Failure;
+use crate::units::duration;
 use haptic_ipc::{LeaseReply, Request};
 use nix::sys::signal::{SigHandler, Signal};
 use std::ffi::OsString;

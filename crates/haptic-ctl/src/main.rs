@@ -3,13 +3,11 @@
 mod accuracy;
 mod advise;
 mod all;
-mod beginning;
 mod change;
 mod command_line;
 mod commission;
 mod compare;
 mod complete;
-mod completions;
 mod condition;
 mod console;
 mod daemon;
@@ -17,24 +15,19 @@ mod describe;
 mod devices;
 mod doctor;
 mod drive;
-mod duration;
-mod events;
 mod examples;
 mod failure;
+mod generated;
 mod get;
 mod identify;
-mod known_advice;
 mod lease;
 mod log;
-mod man;
 mod output;
 mod progress;
 mod raw;
 mod record;
 mod recording;
-mod reload;
 mod replay;
-mod sample_table;
 mod scene;
 mod schedule;
 mod set;
@@ -137,8 +130,12 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Compare(compare) => return compare::run(compare, json),
         Command::Surface(surface) => return surface::run(socket, surface, json).await,
         Command::Study(study) => return study::run(study, json).await,
-        Command::Completions { shell } => return completions::run(*shell),
-        Command::Man(man) => return man::run(man, command_line()),
+        Command::Describe(describe::Arguments { scene: Some(scene) }) => {
+            return describe::named(socket, scene, json).await;
+        }
+        Command::Raw(raw) if raw.schema => return raw::schema(),
+        Command::Completions { shell } => return generated::completions(*shell),
+        Command::Man { folder } => return generated::manual(folder, command_line()),
         _ => {}
     }
     if let Command::Raw(raw) = command {
@@ -161,21 +158,19 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     match command {
         Command::Status => status::run(daemon, json).await,
         Command::Top => top::run(daemon, socket).await,
-        Command::Describe => describe::run(daemon, json).await,
+        Command::Describe(_) => describe::active(daemon, json).await,
         Command::Get(get) => get::run(daemon, get, request, json).await,
-        Command::Set(_) => set::run(daemon, request, json).await,
-        Command::Undo(_) | Command::Redo(_) => change::run(daemon, request, json).await,
+        Command::Set(_) | Command::Undo(_) | Command::Redo(_) => change::run(daemon, request, json).await,
         Command::Scene(scene) => scene.run(daemon, request, json).await,
         Command::Schedule(_) => schedule::run(daemon, request, json).await,
         Command::Log(log) => log::run(daemon, log, json).await,
         Command::Engage(arguments) => drive::engage(daemon, arguments, json).await,
         Command::Release(waiting) => drive::run_to(daemon, request, RigState::Idle, waiting, json).await,
-        Command::Reload => reload::run(daemon, request, json).await,
+        Command::Reload => drive::reload(daemon, request, json).await,
         Command::Commission(arguments) => commission::run(daemon, arguments, json).await,
         Command::Identify(arguments) => identify::run(daemon, arguments, json).await,
         Command::Wait(wait) => wait::run(daemon, wait, json).await,
         Command::Lease(lease) => lease::run(daemon, lease).await,
-        Command::Events(events) => events::run(daemon, events, json).await,
         Command::Record(record) => record::run(daemon, record, json).await,
         Command::Timing => timing::run(daemon, json).await,
         Command::Advise(_) => advise::run(daemon, json).await,

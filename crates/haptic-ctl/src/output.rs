@@ -3,6 +3,8 @@
 use crate::failure::Failure;
 use haptic_core::Directional;
 use haptic_ipc::quantity::{self, readable};
+use jiff::tz::TimeZone;
+use jiff::{Timestamp, Zoned};
 use rustix::termios::tcgetwinsize;
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
@@ -109,6 +111,14 @@ pub(crate) fn figure(value: f64) -> String {
     } else {
         value.round()
     })
+}
+
+/// A time of the system's clock in a time zone, to the millisecond; `None` beyond what a calendar has.
+pub(crate) fn moment(unix_s: f64, zone: &TimeZone) -> Option<Zoned> {
+    #[expect(clippy::cast_possible_truncation, reason = "whole milliseconds; the cast saturates")]
+    let milliseconds = (unix_s * 1e3).round() as i64;
+    let moment = Timestamp::from_millisecond(milliseconds).ok()?;
+    Some(moment.to_zoned(zone.clone()))
 }
 
 /// Columns, each as wide as its widest cell; cells after the last column are not padded.

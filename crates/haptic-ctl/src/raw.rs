@@ -18,6 +18,15 @@ pub(crate) struct Arguments {
     /// Print events after the last answer, until interrupted
     #[arg(long, short)]
     follow: bool,
+
+    /// Print the JSON schema of the protocol instead; needs no daemon
+    #[arg(long, conflicts_with_all = ["lines", "follow"])]
+    pub(crate) schema: bool,
+}
+
+/// Prints the schema of the protocol.
+pub(crate) fn schema() -> Result<(), Failure> {
+    output::line(&format!("{:#}", haptic_ipc::schema::protocol()))
 }
 
 pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments) -> Result<(), Failure> {

@@ -1,11 +1,11 @@
 //! `replay`: a recording's forces again, to the last bit, or those of another scene.
 
-use crate::duration::duration;
 use crate::failure::Failure;
 use crate::output::count;
 use crate::recording::unreadable;
 use crate::scene::offline;
 use crate::table_file::TableFile;
+use crate::units::duration;
 use crate::{complete, output, progress, set};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;

@@ -4,8 +4,7 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::known_advice::KnownAdvice;
-use crate::output;
+use crate::{change, output};
 use haptic_ipc::{
     ClientError, Envelope, ErrorCode, Event, JournalEntry, Request, ScheduleCancelReply, ScheduleReply, SubscribeReply,
     Topic, WireError, regular_file,
@@ -103,16 +102,15 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
     if stays {
         subscribe(daemon).await?;
     }
-    let known = KnownAdvice::before_change(daemon, json).await?;
     let reply: ScheduleReply = daemon.ask(request).await?;
-    show(&reply, &known, json)?;
+    show(&reply, json)?;
     match reply.changes.last() {
         Some(last) if stays => until_rendered(daemon, last.revision, json).await,
         _ => Ok(()),
     }
 }
 
-fn show(reply: &ScheduleReply, known: &KnownAdvice, json: bool) -> Result<(), Failure> {
+fn show(reply: &ScheduleReply, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(reply);
     }
@@ -125,7 +123,7 @@ fn show(reply: &ScheduleReply, known: &KnownAdvice, json: bool) -> Result<(), Fa
         ticks(reply.changes.first()),
         ticks(reply.changes.last())
     ))?;
-    known.print_news(&reply.advice, &[])
+    change::notes(&reply.advice)
 }
 
 /// Follows the journal, before changes are scheduled.

@@ -1,14 +1,13 @@
 //! `set`: change parameters.
 
-use crate::change::{Change, ChangeArguments, ChangeView};
-use crate::daemon::Daemon;
+use crate::change::ChangeArguments;
 use crate::failure::Failure;
 use crate::{complete, output, units};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::ParameterKey;
 use haptic_core::parameters::TABLE;
-use haptic_ipc::{ChangeReply, Changes, ParameterChange, RelativeChange, Request};
+use haptic_ipc::{Changes, ParameterChange, RelativeChange, Request};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -104,12 +103,6 @@ pub(crate) fn parameter_help() -> String {
         output::table(&rows),
         units::help()
     )
-}
-
-pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
-    let change = Change::prepare(daemon, &request, ChangeView::Applied, json).await?;
-    let reply: ChangeReply = daemon.ask(request).await?;
-    change.finish(daemon, &reply).await
 }
 
 #[cfg(test)]

@@ -112,7 +112,7 @@ fn library_scene(status: &Status) -> String {
 }
 
 /// The rig's own friction, and what is done with it.
-fn rig_friction(known: &RigFrictionStatus) -> String {
+pub(crate) fn rig_friction(known: &RigFrictionStatus) -> String {
     let mut text = format!(
         "{:.3} N ({}), {:.3} N s/m ({})",
         known.friction_n, known.friction_from, known.damping_ns_per_m, known.damping_from

@@ -4,7 +4,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{all, output};
 use haptic_ipc::socket_path::{self, Environment, NamedSocket};
-use haptic_ipc::{ClientError, Request, StateReply};
+use haptic_ipc::{ClientError, Request, RigState, StateReply, Status};
 use std::io::ErrorKind;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
@@ -101,14 +101,21 @@ async fn one(socket: Option<&Path>, json: bool) -> Result<(), Failure> {
         return output::json(&reply);
     }
     let socket = socket_path::for_client(socket);
-    let device = all::device_of(&socket).await;
-    let device = device.map_or(String::new(), |device| format!("{device}, "));
-    output::unless_quiet(&format!(
-        "{} at tick {} ({device}{})",
-        reply.state,
-        reply.tick,
-        socket.display()
-    ))
+    let status = all::status_soon(&socket).await;
+    let outcome = outcome(&reply, status.as_ref());
+    let device = status.map_or_else(String::new, |status| format!("{}, ", status.device.description));
+    output::unless_quiet(&format!("{outcome} ({device}{})", socket.display()))
+}
+
+/// What has become of a stop. A faulted rig has no force already, and stays faulted.
+pub(crate) fn outcome(reply: &StateReply, status: Option<&Status>) -> String {
+    let done = format!("{} at tick {}", reply.state, reply.tick);
+    match status.and_then(|status| status.fault.as_ref()) {
+        Some(fault) if reply.state == RigState::Faulted => {
+            format!("{done}, with zero force: {fault}; `haptic-ctl reset` clears the fault")
+        }
+        _ => done,
+    }
 }
 
 /// Asks a rig to stop. Where there is a prefix, a warning that begins with it says meanwhile what to do.

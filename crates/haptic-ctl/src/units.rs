@@ -1,7 +1,8 @@
-//! Values with units: `500g`, `2mm/s`, `25N/mm`.
+//! Values with units: `500g`, `2mm/s`, `25N/mm`; rates, and durations: `50ms`, `5s`, `1.5min`.
 
 use haptic_core::ParameterKey;
 use haptic_ipc::quantity::{self, BadQuantity};
+use std::time::Duration;
 
 /// Reads the value of a parameter, in the parameter's SI unit. Without a unit it is in that unit
 /// already.
@@ -28,6 +29,19 @@ pub(crate) fn value_in(name: &str, text: &str, si: &str) -> Result<f64, String> 
             format!("{name} = `{text}`: {name} is in {accepted}; `{given}` is not accepted{meant}")
         }
     })
+}
+
+/// Reads a rate, Hz.
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
+    value_in("rate", text, "Hz")
+}
+
+/// Reads a duration. A bare number is refused: nobody knows whether it is of seconds or of
+/// milliseconds.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    let refused = || format!("`{text}` is not a duration: write a number with its unit, as in 50ms, 5s or 1.5min");
+    let read: jiff::SignedDuration = text.parse().map_err(|_| refused())?;
+    Duration::try_from(read).map_err(|_| format!("`{text}` is negative: a duration is 0s or more, as in 50ms"))
 }
 
 /// A unit behind a number: a bare number has none.
@@ -98,6 +112,19 @@ mod tests {
             for part in parts {
                 assert!(error.contains(part), "{error} lacks {part}");
             }
+        }
+    }
+
+    #[test]
+    fn durations_need_a_unit() {
+        assert_eq!(duration("50ms"), Ok(Duration::from_millis(50)));
+        assert_eq!(duration("5s"), Ok(Duration::from_secs(5)));
+        assert_eq!(duration("1.5min"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("1h 30s"), Ok(Duration::from_secs(3630)));
+        assert_eq!(duration("0s"), Ok(Duration::ZERO));
+        for bad in ["5", "", "-5s", "soon", "5kg", "5 5s"] {
+            let error = duration(bad).expect_err(bad);
+            assert!(error.contains("50ms"), "{error}");
         }
     }
 }

@@ -1,8 +1,8 @@
 //! A command line that cannot be understood.
 
 use crate::failure::Failure;
-use clap::Command;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Arg, Command};
 use haptic_core::nearest::nearest;
 use std::process::ExitCode;
 
@@ -13,7 +13,7 @@ pub(crate) fn end(mut error: clap::Error, commands: &Command) -> ExitCode {
         .take_while(|word| word != "--")
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
-    guess_subcommand(&mut error, commands, &words);
+    guess(&mut error, commands, &words);
     if wants_json() && error.use_stderr() {
         return Failure::Usage(text(&error)).report(true);
     }
@@ -27,22 +27,35 @@ pub(crate) fn wants_json() -> bool {
         .any(|word| word == "--json")
 }
 
-/// Names the subcommand that an unknown one was probably meant to be, where another word for it says so.
-fn guess_subcommand(error: &mut clap::Error, commands: &Command, words: &[String]) {
-    let (ErrorKind::InvalidSubcommand, Some(ContextValue::String(wrong))) =
-        (error.kind(), error.get(ContextKind::InvalidSubcommand))
-    else {
+/// Names the subcommand or option that an unknown one was probably meant to be, also where another word for it says so;
+/// none that is merely spelt a little alike.
+fn guess(error: &mut clap::Error, commands: &Command, words: &[String]) {
+    let (wrong, suggested) = match error.kind() {
+        ErrorKind::InvalidSubcommand => (ContextKind::InvalidSubcommand, ContextKind::SuggestedSubcommand),
+        ErrorKind::UnknownArgument => (ContextKind::InvalidArg, ContextKind::SuggestedArg),
+        _ => return,
+    };
+    let Some(ContextValue::String(wrong)) = error.get(wrong) else {
         return;
     };
     let mut command = commands;
     for word in words.iter().take_while(|word| *word != wrong) {
         command = command.find_subcommand(word).unwrap_or(command);
     }
-    let known: Vec<&str> = command.get_subcommands().map(Command::get_name).collect();
-    if let Some(meant) = nearest(wrong, &known) {
-        let meant = ContextValue::Strings(vec![meant.to_owned()]);
-        error.insert(ContextKind::SuggestedSubcommand, meant);
-    }
+    let meant = match wrong.strip_prefix("--") {
+        Some(wrong) => {
+            let known: Vec<&str> = command.get_arguments().filter_map(Arg::get_long).collect();
+            nearest(wrong, &known).map(|meant| ContextValue::String(format!("--{meant}")))
+        }
+        None => {
+            let known: Vec<&str> = command.get_subcommands().map(Command::get_name).collect();
+            nearest(wrong, &known).map(|meant| ContextValue::Strings(vec![meant.to_owned()]))
+        }
+    };
+    match meant {
+        Some(meant) => error.insert(suggested, meant),
+        None => error.remove(suggested),
+    };
 }
 
 /// The error alone, without the summary of the options below it.

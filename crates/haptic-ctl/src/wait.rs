@@ -2,8 +2,8 @@
 
 use crate::condition::{self, Condition, Observations};
 use crate::daemon::Daemon;
-use crate::duration::duration;
 use crate::failure::Failure;
+use crate::units::duration;
 use crate::{complete, output, progress};
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, RigState, SubscribeReply, Timing, Topic};

@@ -1,5 +1,7 @@
 //! The parameter table on the wire.
 
+use crate::SAMPLE_COLUMNS;
+use haptic_core::friction::LAWS;
 use haptic_core::parameters::{ParameterInfo, Scale, TABLE};
 use haptic_core::{Directional, Scene};
 use serde::{Deserialize, Serialize};
@@ -18,6 +20,19 @@ pub struct Description {
     pub parameters: Vec<ParameterDescription>,
     /// Names of a sample's columns.
     pub sample_columns: Vec<String>,
+}
+
+impl Description {
+    /// The description of a scene.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            law: scene.friction.law().to_owned(),
+            laws: LAWS.iter().map(ToString::to_string).collect(),
+            parameters: ParameterDescription::all_of(scene),
+            sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
+        }
+    }
 }
 
 /// A row of the parameter table.

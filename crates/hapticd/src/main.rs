@@ -24,7 +24,7 @@ mod service;
 mod telemetry;
 mod thread_signals;
 
-use clap::{CommandFactory, Parser};
+use clap::CommandFactory;
 use config::{Config, ConfigError, Options};
 use control::RigHandle;
 use control::history::FIRST_REVISION;
@@ -69,9 +69,11 @@ enum Failure {
 }
 
 fn main() -> ExitCode {
-    let options = Options::parse();
+    let options = Options::of_command_line();
     if options.manual_page {
-        let page = clap_mangen::Man::new(Options::command()).section("8");
+        // It has the whole help.
+        let command = Options::command().mut_args(|option| option.hide_short_help(false));
+        let page = clap_mangen::Man::new(command).section("8");
         return page
             .render(&mut std::io::stdout())
             .map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);

@@ -3,7 +3,8 @@
 use crate::explore::{T, behind_block, on_device, renderer};
 use haptic_core::block::{BlockState, Contact, EventSink};
 use haptic_core::friction::{
-    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
+    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, LAWS, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar,
+    Viscous,
 };
 use haptic_core::{Directional, Renderer, Scene, Scheme};
 
@@ -32,14 +33,14 @@ fn lugre() -> Lugre {
 }
 
 /// Every law with limits of 4 N and 3 N.
-fn laws() -> Vec<Friction> {
+fn laws() -> [Friction; LAWS.len()] {
     let Lugre {
         static_force,
         dynamic_force,
         viscous,
         ..
     } = lugre();
-    vec![
+    [
         Friction::Viscous(Viscous { viscous }),
         Friction::Karnopp(karnopp()),
         Friction::Dahl(Dahl {

@@ -209,6 +209,8 @@ mod tests {
             ("state", "followed by ="),
             ("state=", "followed by a value"),
             ("state=asleep", "disconnected, idle, engaging"),
+            ("engaged", "write state=engaged"),
+            ("stuck", "write contact=stuck"),
             ("state>idle", "= and != only"),
             ("colour=red", "device_position_m"),
             ("contact=red", "not a finite number, nor one of `stuck`, `slides +`"),

@@ -1,6 +1,5 @@
 //! The fields that a condition can compare, and the values of each.
 
-use crate::sample_table;
 use haptic_core::ParameterKey;
 use haptic_core::friction::LAWS;
 use haptic_core::nearest::meant_or_semicolon;
@@ -108,6 +107,10 @@ impl FromStr for Field {
         if let Some(count) = COUNTS.iter().position(|(count, _)| *count == name) {
             return Ok(Self::Count(count));
         }
+        let is_value_of = |field: &&str| words(field).iter().any(|word| word.trim_matches('\'') == name);
+        if let Some(field) = ["state", "law", "contact"].into_iter().find(is_value_of) {
+            return Err(format!("`{name}` is not a field: write {field}={name}"));
+        }
         name.parse().map(Self::Parameter).map_err(|_| {
             let fields = fields();
             let parameters = TABLE.iter().flat_map(|row| [row.name, row.symbol]);
@@ -129,9 +132,18 @@ fn unit(name: &str) -> &'static str {
         .map_or("", |(_, unit)| unit)
 }
 
+/// A contact in words.
+pub(crate) const fn contact(direction: i8) -> &'static str {
+    match direction {
+        0 => "stuck",
+        1.. => "slides +",
+        _ => "slides -",
+    }
+}
+
 /// The words for a contact, with the numbers that a sample has for them.
 fn contacts() -> [(&'static str, i8); 3] {
-    [0, 1, -1].map(|direction| (sample_table::contact(direction), direction))
+    [0, 1, -1].map(|direction| (contact(direction), direction))
 }
 
 impl Field {

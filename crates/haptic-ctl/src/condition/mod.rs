@@ -10,5 +10,5 @@ mod field;
 mod known;
 
 pub(crate) use comparison::Condition;
-pub(crate) use field::{fields, words};
+pub(crate) use field::{contact, fields, words};
 pub(crate) use known::Observations;

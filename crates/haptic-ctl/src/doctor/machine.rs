@@ -7,18 +7,9 @@ use rustix::process::{Resource, getrlimit};
 /// Priority of the real-time thread by default.
 const FIFO_PRIORITY: u64 = 80;
 
-/// The limits of a daemon that this user starts. A running daemon that has them already, as a
-/// service does, passes.
-pub(super) fn limits(status: Option<&Status>) -> Vec<Check> {
-    let real_time = status.map(|status| &status.real_time);
+/// The limits of a daemon that this user starts. One that runs tells itself what it lacks.
+pub(super) fn limits() -> [Check; 2] {
     let person = rustix::process::geteuid().as_raw();
-    let fix = |what: &str| {
-        format!(
-            "`echo '{} - {what}' | sudo tee -a /etc/security/limits.d/hapticd.conf`, and log in again",
-            limited(person)
-        )
-    };
-    let is_root = person == 0;
     let priority = getrlimit(Resource::Rtprio).current;
     let memory = getrlimit(Resource::Memlock).current;
     let shown = |limit: Option<u64>| limit.map_or_else(|| "unlimited".to_owned(), |limit| limit.to_string());
@@ -27,24 +18,21 @@ pub(super) fn limits(status: Option<&Status>) -> Vec<Check> {
         None => "RLIMIT_MEMLOCK is unlimited for this user".to_owned(),
         Some(bytes) => format!("RLIMIT_MEMLOCK is {} KiB for this user", bytes / 1024),
     };
-    let has_priority = real_time.is_some_and(|thread| thread.fifo_priority.is_some() || thread.deadline_scheduled);
-    let has_memory = real_time.is_some_and(|thread| thread.memory_locked);
-    vec![
+    let is_enough = priority.is_none_or(|limit| limit >= FIFO_PRIORITY);
+    [
         limit(
             "priority limit",
             priority_text,
-            priority.is_none_or(|limit| limit >= FIFO_PRIORITY),
-            is_root,
-            has_priority.then_some("its priority"),
-            fix(&format!("rtprio {FIFO_PRIORITY}")),
+            is_enough,
+            person,
+            &format!("rtprio {FIFO_PRIORITY}"),
         ),
         limit(
             "memory limit",
             memory_text,
             memory.is_none(),
-            is_root,
-            has_memory.then_some("its memory locked"),
-            fix("memlock unlimited"),
+            person,
+            "memlock unlimited",
         ),
     ]
 }
@@ -55,21 +43,17 @@ fn limited(uid: u32) -> String {
     user.map_or_else(|| format!("{uid}:{uid}"), |user| user.name)
 }
 
-/// A limit, which may be low for a reason.
-fn limit(
-    check: &'static str,
-    found: String,
-    is_enough: bool,
-    is_root: bool,
-    daemon_has: Option<&str>,
-    fix: String,
-) -> Check {
-    match daemon_has {
-        _ if is_enough => Check::ok(check, found),
-        Some(what) => Check::ok(check, format!("{found}, but the daemon has {what}")),
-        None if is_root => Check::ok(check, format!("{found}, which does not apply to root")),
-        None => Check::warn(check, found, fix),
+/// A limit, which may be low for root.
+fn limit(check: &'static str, found: String, is_enough: bool, person: u32, wanted: &str) -> Check {
+    if is_enough {
+        return Check::ok(check, found);
     }
+    if person == 0 {
+        return Check::ok(check, format!("{found}, which does not apply to root"));
+    }
+    let line = format!("{} - {wanted}", limited(person));
+    let fix = format!("`echo '{line}' | sudo tee -a /etc/security/limits.d/hapticd.conf`, and log in again");
+    Check::warn(check, found, fix)
 }
 
 pub(super) fn governor() -> Check {
@@ -156,26 +140,12 @@ mod tests {
     }
 
     #[test]
-    fn a_low_limit_is_in_order_for_a_reason_that_is_told() {
-        let check = |root, has| {
-            limit(
-                "priority limit",
-                "it is 0".to_owned(),
-                false,
-                root,
-                has,
-                "fix".to_owned(),
-            )
-        };
-        assert!(check(true, None).found.contains("root"));
-        assert!(
-            check(false, Some("its priority"))
-                .found
-                .contains("but the daemon has its priority")
-        );
-        assert_eq!(check(false, None).level, Level::Warn);
-        assert_eq!(limited(0), "root");
-        assert_eq!(limited(4_000_000_001), "4000000001:4000000001");
+    fn a_low_limit_does_not_apply_to_root() {
+        let check = |person| limit("priority limit", "it is 0".to_owned(), false, person, "rtprio 80");
+        assert!(check(0).found.contains("root"));
+        assert_eq!(check(4_000_000_001).level, Level::Warn);
+        let fix = check(4_000_000_001).fix.expect("a fix");
+        assert!(fix.contains("'4000000001:4000000001 - rtprio 80'"), "{fix}");
     }
 
     #[test]

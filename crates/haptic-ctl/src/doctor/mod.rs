@@ -43,9 +43,9 @@ pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure
             checks.push(socket::unreachable(&path, &failure));
             checks.push(permission::permission(&path, Some(&failure)));
             checks.extend(rig::devices(&devices::found_here()));
+            checks.extend(machine::limits());
         }
     }
-    checks.extend(machine::limits(status.as_ref()));
     checks.push(machine::governor());
     checks.push(machine::isolation(status.as_ref()));
     show(&checks, json)

@@ -1,6 +1,7 @@
 //! The state of the rig, its link, the real-time thread and the devices, as the daemon reports them.
 
 use super::check::Check;
+use crate::status;
 use haptic_ipc::{DevicesReply, LinkCounts, LossSource, Problem, RigFrictionStatus, RigState, Status};
 use std::path::{Path, PathBuf};
 
@@ -49,16 +50,7 @@ fn rig_friction(known: &RigFrictionStatus) -> Check {
     if known.friction_from == LossSource::Default && known.damping_from == LossSource::Default {
         return Check::skip("rig friction", format!("never identified; {remedy}"));
     }
-    let compensated = known
-        .compensated_share
-        .map_or_else(String::new, |share| format!(", {share} of it compensated"));
-    Check::ok(
-        "rig friction",
-        format!(
-            "{:.3} N ({}), {:.3} N s/m ({}){compensated}",
-            known.friction_n, known.friction_from, known.damping_ns_per_m, known.damping_from
-        ),
-    )
+    Check::ok("rig friction", status::rig_friction(known))
 }
 
 /// How long a converter, such as FTDI's, collects bytes before it passes them on.

@@ -5,8 +5,8 @@ use super::ticks::Ticks;
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::record::RecordingUnderWay;
-use crate::{beginning, progress};
+use crate::progress;
+use crate::record::{self, RecordingUnderWay};
 use haptic_core::Excitation;
 use haptic_core::rig_friction::RigFriction;
 use haptic_ipc::{
@@ -91,7 +91,7 @@ impl<'a> Session<'a> {
             rate_hz: None,
             batch_ms: Some(20),
         };
-        let (status, metadata) = beginning::subscribe(self.daemon, subscription, Some(notes.to_owned())).await?;
+        let (status, metadata) = record::subscribe(self.daemon, subscription, Some(notes.to_owned())).await?;
         self.period_s = 1.0 / status.rate_hz;
         let Some(file) = file else { return Ok(()) };
         self.recorder = Some(RecordingUnderWay::create(file, &metadata, replace)?);

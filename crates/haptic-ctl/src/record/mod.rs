@@ -5,14 +5,14 @@ mod person;
 mod tick_clock;
 mod under_way;
 
-pub(crate) use under_way::RecordingUnderWay;
+pub(crate) use under_way::{RecordingUnderWay, subscribe};
 
 use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
-use crate::duration::duration;
 use crate::failure::Failure;
 use crate::recording::summary::Summary;
-use crate::{beginning, complete, output, progress, recording};
+use crate::units::duration;
+use crate::{complete, output, progress, recording, units};
 use clap::ValueHint;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, Topic, regular_file};
@@ -59,8 +59,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
     until: Option<Condition>,
 
-    /// Rate of samples, Hz [default: every tick]
-    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
+    /// Rate of samples, as in 100Hz [default: every tick]
+    #[arg(long, value_name = "RATE", value_parser = units::rate, allow_hyphen_values = true)]
     rate: Option<f64>,
 
     /// Notes to keep in the recording
@@ -228,7 +228,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     // Caught from here on, so that the file gets its end.
     let mut signals = Signals::new()?;
     let notes = arguments.notes()?;
-    let (status, metadata) = beginning::subscribe(daemon, arguments.subscription(), notes).await?;
+    let (status, metadata) = subscribe(daemon, arguments.subscription(), notes).await?;
     let recorder = arguments.create(&metadata)?;
     let mut session = Session {
         arguments,

@@ -5,7 +5,6 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
 use haptic_recording::Totals;
-use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use std::collections::HashSet;
 use std::fs;
@@ -85,13 +84,10 @@ fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placement<'a>, Fai
     let reader = haptic_recording::open(from).map_err(|error| unreadable(from, &error))?;
     let metadata = reader.metadata();
     let rig = arguments.rig.clone().unwrap_or_else(|| plain(&metadata.device));
-    #[expect(clippy::cast_possible_truncation, reason = "whole milliseconds; the cast saturates")]
-    let milliseconds = (metadata.started_unix_s * 1e3).round() as i64;
-    let begun = Timestamp::from_millisecond(milliseconds).map_err(|_| {
+    let begun = output::moment(metadata.started_unix_s, &TimeZone::UTC).ok_or_else(|| {
         let begun = metadata.started_unix_s;
         Failure::BadRecording(format!("{}: {begun} s after 1970 is not a valid date", from.display()))
     })?;
-    let begun = begun.to_zoned(TimeZone::UTC);
     let stem = from.file_stem().unwrap_or_default().to_string_lossy();
     let to = arguments
         .set

@@ -2,8 +2,8 @@
 
 use super::summary::{EventKind, Summary};
 use super::{Output, not_copied, unreadable};
-use crate::duration::duration;
 use crate::failure::Failure;
+use crate::units::duration;
 use crate::{output, progress};
 use clap::ValueHint;
 use haptic_core::nearest::meant_or_semicolon;

@@ -9,7 +9,6 @@ use clap::ValueHint;
 use haptic_core::passivity::RigLosses;
 use haptic_ipc::{RigState, ServoSetup};
 use haptic_recording::Ending;
-use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde_json::json;
 use std::path::PathBuf;
@@ -231,10 +230,8 @@ fn settings(servo: &ServoSetup) -> String {
 
 /// A time for people, in their time zone.
 fn when(unix_s: f64, zone: &TimeZone) -> String {
-    #[expect(clippy::cast_possible_truncation, reason = "whole milliseconds; the cast saturates")]
-    let milliseconds = (unix_s * 1e3).round() as i64;
-    Timestamp::from_millisecond(milliseconds).map_or_else(
-        |_| format!("{unix_s} s after 1970"),
-        |time| time.to_zoned(zone.clone()).strftime("%Y-%m-%d %H:%M:%S %Z").to_string(),
+    output::moment(unix_s, zone).map_or_else(
+        || format!("{unix_s} s after 1970"),
+        |time| time.strftime("%Y-%m-%d %H:%M:%S %Z").to_string(),
     )
 }

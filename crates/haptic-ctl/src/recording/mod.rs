@@ -1,10 +1,9 @@
 //! `recording`: what to do with recordings. Works without a daemon.
 
 mod collect;
+mod copy;
 mod cut;
-mod export;
 mod info;
-mod repair;
 pub(crate) mod summary;
 
 use crate::failure::Failure;
@@ -19,9 +18,9 @@ pub(crate) enum Command {
     /// Show what a recording holds: when, of which rig, scenes, states, gaps, markers, notes, and how it ends
     Info(info::Arguments),
     /// Rewrite a recording that was broken off or is damaged, as far as it can be read
-    Repair(repair::Arguments),
+    Repair(copy::Arguments),
     /// Write a recording in another format
-    Export(export::Arguments),
+    Export(copy::Arguments),
     /// Collect recordings of many rigs into one Parquet set, partitioned by rig and date
     #[command(after_help = collect::HELP)]
     Collect(collect::Arguments),
@@ -33,8 +32,8 @@ pub(crate) enum Command {
 pub(crate) fn run(command: &Command, json: bool) -> Result<(), Failure> {
     match command {
         Command::Info(arguments) => info::run(arguments, json),
-        Command::Repair(arguments) => repair::run(arguments, json),
-        Command::Export(arguments) => export::run(arguments, json),
+        Command::Repair(arguments) => copy::repair(arguments, json),
+        Command::Export(arguments) => copy::export(arguments, json),
         Command::Collect(arguments) => collect::run(arguments, json),
         Command::Cut(arguments) => cut::run(arguments, json),
     }

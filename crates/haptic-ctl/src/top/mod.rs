@@ -39,7 +39,7 @@ enum Answer {
 pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<(), Failure> {
     if !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
         return Err(Failure::Usage(
-            "top needs a terminal; `haptic-ctl events` and `haptic-ctl status` can be piped".to_owned(),
+            "top needs a terminal; `haptic-ctl log --follow` and `haptic-ctl status` can be piped".to_owned(),
         ));
     }
     let mut signals = Signals::new()?;

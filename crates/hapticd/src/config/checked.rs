@@ -89,6 +89,11 @@ fn path_in(variable: &str) -> Option<PathBuf> {
         .map(PathBuf::from)
 }
 
+/// The path from the root; as it is where there is no working directory.
+fn absolute(path: PathBuf) -> PathBuf {
+    std::path::absolute(&path).unwrap_or(path)
+}
+
 /// Default directory of saved scenes.
 fn default_scene_dir() -> PathBuf {
     // The service manager names the first; the others are XDG base directories.
@@ -162,7 +167,8 @@ impl Options {
             keep_cpus_awake: self.keep_cpus_awake.unwrap_or(true),
             late_policy: self.late_policy.map_or(LatePolicy::Warn, |name| name.0),
             scene,
-            scene_dir: self.scene_dir.clone().unwrap_or_else(default_scene_dir),
+            // Clients are told of files in it, and have another working directory.
+            scene_dir: absolute(self.scene_dir.clone().unwrap_or_else(default_scene_dir)),
             state_dir: self.state_dir.clone().unwrap_or_else(default_state_dir),
             rules: EngageRules {
                 uncommissioned: self.uncommissioned.unwrap_or(false),

@@ -1,6 +1,7 @@
 //! The options of the command line, which are those of the configuration file as well.
 
 use crate::rt::lateness::LatePolicy;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, ValueEnum};
 use device_boards::Address;
 use haptic_core::Scheme;
@@ -386,6 +387,26 @@ impl FromStr for HandName {
     }
 }
 
+impl Options {
+    /// The options of the command line. Ends the process where they are wrong, and after a help.
+    pub(crate) fn of_command_line() -> Self {
+        Self::try_parse().unwrap_or_else(|error| without_unit(error).exit())
+    }
+}
+
+/// Says that a number has no unit, where one has.
+fn without_unit(mut error: clap::Error) -> clap::Error {
+    let begins_with_a_digit = |value: &str| value.starts_with(|first: char| first.is_ascii_digit());
+    if error.kind() == ErrorKind::ValueValidation
+        && let Some(ContextValue::String(value)) = error.get(ContextKind::InvalidValue)
+        && begins_with_a_digit(value)
+    {
+        let tip = "write a bare number, in the unit that the option names".into();
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
+    }
+    error
+}
+
 /// What is done with each option that the file may have.
 macro_rules! options_of_the_file {
     ($($field:ident),* $(,)?) => {
@@ -455,3 +476,18 @@ options_of_the_file!(
     compensate,
     encoder_resolution_m,
 );
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_with_a_unit_is_told_to_be_bare() {
+        let refused = |value: &str| {
+            let error = Options::try_parse_from(["hapticd", "--rate", value]).expect_err(value);
+            without_unit(error).to_string()
+        };
+        assert!(refused("1kHz").contains("write a bare number"));
+        assert!(!refused("fast").contains("write a bare number"));
+    }
+}

@@ -2,20 +2,12 @@
 
 use crate::control::{RigHandle, library};
 use haptic_core::Scene;
-use haptic_core::friction::LAWS;
 use haptic_ipc::{
-    Description, LogReply, ParameterDescription, SAMPLE_COLUMNS, SceneDiffReply, SceneRef, SceneReply, Timing,
-    WireError, differences, params_of,
+    Description, LogReply, SceneDiffReply, SceneRef, SceneReply, Timing, WireError, differences, params_of,
 };
 
 pub(super) fn describe(rig: &RigHandle) -> Description {
-    let scene = rig.scene();
-    Description {
-        law: scene.friction.law().to_owned(),
-        laws: LAWS.iter().map(ToString::to_string).collect(),
-        parameters: ParameterDescription::all_of(&scene),
-        sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
-    }
+    Description::of(&rig.scene())
 }
 
 pub(super) fn timing(rig: &RigHandle) -> Timing {

@@ -33,6 +33,24 @@ pub(crate) fn default_cpu(available: &[usize]) -> Option<usize> {
 /// will allocate later: an allocation beyond the limit would then fail, and end it.
 const ENOUGH_LOCKED_BYTES: u64 = 256 * 1024 * 1024;
 
+/// Whether the service manager started this process: then its unit sets its limits, and no file of the user's.
+fn is_service() -> bool {
+    std::env::var_os("NOTIFY_SOCKET").is_some()
+}
+
+/// How a limit is raised: for a user, or in the unit of a service.
+fn higher_limit(of_user: &str, of_unit: &str) -> String {
+    if is_service() {
+        return format!("{of_unit} in its unit: `systemctl edit` it, and restart it");
+    }
+    format!(
+        "`{} - {of_user}` in /etc/security/limits.d/hapticd.conf and log in again, or `sudo setcap \
+         cap_sys_nice,cap_ipc_lock+ep {}`",
+        user_name(),
+        program(),
+    )
+}
+
 /// Why memory cannot be locked, or nothing.
 fn lock_all_memory() -> Result<(), String> {
     let unlimited = capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
@@ -54,12 +72,7 @@ pub(crate) fn lock_memory(status: &mut RealTimeStatus) {
         Ok(()) => status.memory_locked = true,
         Err(why) => status.problems.push(Problem {
             what: format!("memory is not locked, a page fault can delay a tick: {why}"),
-            remedy: format!(
-                "raise the limit: `{} - memlock unlimited` in /etc/security/limits.d/hapticd.conf and log in again, \
-                 LimitMEMLOCK=infinity in a systemd unit, or `sudo setcap cap_sys_nice,cap_ipc_lock+ep {}`",
-                user_name(),
-                program(),
-            ),
+            remedy: higher_limit("memlock unlimited", "LimitMEMLOCK=infinity"),
         }),
     }
 }
@@ -84,12 +97,10 @@ pub(crate) fn keep_cpus_awake(status: &mut RealTimeStatus) -> Option<std::fs::Fi
         Err(error) => {
             let remedy = if error.kind() == std::io::ErrorKind::NotFound {
                 "nothing: this kernel has no such device, as in many containers and virtual machines".to_owned()
+            } else if is_service() {
+                format!("DeviceAllow={DEVICE} rw in its unit (`systemctl edit`), and a user who may write it")
             } else {
-                format!(
-                    "let {} write it: `sudo setfacl -m u:{}:rw {DEVICE}`, or DeviceAllow={DEVICE} rw in a systemd unit",
-                    user_name(),
-                    user_name()
-                )
+                format!("let {0} write it: `sudo setfacl -m u:{0}:rw {DEVICE}`", user_name())
             };
             status.problems.push(Problem {
                 what: format!("the processors may sleep deeply, which delays wake-ups: {DEVICE} says {error}"),
@@ -162,12 +173,7 @@ pub(crate) fn prepare_thread(settings: &ThreadSettings, status: &mut RealTimeSta
             what: format!(
                 "the loop has no real-time priority, other programs can delay it: sched_setscheduler says {error}"
             ),
-            remedy: format!(
-                "allow it: `{} - rtprio {priority}` in /etc/security/limits.d/hapticd.conf and log in again, \
-                 LimitRTPRIO={priority} in a systemd unit, or `sudo setcap cap_sys_nice,cap_ipc_lock+ep {}`",
-                user_name(),
-                program(),
-            ),
+            remedy: higher_limit(&format!("rtprio {priority}"), &format!("LimitRTPRIO={priority}")),
         }),
     }
 }

@@ -1,8 +1,10 @@
-//! `completions`: what makes a shell complete haptic-ctl.
+//! What is made from the command line: the completions of a shell, and the manual pages of a package.
 
 use crate::failure::Failure;
+use crate::output;
 use clap_complete::env::{Bash, EnvCompleter, Fish, Zsh};
 use std::io::Write;
+use std::path::Path;
 
 /// Where the shell is told to look: see [`clap_complete::CompleteEnv`].
 const VARIABLE: &str = "COMPLETE";
@@ -17,7 +19,7 @@ pub(crate) enum Shell {
     Fish,
 }
 
-pub(crate) fn run(shell: Shell) -> Result<(), Failure> {
+pub(crate) fn completions(shell: Shell) -> Result<(), Failure> {
     let completer: &dyn EnvCompleter = match shell {
         Shell::Bash => &Bash,
         Shell::Zsh => &Zsh,
@@ -28,4 +30,17 @@ pub(crate) fn run(shell: Shell) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     out.write_all(&script)?;
     Ok(out.flush()?)
+}
+
+/// Writes a manual page for each subcommand into a folder.
+pub(crate) fn manual(folder: &Path, command: clap::Command) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| Failure::File(format!("{}: {error}", folder.display()));
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    // A page has the whole help.
+    let command = command.mut_args(|option| option.hide_short_help(false));
+    clap_mangen::generate_to(command.disable_help_subcommand(true), folder).map_err(failed)?;
+    output::unless_quiet(&format!(
+        "{0}: read one with `man -l {0}/haptic-ctl.1`",
+        folder.display()
+    ))
 }

@@ -1,6 +1,7 @@
-//! `recording repair`: what can be read of a recording, as one with an end.
+//! `recording export` and `recording repair`: the whole recording once more, in another format, or as far as it can be
+//! read and with an end.
 
-use super::{Output, not_repaired};
+use super::{Output, as_json, as_text, not_copied, not_repaired};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -8,7 +9,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Recording that was broken off, or is damaged
+    /// Recording to read
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
 
@@ -16,14 +17,25 @@ pub(crate) struct Arguments {
     output: Output,
 }
 
-pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+pub(super) fn export(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    let Output { out, force } = &arguments.output;
+    let bar = progress::busy("exporting");
+    let totals = haptic_recording::export(&arguments.file, out, *force).map_err(|error| not_copied(&error))?;
+    bar.finish_and_clear();
+    if json {
+        return output::json(&as_json(out, &totals));
+    }
+    output::text(&format!("{}: {}", out.display(), as_text(&totals)))
+}
+
+pub(super) fn repair(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let Output { out, force } = &arguments.output;
     let bar = progress::busy("repairing");
     let repaired = haptic_recording::repair(&arguments.file, out, *force).map_err(|error| not_repaired(&error))?;
     bar.finish_and_clear();
     let (ending, dropped) = (repaired.ending.to_string(), repaired.dropped_bytes);
     if json {
-        let mut summary = super::as_json(out, &repaired.totals);
+        let mut summary = as_json(out, &repaired.totals);
         summary["ending_before"] = ending.into();
         summary["dropped_bytes"] = dropped.into();
         return output::json(&summary);
@@ -31,7 +43,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     output::text(&format!(
         "{}: {}\n{}: {ending}; {dropped} bytes could not be read",
         out.display(),
-        super::as_text(&repaired.totals),
+        as_text(&repaired.totals),
         arguments.file.display()
     ))
 }
