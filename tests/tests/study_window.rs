@@ -11,7 +11,7 @@ use system_tests::screen::{Panel, Screen};
 use system_tests::study_screen::{
     GO_ON, PAUSE, PLAN, SUBJECTS_TITLE, is_enabled, open_subjects_window, wait_until_enabled,
 };
-use system_tests::{Daemon, PATIENCE, bring_to, pause, status, wait_for, wait_for_state};
+use system_tests::{Daemon, PATIENCE, bring_to, pause, status, timed, wait_for, wait_for_state};
 
 /// Beyond this position, m, the cursor is wholly inside a target for half a second.
 const INSIDE_M: f64 = 0.02;
@@ -77,12 +77,17 @@ fn click_until(screen: &Screen, client: &mut Client, folder: &Path, wanted: usiz
 
 #[test]
 fn subject_does_study_in_own_window_and_killed_panel_resumes() {
-    if !test_run::is_long_for("a subject's study in windows that are drawn without a graphics card") {
-        return;
-    }
-    let Some(screen) = Screen::open() else {
-        return;
-    };
+    timed(
+        "a subject's study in windows that are drawn without a graphics card",
+        || {
+            if let Some(screen) = Screen::open() {
+                study_in_windows(&screen);
+            }
+        },
+    );
+}
+
+fn study_in_windows(screen: &Screen) {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
     let plan = Plan::read(PLAN).expect("a plan");
@@ -92,8 +97,8 @@ fn subject_does_study_in_own_window_and_killed_panel_resumes() {
     let mut client = daemon.client();
     bring_to(&mut client, RigState::Engaged);
 
-    let panel = begin(&screen, &daemon, &mut client, &folder);
-    click_until(&screen, &mut client, &folder, 4);
+    let panel = begin(screen, &daemon, &mut client, &folder);
+    click_until(screen, &mut client, &folder, 4);
     drop(panel);
     // The lease of the panel ends with it, and the force.
     wait_for_state(&mut client, RigState::Idle);
@@ -101,12 +106,12 @@ fn subject_does_study_in_own_window_and_killed_panel_resumes() {
     let before = store::trials::<FittsTrial>(&folder).expect("rows");
 
     bring_to(&mut client, RigState::Engaged);
-    let _panel = begin(&screen, &daemon, &mut client, &folder);
-    click_until(&screen, &mut client, &folder, 5);
+    let _panel = begin(screen, &daemon, &mut client, &folder);
+    click_until(screen, &mut client, &folder, 5);
     // A key in the subject's window stops, and it goes on by the experimenter alone.
     screen.act(&["key", "space"]);
     wait_for_state(&mut client, RigState::Stopped);
-    click_until(&screen, &mut client, &folder, 6);
+    click_until(screen, &mut client, &folder, 6);
 
     let rows = store::trials::<FittsTrial>(&folder).expect("rows");
     assert_eq!(rows[..before.len()], before, "what was there stays");

@@ -166,7 +166,7 @@ fn the_headings_of_a_file_are_known_before_it_is_read() {
     );
     let names = ["Zeit (s)", "Weg [mm]", "Kraft"].map(str::to_owned).to_vec();
     assert_eq!(headings(&path).expect("a heading"), Some(names));
-    let (_directory, path) = write("recording.csv", "# hapticd recording\n");
+    let (_directory, path) = write("recording.csv", "# hapticd recording 1\n");
     assert_eq!(headings(&path).expect("a recording"), None, "its columns are known");
     let (_directory, path) = write("empty.csv", "# a remark\n");
     assert!(headings(&path).is_err_and(|error| error.to_string().contains("no heading")));
