@@ -2,7 +2,7 @@
 
 use crate::refused;
 use haptic_core::velocity::AlphaBetaGamma;
-use haptic_lab::motion::{DeviceSample, usual_period_s};
+use haptic_lab::motion::{DeviceSample, median_period_s};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
@@ -57,7 +57,7 @@ impl Motion {
 }
 
 fn estimate_velocities(samples: &mut [DeviceSample]) {
-    let mut estimator = AlphaBetaGamma::new(usual_period_s(samples));
+    let mut estimator = AlphaBetaGamma::new(median_period_s(samples));
     let mut last_s = samples.first().map_or(0.0, |first| first.t_s);
     for sample in samples {
         sample.velocity_mps = estimator.update(sample.t_s - last_s, sample.position_m);
