@@ -15,6 +15,7 @@ UNITS: dict[str, dict[str, int]] = {
     "N s/m": {"Ns/m": 0, "Ns/cm": 2, "Ns/mm": 3, "mNs/m": -3, "mNs/mm": 0, "kg/s": 0},
     "N/m": {"N/m": 0, "N/cm": 2, "N/mm": 3, "N/um": 6, "mN/mm": 0, "kN/m": 3},
     "1/s": {"1/s": 0, "/s": 0, "Hz": 0, "1/ms": 3},
+    "Hz": {"Hz": 0, "kHz": 3},
     "1": {"%": -2},
     "m": {"m": 0, "cm": -2, "mm": -3, "um": -6},
     "s": {"s": 0, "ms": -3, "us": -6, "ns": -9},
