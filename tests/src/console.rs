@@ -20,7 +20,7 @@ use crate::{PATIENCE, be_patient, binary, pause};
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs::{self, File};
 use std::io::Write;
-use std::os::unix::fs::{PermissionsExt, symlink};
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
@@ -239,9 +239,13 @@ impl Reader {
             ));
         }
         script.push_str(&format!("exec {} \"$@\"\n", binary("hapticd").display()));
-        let path = programs.join("hapticd");
-        fs::write(&path, script).expect("it can be written");
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("its rights can be set");
+        // By a process of its own: a program that this one is writing could be inherited, still open for writing, by one
+        // that another test starts, and "text file busy" would keep it from being run.
+        let text = programs.join("../.script");
+        fs::write(&text, script).expect("it can be written");
+        let mut install = Command::new("install");
+        install.args(["-m", "755"]).args([&text, &programs.join("hapticd")]);
+        assert!(install.status().is_ok_and(|status| status.success()), "install");
         Self {
             folder,
             running: Vec::new(),
