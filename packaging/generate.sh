@@ -17,7 +17,11 @@ case $package in
         for shell in bash fish zsh; do
             "$programs/haptic-ctl" completions $shell >"$made/completions.$shell"
         done
+        gzip --best --no-name --keep "$made"/man/*
         ;;
-    haptic-gui) "$programs/haptic-gui" --manual-page >"$made/haptic-gui.1" ;;
+    haptic-gui)
+        "$programs/haptic-gui" --manual-page >"$made/haptic-gui.1"
+        gzip --best --no-name --keep "$made/haptic-gui.1"
+        ;;
     *) echo "generate.sh: unknown package $package: it is hapticd or haptic-gui" >&2 && exit 2 ;;
 esac
