@@ -35,6 +35,20 @@ def test_a_scene_is_saved_and_listed(rig: hapticd.Rig) -> None:
     assert rig.describe().law == "lugre"
 
 
+def test_units_of_a_call_are_asked_for_once(rig: hapticd.Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    request = rig.request
+
+    def counted(op: str, **fields: Any) -> dict[str, Any]:
+        asked.append(op)
+        return request(op, **fields)
+
+    monkeypatch.setattr(rig, "request", counted)
+    rig.set(mass="200 g", Fs="5 N", Fd="4 N")
+    rig.set(mass=0.3)
+    assert asked == ["describe", "set", "set"]
+
+
 def test_the_journal_and_the_advice_have_types(rig: hapticd.Rig) -> None:
     rig.engage()
     change = rig.set(mass=2)

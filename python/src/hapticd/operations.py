@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any, SupportsIndex
 
 from hapticd.answers import (
@@ -130,16 +131,22 @@ class Operations(ABC):
             NotReady: The scene would chatter on this rig, under whose force it is.
         """
         how = options(ramp, at_tick, if_revision, dry_run, anyway)
-        return self._change("set", params=numbers({**(params or {}), **more}, self._unit_of), **how)
+        return self._change("set", params=numbers({**(params or {}), **more}, self._units()), **how)
 
-    def _unit_of(self, param: str) -> str:
-        """The SI unit of a parameter of the active scene, which the daemon refuses otherwise."""
-        bare = param.removesuffix("+").removesuffix("-")
-        for each in self.describe().parameters:
-            if bare in (each.name, each.symbol, *each.aliases):
-                return each.unit
-        self.request("set", params={param: 1}, dry_run=True)
-        raise invalid(param, f"{param}: its unit is not known here; give a number in SI units")
+    def _units(self) -> Callable[[str], str]:
+        """Finds the SI unit of a parameter of the active scene, which the daemon refuses otherwise. The scene is asked
+        for once, with the first parameter."""
+        describe = cache(self.describe)
+
+        def unit_of(param: str) -> str:
+            bare = param.removesuffix("+").removesuffix("-")
+            for each in describe().parameters:
+                if bare in (each.name, each.symbol, *each.aliases):
+                    return each.unit
+            self.request("set", params={param: 1}, dry_run=True)
+            raise invalid(param, f"{param}: its unit is not known here; give a number in SI units")
+
+        return unit_of
 
     def at(
         self,
@@ -189,7 +196,8 @@ class Operations(ABC):
         how = given(
             name=name, keep=keep or None, if_revision=if_revision, dry_run=dry_run or None, anyway=anyway or None
         )
-        wire = [scheduled(change, self._unit_of) for change in changes]
+        unit_of = self._units()
+        wire = [scheduled(change, unit_of) for change in changes]
         return decoded(ScheduleReply, self.request("schedule", changes=wire, **how))
 
     def cancel(self, name: str | None = None) -> int:
