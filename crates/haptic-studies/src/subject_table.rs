@@ -11,7 +11,7 @@
 use super::trial::{TrialError, cells};
 
 /// Column of the codes.
-const SUBJECT: &str = "subject";
+pub(crate) const SUBJECT: &str = "subject";
 /// Column of the orders, and what separates the names in it.
 const ORDER: &str = "order";
 const SEPARATOR: char = '|';

@@ -4,6 +4,7 @@
 use super::by_law::LawMeasurement;
 use super::plot::plot;
 use super::report::Measurement;
+use crate::drawing::escaped;
 use std::fmt::Write;
 
 const STYLE: &str = "\
@@ -110,10 +111,6 @@ fn table(page: &mut String, measurements: &[Measurement]) {
 fn line(page: &mut String, text: std::fmt::Arguments<'_>) {
     // A string takes whatever is written to it.
     writeln!(page, "{text}").unwrap_or(());
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

@@ -21,5 +21,6 @@ mod table;
 pub use chart::{Axis, Chart, Form, Observation, Trace};
 pub use figure::figures;
 pub use page::{Page, PlotFormat, UnknownEnding};
+pub(crate) use svg::escaped;
 pub use svg::svg;
 pub use table::Table;

@@ -100,7 +100,7 @@ pub(super) fn inline(chart: &Chart) -> String {
 }
 
 /// Text as HTML and SVG take it.
-pub(super) fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -4,15 +4,12 @@
 use super::FittsAnalysis;
 use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
 use super::tables::file;
-use crate::subject_table::SubjectTable;
+use crate::subject_table::{SUBJECT, SubjectTable};
 use haptic_lab::drawing::Table;
 use haptic_lab::stats::proportion::share_interval;
 
 /// A column: its name, and its cell of a row.
 type Column<T> = (&'static str, fn(&T) -> String);
-
-/// Column of the subjects' codes.
-const SUBJECT: &str = "subject";
 
 fn table<T>(rows: impl IntoIterator<Item = T>, columns: &[Column<T>]) -> Table {
     let head = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
