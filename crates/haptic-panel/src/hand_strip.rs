@@ -22,7 +22,7 @@ const BAR_HEIGHT: f32 = 10.0;
 const AGAIN: Duration = Duration::from_millis(33);
 
 /// Force at the end of the bar where the rig has no limit, N.
-const USUAL_LIMIT_N: f64 = 20.0;
+const DEFAULT_LIMIT_N: f64 = 20.0;
 
 /// Places on the strip.
 #[derive(Clone, Copy)]
@@ -131,7 +131,7 @@ fn paint_positions(
 /// The force on the hand, from the middle of the strip to its ends at the limit.
 fn paint_force(ui: &Ui, painter: &Painter, strip: Rect, force_n: f64, daemon: &Daemon) {
     let limit_n = daemon.force_limit_n();
-    let limit_n = if limit_n.is_finite() { limit_n } else { USUAL_LIMIT_N };
+    let limit_n = if limit_n.is_finite() { limit_n } else { DEFAULT_LIMIT_N };
     #[expect(clippy::cast_possible_truncation, reason = "points of a window")]
     let way = ((force_n / limit_n).clamp(-1.0, 1.0) * f64::from(strip.width()) / 2.0) as f32;
     let (x, top) = (strip.center().x, strip.bottom() - BAR_HEIGHT);

@@ -16,10 +16,10 @@ const LETS_GO_AFTER_S: f64 = LETS_GO_AFTER_MS as f64 * 1e-3;
 const GRIP_S: f64 = 0.05;
 
 /// Fastest motion of the arm's end, m/s: that of a quick reach.
-const FASTEST_MPS: f64 = 1.0;
+const MAX_SPEED_MPS: f64 = 1.0;
 
 /// Largest force with which the arm pulls, N: the usual limit of a rig's own force.
-const STRONGEST_N: f64 = 20.0;
+const MAX_PULL_N: f64 = 20.0;
 
 /// The motion to a new place takes the time since the news before, within these bounds, s: a tick of the slowest loop,
 /// and a few frames of a window.
@@ -130,7 +130,7 @@ impl PointerArm {
         let place = f32::from_bits(news as u32);
         self.pointed_m = place.into();
         let gap_s = self.age_s.clamp(GAP_S.0, GAP_S.1);
-        self.even_mps = ((self.pointed_m - self.even_m) / gap_s).clamp(-FASTEST_MPS, FASTEST_MPS);
+        self.even_mps = ((self.pointed_m - self.even_m) / gap_s).clamp(-MAX_SPEED_MPS, MAX_SPEED_MPS);
         (self.heard, self.age_s) = (news, 0.0);
     }
 
@@ -140,7 +140,7 @@ impl PointerArm {
         let end_m = self.end_m - self.end_mps * (self.now_s - middle_s);
         let pull_n = self.stiffness_n_per_m * (end_m - handle_m) + self.damping_ns_per_m * self.end_mps;
         (
-            self.grip * pull_n.clamp(-STRONGEST_N, STRONGEST_N),
+            self.grip * pull_n.clamp(-MAX_PULL_N, MAX_PULL_N),
             self.grip * (0.5 * self.stiffness_n_per_m * h + self.damping_ns_per_m),
         )
     }
@@ -217,20 +217,20 @@ mod tests {
                 while rig.now_s < until_s {
                     let now = rig.tick(elapsed_s, motor_n);
                     silent_s += elapsed_s;
-                    prop_assert!(now.end_mps.abs() <= FASTEST_MPS + 1e-9, "{now:?}");
+                    prop_assert!(now.end_mps.abs() <= MAX_SPEED_MPS + 1e-9, "{now:?}");
                     if silent_s >= LETS_GO_AFTER_S {
                         prop_assert_eq!(now.force_n, 0.0, "after {} s", silent_s);
                     }
                     // The grip, the spring and the damper at the arm's end, and both at the handle.
                     let speed_mps = now.handle_mps.abs().max(before.handle_mps.abs());
-                    let per_s = (STRONGEST_N + DAMPING_NS_PER_M * speed_mps) / GRIP_S
-                        + STIFFNESS_N_PER_M * FASTEST_MPS
-                        + DAMPING_NS_PER_M * 2.0 * FASTEST_MPS / ROUNDING_S;
+                    let per_s = (MAX_PULL_N + DAMPING_NS_PER_M * speed_mps) / GRIP_S
+                        + STIFFNESS_N_PER_M * MAX_SPEED_MPS
+                        + DAMPING_NS_PER_M * 2.0 * MAX_SPEED_MPS / ROUNDING_S;
                     let by_handle_n = STIFFNESS_N_PER_M * (now.handle_m - before.handle_m).abs()
                         + DAMPING_NS_PER_M * (now.handle_mps - before.handle_mps).abs();
                     let step_n = (now.force_n - before.force_n).abs();
                     prop_assert!(step_n <= per_s * elapsed_s + by_handle_n + 1e-9, "{before:?} {now:?}");
-                    let bound_n = STRONGEST_N + DAMPING_NS_PER_M * now.handle_mps.abs();
+                    let bound_n = MAX_PULL_N + DAMPING_NS_PER_M * now.handle_mps.abs();
                     prop_assert!(now.force_n.abs() <= bound_n + 1e-9, "{now:?}");
                     before = now;
                 }

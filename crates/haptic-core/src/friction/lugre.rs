@@ -21,7 +21,7 @@ use crate::contact::{
 use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::USUAL_TOLERANCE_N;
+use crate::series::DEFAULT_TOLERANCE_N;
 use alloc::boxed::Box;
 
 /// LuGre friction.
@@ -170,7 +170,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
             None if self.is_settled(along, kinetic) => self.slide(start, falls_to),
             None => {
                 let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
-                let mut series = TowardsLimit::new(bristle, kinetic, USUAL_TOLERANCE_N);
+                let mut series = TowardsLimit::new(bristle, kinetic, DEFAULT_TOLERANCE_N);
                 let mut expansion = start.expand(self.viscous.get(direction), &mut series);
                 let speed = expansion.falls_to(falls_to).then_some(falls_to);
                 self.bend(start, &expansion, speed, &series.bristle)
@@ -181,7 +181,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
                 let mut series = UnderCurve {
                     bristle,
                     ratio,
-                    tolerance_n: USUAL_TOLERANCE_N,
+                    tolerance_n: DEFAULT_TOLERANCE_N,
                 };
                 let mut expansion = start.expand(self.viscous.get(direction), &mut series);
                 let speed = expansion.falls_to(0.0).then_some(0.0);

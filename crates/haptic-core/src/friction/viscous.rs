@@ -10,7 +10,7 @@ use crate::render::{BlockSetup, Surface, ViscousSurface};
 use alloc::boxed::Box;
 
 /// Drag of a surface that had none, N s/m: enough to be felt by a hand.
-const USUAL_DRAG_NSPM: f64 = 2.0;
+const DEFAULT_DRAG_NSPM: f64 = 2.0;
 
 /// Drag in proportion to velocity. 35 N s/m is the paper's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ impl LawKind for Viscous {
 
     fn defaults() -> Self {
         Self {
-            viscous: Directional::both(USUAL_DRAG_NSPM),
+            viscous: Directional::both(DEFAULT_DRAG_NSPM),
         }
     }
 }

@@ -134,7 +134,7 @@ pub(crate) struct Newest {
 }
 
 /// What a series leaves out where its law makes no more of it later, N.
-pub(crate) const USUAL_TOLERANCE_N: f64 = 2e-10;
+pub(crate) const DEFAULT_TOLERANCE_N: f64 = 2e-10;
 /// And where it does: the border of a regime or the speed at which a slide sets off moves with it.
 pub(crate) const FINE_TOLERANCE_N: f64 = 2e-11;
 
@@ -149,7 +149,7 @@ pub(crate) trait Recurrence {
     /// What a series leaves out, N in the coupling or in the contact. It bounds the error of a
     /// piece; that of a tick is about as much, since what is left out falls off fast.
     fn tolerance_n(&self) -> f64 {
-        USUAL_TOLERANCE_N
+        DEFAULT_TOLERANCE_N
     }
 
     /// Share taken of the length that the last coefficients promise.

@@ -34,8 +34,8 @@ const FIRST_SHARE: f64 = 0.1;
 const GROWTH: f64 = 1.25;
 
 /// Default of the largest force: this share of the rig's limit, and at most this force (N).
-const USUAL_SHARE: f64 = 0.1;
-const USUAL_MOST_N: f64 = 2.0;
+const DEFAULT_SHARE: f64 = 0.1;
+const DEFAULT_MAX_N: f64 = 2.0;
 
 /// Force of a pulse that surely moves the handle, as a multiple of the force that first moved it.
 const SURE_FACTOR: f64 = 1.5;
@@ -111,7 +111,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let largest_n = if arguments.check {
         CHECK_N.min(begun.force_limit_n)
     } else {
-        let usual_n = (USUAL_SHARE * begun.rig_force_limit_n).min(USUAL_MOST_N);
+        let usual_n = (DEFAULT_SHARE * begun.rig_force_limit_n).min(DEFAULT_MAX_N);
         arguments.max_force_n.unwrap_or(usual_n)
     };
     // NaN fails both comparisons.

@@ -6,13 +6,13 @@ use std::fmt::Write as _;
 /// Radius of a disc without an observation, and of the one with the most of its chart, px.
 const RADII: [f64; 2] = [2.0, 6.0];
 /// Observations that a chart's largest disc stands for at least: a single one is a small disc.
-const LEAST_MOST: u32 = 5;
+const MIN_OF_LARGEST: u32 = 5;
 /// Half the width of an error bar's ends, px.
 const CAP: f64 = 4.0;
 
 /// Radius of a disc that stands for `count` observations, where the chart has one of `most`, px.
 fn radius(count: u32, most: u32) -> f64 {
-    let share = f64::from(count) / f64::from(most.max(LEAST_MOST));
+    let share = f64::from(count) / f64::from(most.max(MIN_OF_LARGEST));
     let [least, greatest] = RADII.map(|radius| radius * radius);
     (least + (greatest - least) * share).sqrt()
 }

@@ -8,25 +8,28 @@ const WIDTH: f64 = 640.0;
 /// Greatest height of a figure, px: 212 mm.
 const MAX_HEIGHT: f64 = 800.0;
 /// Greatest height of a chart, px.
-const TALLEST: f64 = 400.0;
+const MAX_CHART: f64 = 400.0;
 /// Most rows of charts in a figure.
-const MOST_ROWS: usize = 3;
+const MAX_ROWS: usize = 3;
 /// Least height of a plot under a long legend, px.
-const LEAST_PLOT: f64 = 40.0;
+const MIN_PLOT: f64 = 40.0;
 
 /// Charts as figures for print, 169 mm wide and at most 212 mm (800 px) high, with letters of 10 points. Up to two
 /// charts are below one another, more in two columns, and six fill a figure.
 #[must_use]
 pub fn figures(charts: &[Chart]) -> Vec<String> {
     let columns = if charts.len() > 2 { 2 } else { 1 };
-    let parts = charts.chunks(MOST_ROWS * columns);
+    let parts = charts.chunks(MAX_ROWS * columns);
     parts.map(|part| figure(part, columns)).collect()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "rows and columns of a page")]
 fn figure(charts: &[Chart], columns: usize) -> String {
     let rows = charts.len().div_ceil(columns);
-    let (width, row) = (WIDTH / columns as f64, (MAX_HEIGHT / rows as f64).min(TALLEST).floor());
+    let (width, row) = (
+        WIDTH / columns as f64,
+        (MAX_HEIGHT / rows as f64).min(MAX_CHART).floor(),
+    );
     let height = row * rows as f64;
     let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
     let mut image = String::new();
@@ -43,7 +46,7 @@ fn figure(charts: &[Chart], columns: usize) -> String {
     for (index, chart) in charts.iter().enumerate() {
         let (x, y) = ((index % columns) as f64 * width, (index / columns) as f64 * row);
         let fitted = Chart {
-            height_px: (row - head(chart, width) - BOTTOM).max(LEAST_PLOT),
+            height_px: (row - head(chart, width) - BOTTOM).max(MIN_PLOT),
             ..chart.clone()
         };
         add(&mut image, format_args!("<g transform=\"translate({x} {y})\">"));

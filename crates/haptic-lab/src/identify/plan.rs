@@ -5,7 +5,7 @@ use haptic_ipc::IdentificationReply;
 
 /// Default of the largest force: this share of the largest that is allowed, or this many times the
 /// friction that the commissioning has found.
-const USUAL_SHARE: f64 = 0.4;
+const DEFAULT_SHARE: f64 = 0.4;
 const TIMES_FRICTION: f64 = 4.0;
 
 /// Default of the travel to either side: this share of what is allowed, and at most this, m.
@@ -77,7 +77,7 @@ impl Bounds {
         let usual_n = rig
             .friction_n
             .map_or(0.0, |friction_n| TIMES_FRICTION * friction_n)
-            .max(USUAL_SHARE * rig.force_limit_n);
+            .max(DEFAULT_SHARE * rig.force_limit_n);
         let usual_m = (SHARE_OF_TRAVEL * rig.travel_limit_m).min(MAX_TRAVEL_M);
         Self {
             force_n: force_n.unwrap_or(usual_n.min(rig.force_limit_n)),

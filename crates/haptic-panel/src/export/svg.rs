@@ -3,7 +3,7 @@
 use super::picture::{Group, Picture};
 use crate::model::Model;
 use crate::model::scope::value_axis::Reach;
-use crate::plots::axis::{USUAL_COUNT, marks, number};
+use crate::plots::axis::{DEFAULT_COUNT, marks, number};
 use crate::plots::chart::{Chart, Curve, Ink, Overlay};
 use crate::plots::contact_ribbon::Run;
 use crate::plots::labels::Labels;
@@ -372,7 +372,7 @@ fn within(value: f64, (low, high): Reach) -> bool {
 
 /// The numbers of an axis.
 fn numbers(reach: Reach) -> impl Iterator<Item = (f64, String)> {
-    marks(reach, USUAL_COUNT).map(move |mark| (mark, number(mark, reach)))
+    marks(reach, DEFAULT_COUNT).map(move |mark| (mark, number(mark, reach)))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use egui_plot::GridMark;
 pub(crate) const AXIS_WIDTH: f32 = 64.0;
 
 /// Usual number of numbers at an axis.
-pub(crate) const USUAL_COUNT: f64 = 4.0;
+pub(crate) const DEFAULT_COUNT: f64 = 4.0;
 
 /// Distance of the numbers at a vertical axis, points.
 const NUMBER_DISTANCE: f32 = 40.0;
@@ -97,7 +97,7 @@ pub(crate) fn marks(bounds: (f64, f64), count: f64) -> impl Iterator<Item = f64>
 
 /// A number of an axis with this range, with as many digits as it needs.
 pub(crate) fn number(value: f64, bounds: (f64, f64)) -> String {
-    let [finest, ..] = steps(bounds, USUAL_COUNT);
+    let [finest, ..] = steps(bounds, DEFAULT_COUNT);
     let text = format!("{value:.*}", decimals(finest));
     let text = if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.')
@@ -129,12 +129,12 @@ mod tests {
     #[test]
     fn the_numbers_of_an_axis_are_round_and_enough() {
         for (bounds, major, digits) in [((-4.5, 4.5), 2.0, 0), ((0.0, 1.0), 0.2, 1), ((-23.0, 24.0), 10.0, 0)] {
-            let [minor, step, _] = steps(bounds, USUAL_COUNT);
+            let [minor, step, _] = steps(bounds, DEFAULT_COUNT);
             assert!((step - major).abs() < 1e-9, "{bounds:?}: {step}");
             assert!(minor < step);
             assert_eq!(decimals(step), digits, "{bounds:?}");
         }
-        assert_eq!(steps((f64::NEG_INFINITY, f64::INFINITY), USUAL_COUNT), [1.0; 3]);
+        assert_eq!(steps((f64::NEG_INFINITY, f64::INFINITY), DEFAULT_COUNT), [1.0; 3]);
         for (value, text) in [(-0.0, "0"), (3.5, "3.5"), (0.1 + 0.2, "0.3"), (20.0, "20")] {
             assert_eq!(number(value, (0.0, 4.0)), text);
         }
@@ -147,7 +147,7 @@ mod tests {
             middle in -1e4..1e4_f64,
             decades in -4.0..5.0_f64,
             is_centred: bool,
-            count in prop_oneof![Just(2.0), Just(USUAL_COUNT), 2.0..8.0_f64],
+            count in prop_oneof![Just(2.0), Just(DEFAULT_COUNT), 2.0..8.0_f64],
         ) {
             let half = 10_f64.powf(decades);
             let middle = if is_centred { 0.0 } else { middle };
@@ -161,16 +161,16 @@ mod tests {
     #[test]
     fn axis_has_lines_at_both_ends_and_wider_numbered_ones() {
         let numbered = |bounds| -> Vec<f64> {
-            let lines = grid(bounds, USUAL_COUNT).into_iter();
+            let lines = grid(bounds, DEFAULT_COUNT).into_iter();
             lines
-                .filter(|line| line.step_size >= steps(bounds, USUAL_COUNT)[1])
+                .filter(|line| line.step_size >= steps(bounds, DEFAULT_COUNT)[1])
                 .map(|line| line.value)
                 .collect()
         };
         assert_eq!(numbered((-5.0, 0.0)), [-5.0, -4.0, -3.0, -2.0, -1.0, 0.0]);
         assert_eq!(numbered((-4.5, 4.5)), [-4.0, -2.0, 0.0, 2.0, 4.0]);
-        assert_eq!(grid((-5.0, 0.0), USUAL_COUNT).len(), 26);
-        assert!(grid((f64::NEG_INFINITY, f64::INFINITY), USUAL_COUNT).is_empty());
+        assert_eq!(grid((-5.0, 0.0), DEFAULT_COUNT).len(), 26);
+        assert!(grid((f64::NEG_INFINITY, f64::INFINITY), DEFAULT_COUNT).is_empty());
     }
 
     #[test]

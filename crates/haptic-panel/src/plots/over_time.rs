@@ -1,7 +1,7 @@
 //! The plots over time, one below the other on one time axis, under the contact ribbon and the strip of what
 //! happened.
 
-use super::axis::{AXIS_WIDTH, USUAL_COUNT};
+use super::axis::{AXIS_WIDTH, DEFAULT_COUNT};
 use super::chart::{Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::frame::{GRAB, RIGHT_MARGIN, zoom};
 use super::limits::Limits;
@@ -329,7 +329,7 @@ fn show_one(
     let plot = &mut scope.plots.plots_mut()[place];
     plot.axis.saw(chart.up);
     let cursor_group = egui::Id::unique("time of the plots");
-    let shown = frame::plot(&format!("plot {}", plot.id), height, inner, USUAL_COUNT, aside)
+    let shown = frame::plot(&format!("plot {}", plot.id), height, inner, DEFAULT_COUNT, aside)
         .width(width - RIGHT_MARGIN)
         .show_axes([has_time, true])
         .link_cursor(cursor_group, [true, false])

@@ -9,7 +9,7 @@ use haptic_ipc::{ErrorCode, HandReply, Peer, WireError};
 use std::cell::RefCell;
 
 /// Farthest target, m: beyond the travel of any handle on a table.
-const FARTHEST_M: f64 = 1.0;
+const MAX_TARGET_M: f64 = 1.0;
 
 /// The hand on the fake rig, and the client that moves it.
 #[derive(Debug)]
@@ -71,11 +71,11 @@ pub(super) fn point(rig: &RigHandle, by: Requester<'_>, target_m: f64) -> Result
         };
         return Err(WireError::new(ErrorCode::NoHand, why));
     };
-    if target_m.abs() > FARTHEST_M {
+    if target_m.abs() > MAX_TARGET_M {
         let message =
-            format!("target_m = {target_m} m is out of range: it must be from -{FARTHEST_M} to {FARTHEST_M} m");
+            format!("target_m = {target_m} m is out of range: it must be from -{MAX_TARGET_M} to {MAX_TARGET_M} m");
         let error = WireError::new(ErrorCode::OutOfRange, message).about("target_m");
-        return Err(error.within(target_m, -FARTHEST_M, FARTHEST_M, "m"));
+        return Err(error.within(target_m, -MAX_TARGET_M, MAX_TARGET_M, "m"));
     }
     hand.point(by, target_m, now_ns())?;
     Ok(HandReply {

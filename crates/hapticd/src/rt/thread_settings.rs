@@ -24,14 +24,14 @@ pub(crate) enum Policy {
 
 /// Nearly all wake-ups are shorter than this, ns: on the machines that it was measured on half of
 /// them take 13 to 40 us, and one in a hundred more than 20 to 70 us, by the hour.
-const USUAL_SPIN_NS: u64 = 100_000;
+const DEFAULT_SPIN_NS: u64 = 100_000;
 
 impl ThreadSettings {
     /// Time before a deadline that is spun away, ns.
     pub(crate) fn spin_ns(&self, has_core_and_priority: bool) -> u64 {
         // A loop without a priority or a core of its own would spin away what others need, and
         // gain nothing.
-        let usual = if has_core_and_priority { USUAL_SPIN_NS } else { 0 };
+        let usual = if has_core_and_priority { DEFAULT_SPIN_NS } else { 0 };
         // At least half of every period is left to the rest of the system.
         self.spin_ns.unwrap_or(usual).min(self.period_ns / 2)
     }
@@ -66,7 +66,7 @@ mod tests {
             }
         }
         // At 1 kHz there is room for the usual time, and for what was asked for.
-        assert_eq!(with(None, 1_000_000, true), USUAL_SPIN_NS);
+        assert_eq!(with(None, 1_000_000, true), DEFAULT_SPIN_NS);
         assert_eq!(with(Some(30_000), 1_000_000, true), 30_000);
         // Without a priority and a processor of its own it keeps nobody waiting, unless the options say so.
         assert_eq!(with(None, 1_000_000, false), 0);

@@ -6,7 +6,7 @@ use crate::tape::KEPT_S;
 const MIN_S: f64 = 0.002;
 
 /// Usual length of the window, s.
-const USUAL_S: f64 = 5.0;
+const DEFAULT_S: f64 = 5.0;
 
 /// Zero of the time axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ impl Default for TimeWindow {
     fn default() -> Self {
         Self {
             zero: Zero::Newest,
-            span_s: USUAL_S,
+            span_s: DEFAULT_S,
             right_s: 0.0,
             longest_s: KEPT_S,
             is_whole: false,
@@ -65,7 +65,7 @@ impl TimeWindow {
 
     /// The usual length, or all of something shorter, s.
     pub(crate) fn usual_s(&self) -> f64 {
-        USUAL_S.min(self.longest_s)
+        DEFAULT_S.min(self.longest_s)
     }
 
     /// Left and right edge, s from the zero.

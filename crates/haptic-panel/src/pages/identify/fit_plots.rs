@@ -1,7 +1,7 @@
 //! Data and fits: force against velocity and position, over time, and what the fit leaves.
 
 use crate::identification::{Extent, FitChart, FitTrace, Found, thinned};
-use crate::plots::axis::{AXIS_WIDTH, USUAL_COUNT};
+use crate::plots::axis::{AXIS_WIDTH, DEFAULT_COUNT};
 use crate::plots::legend::Entry;
 use crate::plots::{frame, legend};
 use crate::theme::Palette;
@@ -71,7 +71,7 @@ fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
     });
     // Another result is seen whole.
     let id = format!("{name} {least:?} {greatest:?}");
-    let plot = frame::plot(&id, height, height, USUAL_COUNT, AXIS_WIDTH)
+    let plot = frame::plot(&id, height, height, DEFAULT_COUNT, AXIS_WIDTH)
         .width(ui.available_width() - frame::RIGHT_MARGIN)
         .x_axis_label(chart.labels[0].as_str())
         .default_x_bounds(least[0], greatest[0])

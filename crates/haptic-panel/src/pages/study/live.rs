@@ -1,7 +1,7 @@
 //! The rig during a study: position with the active target, and force.
 
 use crate::model::scope::TimeRange;
-use crate::plots::axis::{AXIS_WIDTH, USUAL_COUNT};
+use crate::plots::axis::{AXIS_WIDTH, DEFAULT_COUNT};
 use crate::plots::chart::{Axes, Chart, Ink, Overlay, Trace};
 use crate::plots::frame::{self, RIGHT_MARGIN};
 use crate::plots::legend;
@@ -64,7 +64,7 @@ pub(super) fn show(ui: &mut Ui, tape: &Tape, state: &StudyState, height: f32) {
             legend::show(ui, &legend::entries(&chart, palette));
         });
         let height = if has_time { inner + TIME_HEIGHT } else { inner };
-        let plot = frame::plot(name, height, inner, USUAL_COUNT, AXIS_WIDTH)
+        let plot = frame::plot(name, height, inner, DEFAULT_COUNT, AXIS_WIDTH)
             .width(width)
             .show_axes([has_time, true])
             .x_axis_label(if has_time { chart.labels[0].as_str() } else { "" })

@@ -17,7 +17,7 @@ use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, StateReply, WireError
 use std::rc::Rc;
 
 /// Default duration of a pulse, ms.
-const USUAL_PULSE_MS: f64 = 200.0;
+const DEFAULT_PULSE_MS: f64 = 200.0;
 
 /// Smallest force of a pulse, N.
 const MIN_FORCE_N: f64 = 0.001;
@@ -90,7 +90,7 @@ pub(in crate::control) async fn pulse(
 ) -> Result<CommissionReply, WireError> {
     status(rig, by)?;
     let device = resting_device(rig)?;
-    let duration_ms = duration_ms.unwrap_or(USUAL_PULSE_MS);
+    let duration_ms = duration_ms.unwrap_or(DEFAULT_PULSE_MS);
     let (_, largest_n) = largest_force_n(rig, &device);
     if !(MIN_FORCE_N..=largest_n).contains(&force_n.abs()) {
         let message = format!(
