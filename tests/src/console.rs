@@ -16,6 +16,7 @@
 //! `<!-- Ctrl-C: NAME -->`, anywhere, ends a program that keeps running. A page is followed in a folder of its own that
 //! looks like a checkout of the repository, with a runtime directory and a home of its own.
 
+use crate::timed::count_missed;
 use crate::{PATIENCE, be_patient, binary, pause};
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs::{self, File};
@@ -261,9 +262,25 @@ impl Reader {
     /// A program cannot be started.
     pub fn follow(&mut self, page: &str) -> Result<(), String> {
         for (number, step) in steps(page) {
-            self.take(step).map_err(|why| format!("line {number}: {why}"))?;
+            if let Err(why) = self.take(step) {
+                count_missed(&self.folder.path().join(".run/hapticd/control.sock"));
+                return Err(format!("line {number}: {why}"));
+            }
         }
         Ok(())
+    }
+
+    /// Does all that docs/board.md says, with the board behind a line.
+    ///
+    /// # Errors
+    /// As [`Self::follow`].
+    ///
+    /// # Panics
+    /// As [`Self::follow`].
+    pub fn follow_board(&mut self, line: &Path) -> Result<(), String> {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/board.md");
+        let text = fs::read_to_string(page).map_err(|error| error.to_string())?;
+        self.follow(&text.replace("/dev/ttyUSB0", &line.display().to_string()))
     }
 
     fn take(&mut self, step: Step) -> Result<(), String> {

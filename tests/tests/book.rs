@@ -5,6 +5,7 @@ use crate::one_of_two;
 use std::fs;
 use std::path::{Path, PathBuf};
 use system_tests::console::{Reader, Step, is_as_shown, steps};
+use system_tests::fake_rig::FakeRig;
 use system_tests::links::{anchors, dead_ends, links};
 use system_tests::timed;
 
@@ -49,8 +50,35 @@ fn follow(page: &str) {
 #[test]
 fn the_tutorial_leads_to_a_felt_block() {
     let _one = one_of_two();
-    // It commissions a rig by pulses.
-    timed("the tutorial", || follow("tutorial.md"));
+    follow("tutorial.md");
+}
+
+/// With a fake rig that says what the Hapkit's firmware says.
+#[test]
+fn a_board_leads_to_a_felt_block() {
+    let _one = one_of_two();
+    // It is commissioned by pulses.
+    timed("a board that leads to a felt block", || {
+        let rig = FakeRig::start(&[
+            "--firmware-name",
+            "hapkit 0.2 magnet#5a3c01",
+            "--force-limit-n",
+            "5",
+            "--resolution-mm",
+            "0.016116",
+            "--hand",
+            "free",
+            "--mass-kg",
+            "0.2",
+            "--friction-n",
+            "0.3",
+        ]);
+        if test_run::has(&["bash", "timeout"])
+            && let Err(why) = Reader::new().follow_board(rig.link())
+        {
+            panic!("docs/board.md, {why}");
+        }
+    });
 }
 
 #[test]
@@ -68,7 +96,7 @@ fn a_rig_is_steered_from_python() {
 }
 
 #[test]
-fn ports_are_listed_without_a_daemon() {
+fn what_wants_a_port_is_as_it_should_be() {
     follow("how-to/ports.md");
 }
 
@@ -139,7 +167,8 @@ fn every_page_with_commands_is_followed_by_a_test() {
     for page in pages() {
         let text = text(&page);
         let has_commands = text.lines().any(|line| line.starts_with("```console"));
-        let is_followed = tests.contains(&format!("follow(\"{page}\")")) || page.starts_with("why/");
+        let is_followed =
+            tests.contains(&format!("follow(\"{page}\")")) || page.starts_with("why/") || page == "board.md";
         assert!(
             is_followed || !has_commands,
             "docs/{page}: no test follows its commands"

@@ -1,4 +1,4 @@
-/* Firmware for a rig with an ATmega328P at 16 MHz and a Hapkit's pins. README.md says how to build, wire and check it. */
+/* Firmware for a rig with an ATmega328P at 16 MHz and a Hapkit's pins: docs/board.md says how to wire and flash it. */
 #include "haptic_device.h"
 
 #include "buttons.h"
