@@ -1,8 +1,20 @@
 #!/usr/bin/env bash
 # Which faults in the parts that keep the hand safe would no test see? Each change that cargo-mutants
 # knows is planted in a clone of the tree and held against the cheapest tests that should see it
-# (tests/mutants.py); this prints those that lived. It is run on demand; docs/safety.md has the last
-# result, and why those that matter may live.
+# (tests/mutants.py); this prints those that lived. It is run on demand. A change by which the tests run
+# out of time counts as caught. Last results, caught and alive:
+#
+#   limiter 50, 3   senses 105, 2   state 46, 0    servo 241, 0   forces 143, 3
+#   motion 383, 12  session 93, 3   clock 59, 0    rt 96, 1       thread 26, 44
+#
+# Most survivors give the same result (a comparison at exact equality, a sign, words without a common
+# bit) or change only a printed text. The others, all of them of the thread, and why they may live:
+#
+#   priority, processor, locked memory, deadlines (27)  real_time_claims compares each with the kernel's account
+#   the stack touched beforehand, blocked signals (2)   rt_purity counts the loop's page faults and system calls
+#   how the daemon waits for the loop's end (6)         blocked_output ends the whole daemon in every attack
+#   when the loop spins                                 at most 0.1 ms of a period; `status` shows it
+#   nine sizes of memory and stacks                     they only have to be large enough
 #
 #   tests/mutants.sh               # every part
 #   tests/mutants.sh limiter rt    # limiter, senses, state, servo, forces, motion, session, clock, rt, thread

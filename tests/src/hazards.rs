@@ -1,24 +1,23 @@
-//! The hazard log, docs/safety.md, as data: its rows, the tests in the sources, and whether the two agree.
+//! The hazard log as data: the rows of docs/safety.md, their proofs in tests/hazards.txt, the tests in the sources, and
+//! whether they agree.
 //!
-//! A row is a heading of the third level that begins with its id, `### H3: ...`, followed by one
-//! item for each of [`FIELDS`], `- **Cause:** ...`; or a row of a table whose first cell is its id
-//! and whose last cell is its tests. Tests are written `` `path: name` `` and marked in the sources
-//! by a comment directly above their attributes, `// hazard: H3, P14`, or in Python above their decorators,
-//! `# hazard: F22`. A row that software cannot
-//! prove says `none: ` and why.
+//! A row is a heading of the third level that begins with its id, `### H3: ...`, followed by one item for each of
+//! [`FIELDS`], `- **Cause:** ...`. Its proofs are the indented lines below its id, each `path: name`, or `none: ` and why
+//! software cannot prove it. A planted fault has no row in the page: its text stands behind its id. Tests are marked in
+//! the sources by a comment directly above their attributes, `// hazard: H3, P14`, or in Python above their decorators,
+//! `# hazard: F22`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every section of the log says, in this order.
-pub const FIELDS: [&str; 7] = [
+pub const FIELDS: [&str; 6] = [
     "Hazard",
     "Cause",
     "Detection",
     "Reaction",
     "Zero force after",
     "Residual risk",
-    "Tests",
 ];
 
 /// Letters that ids begin with: hazards seen by trying, further ones, planted faults, and what no
@@ -63,39 +62,69 @@ fn is_id(text: &str) -> bool {
         && letters.as_str().chars().all(|digit| digit.is_ascii_digit())
 }
 
-/// What a row says of its tests: all that stands between backticks, or why there is none.
-fn tests_of(row: &mut Row, text: &str) {
-    if let Some(why) = text.trim().strip_prefix("none:") {
-        let why = why.trim();
-        if why.len() < 20 {
-            row.faults.push(format!("{}: `none:` wants a reason", row.id));
-        }
-        row.none = Some(why.to_owned());
-        return;
-    }
-    for quoted in text.split('`').skip(1).step_by(2) {
-        match quoted.split_once(": ") {
-            Some((path, name)) => row.tests.push(Named {
-                path: path.trim().to_owned(),
-                name: name.trim().to_owned(),
-            }),
-            None => row.faults.push(format!("{}: `{quoted}` is not `path: name`", row.id)),
-        }
-    }
-    if row.tests.is_empty() {
-        row.faults.push(format!("{}: it names no test", row.id));
-    }
-}
-
-/// The rows of a log, in their order.
-#[must_use]
-pub fn rows(log: &str) -> Vec<Row> {
-    let empty = |id: &str| Row {
+/// A row of which nothing is known but its id.
+fn row(id: &str) -> Row {
+    Row {
         id: id.to_owned(),
         tests: Vec::new(),
         none: None,
         faults: Vec::new(),
-    };
+    }
+}
+
+/// The rows of a log in their order, and then the planted faults, each with its proofs.
+#[must_use]
+pub fn rows(log: &str, proofs: &str) -> Vec<Row> {
+    let mut rows = sections(log);
+    let mut proven = BTreeSet::new();
+    let mut last = None;
+    for line in proofs.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        match (line.strip_prefix("  "), last) {
+            (Some(proof), Some(at)) => prove(&mut rows[at], proof),
+            _ => {
+                let (id, fault) = line.split_once(": ").unwrap_or((line, ""));
+                let at = rows.iter().position(|row| row.id == id).unwrap_or_else(|| {
+                    let mut row = row(id);
+                    if !(is_id(id) && id.starts_with('P')) {
+                        row.faults.push(format!("{id}: the page has no section of it"));
+                    } else if fault.is_empty() {
+                        row.faults.push(format!("{id}: it does not say which fault is planted"));
+                    }
+                    rows.push(row);
+                    rows.len() - 1
+                });
+                if !proven.insert(id) {
+                    rows[at].faults.push(format!("{id}: its proofs stand in two places"));
+                }
+                last = Some(at);
+            }
+        }
+    }
+    for row in rows.iter_mut().filter(|row| row.tests.is_empty() && row.none.is_none()) {
+        row.faults.push(format!("{}: it names no test", row.id));
+    }
+    rows
+}
+
+/// Adds a proof to its row: a test, or why there is none.
+fn prove(row: &mut Row, proof: &str) {
+    match proof.split_once(": ") {
+        Some(("none", why)) => {
+            if why.len() < 20 {
+                row.faults.push(format!("{}: `none:` wants a reason", row.id));
+            }
+            row.none = Some(why.to_owned());
+        }
+        Some((path, name)) => row.tests.push(Named {
+            path: path.to_owned(),
+            name: name.to_owned(),
+        }),
+        None => row.faults.push(format!("{}: `{proof}` is not `path: name`", row.id)),
+    }
+}
+
+/// The sections of the page, without their proofs.
+fn sections(log: &str) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     // Labels that are still to come in the section that is being read.
     let mut missing: Vec<&str> = Vec::new();
@@ -112,7 +141,7 @@ pub fn rows(log: &str) -> Vec<Row> {
             close(&mut rows, &mut missing);
             let title = line.trim_start_matches('#').trim_start();
             if let Some((id, _)) = title.split_once(':').filter(|(id, _)| is_id(id)) {
-                rows.push(empty(id));
+                rows.push(row(id));
                 missing = FIELDS.to_vec();
             }
         } else if let Some((label, text)) = line.strip_prefix("- **").and_then(|item| item.split_once(":** ")) {
@@ -124,27 +153,6 @@ pub fn rows(log: &str) -> Vec<Row> {
                     .push(format!("{}: {label} stands where {} is expected", row.id, missing[0]));
             }
             missing.retain(|field| *field != label);
-            if label == "Tests" {
-                tests_of(row, text);
-            }
-        } else if let Some(cells) = line.strip_prefix('|') {
-            let cells: Vec<&str> = cells
-                .trim_end()
-                .trim_end_matches('|')
-                .split('|')
-                .map(str::trim)
-                .collect();
-            if let [id, .., tests] = cells[..]
-                && is_id(id)
-            {
-                close(&mut rows, &mut missing);
-                let mut row = empty(id);
-                if cells.iter().any(|cell| cell.is_empty()) {
-                    row.faults.push(format!("{id}: a cell is empty"));
-                }
-                tests_of(&mut row, tests);
-                rows.push(row);
-            }
         }
     }
     close(&mut rows, &mut missing);

@@ -1,19 +1,20 @@
-//! docs/safety.md names a test for every hazard, and every test that is marked as the proof of a
-//! hazard is named there.
+//! tests/hazards.txt names a test for every hazard of docs/safety.md, and every test that is marked as the proof of a
+//! hazard.
 
 use std::path::Path;
 use system_tests::hazards::{Row, Test, disagreements, rows, sources, tests};
 
 fn log() -> (Vec<Row>, Vec<Test>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let log = std::fs::read_to_string(root.join("docs/safety.md")).expect("the hazard log");
+    let [log, proofs] = ["docs/safety.md", "tests/hazards.txt"]
+        .map(|path| std::fs::read_to_string(root.join(path)).expect("the hazard log and its proofs"));
     let found = sources(&root)
         .iter()
         // What is written here are marks of examples.
         .filter(|(path, _)| !path.ends_with("tests/hazard_log.rs"))
         .flat_map(|(path, source)| tests(path, source).unwrap_or_else(|error| panic!("{error}")))
         .collect();
-    (rows(&log), found)
+    (rows(&log, &proofs), found)
 }
 
 #[test]
@@ -49,7 +50,16 @@ const SECTION: &str = "\
 - **Reaction:** zero force
 - **Zero force after:** 1 ms
 - **Residual risk:** none that is known
-- **Tests:** `tests/a.rs: it_does_not_kick`, `tests/a.rs: nor_does_it_pull`
+";
+
+const PROOFS: &str = "\
+# A remark.
+H1
+  tests/a.rs: it_does_not_kick
+  tests/a.rs: nor_does_it_pull
+
+P2: it pulls; the hand is pulled
+  tests/a.rs: nor_does_it_pull
 ";
 
 const SOURCE: &str = "
@@ -67,16 +77,10 @@ const SOURCE: &str = "
     fn no_test() {}
 ";
 
-const TABLE: &str = "
-| id | fault | tests |
-|---|---|---|
-| P2 | it pulls | `tests/a.rs: nor_does_it_pull` |
-";
-
-/// What is found wrong with a log and a source of one test file.
-fn found(log: &str, source: &str) -> Vec<String> {
+/// What is found wrong with a log, its proofs and a source of one test file.
+fn found(log: &str, proofs: &str, source: &str) -> Vec<String> {
     match tests("tests/a.rs", source) {
-        Ok(tests) => disagreements(&rows(log), &tests),
+        Ok(tests) => disagreements(&rows(log, proofs), &tests),
         Err(error) => vec![error],
     }
 }
@@ -90,26 +94,25 @@ fn one(found: &[String], what: &str) {
 
 #[test]
 fn a_log_that_agrees_with_its_tests_is_taken() {
-    let both = format!("{SECTION}{TABLE}");
-    assert_eq!(found(&both, SOURCE), [""; 0]);
-    let rows = rows(&both);
+    assert_eq!(found(SECTION, PROOFS, SOURCE), [""; 0]);
+    let rows = rows(SECTION, PROOFS);
     assert_eq!(rows.iter().map(|row| row.id.as_str()).collect::<Vec<_>>(), ["H1", "P2"]);
     assert_eq!(rows[0].tests.len(), 2);
 }
 
 #[test]
 fn a_row_that_names_a_test_which_does_not_exist_is_found() {
-    let both = format!("{SECTION}{TABLE}");
     let renamed = SOURCE
         .replace("it_does_not_kick", "it_never_kicks")
         .replace("// hazard: H1\n", "\n");
-    one(&found(&both, &renamed), "no test it_does_not_kick in tests/a.rs");
+    let missing = "no test it_does_not_kick in tests/a.rs";
+    one(&found(SECTION, PROOFS, &renamed), missing);
     // A function of that name is no test.
     let plain = SOURCE.replacen("    // hazard: H1\n    #[test]\n", "", 1);
-    one(&found(&both, &plain), "no test it_does_not_kick in tests/a.rs");
+    one(&found(SECTION, PROOFS, &plain), missing);
     // Nor is one in another file.
-    let elsewhere = both.replace("tests/a.rs: it_does_not_kick", "tests/b.rs: it_does_not_kick");
-    let told = found(&elsewhere, SOURCE);
+    let elsewhere = PROOFS.replace("tests/a.rs: it_does_not_kick", "tests/b.rs: it_does_not_kick");
+    let told = found(SECTION, &elsewhere, SOURCE);
     assert_eq!(
         told.len(),
         2,
@@ -119,53 +122,39 @@ fn a_row_that_names_a_test_which_does_not_exist_is_found() {
 
 #[test]
 fn a_marked_test_without_a_row_or_not_named_by_it_is_found() {
+    let (of_h1, _) = PROOFS.split_once("\nP2").expect("the planted fault");
     one(
-        &found(SECTION, SOURCE),
+        &found(SECTION, of_h1, SOURCE),
         "nor_does_it_pull in tests/a.rs is marked P2, which has no row",
     );
-    let unnamed = format!("{SECTION}{TABLE}").replace(", `tests/a.rs: nor_does_it_pull`", "");
-    one(&found(&unnamed, SOURCE), "H1: it does not name nor_does_it_pull");
+    let unnamed = PROOFS.replacen("  tests/a.rs: nor_does_it_pull\n", "", 1);
+    one(
+        &found(SECTION, &unnamed, SOURCE),
+        "H1: it does not name nor_does_it_pull",
+    );
 }
 
 #[test]
-fn a_row_without_a_test_a_field_or_a_cell_is_found() {
+fn a_row_without_a_test_a_field_or_a_section_is_found() {
     let rest = SOURCE.replace("// hazard: H1\n", "\n").replace("H1, P2", "P2");
-    let without = |tests: &str| {
-        let section = SECTION.rsplit_once("- **Tests:**").expect("its last item").0;
-        format!("{section}- **Tests:** {tests}\n{TABLE}")
+    let with = |proof: &str| {
+        let (_, planted) = PROOFS.split_once("\n\n").expect("the planted fault");
+        format!("H1\n{proof}\n{planted}")
     };
-    one(&found(&without("to come"), &rest), "H1: it names no test");
-    one(
-        &found(&without("`it_does_not_kick`"), &rest.clone())
-            .drain(..1)
-            .collect::<Vec<_>>(),
-        "is not `path: name`",
-    );
-    one(&found(&without("none: because"), &rest), "wants a reason");
-    assert_eq!(
-        found(
-            &without("none: the driver is a part of its own, which no program sees"),
-            &rest
-        ),
-        [""; 0]
-    );
-    let without_risk = format!("{SECTION}{TABLE}").replace("- **Residual risk:** none that is known\n", "");
-    assert!(
-        found(&without_risk, SOURCE)
-            .iter()
-            .any(|told| told.contains("Residual risk"))
-    );
-    let ends_early = format!(
-        "{}{TABLE}",
-        SECTION.split("- **Residual").next().expect("its beginning")
-    );
-    assert!(
-        found(&ends_early, &rest)
-            .iter()
-            .any(|told| told.contains("it has no Tests"))
-    );
-    let empty = format!("{SECTION}{TABLE}").replace("| it pulls |", "| |");
-    one(&found(&empty, SOURCE), "P2: a cell is empty");
+    one(&found(SECTION, &with(""), &rest), "H1: it names no test");
+    let told = found(SECTION, &with("  it_does_not_kick"), &rest);
+    one(&told[..1], "is not `path: name`");
+    one(&found(SECTION, &with("  none: because"), &rest), "wants a reason");
+    let reason = with("  none: the driver is a part of its own, which no program sees");
+    assert_eq!(found(SECTION, &reason, &rest), [""; 0]);
+    let without_risk = SECTION.replace("- **Residual risk:** none that is known\n", "");
+    one(&found(&without_risk, PROOFS, SOURCE), "it has no Residual risk");
+    let without_cause = SECTION.replace("- **Cause:** a lie\n", "");
+    let told = found(&without_cause, PROOFS, SOURCE);
+    assert!(told.iter().any(|told| told.contains("where Cause is")), "{told:?}");
+    one(&found("", PROOFS, SOURCE), "H1: the page has no section of it");
+    let empty = PROOFS.replace("P2: it pulls; the hand is pulled", "P2");
+    one(&found(SECTION, &empty, SOURCE), "P2: it does not say which fault");
 }
 
 #[test]
@@ -180,12 +169,9 @@ def test_it_lets_go(end: int) -> None:
 def test_of_no_hazard() -> None:
     pass
 ";
-    let log = SECTION.replace(
-        "`tests/a.rs: it_does_not_kick`, `tests/a.rs: nor_does_it_pull`",
-        "`t.py: test_it_lets_go`",
-    );
+    let rows = rows(SECTION, "H1\n  t.py: test_it_lets_go\n");
     let found = |source: &str| match tests("t.py", source) {
-        Ok(tests) => disagreements(&rows(&log), &tests),
+        Ok(tests) => disagreements(&rows, &tests),
         Err(error) => vec![error],
     };
     assert_eq!(found(source), [""; 0]);
@@ -205,16 +191,18 @@ def test_of_no_hazard() -> None:
 
 #[test]
 fn two_rows_of_one_id_are_found() {
-    one(
-        &found(&format!("{SECTION}{TABLE}{TABLE}"), SOURCE),
-        "P2: there are two rows of it",
+    let again = format!("{PROOFS}P2: once more\n  tests/a.rs: nor_does_it_pull\n");
+    one(&found(SECTION, &again, SOURCE), "P2: its proofs stand in two places");
+    let told = found(&format!("{SECTION}{SECTION}"), PROOFS, SOURCE);
+    assert!(
+        told.iter().any(|told| told.contains("H1: there are two rows")),
+        "{told:?}"
     );
 }
 
 #[test]
 fn a_mark_that_stands_above_no_test_or_names_no_id_is_found() {
-    let both = format!("{SECTION}{TABLE}");
-    let more = |text: &str| found(&both, &format!("{SOURCE}{text}"));
+    let more = |text: &str| found(SECTION, PROOFS, &format!("{SOURCE}{text}"));
     one(&more("// hazard: H1\nfn no_test_either() {}\n"), "which is no test");
     one(&more("// hazard: H1\n\nstruct Nothing;\n"), "stands above no test");
     one(&more("// hazard: H1\n"), "stands above no test");
