@@ -82,7 +82,6 @@ fn refresh(document: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
     let tables = Tables {
         cases: &measured,
         laws: &laws,
-        targets: &targets(&laws, &scenes()?)?,
     };
     let text = accuracy::refresh(&before, &tables.all())?;
     std::fs::write(document, text)?;

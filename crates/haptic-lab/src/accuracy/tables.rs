@@ -1,10 +1,9 @@
 //! The measurements as the tables of the document, and their places in it.
 
-use super::by_law::{LawMeasurement, schemes_by_law, worst_of};
+use super::by_law::{LawMeasurement, worst_of};
 use super::cases;
 use super::hands::laws_under_hands;
 use super::report::{Measurement, schemes};
-use super::targets::Target;
 use haptic_core::Scheme;
 use haptic_motion::median::median;
 use std::fmt::Write;
@@ -16,8 +15,6 @@ pub struct Tables<'a> {
     pub cases: &'a [Measurement],
     /// The laws under hands.
     pub laws: &'a [LawMeasurement],
-    /// The targets.
-    pub targets: &'a [Target],
 }
 
 /// A table in Markdown.
@@ -64,76 +61,43 @@ impl Tables<'_> {
     /// Every table by its name.
     #[must_use]
     pub fn all(&self) -> Vec<(&'static str, String)> {
-        vec![
-            ("errors behind a block", self.errors_behind_block()),
-            ("costs behind a block", self.costs_behind_block()),
-            ("on the device", self.on_device()),
-            ("schemes", self.schemes()),
-            ("rough hand", self.rough_hand()),
-            ("targets", self.targets()),
-        ]
+        vec![("behind a block", self.behind_block()), ("schemes", self.schemes())]
     }
 
-    fn of(&self, law: &str, scheme: Scheme, on_device: bool) -> impl Iterator<Item = &LawMeasurement> {
+    /// The exact step's runs of a law behind a block.
+    fn of(&self, law: &str) -> impl Iterator<Item = &LawMeasurement> {
         self.laws
             .iter()
-            .filter(move |one| one.law == law && one.scheme == scheme && one.is_on_device() == on_device)
+            .filter(move |one| one.law == law && one.scheme == Scheme::Exact && !one.is_on_device())
     }
 
-    fn errors_behind_block(&self) -> String {
+    fn behind_block(&self) -> String {
         let mut table = Table::new(&[
             "law, behind a block",
-            "median, N",
-            "breakaway tick, N",
-            "reversal tick, N",
-            "worst tick, N",
-            "literal, worst, N",
-            "implicit, worst, N",
-        ]);
-        let [exact, literal, implicit] = schemes_by_law();
-        for (law, _) in laws_under_hands() {
-            let errors = worst_of(self.of(law, exact, false));
-            let others = |scheme| force(worst_of(self.of(law, scheme, false)).worst_n);
-            table.row(&[
-                law.to_owned(),
-                force(errors.median_n),
-                force(errors.breakaway_n),
-                force(errors.reversal_n),
-                force(errors.worst_n),
-                others(literal),
-                others(implicit),
-            ]);
-        }
-        table.0
-    }
-
-    fn costs_behind_block(&self) -> String {
-        let mut table = Table::new(&[
-            "law, behind a block",
+            "error, N: median",
+            "worst",
             "60 Hz, 0.5 kg: median",
             "dearest",
             "instructions",
-            "437 Hz, 10 g: median",
-            "dearest",
-            "instructions",
-            "literal, 60 Hz: median",
-            "implicit, 60 Hz: median",
+            "437 Hz, 10 g: dearest",
         ]);
-        let [exact, literal, implicit] = schemes_by_law();
         for (law, _) in laws_under_hands() {
-            let mut row = vec![law.to_owned()];
-            let find = |scheme, hand, mass| {
-                self.of(law, scheme, false)
-                    .find(|one| one.hand == hand && one.mass_kg == Some(mass))
+            let errors = worst_of(self.of(law));
+            let costs = |hand, mass| {
+                let mut runs = self.of(law);
+                Self::costs(runs.find(|one| one.hand == hand && one.mass_kg == Some(mass)))
             };
-            for (hand, mass) in [("60 Hz", 0.5), ("437 Hz", 0.01)] {
-                row.extend(Self::costs(find(exact, hand, mass)));
-            }
-            for scheme in [literal, implicit] {
-                let cost = find(scheme, "60 Hz", 0.5).and_then(|one| one.cost);
-                row.push(cost.map_or_else(|| "-".to_owned(), |cost| time(cost.median_ns)));
-            }
-            table.row(&row);
+            let [median, dearest, instructions] = costs("60 Hz", 0.5);
+            let [_, dearest_at_437_hz, _] = costs("437 Hz", 0.01);
+            table.row(&[
+                law.to_owned(),
+                force(errors.median_n),
+                force(errors.worst_n),
+                median,
+                dearest,
+                instructions,
+                dearest_at_437_hz,
+            ]);
         }
         table.0
     }
@@ -145,37 +109,6 @@ impl Tables<'_> {
             cost.map_or_else(|| "-".to_owned(), |cost| time(cost.dearest_ns)),
             count(one.and_then(|one| one.instructions)),
         ]
-    }
-
-    fn on_device(&self) -> String {
-        let mut table = Table::new(&[
-            "law, on the device",
-            "median, N",
-            "breakaway tick, N",
-            "reversal tick, N",
-            "worst tick, N",
-            "60 Hz: median",
-            "dearest",
-            "instructions",
-        ]);
-        for (law, _) in laws_under_hands() {
-            let errors = worst_of(self.of(law, Scheme::Exact, true));
-            if errors.ticks + errors.at_bound == 0 {
-                continue;
-            }
-            let mut row = vec![
-                law.to_owned(),
-                force(errors.median_n),
-                force(errors.breakaway_n),
-                force(errors.reversal_n),
-                force(errors.worst_n),
-            ];
-            row.extend(Self::costs(
-                self.of(law, Scheme::Exact, true).find(|one| one.hand == "60 Hz"),
-            ));
-            table.row(&row);
-        }
-        table.0
     }
 
     fn schemes(&self) -> String {
@@ -228,44 +161,6 @@ impl Tables<'_> {
         }
         table.0
     }
-
-    fn rough_hand(&self) -> String {
-        let mut table = Table::new(&[
-            "law, behind a block",
-            "ns a tick",
-            "force error, N",
-            "100 literal steps",
-            "their force error, N",
-        ]);
-        let many: Option<Scheme> = "literal:100".parse().ok();
-        for (law, _) in cases::laws() {
-            let name = format!("{law}, rough hand");
-            let of = |scheme: Option<Scheme>| {
-                self.cases
-                    .iter()
-                    .find(|one| one.case == name && Some(one.scheme) == scheme)
-                    .map_or(["-".to_owned(), "-".to_owned()], |one| {
-                        [time(one.cost.median_ns), force(one.error.force_n)]
-                    })
-            };
-            let ([cost, error], [other_cost, other_error]) = (of(Some(Scheme::Exact)), of(many));
-            table.row(&[law.to_owned(), cost, error, other_cost, other_error]);
-        }
-        table.0
-    }
-
-    fn targets(&self) -> String {
-        let mut table = Table::new(&["target of the exact scheme", "to be", "measured", ""]);
-        for target in self.targets {
-            table.row(&[
-                target.what,
-                target.target,
-                &target.measured,
-                if target.met { "" } else { "**missed**" },
-            ]);
-        }
-        table.0
-    }
 }
 
 /// A document with its tables made again. A table `NAME` stands between the lines `<!-- table: NAME
@@ -314,11 +209,7 @@ mod tests {
     fn the_document_has_a_place_for_every_table() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/speed-vs-error.md");
         let document = std::fs::read_to_string(path).expect("the document");
-        let nothing = Tables {
-            cases: &[],
-            laws: &[],
-            targets: &[],
-        };
+        let nothing = Tables { cases: &[], laws: &[] };
         let tables = nothing.all();
         refresh(&document, &tables).expect("a place for each");
         assert_eq!(document.matches("<!-- table: ").count(), tables.len());
