@@ -26,8 +26,7 @@ impl CompiledScene {
         period_s: f64,
         ramp_s: f64,
     ) -> Result<Self, SceneError> {
-        let compile = |scene: &Scene| Renderer::new(scene, scheme, period_s);
-        let renderer = compile(to)?;
+        let renderer = Renderer::new(to, scheme, period_s)?;
         if ramp_s <= 0.0 {
             return Ok(Self::at_once(renderer, revision));
         }
@@ -37,6 +36,15 @@ impl CompiledScene {
                 revision,
                 transition: Transition::Fade { over_s: ramp_s },
             });
+        };
+        // Where both ends are within the ranges, so is what lies between them.
+        let is_in_range = first.check_ranges().is_ok();
+        let compile = |scene: &Scene| {
+            if is_in_range {
+                Renderer::in_range(scene, scheme, period_s)
+            } else {
+                Renderer::new(scene, scheme, period_s)
+            }
         };
         let count = ceil(ramp_s / period_s).min(MAX_STEPS);
         let mut on_the_way = Vec::new();
