@@ -113,6 +113,19 @@ mod tests {
     }
 
     #[test]
+    fn steps_beyond_the_ranges_of_a_damaged_beginning_are_left_out() {
+        let ramp = |from: &Scene| {
+            let compiled = CompiledScene::ramped(from, &stiff(3000.0), 7, Scheme::Exact, 1e-3, 9.5e-3);
+            match compiled.expect("its end is valid").transition {
+                Transition::Steps(steps) => steps.count(),
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(ramp(&stiff(1000.0)), 10);
+        assert_eq!(ramp(&stiff(f64::NAN)), 1, "only the end is left");
+    }
+
+    #[test]
     fn a_long_way_has_a_bounded_number_of_steps_and_none_has_none() {
         assert!(matches!(ramped(10.0).transition, Transition::Steps(steps) if steps.count() == 250));
         assert!(matches!(ramped(0.0).transition, Transition::AtOnce));

@@ -357,6 +357,31 @@ mod tests {
         assert!(!history.is_noop(&Move::Undo), "a step back is always one");
     }
 
+    #[test]
+    fn a_ramp_is_where_the_newest_tick_has_come() {
+        let heavy = |kg: f64| Scene::paper().with(&[("mass".parse().expect("a parameter"), kg)]);
+        let (from, to) = (heavy(1.0).expect("valid"), heavy(4.0).expect("valid"));
+        let mut history = History::new(1, from.clone().into());
+        let revision = history.moved(Move::Forward, to.into());
+        let ramp = SceneRamp { from, over_s: 0.01 };
+        history.keep_ramp(Some(ramp), 10);
+        let at = |history: &History, revision: u64, ramp_steps: u16| {
+            let tick = TickRecord {
+                revision,
+                ramp_steps,
+                ..crate::rt::outbox::tests::record(9)
+            };
+            let scene = history.on_the_way(Some(&tick));
+            let mass = scene.and_then(|scene| scene.block).map(|block| block.mass);
+            (mass.map(f64::round), history.is_ramping(Some(&tick)))
+        };
+        assert_eq!(at(&history, 1, 7), (Some(1.0), true), "another ramp's steps");
+        assert_eq!(at(&history, revision, 5), (Some(2.0), true), "by equal ratios");
+        assert_eq!(at(&history, revision, 10), (Some(4.0), false));
+        history.end_ramp();
+        assert_eq!(at(&history, revision, 5), (None, false));
+    }
+
     proptest! {
         /// Against two plain stacks.
         #[test]
