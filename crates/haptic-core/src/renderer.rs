@@ -46,7 +46,13 @@ impl Renderer {
     /// # Errors
     /// Those of [`Scene::validate`] and [`Scene::validate_rate`].
     pub fn new(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
-        scene.validate()?;
+        scene.check_ranges()?;
+        Self::in_range(scene, scheme, period_s)
+    }
+
+    /// The same of a scene whose values are within their ranges.
+    pub(crate) fn in_range(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
+        scene.check_parts()?;
         scene.validate_rate(period_s)?;
         let held = match (&scene.block, &scene.coupling) {
             (Some(block), Some(coupling)) => Some((block.mass, *coupling)),

@@ -1,8 +1,8 @@
 //! The live status line of `--demo`.
 
 use crate::control::RigHandle;
-use crate::every::every;
 use crate::rt::outbox::TickRecord;
+use crate::timers::every;
 use haptic_ipc::RigState;
 use std::io::IsTerminal;
 use std::rc::Rc;

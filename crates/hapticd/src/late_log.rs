@@ -1,9 +1,9 @@
 //! Log lines about missed periods: the first at once, then at most one every ten seconds, with all
 //! since the previous line.
 
-use crate::control::RigHandle;
-use crate::every::every;
+use crate::control::LoopChannel;
 use crate::telemetry::timing::Counted;
+use crate::timers::every;
 use std::time::Duration;
 use tokio::time::Instant;
 
@@ -14,12 +14,12 @@ const CHECK_PERIOD: Duration = Duration::from_millis(500);
 const PAUSE: Duration = Duration::from_secs(10);
 
 /// Logs missed periods, for ever.
-pub(crate) async fn watch(rig: &RigHandle) {
+pub(crate) async fn watch(channel: &LoopChannel) {
     let mut checks = every(CHECK_PERIOD);
     let mut log = LateLog::default();
     loop {
         let now = checks.tick().await;
-        let counted = rig.feed().timing().counted();
+        let counted = channel.feed().timing().counted();
         if let Some(line) = log.line(now, counted) {
             crate::say(&line);
         }

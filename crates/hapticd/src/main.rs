@@ -12,7 +12,6 @@ mod config;
 mod control;
 mod demo;
 mod ending;
-mod every;
 mod late_log;
 mod log;
 mod metrics;
@@ -22,12 +21,12 @@ mod rt;
 mod self_test;
 mod service;
 mod telemetry;
-mod thread_signals;
+mod threads;
+mod timers;
 
 use clap::CommandFactory;
 use config::{Config, ConfigError, Options};
 use control::RigHandle;
-use control::history::FIRST_REVISION;
 use control::server::Server;
 use control::socket::SocketError;
 use device_io::link::Keeper;
@@ -38,17 +37,15 @@ use haptic_ipc::Problem;
 use log::say;
 use metrics::MetricsError;
 use preparation::prepare;
-use rt::handoff::ControlSide;
 use rt::privileges;
 use rt::thread::{End, FinalZero, RunningLoop};
-use rt::thread_settings::ThreadSettings;
 use service::ServiceManager;
 use std::io::Write;
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
-use telemetry::feed::{Feed, PUMP_PERIOD};
+use telemetry::feed::PUMP_PERIOD;
 use thiserror::Error;
 
 /// Why the daemon ended.
@@ -130,7 +127,7 @@ fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure>
         let ramp = Duration::from_secs_f64(config.ramp_s);
         let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
-        let (stop_signals, reloads) = stop_signals.watch(ramp, rig.end_of_loop())?;
+        let (stop_signals, reloads) = stop_signals.watch(ramp, rig.channel.end_of_loop())?;
         if ends_with_input {
             ending::end_with_input()?;
         }
@@ -149,7 +146,7 @@ fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure>
             () = server.serve(Rc::clone(&rig)) => {}
             () = pump(&rig) => {}
             () = control::lease::watch(&rig) => {}
-            () = control::rig_friction::watch(&rig) => {}
+            () = control::known_rig::watch(&rig) => {}
             () = manager.watch(&rig) => {}
             () = control::reload::on_signal(&rig, &manager, reloads) => {}
             () = scraped(metrics.as_ref(), &rig) => {}
@@ -157,14 +154,14 @@ fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure>
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
             // The demo's status line shows the same.
-            () = late_log::watch(&rig), if !demo => {}
+            () = late_log::watch(&rig.channel), if !demo => {}
             () = stop_signals.wait() => {}
         }
         stop_signals.begun();
         manager.stopping();
         // The socket is served to the end: a client may want to stop the rig until the force is
         // gone.
-        rig.close();
+        rig.channel.close();
         tokio::select! {
             () = server.serve(Rc::clone(&rig)) => {}
             () = pump(&rig) => {}
@@ -230,22 +227,19 @@ impl Drop for LastLines {
 /// Starts the real-time thread; returns it and the control thread's handle to the rig.
 fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     let mut prepared = prepare(config)?;
-    let ThreadSettings { period_ns, cpu, .. } = prepared.settings;
     let (running, status) = rt::thread::start(
         prepared.tick,
         Arc::clone(&prepared.control.shared),
         prepared.settings,
         prepared.status,
     )?;
-    if let Some(cpu) = cpu {
+    if let Some(cpu) = prepared.settings.cpu {
         privileges::leave_cpu_alone(cpu, &prepared.cpus);
     }
     // After that, so that the keeper's thread avoids the loop's processor as well.
     prepared.facts.keeper = prepared.keeper.map(Keeper::start).transpose()?;
     prepared.facts.real_time = status;
-    let ControlSide { shared, inbox, records } = prepared.control;
-    let feed = Feed::new(records, period_ns, prepared.facts.link.clone());
-    let rig = RigHandle::new(prepared.facts, shared, inbox, feed, prepared.scene, FIRST_REVISION);
+    let rig = RigHandle::new(prepared.facts, prepared.control, prepared.scene);
     Ok((running, rig))
 }
 
@@ -304,10 +298,10 @@ async fn scraped(metrics: Option<&metrics::Server>, rig: &Rc<RigHandle>) {
 }
 
 async fn pump(rig: &RigHandle) {
-    let mut pause = every::every(PUMP_PERIOD);
+    let mut pause = timers::every(PUMP_PERIOD);
     loop {
         pause.tick().await;
-        rig.heartbeat();
+        rig.channel.heartbeat();
         rig.pump();
     }
 }
@@ -318,7 +312,7 @@ async fn release(rig: &RigHandle) {
     if rig.release_because("the daemon ends").await.is_err() {
         return;
     }
-    while rig.feed().newest().is_some_and(|record| record.state.is_live()) {
+    while rig.channel.state().is_live() {
         tokio::time::sleep(Duration::from_millis(1)).await;
     }
     // A client that has stopped the rig meanwhile still gets its answer.

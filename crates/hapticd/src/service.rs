@@ -10,7 +10,8 @@
 //! thread, which a sleep does not use up.
 
 use crate::control::RigHandle;
-use crate::every::every;
+use crate::threads;
+use crate::timers::every;
 use sd_notify::NotifyState;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Duration;
@@ -54,21 +55,18 @@ impl ServiceManager {
         // A thread of its own sends: sending blocks while the manager does not read, and a stop
         // must never wait for that.
         let (messages, to_send) = sync_channel::<String>(BACKLOG);
-        std::thread::Builder::new()
-            .name("notify".to_owned())
-            .stack_size(64 * 1024)
-            .spawn(move || {
-                let mut heard = true;
-                for message in to_send {
-                    let sent = sd_notify::notify(&[NotifyState::Custom(&message)]);
-                    if let Err(error) = &sent
-                        && heard
-                    {
-                        crate::say(&format!("cannot notify the service manager: {error}"));
-                    }
-                    heard = sent.is_ok();
+        threads::start("notify", 64 * 1024, move || {
+            let mut heard = true;
+            for message in to_send {
+                let sent = sd_notify::notify(&[NotifyState::Custom(&message)]);
+                if let Err(error) = &sent
+                    && heard
+                {
+                    crate::say(&format!("cannot notify the service manager: {error}"));
                 }
-            })?;
+                heard = sent.is_ok();
+            }
+        })?;
         Ok(Self {
             messages: Some(messages),
             feeding: sd_notify::watchdog_enabled().map(|timeout| FEEDING_PERIOD.min(timeout / FEEDINGS)),
@@ -99,7 +97,7 @@ impl ServiceManager {
             if let Some(fault) = newest.fault {
                 status.push_str(&format!(": {fault}"));
             }
-            if let Some(why) = rig.refused_reload().as_deref() {
+            if let Some(why) = rig.reloads.refusal().as_deref() {
                 status.push_str(&format!(
                     "; the last reload was refused: {}",
                     why.lines().next().unwrap_or_default()

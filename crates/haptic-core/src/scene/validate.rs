@@ -13,6 +13,12 @@ impl Scene {
     /// # Errors
     /// The first value that is not finite or out of range, or a missing coupling.
     pub fn validate(&self) -> Result<(), SceneError> {
+        self.check_ranges()?;
+        self.check_parts()
+    }
+
+    /// Whether each value is within its range: between two scenes of which that is true each value is, too.
+    pub(crate) fn check_ranges(&self) -> Result<(), SceneError> {
         for row in &TABLE {
             let Some(value) = self.value(row.parameter) else {
                 continue;
@@ -25,6 +31,11 @@ impl Scene {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// Whether parts and values that are within their ranges go together.
+    pub(crate) fn check_parts(&self) -> Result<(), SceneError> {
         match (&self.block, &self.coupling) {
             (Some(_), None) => return Err(SceneError::BlockWithoutCoupling),
             (None, Some(_)) => return Err(SceneError::CouplingWithoutBlock),

@@ -26,8 +26,7 @@ impl CompiledScene {
         period_s: f64,
         ramp_s: f64,
     ) -> Result<Self, SceneError> {
-        let compile = |scene: &Scene| Renderer::new(scene, scheme, period_s);
-        let renderer = compile(to)?;
+        let renderer = Renderer::new(to, scheme, period_s)?;
         if ramp_s <= 0.0 {
             return Ok(Self::at_once(renderer, revision));
         }
@@ -37,6 +36,15 @@ impl CompiledScene {
                 revision,
                 transition: Transition::Fade { over_s: ramp_s },
             });
+        };
+        // Where both ends are within the ranges, so is what lies between them.
+        let is_in_range = first.check_ranges().is_ok();
+        let compile = |scene: &Scene| {
+            if is_in_range {
+                Renderer::in_range(scene, scheme, period_s)
+            } else {
+                Renderer::new(scene, scheme, period_s)
+            }
         };
         let count = ceil(ramp_s / period_s).min(MAX_STEPS);
         let mut on_the_way = Vec::new();
@@ -102,6 +110,19 @@ mod tests {
             coupling_force(&renderer),
             coupling_force(&Renderer::new(&stiff(3000.0), Scheme::Exact, 1e-3).expect("valid"))
         );
+    }
+
+    #[test]
+    fn steps_beyond_the_ranges_of_a_damaged_beginning_are_left_out() {
+        let ramp = |from: &Scene| {
+            let compiled = CompiledScene::ramped(from, &stiff(3000.0), 7, Scheme::Exact, 1e-3, 9.5e-3);
+            match compiled.expect("its end is valid").transition {
+                Transition::Steps(steps) => steps.count(),
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(ramp(&stiff(1000.0)), 10);
+        assert_eq!(ramp(&stiff(f64::NAN)), 1, "only the end is left");
     }
 
     #[test]

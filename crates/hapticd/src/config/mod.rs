@@ -12,7 +12,5 @@ pub(crate) use checked::{Config, MAX_TITLE};
 pub(crate) use error::ConfigError;
 pub(crate) use options::Options;
 pub(crate) use resolve::ReloadedLimits;
-#[cfg(test)]
-pub(crate) use rig::SLIDE_DAMPING_NS_PER_M;
 pub(crate) use rig::{EngageRules, FrictionOptions, RigChoice};
 pub(crate) use source::Configuration;

@@ -31,7 +31,7 @@ pub(crate) struct FrictionOptions {
 
 /// Viscous damping of the rig in this process, N s/m, unless an option names another: that of a slide with a damper, as
 /// an eddy-current brake is. It takes up what sampling makes with the grip of the first scene, `K T/2 + B` = 10.5.
-pub(crate) const SLIDE_DAMPING_NS_PER_M: f64 = 12.0;
+const SLIDE_DAMPING_NS_PER_M: f64 = 12.0;
 
 impl Options {
     pub(super) fn friction(&self) -> Result<FrictionOptions, ConfigError> {

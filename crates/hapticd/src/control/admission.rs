@@ -8,7 +8,7 @@ use crate::config::EngageRules;
 use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig::commission_record::CommissionState;
-use crate::control::rig::rig_friction::record::KnownFriction;
+use crate::control::rig::friction_record::KnownFriction;
 use crate::control::rig_files::button_names;
 use crate::rt::handoff::ANY_CONNECTION;
 use device_io::link::{Delivery, LinkCounters};
@@ -98,7 +98,9 @@ async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, m
     let rules = rig.facts.rules;
     found.extend(no_force(device).into_iter().chain(no_watchdog(device, rules)));
     found.extend(not_delivered(link.counters()));
-    found.extend(rig.clock_error().map(wrong_clock));
+    // What is wrong with the clock, in the newest record.
+    let clock_error = rig.channel.newest().and_then(|record| record.clock_error);
+    found.extend(clock_error.map(wrong_clock));
     let settings = rig.facts.servo.get();
     let pressed = link.counters().buttons.load(Relaxed);
     found.extend(button_in_the_way(

@@ -2,9 +2,8 @@
 //! it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
 use crate::control::history::{Drag, FIRST_REVISION, Move};
-use crate::control::journal::bytes_of_changes;
 use crate::control::peer::Requester;
-use crate::control::rig::rig_friction;
+use crate::control::rig::Compiled;
 use crate::control::rig::schedule::NewChange;
 use crate::control::{RigHandle, advise, exclusive_use, judge, library};
 use haptic_core::scene::{Coupling, FileCoupling, SceneFile};
@@ -15,9 +14,6 @@ use haptic_ipc::{
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// Memory of a name and its value in a map, bytes.
-const BYTES_OF_A_VALUE: usize = 96;
-
 /// A change that the real-time thread has yet to render or to schedule, or a dry run.
 #[derive(Debug)]
 pub(super) struct PendingChange {
@@ -27,22 +23,6 @@ pub(super) struct PendingChange {
 }
 
 impl PendingChange {
-    /// Its memory until it is answered, bytes.
-    pub(super) fn bytes(&self) -> usize {
-        let ChangeReply {
-            applied,
-            changes,
-            advice,
-            ..
-        } = &self.reply;
-        // A finding has a handful of short words beside its message.
-        let advice: usize = advice
-            .iter()
-            .map(|advice| size_of_val(advice) + 2 * advice.message.len())
-            .sum();
-        size_of::<Self>() + applied.len() * BYTES_OF_A_VALUE + bytes_of_changes(changes) + advice
-    }
-
     /// The answer, after the tick that first rendered it.
     ///
     /// # Errors
@@ -148,14 +128,14 @@ pub(super) async fn redo(
 pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
     let Some(file) = &rig.facts.first_scene else { return };
     let (newest, before) = rig.base(false);
-    if newest != *begun || rig.may_have_force() || refuse_others(rig, newest).is_err() {
+    if newest != *begun || rig.channel.may_have_force() || refuse_others(rig).is_err() {
         return;
     }
     // A delay is measured anew each time, and changes nothing twice.
     let coupling = if *begun == FIRST_REVISION {
-        rig_friction::coupling(rig)
+        rig.known.coupling()
     } else {
-        rig_friction::commissioned_coupling(rig)
+        rig.known.commissioned_coupling()
     };
     let is_softer = |coupling: &Coupling| match file.coupling {
         Some(FileCoupling::Own(own)) => coupling.stiffness < own.stiffness,
@@ -179,8 +159,7 @@ pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
         message: Some("the coupling that this rig bears".to_owned()),
         ..JournalEntry::of("scene.load")
     };
-    rig.apply(scene, compiled, Move::Load(None), entry);
-    *begun = rig.base(false).0;
+    *begun = rig.apply(scene, compiled, Move::Load(None), entry);
 }
 
 /// Where a change leads from a scene.
@@ -216,16 +195,17 @@ async fn begin(
         let step = prepare(&before)?;
         check_revision(options.if_revision, newest)?;
         let is_new = before != step.scene && judged.as_ref() != Some(&step.scene);
-        if options.anyway || !is_new || !rig.may_have_force() {
+        if options.anyway || !is_new || !rig.channel.may_have_force() {
             return begin_from(rig, by, op, (newest, before), options, step);
         }
-        let refused = judge::refuse_chatter(rig, std::slice::from_ref(&step.scene), "change the scene").await;
+        let refused = judge::refuse_chatter(&rig.known, std::slice::from_ref(&step.scene), "change the scene").await;
         refused.map_err(|(_, error)| error)?;
         judged = Some(step.scene);
     }
 }
 
-/// Compiles a scene, which validates it, and hands it over.
+/// Compiles a scene, which validates it, and hands it over. Nothing else happens meanwhile: the scene before it is still
+/// the newest one.
 fn begin_from(
     rig: &RigHandle,
     by: Requester<'_>,
@@ -236,19 +216,18 @@ fn begin_from(
 ) -> Result<PendingChange, WireError> {
     let ramp_ms = options.ramp_ms.unwrap_or(0.0);
     let compiled = match options.at_tick {
-        Some(_) => rig.compile_from(&before, &scene, ramp_ms * 1e-3),
+        Some(_) => Compiled::new(&before, &scene, &rig.facts, ramp_ms * 1e-3),
         None => rig.compile(&scene, ramp_ms * 1e-3),
     }?;
     let ramp_ticks = compiled.ramp_ticks();
     let changes = differences(&before, &scene);
     let reply = ChangeReply {
-        revision: newest,
         dry_run: options.dry_run,
         applied: applied.map_or_else(
             || values_set(&changes),
             |asked| asked.iter().map(|(key, value)| (key.to_string(), *value)).collect(),
         ),
-        advice: advise::warnings(rig, &scene),
+        advice: advise::warnings(&rig.known, &scene),
         changes,
         ..ChangeReply::default()
     };
@@ -275,22 +254,17 @@ fn begin_from(
         }
         None if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) => None,
         None => {
-            refuse_others(rig, newest)?;
+            refuse_others(rig)?;
             Some(rig.apply(scene, compiled, step, entry))
         }
     };
-    let Some(revision) = revision else {
-        return Ok(PendingChange {
-            reply,
-            ramp_ticks: None,
-        });
-    };
+    let at_tick = options.at_tick.filter(|_| revision.is_some());
     Ok(PendingChange {
         reply: ChangeReply {
-            revision,
-            changed: true,
-            at_tick: options.at_tick,
-            ramp_ends_tick: options.at_tick.zip(ramp_ticks).map(|(at_tick, ticks)| at_tick + ticks),
+            revision: revision.unwrap_or(newest),
+            changed: revision.is_some(),
+            at_tick,
+            ramp_ends_tick: at_tick.zip(ramp_ticks).map(|(at_tick, ticks)| at_tick + ticks),
             ..reply
         },
         ramp_ticks,
@@ -298,11 +272,9 @@ fn begin_from(
 }
 
 /// Refuses a change at once while the rig is somebody's alone, or other changes come before it.
-fn refuse_others(rig: &RigHandle, newest: u64) -> Result<(), WireError> {
+fn refuse_others(rig: &RigHandle) -> Result<(), WireError> {
     exclusive_use::refuse_others(rig, "change the scene")?;
-    rig.refuse_during_schedule("change the scene")?;
-    // The last scheduled change may have been rendered just now.
-    check_revision(Some(newest), rig.revision())
+    rig.schedule().refuse("change the scene")
 }
 
 /// Schedules a change, and returns its revision; one that is only tried, or changes nothing, has none.
@@ -318,7 +290,7 @@ fn schedule(
         return Ok(None);
     }
     exclusive_use::refuse_others(rig, "change the scene")?;
-    rig.schedule(by, false, newest, vec![change]).map(Some)
+    rig.schedule_changes(by, false, newest, vec![change]).map(Some)
 }
 
 /// The effect on the history of a change that other changes may come before: it is no part of a drag.

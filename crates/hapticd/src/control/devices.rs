@@ -1,6 +1,6 @@
 //! `devices`: lists the devices that are plugged in, and what keeps each from use.
 
-use crate::control::RigHandle;
+use crate::control::rig::known_rig::KnownRig;
 use crate::telemetry::link::linked;
 use device_boards::Address;
 use device_io::discovery::{Candidate, list, probe};
@@ -19,19 +19,19 @@ const PROBE_TIMEOUT: Duration = Duration::from_secs(4);
 ///
 /// # Errors
 /// The address names no device, or this daemon uses it and nobody else may open it.
-pub(super) async fn devices(rig: &RigHandle, asked: Option<String>) -> Result<DevicesReply, WireError> {
+pub(super) async fn devices(rig: &KnownRig, asked: Option<String>) -> Result<DevicesReply, WireError> {
     let ours = rig.facts.address.clone();
     let done = match asked {
         None => {
             let look = move || list().iter().map(|found| listed(found, &ours)).collect();
-            rig.devices().run(LIST_TIMEOUT, look).await
+            rig.searches.run(LIST_TIMEOUT, look).await
         }
         Some(asked) => {
             let address: Address = asked
                 .parse()
                 .map_err(|error| WireError::new(ErrorCode::BadRequest, format!("{error}")).about("probe"))?;
             let name = address.to_string();
-            let probed = rig.devices().run(PROBE_TIMEOUT, move || {
+            let probed = rig.searches.run(PROBE_TIMEOUT, move || {
                 // A path may lead anywhere, so files outside /dev are not even looked up.
                 (!is_same(&address, &ours)).then(|| vec![probed(&address)])
             });
@@ -49,7 +49,7 @@ pub(super) async fn devices(rig: &RigHandle, asked: Option<String>) -> Result<De
         done.map_err(|error| WireError::new(ErrorCode::NotResponding, format!("looking for devices: {error}")))?;
     for found in &mut devices {
         if let Some(key) = found.device.as_ref().and_then(|device| device.rig.clone()) {
-            found.rig_friction = rig.frictions().of_other(&rig.facts.state_dir, &key).await;
+            found.rig_friction = rig.frictions.of_other(&rig.facts.state_dir, &key).await;
         }
     }
     Ok(DevicesReply { devices })

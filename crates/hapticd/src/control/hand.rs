@@ -1,6 +1,6 @@
 //! `hand`: where the hand on the fake rig reaches to, as one client at a time points.
 
-use crate::control::RigHandle;
+use crate::control::facts::Facts;
 use crate::control::peer::Requester;
 use crate::rt::clock::now_ns;
 use device_boards::Address;
@@ -61,12 +61,12 @@ impl PointerHand {
 }
 
 /// Points the hand on the rig at `target_m`, m.
-pub(super) fn point(rig: &RigHandle, by: Requester<'_>, target_m: f64) -> Result<HandReply, WireError> {
-    let Some(hand) = &rig.facts.hand else {
-        let why = if rig.facts.address == Address::FAKE {
+pub(super) fn point(facts: &Facts, by: Requester<'_>, target_m: f64) -> Result<HandReply, WireError> {
+    let Some(hand) = &facts.hand else {
+        let why = if facts.address == Address::FAKE {
             "the fake rig has another hand: start hapticd with `--hand mouse`".to_owned()
         } else {
-            let address = &rig.facts.address;
+            let address = &facts.address;
             format!("{address} is moved by who holds it: only `--device fake --hand mouse` has a hand for clients")
         };
         return Err(WireError::new(ErrorCode::NoHand, why));

@@ -1,6 +1,7 @@
 //! The scenes that were active: one undo history for all clients.
 
 use crate::config::MAX_TITLE;
+use crate::rt::outbox::TickRecord;
 use crate::telemetry::subscribers::KnownScene;
 use haptic_core::scene::SceneFile;
 use haptic_core::{ParameterKey, Scene};
@@ -78,6 +79,8 @@ pub(crate) struct History {
     origin: Option<Rc<Origin>>,
     /// The newest step, if further changes can be merged with it.
     dragged: Option<Drag>,
+    /// Steps of the ramp to the newest scene; 0 without one.
+    ramp_steps: usize,
 }
 
 /// The scene of every library that is equal to one.
@@ -105,6 +108,7 @@ impl History {
             undo: VecDeque::new(),
             redo: Vec::new(),
             dragged: None,
+            ramp_steps: 0,
         }
     }
 
@@ -219,14 +223,40 @@ impl History {
             undo_depth,
             redo_depth,
         });
+        self.ramp_steps = 0;
         revision
     }
 
-    /// Keeps the ramp of the newest scene.
-    pub(crate) fn keep_ramp(&mut self, ramp: Option<SceneRamp>) {
+    /// Keeps the ramp to the newest scene, and the number of its steps.
+    pub(crate) fn keep_ramp(&mut self, ramp: Option<SceneRamp>, steps: usize) {
         if let Some(newest) = self.scenes.back_mut() {
             newest.ramp = ramp.map(Box::new);
         }
+        self.ramp_steps = steps;
+    }
+
+    /// The ramp to the newest scene ends before its time.
+    pub(crate) fn end_ramp(&mut self) {
+        self.ramp_steps = 0;
+    }
+
+    /// Whether the ramp to the newest scene is under way, in the newest tick.
+    pub(crate) fn is_ramping(&self, tick: Option<&TickRecord>) -> bool {
+        self.ramp_steps > self.steps_taken(tick)
+    }
+
+    /// The scene that the ramp to the newest one has reached in the newest tick; `None` without a ramp.
+    pub(crate) fn on_the_way(&self, tick: Option<&TickRecord>) -> Option<Scene> {
+        let KnownScene { scene, ramp, .. } = self.newest();
+        let SceneRamp { from, .. } = ramp.as_deref().filter(|_| self.ramp_steps > 0)?;
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred steps")]
+        let share = (self.steps_taken(tick) as f64 / self.ramp_steps as f64).min(1.0);
+        Some(from.toward(scene, share).unwrap_or_else(|| Scene::clone(scene)))
+    }
+
+    fn steps_taken(&self, tick: Option<&TickRecord>) -> usize {
+        let rendered = tick.filter(|tick| tick.revision >= self.newest().revision);
+        rendered.map_or(0, |tick| tick.ramp_steps.into())
     }
 
     /// The scene of the library that the newest one comes from, as it was loaded or saved.
@@ -325,6 +355,31 @@ mod tests {
         history.moved(dragged(1, true), named(6));
         assert_eq!(history.depth().0, 5, "also one that begins where the last one ended");
         assert!(!history.is_noop(&Move::Undo), "a step back is always one");
+    }
+
+    #[test]
+    fn a_ramp_is_where_the_newest_tick_has_come() {
+        let heavy = |kg: f64| Scene::paper().with(&[("mass".parse().expect("a parameter"), kg)]);
+        let (from, to) = (heavy(1.0).expect("valid"), heavy(4.0).expect("valid"));
+        let mut history = History::new(1, from.clone().into());
+        let revision = history.moved(Move::Forward, to.into());
+        let ramp = SceneRamp { from, over_s: 0.01 };
+        history.keep_ramp(Some(ramp), 10);
+        let at = |history: &History, revision: u64, ramp_steps: u16| {
+            let tick = TickRecord {
+                revision,
+                ramp_steps,
+                ..crate::rt::outbox::tests::record(9)
+            };
+            let scene = history.on_the_way(Some(&tick));
+            let mass = scene.and_then(|scene| scene.block).map(|block| block.mass);
+            (mass.map(f64::round), history.is_ramping(Some(&tick)))
+        };
+        assert_eq!(at(&history, 1, 7), (Some(1.0), true), "another ramp's steps");
+        assert_eq!(at(&history, revision, 5), (Some(2.0), true), "by equal ratios");
+        assert_eq!(at(&history, revision, 10), (Some(4.0), false));
+        history.end_ramp();
+        assert_eq!(at(&history, revision, 5), (None, false));
     }
 
     proptest! {

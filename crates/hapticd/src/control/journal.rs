@@ -1,5 +1,6 @@
 //! The journal: who changed what, and when.
 
+use haptic_core::servo::Fault;
 use haptic_ipc::{Difference, JournalEntry, LogReply, Value};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -93,7 +94,7 @@ fn bytes_of(entry: &JournalEntry) -> usize {
 }
 
 /// Memory of differences, bytes.
-pub(super) fn bytes_of_changes(changes: &[Difference]) -> usize {
+fn bytes_of_changes(changes: &[Difference]) -> usize {
     let word = |value: &Option<Value>| match value {
         Some(Value::Word(word)) => word.len(),
         _ => 0,
@@ -156,9 +157,10 @@ impl Journal {
         completed
     }
 
-    /// Number of entries of each fault, by its code.
-    pub(crate) fn faults(&self) -> &BTreeMap<String, u64> {
-        &self.faults
+    /// Number of entries of each fault, by its code; also of those that never were.
+    pub(crate) fn faults(&self) -> [(&'static str, u64); Fault::KINDS.len()] {
+        let entries = |code: &str| self.faults.get(code).copied().unwrap_or(0);
+        Fault::KINDS.map(|fault| (fault.code(), entries(fault.code())))
     }
 
     /// Whether a stop waits for its tick.

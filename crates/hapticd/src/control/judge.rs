@@ -1,11 +1,10 @@
 //! The judgement of a scene before a motor pulls a hand by it: it is tried on the connected rig, as far as that is known,
 //! off this thread and off the loop. A stop waits for no trial.
 
-use crate::control::RigHandle;
 use crate::control::rig::commission_record::Findings;
-use crate::control::rig_friction::{TrialBasis, trial_basis};
+use crate::control::rig::known_rig::{KnownRig, TrialBasis};
 use crate::control::trial::{self, FACTOR, Gentler, MAX_SIGN_CHANGES_PER_S, Trial, TrialRig, gentler, worst_trial};
-use crate::control::worker_pool::{WorkError, WorkerPool};
+use crate::threads::{WorkError, Workers};
 use haptic_core::Scene;
 use haptic_core::scene::Coupling;
 use haptic_ipc::quantity::number;
@@ -54,14 +53,14 @@ type Verdict = Option<Chatter>;
 #[derive(Debug)]
 pub(super) struct Verdicts {
     kept: RefCell<VecDeque<(Scene, TrialRig, Verdict)>>,
-    workers: WorkerPool,
+    workers: Workers,
 }
 
 impl Default for Verdicts {
     fn default() -> Self {
         Self {
             kept: RefCell::default(),
-            workers: WorkerPool::new("trial", MAX_WORKERS),
+            workers: Workers::new("trial", MAX_WORKERS),
         }
     }
 }
@@ -85,14 +84,10 @@ impl Verdicts {
 ///
 /// # Errors
 /// It would, or nobody can tell in time.
-pub(super) async fn refuse_chatter(
-    rig: &RigHandle,
-    scenes: &[Rc<Scene>],
-    what: &str,
-) -> Result<(), (usize, WireError)> {
-    let basis = trial_basis(rig, None);
+pub(super) async fn refuse_chatter(rig: &KnownRig, scenes: &[Rc<Scene>], what: &str) -> Result<(), (usize, WireError)> {
+    let basis = rig.trial_basis(None);
     for (chunk, first) in scenes.chunks(MAX_AT_A_TIME).zip((0..).step_by(MAX_AT_A_TIME)) {
-        match first_chatter(rig.verdicts(), chunk, basis.rig).await {
+        match first_chatter(&rig.verdicts, chunk, basis.rig).await {
             Ok(None) => {}
             Ok(Some(Chatter { index, worst, gentler })) => {
                 let error = refusal(what, &chunk[index], &basis, &worst, gentler.as_ref());
@@ -110,12 +105,12 @@ pub(super) async fn refuse_chatter(
 
 /// Why the active scene would not be engaged, where it would chatter; `None` where it would not, or nobody can tell in a
 /// moment.
-pub(super) async fn problem(rig: &RigHandle) -> Option<Problem> {
-    let (scene, basis) = (Rc::clone(&rig.scene()), trial_basis(rig, None));
-    if rig.verdicts().workers.is_busy() {
+pub(super) async fn problem(rig: &KnownRig, scene: Rc<Scene>) -> Option<Problem> {
+    if rig.verdicts.workers.is_busy() {
         return None;
     }
-    let found = first_chatter(rig.verdicts(), &[scene], basis.rig).await;
+    let basis = rig.trial_basis(None);
+    let found = first_chatter(&rig.verdicts, &[scene], basis.rig).await;
     found.ok().flatten().map(|chatter| Problem {
         what: what_it_does(&basis, &chatter.worst),
         remedy: remedy(chatter.gentler.as_ref()),
@@ -170,10 +165,10 @@ async fn first_chatter(verdicts: &Verdicts, scenes: &[Rc<Scene>], rig: TrialRig)
 
 /// The stiffest grip that the connected rig bears with a factor of two, as it was found just now; `None` where there is
 /// none, or nobody can tell in time.
-pub(super) async fn stiffest_coupling(rig: &RigHandle, found: Findings) -> Option<Coupling> {
-    let on = trial_basis(rig, Some(found)).rig;
+pub(super) async fn stiffest_coupling(rig: &KnownRig, found: Findings) -> Option<Coupling> {
+    let on = rig.trial_basis(Some(found)).rig;
     let search = rig
-        .verdicts()
+        .verdicts
         .workers
         .run(MAX_FOR_COUPLING, move || trial::stiffest_coupling(&on));
     search.await.unwrap_or_default()

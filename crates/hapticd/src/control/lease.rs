@@ -3,35 +3,119 @@
 
 use crate::control::RigHandle;
 use crate::control::journal::Completion;
-use crate::control::leases::Lease;
 use crate::control::peer::Requester;
 use crate::rt::clock::now_ns;
-use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply};
+use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply, Peer};
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::mem::replace;
 use std::rc::Rc;
 use std::time::Duration;
+use tokio::sync::Notify;
 use tokio::task::spawn_local;
+
+/// The leases of all clients, and the time at which the next one expires.
+#[derive(Debug, Default)]
+pub(crate) struct Leases {
+    held: RefCell<Vec<Lease>>,
+    /// Sessions whose lease has expired since they last sent a line.
+    absent: RefCell<BTreeSet<u64>>,
+    changed: Notify,
+}
+
+/// The lease of one client.
+#[derive(Clone, Debug)]
+struct Lease {
+    session: u64,
+    by: Peer,
+    timeout_ns: u64,
+    until_ns: u64,
+}
+
+impl Leases {
+    /// Number of leases held.
+    pub(crate) fn count(&self) -> usize {
+        self.held.borrow().len()
+    }
+
+    /// The timeout of the lease that a client holds, ms.
+    pub(super) fn timeout_ms(&self, session: u64) -> Option<u32> {
+        let held = self.held.borrow();
+        let lease = held.iter().find(|lease| lease.session == session)?;
+        Some(u32::try_from(lease.timeout_ns / 1_000_000).unwrap_or(u32::MAX))
+    }
+
+    /// Time at which the next lease expires, ns.
+    fn until_ns(&self) -> u64 {
+        let held = self.held.borrow();
+        held.iter().map(|lease| lease.until_ns).min().unwrap_or(u64::MAX)
+    }
+
+    /// Replaces a client's lease; a timeout of 0 ends it.
+    fn replace(&self, session: u64, by: &Peer, timeout_ms: u32) {
+        let mut held = self.held.borrow_mut();
+        held.retain(|lease| lease.session != session);
+        if timeout_ms != 0 {
+            let timeout_ns = u64::from(timeout_ms) * 1_000_000;
+            held.push(Lease {
+                session,
+                by: by.clone(),
+                timeout_ns,
+                until_ns: now_ns() + timeout_ns,
+            });
+        }
+    }
+
+    /// A client has sent a line: restarts the timeout of its lease. Returns the time at which it would have
+    /// expired, ns; `None` if the client holds none.
+    fn renew(&self, session: u64) -> Option<u64> {
+        self.absent.borrow_mut().remove(&session);
+        let mut held = self.held.borrow_mut();
+        let lease = held.iter_mut().find(|lease| lease.session == session)?;
+        Some(replace(&mut lease.until_ns, now_ns() + lease.timeout_ns))
+    }
+
+    /// Removes and returns leases that have expired.
+    fn take(&self, which: impl Fn(&Lease) -> bool) -> Vec<Lease> {
+        let expired: Vec<Lease> = self.held.borrow_mut().extract_if(.., |lease| which(lease)).collect();
+        self.absent
+            .borrow_mut()
+            .extend(expired.iter().map(|lease| lease.session));
+        expired
+    }
+
+    /// Whether the lease of a client has expired since it last sent a line.
+    pub(super) fn is_absent(&self, session: u64) -> bool {
+        self.absent.borrow().contains(&session)
+    }
+
+    /// A client is gone, and will send nothing more.
+    pub(super) fn forget(&self, session: u64) {
+        self.absent.borrow_mut().remove(&session);
+    }
+}
 
 /// Why a lease lapses whose time is over.
 const SILENT: &str = "its client has fallen silent";
 
 /// Begins, changes or ends the lease of a client.
 pub(super) fn lease(rig: &RigHandle, by: Requester<'_>, timeout_ms: u32) -> LeaseReply {
-    rig.leases().replace(by.session, by.peer, timeout_ms);
+    rig.leases.replace(by.session, by.peer, timeout_ms);
     publish(rig);
     LeaseReply { timeout_ms }
 }
 
 /// Renews the lease of a client that has sent a line, if it has one. Waits for nothing: the line may be a stop.
 pub(super) fn renew(rig: &Rc<RigHandle>, session: u64) {
-    let Some(until_ns) = rig.leases().renew(session) else {
+    let Some(until_ns) = rig.leases.renew(session) else {
         return;
     };
     publish(rig);
     if now_ns() > until_ns {
         // The real-time thread may have seen the end before it heard of the new one, and have released the rig: so the
         // lease has lapsed, whatever the line asks for.
-        rig.lease_until(until_ns);
-        let expired = rig.leases().take(|lease| lease.session == session);
+        rig.channel.lease_until(until_ns);
+        let expired = rig.leases.take(|lease| lease.session == session);
         let rig = Rc::clone(rig);
         drop(spawn_local(async move { expire(&rig, expired, SILENT).await }));
     }
@@ -39,21 +123,21 @@ pub(super) fn renew(rig: &Rc<RigHandle>, session: u64) {
 
 /// Expires the lease of a client that has closed its connection.
 pub(super) async fn closed(rig: &RigHandle, session: u64) {
-    let expired = rig.leases().take(|lease| lease.session == session);
+    let expired = rig.leases.take(|lease| lease.session == session);
     expire(rig, expired, "its client has closed the connection").await;
 }
 
 /// Expires leases when their time is over, for ever.
 pub(crate) async fn watch(rig: &RigHandle) {
     loop {
-        let until_ns = rig.leases().until_ns();
+        let until_ns = rig.leases.until_ns();
         let left = Duration::from_nanos(until_ns.saturating_sub(now_ns()));
         tokio::select! {
-            () = rig.leases().changed() => continue,
+            () = rig.leases.changed.notified() => continue,
             () = tokio::time::sleep(left), if until_ns != u64::MAX => {}
         }
         let now = now_ns();
-        let expired = rig.leases().take(|lease| lease.until_ns <= now);
+        let expired = rig.leases.take(|lease| lease.until_ns <= now);
         expire(rig, expired, SILENT).await;
     }
 }
@@ -85,15 +169,14 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
 
 /// Tells the real-time thread and [`watch`] when the next lease expires.
 fn publish(rig: &RigHandle) {
-    rig.lease_until(rig.leases().until_ns());
-    rig.leases().notify();
+    rig.channel.lease_until(rig.leases.until_ns());
+    rig.leases.changed.notify_one();
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::control::rig::fixture::rig;
-    use haptic_ipc::Peer;
     use tokio::task::{LocalSet, yield_now};
 
     /// In the moment in which the real-time thread releases the rig, and before [`watch`] hears of it.
@@ -106,7 +189,7 @@ mod tests {
             peer: &peer,
         };
         lease(&rig, by, 1);
-        let until_ns = rig.leases().until_ns();
+        let until_ns = rig.leases.until_ns();
         while now_ns() <= until_ns {
             std::hint::spin_loop();
         }
@@ -117,12 +200,13 @@ mod tests {
             yield_now().await;
         };
         LocalSet::new().run_until(late).await;
+        rig.pump();
         let entries = rig.journal(0, 9).entries;
         let said: Vec<_> = entries
             .iter()
             .map(|entry| (&*entry.op, entry.message.as_deref()))
             .collect();
         assert_eq!(said, [("lease_lapsed", Some(SILENT))]);
-        assert_eq!(rig.leases().count(), 1, "and the new one holds");
+        assert_eq!(rig.leases.count(), 1, "and the new one holds");
     }
 }

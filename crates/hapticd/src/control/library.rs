@@ -3,16 +3,15 @@
 use crate::config::MAX_TITLE;
 use crate::control::history::Origin;
 use crate::control::journal::Completion;
-use crate::control::rig::rig_friction;
-use crate::control::worker_pool::{WorkError, WorkerPool};
 use crate::control::{RigHandle, whole_file};
+use crate::threads::{WorkError, Workers};
 use haptic_core::Scene;
 use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::scene::SceneFile;
 use haptic_ipc::regular_file::with_short_lines;
 use haptic_ipc::{
-    BUILT_IN_SCENES, ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
-    regular_file,
+    BUILT_IN_SCENES, ErrorCode, JournalEntry, ListedScene, Peer, SceneDiffReply, SceneListReply, SceneRef, SceneReply,
+    SceneSaveReply, WireError, differences, params_of, regular_file,
 };
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::io::Errno;
@@ -34,14 +33,97 @@ const MAX_PROBLEM: usize = 400;
 /// Timeout of the disk. Only the client that asked waits for it; a stop does not.
 const DISK_TIMEOUT: Duration = Duration::from_secs(2);
 
+/// Threads at a time that read and write it.
+const MAX_WORKERS: usize = 4;
+
+/// The saved scenes.
+#[derive(Debug)]
+pub(super) struct Library {
+    directory: PathBuf,
+    workers: Workers,
+}
+
+impl Library {
+    /// The scenes saved in a directory.
+    pub(super) fn new(directory: PathBuf) -> Self {
+        Self {
+            directory,
+            workers: Workers::new("library", MAX_WORKERS),
+        }
+    }
+
+    /// Runs work on the disk, which may be slow or never answer: neither a stop nor the end of the daemon may wait for it.
+    ///
+    /// # Errors
+    /// The disk does not answer in time.
+    pub(super) async fn on_disk<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, WorkError> {
+        self.workers.run(DISK_TIMEOUT, work).await
+    }
+
+    /// The same with the file of a scene, which an error names.
+    async fn on_file<T: Send + 'static>(
+        &self,
+        path: &Path,
+        work: impl FnOnce() -> Result<T, WireError> + Send + 'static,
+    ) -> Result<T, WireError> {
+        self.on_disk(work).await.unwrap_or_else(|error| {
+            let hint = match error {
+                WorkError::TimedOut { .. } => "; a file being saved may still be written",
+                WorkError::Failed(_) => "",
+            };
+            let message = format!("{}: {error}{hint}", path.display());
+            Err(WireError::new(ErrorCode::SceneFile, message).about("scene"))
+        })
+    }
+
+    fn path_of(&self, name: &str) -> Result<PathBuf, WireError> {
+        check(name)?;
+        Ok(self.directory.join(format!("{name}.toml")))
+    }
+
+    /// The path of a scene that may be written; `what` cannot be done to a built-in one.
+    fn path_of_saved(&self, name: &str, what: &str) -> Result<PathBuf, WireError> {
+        if BUILT_IN_SCENES.iter().any(|(known, _)| *known == name) {
+            let message = format!("the scene `{name}` is built in and cannot be {what}: choose another name");
+            return Err(WireError::new(ErrorCode::SceneExists, message).about("name"));
+        }
+        self.path_of(name)
+    }
+
+    /// Lists all scenes of the library.
+    ///
+    /// # Errors
+    /// Its directory exists and cannot be read.
+    pub(super) async fn list(&self) -> Result<SceneListReply, WireError> {
+        let directory = self.directory.clone();
+        self.on_file(&self.directory, move || {
+            let mut scenes: Vec<ListedScene> = BUILT_IN_SCENES
+                .iter()
+                .map(|(name, text)| listed(name, None, read(name, text)))
+                .collect();
+            let built_in = scenes.len();
+            for (name, path) in saved(&directory).map_err(|error| file_error(&directory, &error))? {
+                let scene = regular_file::read_text(&path)
+                    .map_err(|error| file_error(&path, &error))
+                    .and_then(|text| read(&path.display().to_string(), &text));
+                scenes.push(listed(&name, Some(&path), scene));
+            }
+            scenes[built_in..].sort_by(|one, other| one.name.cmp(&other.name));
+            Ok(SceneListReply { scenes })
+        })
+        .await
+    }
+}
+
 /// Finds the scene that a reference names, as the connected rig holds it.
 ///
 /// # Errors
 /// The name or revision is unknown, or the file cannot be read.
 pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, WireError> {
-    find_file(rig, scene)
-        .await
-        .map(|file| file.on(rig_friction::coupling(rig)))
+    find_file(rig, scene).await.map(|file| file.on(rig.known.coupling()))
 }
 
 async fn find_file(rig: &RigHandle, scene: SceneRef) -> Result<SceneFile, WireError> {
@@ -66,14 +148,46 @@ async fn find_file(rig: &RigHandle, scene: SceneRef) -> Result<SceneFile, WireEr
             if let Some((_, text)) = BUILT_IN_SCENES.iter().find(|(known, _)| *known == name) {
                 return read(&name, text);
             }
-            let path = path_of(rig, &name)?;
+            let path = rig.library.path_of(&name)?;
             let shown = path.clone();
-            on_worker(rig.library(), &shown, move || match regular_file::read_text(&path) {
+            let read_it = move || match regular_file::read_text(&path) {
                 Ok(text) => read(&path.display().to_string(), &text),
                 Err(error) => Err(missing_or(&path, &name, &error)),
-            })
-            .await
+            };
+            rig.library.on_file(&shown, read_it).await
         }
+    }
+}
+
+/// `get`: a scene, by default the newest one.
+///
+/// # Errors
+/// As [`find`].
+pub(super) async fn get(rig: &RigHandle, which: Option<SceneRef>) -> Result<SceneReply, WireError> {
+    let scene = find_or_newest(rig, which).await?;
+    Ok(SceneReply {
+        revision: rig.revision(),
+        params: params_of(&scene),
+        scene,
+    })
+}
+
+/// `scene.diff`: how two scenes differ, the second by default the newest one.
+///
+/// # Errors
+/// As [`find`].
+pub(super) async fn diff(rig: &RigHandle, from: SceneRef, to: Option<SceneRef>) -> Result<SceneDiffReply, WireError> {
+    let from = find(rig, from).await?;
+    let to = find_or_newest(rig, to).await?;
+    Ok(SceneDiffReply {
+        differences: differences(&from, &to),
+    })
+}
+
+async fn find_or_newest(rig: &RigHandle, scene: Option<SceneRef>) -> Result<Scene, WireError> {
+    match scene {
+        Some(scene) => find(rig, scene).await,
+        None => Ok(Scene::clone(&rig.scene())),
     }
 }
 
@@ -97,30 +211,6 @@ pub(super) async fn find_with_origin(
         })
     });
     Ok((scene, origin))
-}
-
-/// Lists all scenes of the library.
-///
-/// # Errors
-/// Its directory exists and cannot be read.
-pub(super) async fn list(rig: &RigHandle) -> Result<SceneListReply, WireError> {
-    let directory = rig.facts.scene_dir.clone();
-    on_worker(rig.library(), &rig.facts.scene_dir, move || {
-        let mut scenes: Vec<ListedScene> = BUILT_IN_SCENES
-            .iter()
-            .map(|(name, text)| listed(name, None, read(name, text)))
-            .collect();
-        let built_in = scenes.len();
-        for (name, path) in saved(&directory).map_err(|error| file_error(&directory, &error))? {
-            let scene = regular_file::read_text(&path)
-                .map_err(|error| file_error(&path, &error))
-                .and_then(|text| read(&path.display().to_string(), &text));
-            scenes.push(listed(&name, Some(&path), scene));
-        }
-        scenes[built_in..].sort_by(|one, other| one.name.cmp(&other.name));
-        Ok(SceneListReply { scenes })
-    })
-    .await
 }
 
 /// The names and files of the saved scenes.
@@ -173,7 +263,7 @@ const MAX_PROBLEMS: usize = 20;
 /// Looks through the files of the library. The active scene stays as it is, and is no longer known as the one of the
 /// library where that has changed.
 pub(super) async fn look_through(rig: &RigHandle) -> LibraryNews {
-    let listed = match list(rig).await {
+    let listed = match rig.library.list().await {
         Ok(listed) => listed,
         Err(error) => {
             return LibraryNews {
@@ -214,15 +304,15 @@ pub(super) async fn save(
     scene: Option<SceneRef>,
     replace: bool,
 ) -> Result<SceneSaveReply, WireError> {
-    let path = path_of_saved(rig, &name, "replaced")?;
+    let path = rig.library.path_of_saved(&name, "replaced")?;
     let scene = match scene {
         Some(scene) => find_file(rig, scene).await?,
         None => Scene::clone(&rig.scene()).into(),
     };
-    let kept = scene.clone().on(rig_friction::coupling(rig));
+    let kept = scene.clone().on(rig.known.coupling());
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
     let shown = path.clone();
-    let saved = on_worker(rig.library(), &shown, move || {
+    let write = move || {
         let directory = path.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(directory).map_err(|error| file_error(directory, &error))?;
         let others = saved(directory).map_err(|error| file_error(directory, &error))?;
@@ -241,8 +331,8 @@ pub(super) async fn save(
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Err(taken(&name)),
             Err(error) => Err(file_error(&path, &error)),
         }
-    })
-    .await?;
+    };
+    let saved = rig.library.on_file(&shown, write).await?;
     rig.history_mut().saved(&saved.name, &kept);
     enter(rig, by, "scene.save", &saved);
     Ok(saved)
@@ -253,16 +343,16 @@ pub(super) async fn save(
 /// # Errors
 /// The name is invalid, unknown or that of a built-in scene, or the file cannot be removed.
 pub(super) async fn delete(rig: &RigHandle, by: &Peer, name: String) -> Result<SceneSaveReply, WireError> {
-    let path = path_of_saved(rig, &name, "deleted")?;
+    let path = rig.library.path_of_saved(&name, "deleted")?;
     let shown = path.clone();
-    let deleted = on_worker(rig.library(), &shown, move || match std::fs::remove_file(&path) {
+    let remove = move || match std::fs::remove_file(&path) {
         Ok(()) => Ok(SceneSaveReply {
             name,
             path: path.display().to_string(),
         }),
         Err(error) => Err(missing_or(&path, &name, &error)),
-    })
-    .await?;
+    };
+    let deleted = rig.library.on_file(&shown, remove).await?;
     rig.history_mut().forget_origin(&deleted.name);
     enter(rig, by, "scene.delete", &deleted);
     Ok(deleted)
@@ -281,11 +371,11 @@ pub(super) async fn rename(
     replace: bool,
 ) -> Result<SceneSaveReply, WireError> {
     let (from, path) = (
-        path_of_saved(rig, &name, "renamed")?,
-        path_of_saved(rig, &to, "replaced")?,
+        rig.library.path_of_saved(&name, "renamed")?,
+        rig.library.path_of_saved(&to, "replaced")?,
     );
     let (shown, old) = (from.clone(), name.clone());
-    let renamed = on_worker(rig.library(), &shown, move || {
+    let rename = move || {
         let flags = if replace {
             RenameFlags::empty()
         } else {
@@ -299,8 +389,8 @@ pub(super) async fn rename(
             Err(Errno::EXIST) => Err(taken(&to)),
             Err(error) => Err(missing_or(&from, &old, &error.into())),
         }
-    })
-    .await?;
+    };
+    let renamed = rig.library.on_file(&shown, rename).await?;
     rig.history_mut().renamed(&name, &renamed.name);
     enter(rig, by, "scene.rename", &renamed);
     Ok(renamed)
@@ -313,20 +403,6 @@ fn enter(rig: &RigHandle, by: &Peer, op: &str, file: &SceneSaveReply) {
         ..JournalEntry::of(op)
     };
     rig.enter(Completion::Done, entry);
-}
-
-/// The path of a scene that may be written; `what` cannot be done to a built-in one.
-fn path_of_saved(rig: &RigHandle, name: &str, what: &str) -> Result<PathBuf, WireError> {
-    if BUILT_IN_SCENES.iter().any(|(known, _)| *known == name) {
-        let message = format!("the scene `{name}` is built in and cannot be {what}: choose another name");
-        return Err(WireError::new(ErrorCode::SceneExists, message).about("name"));
-    }
-    path_of(rig, name)
-}
-
-fn path_of(rig: &RigHandle, name: &str) -> Result<PathBuf, WireError> {
-    check(name)?;
-    Ok(rig.facts.scene_dir.join(format!("{name}.toml")))
 }
 
 /// Checks the name of a saved scene, which is also the name of its file.
@@ -397,21 +473,4 @@ fn missing_or(path: &Path, name: &str, error: &std::io::Error) -> WireError {
 
 fn file_error(path: &Path, error: &std::io::Error) -> WireError {
     WireError::new(ErrorCode::SceneFile, format!("{}: {error}", path.display())).about("scene")
-}
-
-/// Runs work on a worker thread: a disk may be slow or never answer, and neither a stop nor the end
-/// of the daemon may wait for it.
-async fn on_worker<T: Send + 'static>(
-    library: &WorkerPool,
-    path: &Path,
-    work: impl FnOnce() -> Result<T, WireError> + Send + 'static,
-) -> Result<T, WireError> {
-    library.run(DISK_TIMEOUT, work).await.unwrap_or_else(|error| {
-        let hint = match error {
-            WorkError::TimedOut { .. } => "; a file being saved may still be written",
-            WorkError::Failed(_) => "",
-        };
-        let message = format!("{}: {error}{hint}", path.display());
-        Err(WireError::new(ErrorCode::SceneFile, message).about("scene"))
-    })
 }

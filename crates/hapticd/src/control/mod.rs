@@ -2,10 +2,8 @@
 
 pub(crate) mod admission;
 mod advise;
-mod answer_timer;
 mod change;
 pub(crate) mod commission;
-pub(crate) mod compile;
 mod connected_device;
 mod devices;
 mod facts;
@@ -15,13 +13,11 @@ mod identify;
 mod journal;
 mod judge;
 pub(crate) mod lease;
-mod leases;
 mod library;
 mod link_log;
 mod peer;
 mod places;
 mod presence;
-mod reads;
 pub(crate) mod reload;
 mod rig;
 mod rig_files;
@@ -33,8 +29,8 @@ mod status;
 mod subscribe;
 mod trial;
 pub(crate) mod whole_file;
-pub(crate) mod worker_pool;
 
 pub(crate) use facts::Facts;
 pub(crate) use hand::PointerHand;
-pub(crate) use rig::{RigHandle, exclusive_use, rig_friction};
+pub(crate) use rig::loop_channel::LoopChannel;
+pub(crate) use rig::{RigHandle, exclusive_use, known_rig};

@@ -5,6 +5,7 @@
 //! it is only shown to people; no decision depends on it.
 #![allow(unsafe_code, reason = "SO_PEERGROUPS has no safe wrapper")]
 
+use crate::threads::Workers;
 use haptic_ipc::Peer;
 use nix::unistd::{Uid, User};
 use rustix::fd::{AsFd, AsRawFd};
@@ -26,6 +27,9 @@ const MAX_GROUPS: usize = 65_536;
 /// namespaces has thousands of user ids.
 const MAX_USERS: usize = 256;
 
+/// Most look-ups at once: a user directory that does not answer keeps a thread for each.
+const MAX_LOOK_UPS: usize = 4;
+
 /// The look-up of a user's name.
 #[derive(Clone, Debug)]
 struct LookUp {
@@ -36,18 +40,30 @@ struct LookUp {
 }
 
 /// The users seen so far.
-#[derive(Debug, Default)]
-pub(crate) struct UserNames(RefCell<HashMap<u32, LookUp>>);
+#[derive(Debug)]
+pub(crate) struct UserNames {
+    known: RefCell<HashMap<u32, LookUp>>,
+    directory: Workers,
+}
+
+impl Default for UserNames {
+    fn default() -> Self {
+        Self {
+            known: RefCell::default(),
+            directory: Workers::new("user-name", MAX_LOOK_UPS),
+        }
+    }
+}
 
 impl UserNames {
-    /// The name of a user. Each user is looked up once. A client has no name if the look-up is too
-    /// slow, and later clients of that user do not wait for it: their first line may be a stop.
+    /// The name of a user. Each user is looked up once. A client has no name if the look-up is too slow or there are too
+    /// many, and later clients of that user do not wait for it: their first line may be a stop.
     async fn of(&self, uid: u32) -> Option<String> {
-        let known = self.0.borrow().get(&uid).cloned();
+        let known = self.known.borrow().get(&uid).cloned();
         let mut answer = match known {
             Some(answer) => answer,
-            None if self.0.borrow().len() >= MAX_USERS => return None,
-            None => self.0.borrow_mut().entry(uid).insert_entry(look_up(uid)?).get().clone(),
+            None if self.known.borrow().len() >= MAX_USERS => return None,
+            None => self.look_up(uid)?,
         };
         if answer.is_slow {
             return answer.found.borrow().clone().flatten();
@@ -56,26 +72,23 @@ impl UserNames {
         match found {
             Ok(found) => found.ok()?.clone().flatten(),
             Err(_) => {
-                if let Some(answer) = self.0.borrow_mut().get_mut(&uid) {
+                if let Some(answer) = self.known.borrow_mut().get_mut(&uid) {
                     answer.is_slow = true;
                 }
                 None
             }
         }
     }
-}
 
-/// Looks up a user on a thread of its own: the daemon's end would wait for a thread of the runtime.
-fn look_up(uid: u32) -> Option<LookUp> {
-    let (sender, found) = watch::channel(None);
-    let looking = std::thread::Builder::new()
-        .name("user-name".to_owned())
-        .stack_size(256 * 1024)
-        .spawn(move || {
+    fn look_up(&self, uid: u32) -> Option<LookUp> {
+        let (sender, found) = watch::channel(None);
+        let is_begun = self.directory.begin(move || {
             let user = User::from_uid(Uid::from_raw(uid)).ok().flatten();
             sender.send_replace(Some(user.map(|user| user.name)));
         });
-    looking.ok().map(|_| LookUp { found, is_slow: false })
+        let look_up = LookUp { found, is_slow: false };
+        is_begun.then(|| self.known.borrow_mut().entry(uid).insert_entry(look_up).get().clone())
+    }
 }
 
 /// The client of a connection; `session` is its name in the greeting. `None` if the kernel does not

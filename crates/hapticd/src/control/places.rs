@@ -1,13 +1,15 @@
 //! The places for clients: as many as there are descriptors for, with some kept for those who come to stop the rig.
 
-use crate::control::session::{MAX_CLIENTS, Newcomer};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::os::fd::AsRawFd;
 use std::rc::Rc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::Notify;
+
+/// Clients served at once.
+pub(super) const MAX_CLIENTS: usize = 32;
 
 /// Most newcomers on a socket at once, beyond its clients.
 const MAX_NEWCOMERS: usize = 16;
@@ -20,6 +22,53 @@ const WANTED: u64 = 1024;
 
 /// Shortest time for which a newcomer is heard, however many wait behind it.
 const MIN_HEARING: Duration = Duration::from_millis(2);
+
+/// How long a newcomer is heard.
+const HEARD_FOR: Duration = Duration::from_millis(100);
+
+/// How long the answer to its stop may take.
+const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
+
+/// A client for which there is no place: it is heard for a moment, to stop the rig.
+#[derive(Debug)]
+pub(super) struct Newcomer {
+    since: Instant,
+    /// Places for clients, all of which are taken.
+    pub(super) places: usize,
+    /// It has asked for a stop.
+    stops: Cell<bool>,
+    away: Notify,
+}
+
+impl Newcomer {
+    /// One that has just come, where all places are taken.
+    fn new(places: usize) -> Self {
+        Self {
+            since: Instant::now(),
+            places,
+            stops: Cell::new(false),
+            away: Notify::new(),
+        }
+    }
+
+    /// It asks for a stop: it stays until it has its answer.
+    pub(super) fn asks_for_a_stop(&self) {
+        self.stops.set(true);
+    }
+
+    /// Whether it has not asked for a stop.
+    pub(super) fn is_silent(&self) -> bool {
+        !self.stops.get()
+    }
+
+    /// Until it has been heard for long enough.
+    pub(super) async fn over(&self) {
+        drop(tokio::time::timeout(HEARD_FOR, self.away.notified()).await);
+        if self.stops.get() {
+            tokio::time::sleep(ANSWERED_WITHIN).await;
+        }
+    }
+}
 
 /// The places on a socket.
 #[derive(Debug)]
@@ -88,11 +137,11 @@ impl Places {
             .find(|newcomer| newcomer.is_silent())
             .cloned();
         if let Some(oldest) = oldest {
-            let heard_for = oldest.heard_for();
+            let heard_for = oldest.since.elapsed();
             if heard_for < MIN_HEARING {
                 tokio::time::sleep(MIN_HEARING - heard_for).await;
             }
-            oldest.send_away();
+            oldest.away.notify_one();
         }
         // Those who have asked for a stop have their answer soon.
         drop(tokio::time::timeout(MIN_HEARING, self.left.notified()).await);

@@ -5,17 +5,29 @@
 
 use crate::config::{ConfigError, ReloadedLimits};
 use crate::control::journal::Completion;
-use crate::control::worker_pool::WorkError;
 use crate::control::{RigHandle, library};
 use crate::ending::SignalWakeup;
 use crate::service::ServiceManager;
 use haptic_ipc::{ErrorCode, JournalEntry, LimitsChange, Peer, ReloadReply, WireError};
+use std::cell::{Ref, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Duration;
+use tokio::sync::Mutex;
 
-/// Timeout of the disk.
-const DISK_TIMEOUT: Duration = Duration::from_secs(2);
+/// What is kept of reloads.
+#[derive(Debug, Default)]
+pub(crate) struct Reloads {
+    /// One at a time.
+    turn: Arc<Mutex<()>>,
+    refusal: RefCell<Option<String>>,
+}
+
+impl Reloads {
+    /// Why the newest one was refused, if it was.
+    pub(crate) fn refusal(&self) -> Ref<'_, Option<String>> {
+        self.refusal.borrow()
+    }
+}
 
 /// Reloads, for a client or for a signal.
 ///
@@ -23,7 +35,7 @@ const DISK_TIMEOUT: Duration = Duration::from_secs(2);
 /// The configuration file cannot be read or has an invalid value, which changes nothing; or the real-time thread does
 /// not answer.
 pub(super) async fn reload(rig: &Rc<RigHandle>, by: Option<Peer>) -> Result<ReloadReply, WireError> {
-    let turn = Arc::clone(&rig.reloads().turn).lock_owned().await;
+    let turn = Arc::clone(&rig.reloads.turn).lock_owned().await;
     let rig = Rc::clone(rig);
     // A task of its own: a client that goes away does not leave it half-way.
     let done = tokio::task::spawn_local(async move {
@@ -37,7 +49,7 @@ pub(super) async fn reload(rig: &Rc<RigHandle>, by: Option<Peer>) -> Result<Relo
             // The loop may yet take the limits.
             Err(error) => ("reload_refused", error.message.clone()),
         };
-        *rig.reloads().refusal.borrow_mut() = done.as_ref().err().map(|error| error.message.clone());
+        *rig.reloads.refusal.borrow_mut() = done.as_ref().err().map(|error| error.message.clone());
         let entry = JournalEntry {
             by,
             message: Some(message),
@@ -52,10 +64,10 @@ pub(super) async fn reload(rig: &Rc<RigHandle>, by: Option<Peer>) -> Result<Relo
 
 async fn reread(rig: &RigHandle) -> Result<ReloadReply, WireError> {
     let configuration = rig.facts.configuration.clone();
-    let read = rig.library().run(DISK_TIMEOUT, move || configuration.reload()).await;
+    let read = rig.library.on_disk(move || configuration.reload()).await;
     let ReloadedLimits { limits, needs_restart } = match read {
         Ok(read) => read.map_err(|error| refused(&error))?,
-        Err(error @ (WorkError::TimedOut { .. } | WorkError::Failed(_))) => {
+        Err(error) => {
             let path = rig.facts.configuration.path().unwrap_or("configuration".as_ref());
             return Err(refusal(&format!("{}: {error}", path.display())));
         }

@@ -1,12 +1,12 @@
 //! Files in the state directory that hold what was found of a rig: one file a rig, by its serial
 //! number, written whole or not at all.
 //!
-//! A disk may be slow and a mount may hang, so files are read and written on a [`WorkerPool`] of
-//! one thread, which nothing waits for longer than [`READ_TIMEOUT`] or [`WRITE_TIMEOUT`].
+//! A disk may be slow and a mount may hang, so files are read and written by [`Workers`] of which
+//! there is one, for whom nothing waits for longer than [`READ_TIMEOUT`] or [`WRITE_TIMEOUT`].
 
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::whole_file;
-use crate::control::worker_pool::WorkerPool;
+use crate::threads::Workers;
 use haptic_ipc::quantity::number;
 use haptic_ipc::regular_file::{self, with_short_lines};
 use haptic_ipc::{ErrorCode, Peer, WireError};
@@ -175,7 +175,7 @@ pub(super) struct RigFolder {
     name: &'static str,
     /// The first line of each file.
     heading: &'static str,
-    disk: WorkerPool,
+    disk: Workers,
 }
 
 impl RigFolder {
@@ -183,7 +183,7 @@ impl RigFolder {
         Self {
             name,
             heading,
-            disk: WorkerPool::new("rig-file", 1),
+            disk: Workers::new("rig-file", 1),
         }
     }
 

@@ -3,6 +3,7 @@
 use crate::control::change::{check_revision, values_set};
 use crate::control::history::Move;
 use crate::control::peer::Requester;
+use crate::control::rig::Compiled;
 use crate::control::rig::schedule::NewChange;
 use crate::control::{RigHandle, advise, exclusive_use, judge, library};
 use haptic_core::Scene;
@@ -51,7 +52,7 @@ pub(super) async fn schedule(
             revision: base_revision + 1 + index as u64,
             applied: values_set(&change.entry.changes),
         });
-        for remark in advise::warnings(rig, &change.scene) {
+        for remark in advise::warnings(&rig.known, &change.scene) {
             if !advice.iter().any(|known| known.message == remark.message) {
                 advice.push(remark);
             }
@@ -62,16 +63,16 @@ pub(super) async fn schedule(
         tokio::task::yield_now().await;
     }
     // As long as no force flows they are judged when it is to.
-    if !options.anyway && rig.may_have_force() {
+    if !options.anyway && rig.channel.may_have_force() {
         let scenes: Vec<_> = new.iter().map(|change| Rc::clone(&change.scene)).collect();
-        let calm = judge::refuse_chatter(rig, &scenes, "schedule the change").await;
+        let calm = judge::refuse_chatter(&rig.known, &scenes, "schedule the change").await;
         calm.map_err(|(index, error)| at_index(error, index))?;
     }
     if options.dry_run {
         rig.check_schedule(by.session, &new)?;
     } else {
         exclusive_use::refuse_others(rig, "schedule a change")?;
-        rig.schedule(by, options.keep, base_revision, new)?;
+        rig.schedule_changes(by, options.keep, base_revision, new)?;
     }
     Ok(ScheduleReply {
         name,
@@ -99,7 +100,7 @@ async fn prepare(
     let ramp_ms = change.ramp_ms.filter(|ramp_ms| *ramp_ms > 0.0);
     Ok(NewChange {
         at_tick: change.at_tick,
-        compiled: rig.compile_from(before, &scene, ramp_ms.unwrap_or(0.0) * 1e-3)?,
+        compiled: Compiled::new(before, &scene, &rig.facts, ramp_ms.unwrap_or(0.0) * 1e-3)?,
         step,
         entry: JournalEntry {
             by: Some(by.peer.clone()),
@@ -130,7 +131,7 @@ fn checked_name(rig: &RigHandle, name: String) -> Result<String, WireError> {
         return Err(WireError::new(ErrorCode::BadName, message).about("name"));
     }
     let waits = |status: &haptic_ipc::ScheduleStatus| status.names.contains(&name);
-    if rig.schedule_status().as_ref().is_some_and(waits) {
+    if rig.schedule().status().as_ref().is_some_and(waits) {
         let message = format!("a schedule `{name}` waits already: choose another name, or take it back first");
         return Err(WireError::new(ErrorCode::BadName, message).about("name"));
     }
@@ -144,7 +145,7 @@ fn checked_name(rig: &RigHandle, name: String) -> Result<String, WireError> {
 pub(super) fn cancel(rig: &RigHandle, by: Requester<'_>, name: Option<&str>) -> Result<ScheduleCancelReply, WireError> {
     let why = "a client has asked for it";
     let cancelled = rig.cancel_schedule(name, Some(by.peer), why).ok_or_else(|| {
-        let known = rig.schedule_status().map_or_else(
+        let known = rig.schedule().status().map_or_else(
             || "none waits".to_owned(),
             |status| format!("those that wait are {}", status.names.join(", ")),
         );

@@ -2,8 +2,8 @@
 
 use crate::control::RigHandle;
 use crate::control::peer::{UserNames, peer_of};
-use crate::control::places::Places;
-use crate::control::session::{self, Newcomer};
+use crate::control::places::{Newcomer, Places};
+use crate::control::session;
 use crate::control::socket::{Access, InheritedSockets, Socket, SocketError};
 use crate::log::{Level, say, say_at};
 use haptic_ipc::{ErrorCode, Problem, Rights, WireError};
@@ -142,19 +142,22 @@ impl Server {
             } else {
                 Some(places.admit().await)
             };
-            let client = Incoming {
-                number: self.sessions.get() + 1,
-                names: Rc::clone(&self.names),
-                rights: if newcomer.is_some() {
-                    Rights::Stop
-                } else {
-                    listener.rights
-                },
-                place: Place::take(Rc::clone(places), newcomer, rig),
-                stream,
+            let rights = if newcomer.is_some() {
+                Rights::Stop
+            } else {
+                listener.rights
             };
-            self.sessions.set(client.number);
-            tokio::task::spawn_local(client.serve());
+            let number = self.sessions.get() + 1;
+            self.sessions.set(number);
+            let (names, place) = (Rc::clone(&self.names), Place::take(Rc::clone(places), newcomer, rig));
+            // Until it closes its connection; a newcomer for a moment.
+            tokio::task::spawn_local(async move {
+                let session = format!("{}-{number}", std::process::id());
+                let Place { rig, newcomer, .. } = &place;
+                if let Some(peer) = peer_of(&stream, session, &names).await {
+                    session::run(Rc::clone(rig), stream, number, peer, rights, newcomer.clone()).await;
+                }
+            });
         }
     }
 
@@ -162,7 +165,7 @@ impl Server {
     /// more, no force may flow.
     async fn stay_reachable(&self, rig: &RigHandle) {
         loop {
-            rig.set_reachable(
+            rig.channel.set_reachable(
                 self.control
                     .stays_reachable("its force is released, as nobody can stop the rig"),
             );
@@ -172,35 +175,6 @@ impl Server {
             rig.log_link();
             tokio::time::sleep(LOOK).await;
         }
-    }
-}
-
-/// A client that has connected.
-struct Incoming {
-    stream: UnixStream,
-    place: Place,
-    number: u64,
-    rights: Rights,
-    names: Rc<UserNames>,
-}
-
-impl Incoming {
-    /// Serves it until it closes its connection; a newcomer for a moment.
-    async fn serve(self) {
-        let session = format!("{}-{}", std::process::id(), self.number);
-        let Some(peer) = peer_of(&self.stream, session, &self.names).await else {
-            return;
-        };
-        let Place { rig, newcomer, .. } = &self.place;
-        session::run(
-            Rc::clone(rig),
-            self.stream,
-            self.number,
-            peer,
-            self.rights,
-            newcomer.clone(),
-        )
-        .await;
     }
 }
 
@@ -216,7 +190,7 @@ impl Place {
         if newcomer.is_none() {
             places.clients.set(places.clients.get() + 1);
         }
-        rig.clients().set(rig.clients().get() + 1);
+        rig.clients.set(rig.clients.get() + 1);
         Self {
             places,
             newcomer,
@@ -231,7 +205,7 @@ impl Drop for Place {
             Some(newcomer) => self.places.give_back(newcomer),
             None => self.places.clients.set(self.places.clients.get() - 1),
         }
-        self.rig.clients().set(self.rig.clients().get() - 1);
+        self.rig.clients.set(self.rig.clients.get() - 1);
     }
 }
 

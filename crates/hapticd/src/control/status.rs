@@ -1,12 +1,14 @@
 //! `status`: the state of the rig and of the daemon.
 
-use crate::control::{RigHandle, admission, advise, exclusive_use, judge, rig_friction};
+use crate::control::{RigHandle, admission, advise, exclusive_use, judge};
 use haptic_ipc::{DeviceStatus, RigState, Status};
+use std::rc::Rc;
 
 pub(super) async fn status(rig: &RigHandle) -> Status {
     let mut engage_refused = admission::problems(rig).await;
-    if engage_refused.is_empty() && rig.feed().state() == RigState::Idle {
-        engage_refused.extend(judge::problem(rig).await);
+    if engage_refused.is_empty() && rig.channel.state() == RigState::Idle {
+        let scene = Rc::clone(&rig.scene());
+        engage_refused.extend(judge::problem(&rig.known, scene).await);
     }
     let mut status = rig.status_without_admission();
     status.device.engage_refused = engage_refused;
@@ -22,7 +24,7 @@ impl RigHandle {
             let feed = self.feed();
             (feed.newest().copied(), feed.state(), feed.uptime_s(), feed.link())
         };
-        let scheduled = self.schedule_status();
+        let scheduled = self.schedule().status();
         let facts = &self.facts;
         let (force_limit_n, force_limit_by) = facts.force_limit();
         let (limits, velocity) = (facts.limits(), facts.servo.get().velocity);
@@ -46,8 +48,8 @@ impl RigHandle {
             device_position_m: newest.map_or(0.0, |record| record.device_position),
             undo_depth,
             redo_depth,
-            clients: self.clients().get(),
-            leases: self.leases().count(),
+            clients: self.clients.get(),
+            leases: self.leases.count(),
             commissioning: exclusive_use::by(self),
             device: DeviceStatus {
                 engage_refused: Vec::new(),
@@ -59,7 +61,7 @@ impl RigHandle {
                 speed_limit_mps: limits.speed_mps,
                 acceleration_limit_mps2: limits.acceleration_mps2,
                 takes_hand: facts.hand.is_some(),
-                rig_friction: Some(rig_friction::status(self)),
+                rig_friction: Some(self.known.friction_status()),
                 link,
             },
             real_time: facts.real_time(),

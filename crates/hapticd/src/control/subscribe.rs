@@ -1,6 +1,6 @@
 //! `subscribe`: begins, changes or ends a client's events.
 
-use crate::control::{RigHandle, rig_friction};
+use crate::control::RigHandle;
 use crate::telemetry::subscribers::{Line, Subscription};
 use haptic_ipc::quantity::number;
 use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
@@ -50,8 +50,9 @@ pub(super) fn subscribe(
         }
     }
     // While force flows, the settings are those of the engagement; else those that one would have now.
-    let in_use = rig.servo_in_use().filter(|_| rig.state().is_live());
-    let servo = in_use.unwrap_or_else(|| rig.facts.servo_setup(rig_friction::setup(rig)));
+    let channel = &rig.channel;
+    let in_use = channel.servo_in_use(&rig.facts).filter(|_| channel.state().is_live());
+    let servo = in_use.unwrap_or_else(|| rig.facts.servo_setup(rig.known.setup()));
     rig.feed().subscribe(
         session,
         Subscription {

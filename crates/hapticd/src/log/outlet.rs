@@ -1,6 +1,6 @@
 //! A queue that never blocks, in front of a descriptor that may.
 
-use crate::thread_signals::block_signals;
+use crate::threads;
 use crossbeam::queue::ArrayQueue;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::fd::AsFd;
@@ -74,18 +74,8 @@ impl Outlet {
             since: Instant::now(),
         });
         let to_write = Arc::clone(&queue);
-        let thread = std::thread::Builder::new()
-            .name(name.to_owned())
-            .stack_size(128 * 1024)
-            .spawn(move || {
-                block_signals();
-                run(&to_write, &descriptor, &lost);
-            })?;
-        Ok(Self {
-            queue,
-            // The thread is never joined: it may be blocked for ever, and ends with the process.
-            writer: thread.thread().clone(),
-        })
+        let writer = threads::start(name, 128 * 1024, move || run(&to_write, &descriptor, &lost))?;
+        Ok(Self { queue, writer })
     }
 
     /// Queues a line, or counts it as lost.

@@ -1,10 +1,10 @@
 //! The metrics in a file, for the textfile collector of node_exporter: written again every few seconds, whole or not
 //! at all.
 
-use crate::control::worker_pool::WorkerPool;
 use crate::control::{RigHandle, whole_file};
-use crate::every::every;
 use crate::say;
+use crate::threads::Workers;
+use crate::timers::every;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,7 +17,7 @@ pub(crate) async fn keep(path: Option<PathBuf>, rig: &RigHandle) {
     let Some(path) = path.map(Arc::new) else {
         return std::future::pending().await;
     };
-    let disk = WorkerPool::new("metrics", 1);
+    let disk = Workers::new("metrics", 1);
     let mut period = every(PERIOD);
     let mut worked = true;
     loop {

@@ -16,7 +16,7 @@ mod claim;
 #[path = "shared.rs"]
 mod shared;
 
-/// Loom's counterparts of `rt/atomic.rs`.
+/// Loom's counterparts of `rt::atomic`.
 mod atomic {
     pub(crate) use loom::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 }

@@ -5,7 +5,7 @@
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
 
 use crate::rt::thread_settings::{Policy, ThreadSettings};
-use crate::thread_signals::block_signals;
+use crate::threads::block_signals;
 use haptic_ipc::{Problem, RealTimeStatus};
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};

@@ -6,7 +6,6 @@
 //! All of it is counted, not timed, so that a busy machine cannot disturb it.
 #![allow(unsafe_code, reason = "a counting allocator, a seccomp filter and a signal handler")]
 
-use crate::control::compile::Compiled;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::{ControlSide, hand_over};
 use crate::rt::inbox::ToLoop;
@@ -226,10 +225,7 @@ fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
 
 /// A scene that takes effect over a time, after another.
 fn on_the_way(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) -> CompiledScene {
-    Compiled::new(from, to, Scheme::Exact, 1e-3, ramp_s)
-        .expect("a valid scene")
-        .into_scene(revision)
-        .0
+    CompiledScene::ramped(from, to, revision, Scheme::Exact, 1e-3, ramp_s).expect("a valid scene")
 }
 
 /// Every law that the repository has a scene for.

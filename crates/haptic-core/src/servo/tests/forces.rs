@@ -96,6 +96,7 @@ fn stop_zeroes_force_and_moves_block_to_hand_at_once() {
     assert_eq!(outputs.block_position_m, outputs.device_position_m);
 }
 
+// hazard: H16
 #[test]
 fn force_decays_after_three_silent_periods_and_returns() {
     for silent in [0_u32, 3, 4, 10, 22] {

@@ -20,6 +20,7 @@ fn ended(script: &Script) -> (RigState, Option<Fault>) {
     (script.servo.state(), script.servo.fault())
 }
 
+// hazard: P7
 #[test]
 fn a_ramp_takes_its_time_whatever_the_devices_clock_does() {
     let mut script = Script::new(PLAIN);
@@ -75,6 +76,7 @@ fn a_loop_that_may_stand_still_does_not_fault_by_it() {
     assert_eq!(ended(&script), (RigState::Engaged, None));
 }
 
+// hazard: H15
 #[test]
 fn lapsed_lease_or_lost_control_cuts_a_long_ramp_short() {
     let settings = Settings { ramp_s: 1.0, ..PLAIN };
@@ -118,6 +120,7 @@ fn engage_needs_enable_button_and_motor_with_force() {
     );
 }
 
+// hazard: H19
 #[test]
 fn stop_button_stops_and_enable_button_releases() {
     for (buttons, expected) in [
@@ -215,6 +218,7 @@ fn a_lying_clock_is_a_fault_while_force_flows_and_else_is_none() {
     assert_eq!((outputs.device_position_m, outputs.device_velocity_mps), (0.7, 0.0));
 }
 
+// hazard: H6
 #[test]
 fn lone_wrong_sample_is_held_back_and_counted() {
     let mut script = Script::engaged(PLAIN);

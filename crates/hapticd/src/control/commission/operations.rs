@@ -135,7 +135,7 @@ pub(in crate::control) async fn store(
             return Err(WireError::new(ErrorCode::WrongState, message).about("force_N"));
         }
     }
-    let coupling = judge::stiffest_coupling(rig, findings).await;
+    let coupling = judge::stiffest_coupling(&rig.known, findings).await;
     let record = Record {
         origin: Origin::now(&device, by.peer),
         step_m: found.step_m,

@@ -1,14 +1,13 @@
 //! Commands to the real-time thread: admitted, sent, answered, and withdrawn if their client is
-//! gone.
+//! gone. Stops: raised at once, and confirmed when the device has taken the zero force.
 
-use super::{RigHandle, exclusive_use, rig_friction};
+use super::{RigHandle, exclusive_use};
 use crate::control::admission::{self, Admission, Purpose};
-use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::judge;
 use crate::control::peer::Requester;
-use crate::rt::handoff::Outcome;
-use crate::rt::inbox::{RigSetup, SentCommand, ToLoop};
+use crate::rt::handoff::{Outcome, StopConfirmation, Stopped};
+use crate::rt::inbox::RigSetup;
 use haptic_core::limiter::Limits;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
@@ -34,13 +33,13 @@ struct WithdrawOnDrop<'a> {
 
 impl Drop for WithdrawOnDrop<'_> {
     fn drop(&mut self) {
-        self.rig.shared.withdraw(self.serial);
-        let outcome = self.rig.answers().command(self.serial);
+        self.rig.channel.withdraw(self.serial);
+        let outcome = self.rig.channel.exchange().command(self.serial);
         let Some(outcome) = outcome.filter(|outcome| !outcome.refused) else {
             return;
         };
         if self.command == Command::Engage {
-            self.rig.engaged_at.set(outcome.tick);
+            self.rig.channel.engaged(outcome.tick);
         }
         let (by, message) = match self.asked {
             Asked::By(peer) => (Some(peer.clone()), None),
@@ -57,22 +56,6 @@ impl Drop for WithdrawOnDrop<'_> {
             ..JournalEntry::of(self.command.name())
         };
         self.rig.enter(Completion::Done, entry);
-    }
-}
-
-/// As long as it lives a client engages: until the answer every change of the scene is judged as one under force.
-struct Engaging<'a>(&'a RigHandle);
-
-impl<'a> Engaging<'a> {
-    fn begin(rig: &'a RigHandle) -> Self {
-        rig.engaging.set(rig.engaging.get() + 1);
-        Self(rig)
-    }
-}
-
-impl Drop for Engaging<'_> {
-    fn drop(&mut self) {
-        self.0.engaging.set(self.0.engaging.get() - 1);
     }
 }
 
@@ -100,11 +83,11 @@ impl RigHandle {
     /// the real-time thread does not answer.
     pub(crate) async fn engage(&self, anyway: bool, stops_known: u64, by: Requester<'_>) -> Result<Outcome, WireError> {
         let admission = admission::admit(self, Purpose::Scene).await?;
-        let _engaging = Engaging::begin(self);
+        let _engaging = self.channel.begin_engaging();
         if !anyway {
             self.refuse_chatter().await?;
         }
-        if self.leases().is_absent(by.session) {
+        if self.leases.is_absent(by.session) {
             let message = "cannot engage: the lease of this client has expired since it asked";
             return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
         }
@@ -117,9 +100,9 @@ impl RigHandle {
     /// # Errors
     /// As [`Self::engage`].
     pub(crate) async fn engage_because(&self, why: &str) -> Result<Outcome, WireError> {
-        let stops_known = self.stops();
+        let stops_known = self.channel.stops();
         let admission = admission::admit(self, Purpose::Scene).await?;
-        let _engaging = Engaging::begin(self);
+        let _engaging = self.channel.begin_engaging();
         self.refuse_chatter().await?;
         self.carry_out(Command::Engage, admission, stops_known, Asked::Because(why))
             .await
@@ -133,20 +116,10 @@ impl RigHandle {
             if judged == to_come {
                 return Ok(());
             }
-            let refused = judge::refuse_chatter(self, &to_come, "engage").await;
+            let refused = judge::refuse_chatter(&self.known, &to_come, "engage").await;
             refused.map_err(|(_, error)| error)?;
             judged = to_come;
         }
-    }
-
-    /// Whether force flows, or may in the next ticks.
-    pub(in crate::control) fn may_have_force(&self) -> bool {
-        let (state, tick) = {
-            let feed = self.feed();
-            (feed.state(), feed.newest().map_or(0, |record| record.tick))
-        };
-        // The answer to a command may come before the record of its tick.
-        state.is_live() || self.engaging.get() > 0 || tick < self.engaged_at.get()
     }
 
     /// Releases the rig by the daemon itself.
@@ -154,7 +127,8 @@ impl RigHandle {
     /// # Errors
     /// As [`Self::command`].
     pub(crate) async fn release_because(&self, why: &str) -> Result<Outcome, WireError> {
-        self.carry_out(Command::Release, Admission::NONE, self.stops(), Asked::Because(why))
+        let stops_known = self.channel.stops();
+        self.carry_out(Command::Release, Admission::NONE, stops_known, Asked::Because(why))
             .await
     }
 
@@ -169,29 +143,27 @@ impl RigHandle {
         stops_known: u64,
         asked: Asked<'_>,
     ) -> Result<Outcome, WireError> {
-        let _turn = self.commanding.lock().await;
-        if command == Command::Engage && admission.purpose == Purpose::Scene {
-            // A client may have taken the rig to itself since the admission.
-            exclusive_use::refuse_others(self, "engage")?;
+        let _turn = self.channel.turn().await;
+        let verb = command.name();
+        let mut rig = None;
+        if command == Command::Engage {
+            let is_scene = admission.purpose == Purpose::Scene;
+            if is_scene {
+                // A client may have taken the rig to itself since the admission.
+                exclusive_use::refuse_others(self, verb)?;
+            }
+            self.channel.refuse_at_end()?;
+            let setup = self.known.setup();
+            rig = Some(RigSetup {
+                // A pulse is to move the rig as it is.
+                compensation: setup.compensation.filter(|_| is_scene),
+                ..setup
+            });
         }
-        if self.closing.get() && command == Command::Engage {
-            return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));
-        }
-        let before = self.state();
-        let serial = self.next_serial();
-        let rig = (command == Command::Engage).then(|| self.rig_setup(admission.purpose));
-        let sent = SentCommand {
-            serial,
-            command,
-            stops_known,
-            connection: admission.connection,
-        };
-        if !self.inbox.borrow_mut().send(ToLoop::Command { sent, rig }) {
-            return Err(takes_no_commands(command.name()));
-        }
-        if rig.is_some() {
-            self.sent_setup.set(rig);
-        }
+        let before = self.channel.state();
+        let serial = self
+            .channel
+            .send_command(command, stops_known, admission.connection, rig)?;
         // A command that is abandoned here must not be carried out later.
         let withdraw = WithdrawOnDrop {
             rig: self,
@@ -200,28 +172,41 @@ impl RigHandle {
             before,
             asked,
         };
-        let outcome = self.answer(|answers| answers.command(serial)).await?;
-        drop(withdraw);
+        let outcome = self.done(serial, Some(withdraw)).await?;
         if !outcome.refused {
             return Ok(outcome);
         }
-        let verb = command.name();
         let (code, hint) = match outcome.state {
             RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
             RigState::Faulted => (ErrorCode::Faulted, "reset it first"),
             RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
-            _ if admission.connection != self.connection() => (
+            _ if admission.connection != self.known.connection() => (
                 ErrorCode::WrongState,
                 "another device was connected in between; try again",
             ),
             _ => (ErrorCode::WrongState, "a stop came in between"),
         };
-        Err(WireError::new(
-            code,
-            format!("cannot {verb} while the rig is {}: {hint}", outcome.state),
-        )
-        .about("state"))
+        let message = format!("cannot {verb} while the rig is {}: {hint}", outcome.state);
+        Err(WireError::new(code, message).about("state"))
+    }
+
+    /// Waits until a command, or limits, were carried out or refused, and takes all that was recorded by then.
+    ///
+    /// # Errors
+    /// The real-time thread does not answer.
+    async fn done(&self, serial: u64, withdraw: Option<WithdrawOnDrop<'_>>) -> Result<Outcome, WireError> {
+        let outcome = self.answer(|answers| answers.command(serial)).await?;
+        // It comes into the journal before what followed it.
+        drop(withdraw);
+        self.pump();
+        Ok(outcome)
+    }
+
+    /// The state of the rig with no command under way, and a guard that keeps commands waiting.
+    pub(in crate::control) async fn quiet_state(&self) -> (tokio::sync::MutexGuard<'_, ()>, RigState) {
+        let turn = self.channel.turn().await;
+        (turn, self.channel.state())
     }
 
     /// Gives the loop other limits; returns the first tick with them. Must not be dropped half-way.
@@ -229,44 +214,55 @@ impl RigHandle {
     /// # Errors
     /// The real-time thread does not answer; if it continues, it will take them.
     pub(in crate::control) async fn change_limits(&self, limits: Limits) -> Result<u64, WireError> {
-        let _turn = self.commanding.lock().await;
-        let serial = self.next_serial();
-        if !self.inbox.borrow_mut().send(ToLoop::Limits { serial, limits }) {
-            return Err(takes_no_commands("change the limits"));
-        }
-        self.sent_limits.set(Some(limits));
-        let Outcome { tick, .. } = self.answer(|answers| answers.command(serial)).await?;
-        self.pump();
-        if let Some(limits) = self.sent_limits.take() {
-            // The record of that tick was lost.
-            self.facts.set_limits(limits);
-            self.feed.borrow_mut().doubt_servo();
-        }
+        let _turn = self.channel.turn().await;
+        let serial = self.channel.send_limits(limits)?;
+        let Outcome { tick, .. } = self.done(serial, None).await?;
+        self.channel.limits_taken(&self.facts);
         Ok(tick)
     }
 
-    fn next_serial(&self) -> u64 {
-        let serial = self.serial.get() + 1;
-        self.serial.set(serial);
-        serial
+    /// Asks for zero force at once; returns the number of the stop, for [`stopped`](Self::stopped).
+    pub(crate) fn raise_stop(&self, by: &Peer) -> u64 {
+        let stop = self.channel.stop();
+        let before = self.channel.newest().map_or(RigState::Idle, |record| record.state);
+        // Even a watcher may stop, again and again: a stop that changes nothing is not entered, so
+        // that it cannot push other entries out of the journal.
+        let changes_nothing = matches!(before, RigState::Stopped | RigState::Faulted);
+        if !changes_nothing && !self.journal.borrow().entries.waits_for_a_stop() {
+            let after = RigState::Stopped;
+            let entry = JournalEntry {
+                by: Some(by.clone()),
+                state: Some(StateChange { before, after }),
+                ..JournalEntry::of("stop")
+            };
+            self.enter(Completion::Stopped(stop), entry);
+        }
+        stop
     }
 
-    /// What is known of the rig that the loop is to engage.
-    fn rig_setup(&self, purpose: Purpose) -> RigSetup {
-        let setup = rig_friction::setup(self);
-        // A pulse is to move the rig as it is.
-        let compensation = setup.compensation.filter(|_| purpose == Purpose::Scene);
-        RigSetup { compensation, ..setup }
+    /// Waits until a stop has taken the force away; returns its tick and the state after it.
+    ///
+    /// # Errors
+    /// No device is connected to take the zero force, or the real-time thread does not answer.
+    pub(crate) async fn stopped(&self, stop: u64) -> Result<(u64, RigState), WireError> {
+        let Stopped {
+            tick,
+            state,
+            confirmation,
+            ..
+        } = self.answer(|answers| answers.stop(stop)).await?;
+        let (code, what) = match confirmation {
+            StopConfirmation::Confirmed => return Ok((tick, state)),
+            StopConfirmation::NoDevice => (ErrorCode::NoDevice, "no device is connected to take the zero force"),
+            StopConfirmation::Unconfirmed => (
+                ErrorCode::NotConfirmed,
+                "the device was sent the zero force and has not confirmed that its motor is off",
+            ),
+        };
+        let message = format!(
+            "the rig is {state}, but {what}: if the motor still pulls, cut its power (its own watchdog, if it has one, \
+             switches it off)"
+        );
+        Err(WireError::new(code, message).about("device"))
     }
-
-    /// The number of the connection to the device; 0 without a device.
-    fn connection(&self) -> u64 {
-        ConnectedDevice::find(&self.facts).map_or(0, |device| device.connection)
-    }
-}
-
-fn takes_no_commands(what: &str) -> WireError {
-    let message =
-        format!("cannot {what}: the real-time thread takes no commands; cut the power of the motor if it pulls");
-    WireError::new(ErrorCode::NotResponding, message)
 }

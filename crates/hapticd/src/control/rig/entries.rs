@@ -1,57 +1,65 @@
-//! Entries of the journal, completed by the loop's records.
+//! The journal, as the loop's records and the link bring its entries about and complete them.
 
-use super::RigHandle;
-use super::observed_state::ObservedState;
-use crate::control::journal::Completion;
-use crate::control::presence;
+use crate::control::facts::Facts;
+use crate::control::journal::{Completion, Journal};
+use crate::control::link_log::LinkLog;
+use crate::control::presence::{Change, Presence};
 use crate::log::Level;
 use crate::rt::handoff::{StopConfirmation, Stopped};
-use crate::rt::outbox::TickRecord;
+use crate::rt::outbox::{Answers, TickRecord};
+use device_io::link::LinkMonitor;
 use haptic_core::servo::Fault;
 use haptic_ipc::{JournalEntry, RigState, StateChange};
 use std::time::Instant;
 
-impl RigHandle {
-    /// Enters events that no client asked for, completes the entries that waited for their tick,
-    /// and notifies the subscribers.
-    pub(super) fn keep_journal(&self, changes: &[TickRecord]) {
-        self.enter_own_events(changes);
+/// The journal, and what it has seen of the rig.
+#[derive(Debug, Default)]
+pub(super) struct RigJournal {
+    pub(super) entries: Journal,
+    /// The newest record of a change.
+    observed: ObservedState,
+    presence: Presence,
+    link_log: LinkLog,
+}
+
+impl RigJournal {
+    /// Enters events that no client asked for, and completes the entries that waited for their tick: returns them, and
+    /// writes them to the log.
+    pub(super) fn completed(
+        &mut self,
+        facts: &Facts,
+        revision: u64,
+        changes: &[TickRecord],
+        answers: Answers,
+    ) -> Vec<JournalEntry> {
+        self.enter_own_events(facts, revision, changes);
         let complete = self
-            .journal
-            .borrow_mut()
-            .completed(|until, entry| self.complete(until, entry, changes));
-        let feed = self.feed.borrow();
+            .entries
+            .completed(|until, entry| complete(until, entry, changes, answers));
         let now = Instant::now();
-        let mut link_log = self.link_log.borrow_mut();
         for entry in &complete {
             let is_of_link = matches!(entry.op.as_str(), "connected" | "disconnected");
-            if !is_of_link || link_log.admits(now) {
+            if !is_of_link || self.link_log.admits(now) {
                 crate::log::journal(entry);
             }
-            feed.send_entry(entry);
         }
+        complete
     }
 
-    /// Writes to the log what is due about the link. It is looked at for that now and then, not with every request.
-    pub(crate) fn log_link(&self) {
-        let Some(link) = &self.facts.link else { return };
-        let lines = self
-            .link_log
-            .borrow_mut()
-            .lines(Instant::now(), &link.state(), link.failed_attempts());
-        for line in lines {
-            crate::log::say_at(Level::Warning, &line);
-        }
-    }
-
-    /// Enters events that no client asked for: a fault, a release by the enable button, a device
-    /// lost or found.
-    fn enter_own_events(&self, changes: &[TickRecord]) {
-        let mut journal = self.journal.borrow_mut();
-        let enable_button = self.facts.servo.get().enable_button;
+    /// Enters a fault, a release by the enable button, a device lost or found.
+    fn enter_own_events(&mut self, facts: &Facts, revision: u64, changes: &[TickRecord]) {
+        // The entry of a device, since this tick if that is known.
+        let of_device = |op: &str, tick: Option<u64>, message: String| JournalEntry {
+            tick,
+            revision,
+            message: Some(message),
+            ..JournalEntry::of(op)
+        };
+        let lost = |tick| of_device("disconnected", tick, facts.device.clone());
+        let enable_button = facts.servo.get().enable_button;
         for record in changes {
             let now = ObservedState::of(record, enable_button);
-            if let Some((op, message)) = now.change_since(self.observed.replace(now)) {
+            if let Some((op, message)) = now.change_since(std::mem::replace(&mut self.observed, now)) {
                 let entry = JournalEntry {
                     tick: Some(record.tick),
                     revision: record.revision,
@@ -59,93 +67,102 @@ impl RigHandle {
                     fault: record.fault.map(|fault| fault.code().to_owned()),
                     ..JournalEntry::of(op)
                 };
-                journal.enter(Completion::Done, entry);
+                self.entries.enter(Completion::Done, entry);
             }
-            let mut presence = self.presence.borrow_mut();
             match record.state {
-                RigState::Disconnected if presence.lost() => {
-                    journal.enter(Completion::Done, self.lost(Some(record.tick)));
+                RigState::Disconnected if self.presence.lost() => {
+                    self.entries.enter(Completion::Done, lost(Some(record.tick)));
                 }
                 // A stop or a fault stays whether there is a device or not.
                 RigState::Disconnected | RigState::Stopped | RigState::Faulted => {}
-                _ => presence.read(),
+                _ => self.presence.read(),
             }
         }
-        let Some(link) = &self.facts.link else { return };
-        for change in self.presence.borrow_mut().changes(link) {
+        let Some(link) = &facts.link else { return };
+        for change in self.presence.changes(link) {
             let entry = match change {
-                presence::Change::Lost => self.lost(None),
-                presence::Change::Found { firmware } => JournalEntry {
-                    message: Some(format!("{}: {firmware}", self.facts.device)),
-                    revision: self.revision(),
-                    ..JournalEntry::of("connected")
-                },
+                Change::Lost => lost(None),
+                Change::Found { firmware } => of_device("connected", None, format!("{}: {firmware}", facts.device)),
             };
-            journal.enter(Completion::Done, entry);
+            self.entries.enter(Completion::Done, entry);
         }
     }
 
-    /// Completes an entry if the event that it waits for has happened.
-    fn complete(&self, until: Completion, entry: &mut JournalEntry, changes: &[TickRecord]) -> bool {
-        match until {
-            Completion::Done => true,
-            Completion::Rendered(revision) => {
-                // A record at hand names the exact tick.
-                let seen = changes.iter().find(|record| record.revision >= revision);
-                let tick = seen
-                    .map(|record| record.tick)
-                    .or_else(|| self.feed.borrow().answers().applied(revision));
-                entry.tick = tick;
-                tick.is_some()
-            }
-            Completion::Stopped(stop) => {
-                let Some(Stopped {
-                    tick,
-                    state,
-                    confirmation,
-                    ..
-                }) = self.feed.borrow().answers().stop(stop)
-                else {
-                    return false;
-                };
-                entry.tick = Some(tick);
-                entry.state = entry.state.map(|change| StateChange { after: state, ..change });
-                entry.message = match confirmation {
-                    StopConfirmation::Confirmed => None,
-                    StopConfirmation::Unconfirmed => {
-                        Some("the device has not confirmed that its motor is off".to_owned())
-                    }
-                    StopConfirmation::NoDevice => Some("no device was connected to take the zero force".to_owned()),
-                };
-                true
-            }
+    /// Writes to the log what is due about the link.
+    pub(super) fn log_link(&mut self, link: &LinkMonitor) {
+        let lines = self
+            .link_log
+            .lines(Instant::now(), &link.state(), link.failed_attempts());
+        for line in lines {
+            crate::log::say_at(Level::Warning, &line);
+        }
+    }
+}
+
+/// Completes an entry if the event that it waits for has happened.
+fn complete(until: Completion, entry: &mut JournalEntry, changes: &[TickRecord], answers: Answers) -> bool {
+    match until {
+        Completion::Done => true,
+        Completion::Rendered(revision) => {
+            // A record at hand names the exact tick.
+            let seen = changes.iter().find(|record| record.revision >= revision);
+            entry.tick = seen.map(|record| record.tick).or_else(|| answers.applied(revision));
+            entry.tick.is_some()
+        }
+        Completion::Stopped(stop) => {
+            let Some(Stopped {
+                tick,
+                state,
+                confirmation,
+                ..
+            }) = answers.stop(stop)
+            else {
+                return false;
+            };
+            entry.tick = Some(tick);
+            entry.state = entry.state.map(|change| StateChange { after: state, ..change });
+            entry.message = match confirmation {
+                StopConfirmation::Confirmed => None,
+                StopConfirmation::Unconfirmed => Some("the device has not confirmed that its motor is off".to_owned()),
+                StopConfirmation::NoDevice => Some("no device was connected to take the zero force".to_owned()),
+            };
+            true
+        }
+    }
+}
+
+/// State and fault of the newest record, and whether the rig's enable button is let go of in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct ObservedState {
+    state: Option<RigState>,
+    fault: Option<Fault>,
+    is_enable_button_open: bool,
+}
+
+impl ObservedState {
+    /// What a record shows of a rig that force wants this button for, by its bit.
+    fn of(record: &TickRecord, enable_button: Option<u8>) -> Self {
+        Self {
+            state: Some(record.state),
+            fault: record.fault,
+            is_enable_button_open: enable_button.is_some_and(|button| !record.input_word.is_pressed(button)),
         }
     }
 
-    /// The entry of a device that can no longer be read, since this tick if that is known.
-    fn lost(&self, tick: Option<u64>) -> JournalEntry {
-        JournalEntry {
-            tick,
-            revision: self.revision(),
-            message: Some(self.facts.device.clone()),
-            ..JournalEntry::of("disconnected")
+    /// An event that no client asked for: the name of its journal entry, and its message.
+    fn change_since(self, before: Self) -> Option<(&'static str, String)> {
+        if let Some(fault) = self.fault.filter(|_| self.fault != before.fault) {
+            let op = if self.state == Some(RigState::Faulted) {
+                "fault"
+            } else {
+                "stop"
+            };
+            return Some((op, fault.to_string()));
         }
-    }
-
-    /// Enters an entry into the journal, at the newest revision.
-    pub(crate) fn enter(&self, until: Completion, entry: JournalEntry) {
-        let revision = self.revision();
-        self.journal
-            .borrow_mut()
-            .enter(until, JournalEntry { revision, ..entry });
-    }
-
-    /// Times that each fault, or the rig's stop button, took the force away, by its code; also those that never did.
-    pub(crate) fn faults(&self) -> [(&'static str, u64); Fault::KINDS.len()] {
-        let journal = self.journal.borrow();
-        Fault::KINDS.map(|fault| {
-            let code = fault.code();
-            (code, journal.faults().get(code).copied().unwrap_or(0))
-        })
+        // A ramp that is over within a tick leads from force to idle, too: the client that asked for it, or the lease
+        // that lapsed, has an entry of its own.
+        let had_force = matches!(before.state, Some(RigState::Engaging | RigState::Engaged));
+        (had_force && self.state == Some(RigState::Idle) && self.is_enable_button_open)
+            .then(|| ("release", "the rig's enable button was released".to_owned()))
     }
 }

@@ -3,8 +3,7 @@
 use crate::config::{Configuration, EngageRules, FrictionOptions};
 use crate::control::RigHandle;
 use crate::control::facts::Facts;
-use crate::rt::handoff::{ControlSide, LoopSide, hand_over};
-use crate::telemetry::feed::Feed;
+use crate::rt::handoff::{LoopSide, hand_over};
 use device_io::Address;
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
@@ -72,8 +71,6 @@ fn facts() -> Facts {
 
 /// The rig, and the ends of the real-time thread.
 pub(in crate::control) fn rig() -> (RigHandle, LoopSide) {
-    let (ControlSide { shared, inbox, records }, loop_side) = hand_over(16);
-    let feed = Feed::new(records, 1_000_000, None);
-    let rig = RigHandle::new(facts(), shared, inbox, feed, Scene::paper(), 1);
-    (rig, loop_side)
+    let (control, loop_side) = hand_over(16);
+    (RigHandle::new(facts(), control, Scene::paper()), loop_side)
 }

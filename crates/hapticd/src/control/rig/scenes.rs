@@ -1,27 +1,81 @@
-//! Scenes on their way to the real-time thread.
+//! Scenes on their way to the real-time thread: compiled, sent and rendered.
 
-use super::{Ramp, RigHandle};
-use crate::control::compile::Compiled;
+use super::RigHandle;
+use crate::control::facts::Facts;
 use crate::control::history::Move;
 use crate::control::journal::Completion;
-use haptic_core::servo::CompiledScene;
+use haptic_core::servo::{CompiledScene, Transition};
 use haptic_core::{Renderer, Scene};
-use haptic_ipc::{JournalEntry, WireError};
+use haptic_ipc::{JournalEntry, SceneRamp, WireError};
 use std::rc::Rc;
+
+/// A scene, ready to be handed over, and the ramp to it.
+#[derive(Debug)]
+pub(in crate::control) struct Compiled {
+    scene: CompiledScene,
+    ramp: Option<SceneRamp>,
+    ramp_ticks: Option<u64>,
+}
+
+impl Compiled {
+    /// Compiles a scene and, if `ramp_s` (seconds) is not 0, the ramp to it from another.
+    ///
+    /// # Errors
+    /// The scene cannot be rendered.
+    pub(in crate::control) fn new(from: &Scene, to: &Scene, facts: &Facts, ramp_s: f64) -> Result<Self, WireError> {
+        let period_s = facts.period_s();
+        // The revision is known when it is handed over.
+        let scene = CompiledScene::ramped(from, to, 0, facts.scheme, period_s, ramp_s)?;
+        let takes_time = ramp_s > 0.0;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at most ten seconds of ticks"
+        )]
+        let ramp_ticks = takes_time.then(|| (ramp_s / period_s).ceil() as u64);
+        Ok(Self {
+            scene,
+            ramp: takes_time.then(|| SceneRamp {
+                from: from.clone(),
+                over_s: ramp_s,
+            }),
+            ramp_ticks,
+        })
+    }
+
+    /// Length of the ramp in ticks, if there is one.
+    pub(in crate::control) fn ramp_ticks(&self) -> Option<u64> {
+        self.ramp_ticks
+    }
+
+    /// How many scenes lead to it, with itself; 0 where it takes effect at once or fades in.
+    pub(super) fn steps(&self) -> usize {
+        match &self.scene.transition {
+            Transition::Steps(steps) => steps.count(),
+            _ => 0,
+        }
+    }
+
+    /// The scene for the real-time thread, and the ramp to it if it has one.
+    pub(super) fn into_parts(self, revision: u64) -> (CompiledScene, Option<SceneRamp>) {
+        let scene = CompiledScene { revision, ..self.scene };
+        (scene, self.ramp)
+    }
+}
 
 impl RigHandle {
     /// Makes the loop render something that is not a scene. For clients the newest scene stays the
     /// same.
     pub(in crate::control) fn lend_loop(&self, renderer: Renderer) {
         // A ramp to the newest scene ends here: the loop will get its end back.
-        *self.ramp.borrow_mut() = None;
-        let lent = CompiledScene::at_once(renderer, self.revision());
-        self.inbox.borrow_mut().post(lent);
+        self.history_mut().end_ramp();
+        self.channel.post(CompiledScene::at_once(renderer, self.revision()));
     }
 
     /// Makes the loop render the newest scene again.
     pub(in crate::control) fn give_loop_back(&self) {
-        match Renderer::new(&self.scene(), self.facts.scheme, self.facts.period_s()) {
+        let renderer = Renderer::new(&self.scene(), self.facts.scheme, self.facts.period_s());
+        match renderer {
             Ok(renderer) => self.lend_loop(renderer),
             // It was rendered before.
             Err(error) => crate::say(&format!("the scene cannot be rendered any more: {error}")),
@@ -32,62 +86,32 @@ impl RigHandle {
     ///
     /// # Errors
     /// The scene cannot be rendered.
-    pub(crate) fn compile(&self, scene: &Scene, ramp_s: f64) -> Result<Compiled, WireError> {
-        let steps = self.ramp_steps();
-        let (newest, ramp) = (self.scene(), self.ramp.borrow());
-        let on_the_way = ramp
-            .as_ref()
-            .zip(steps)
-            .map(|(ramp, steps)| ramp.path.at(steps, &newest));
-        let from = on_the_way.as_ref().unwrap_or(&newest);
-        self.compile_from(from, scene, ramp_s)
-    }
-
-    /// Compiles a scene, and the ramp to it from another if `ramp_s` is not 0.
-    ///
-    /// # Errors
-    /// The scene cannot be rendered.
-    pub(in crate::control) fn compile_from(
-        &self,
-        from: &Scene,
-        to: &Scene,
-        ramp_s: f64,
-    ) -> Result<Compiled, WireError> {
-        Compiled::new(from, to, self.facts.scheme, self.facts.period_s(), ramp_s)
-    }
-
-    /// The steps of the ramp to the newest scene that are rendered; `None` without a ramp.
-    fn ramp_steps(&self) -> Option<usize> {
-        let newest = self.feed().newest().map(|record| (record.revision, record.ramp_steps));
-        let ramp = self.ramp.borrow();
-        let revision = ramp.as_ref()?.revision;
-        Some(newest.map_or(
-            0,
-            |(rendered, steps)| if rendered < revision { 0 } else { steps.into() },
-        ))
+    pub(in crate::control) fn compile(&self, scene: &Scene, ramp_s: f64) -> Result<Compiled, WireError> {
+        let history = self.history();
+        let on_the_way = history.on_the_way(self.channel.newest().as_ref());
+        let from = on_the_way.as_ref().unwrap_or(&history.newest().scene);
+        Compiled::new(from, scene, &self.facts, ramp_s)
     }
 
     /// Whether a ramp to the newest scene is under way.
-    pub(crate) fn is_ramping(&self) -> bool {
-        let steps = self.ramp_steps();
-        let ramp = self.ramp.borrow();
-        ramp.as_ref()
-            .zip(steps)
-            .is_some_and(|(ramp, steps)| steps < ramp.path.steps())
+    pub(in crate::control) fn is_ramping(&self) -> bool {
+        self.history().is_ramping(self.channel.newest().as_ref())
     }
 
     /// Sends a compiled scene to the real-time thread; returns its revision.
-    pub(crate) fn apply(&self, scene: Rc<Scene>, compiled: Compiled, step: Move, entry: JournalEntry) -> u64 {
-        let revision = {
-            let mut history = self.history.borrow_mut();
-            let revision = history.moved(step, scene);
-            history.keep_ramp(compiled.ramp().cloned());
-            revision
-        };
-        let (scene, path) = compiled.into_scene(revision);
-        *self.ramp.borrow_mut() = path.map(|path| Ramp { revision, path });
+    pub(in crate::control) fn apply(
+        &self,
+        scene: Rc<Scene>,
+        compiled: Compiled,
+        step: Move,
+        entry: JournalEntry,
+    ) -> u64 {
+        let revision = self.history_mut().moved(step, scene);
+        let steps = compiled.steps();
+        let (scene, ramp) = compiled.into_parts(revision);
+        self.history_mut().keep_ramp(ramp, steps);
         self.enter(Completion::Rendered(revision), entry);
-        self.inbox.borrow_mut().post(scene);
+        self.channel.post(scene);
         revision
     }
 
@@ -95,7 +119,7 @@ impl RigHandle {
     ///
     /// # Errors
     /// The real-time thread does not answer; if it continues, it will render the scene.
-    pub(crate) async fn rendered(&self, revision: u64) -> Result<u64, WireError> {
+    pub(in crate::control) async fn rendered(&self, revision: u64) -> Result<u64, WireError> {
         self.answer(|answers| answers.applied(revision)).await
     }
 }

@@ -5,16 +5,19 @@
 //! between, and taking one back takes back those after it.
 
 use super::RigHandle;
-use super::waiting_changes::WaitingChange;
-use crate::control::compile::Compiled;
+use super::scenes::Compiled;
 use crate::control::history::Move;
+use crate::control::journal::Completion;
 use crate::control::peer::Requester;
-use crate::rt::claim::Claim;
+use crate::rt::claim::{Claim, ClaimState};
 use crate::rt::inbox::ToLoop;
 use crate::rt::schedule::ScheduledScene;
 use haptic_core::Scene;
 use haptic_ipc::quantity::number;
-use haptic_ipc::{ErrorCode, JournalEntry, MAX_SCHEDULED_CHANGES, Peer, RigState, ScheduleStatus, WireError};
+use haptic_ipc::{
+    ErrorCode, JournalEntry, MAX_SCHEDULED_CHANGES, Peer, RigState, SceneRamp, ScheduleStatus, WireError,
+};
+use std::collections::VecDeque;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -44,56 +47,84 @@ impl NewChange {
     fn over_tick(&self) -> u64 {
         self.at_tick + self.compiled.ramp_ticks().unwrap_or(0).max(1)
     }
+
+    /// Compiled scenes that it holds: itself, and those on the way to it.
+    fn count(&self) -> usize {
+        1 + self.compiled.steps()
+    }
+
+    /// For the loop, and to be kept until the loop has rendered it.
+    fn split(self, revision: u64) -> (ToLoop, WaitingChange) {
+        let (over_tick, steps, claim) = (self.over_tick(), self.compiled.steps(), Arc::new(Claim::new()));
+        let (scene, ramp) = self.compiled.into_parts(revision);
+        let sent = ToLoop::Scheduled(ScheduledScene {
+            at_tick: self.at_tick,
+            scene: Some(Box::new(scene)),
+            claim: Arc::clone(&claim),
+        });
+        let waiting = WaitingChange {
+            at_tick: self.at_tick,
+            over_tick,
+            revision,
+            scene: self.scene,
+            ramp,
+            steps,
+            step: self.step,
+            entry: self.entry,
+            claim,
+        };
+        (sent, waiting)
+    }
 }
 
-impl RigHandle {
-    /// The revision and the scene that a change builds on: the last one that is scheduled if the
-    /// change is scheduled too, else the newest.
-    pub(in crate::control) fn base(&self, is_scheduled: bool) -> (u64, Rc<Scene>) {
-        self.pump();
-        let schedule = self.schedule.borrow();
-        match schedule.waiting.back().filter(|_| is_scheduled) {
-            Some(last) => (last.revision, Rc::clone(&last.scene)),
-            None => (self.revision(), Rc::clone(&self.scene())),
-        }
-    }
+/// A scheduled change that the loop has not rendered, as far as is known here.
+#[derive(Debug)]
+struct WaitingChange {
+    at_tick: u64,
+    over_tick: u64,
+    revision: u64,
+    scene: Rc<Scene>,
+    ramp: Option<SceneRamp>,
+    /// Steps of its ramp.
+    steps: usize,
+    step: Move,
+    entry: JournalEntry,
+    claim: Arc<Claim>,
+}
 
-    /// The revision that a scheduled change builds on, as the last call of `pump` found it.
-    fn base_revision(&self) -> u64 {
-        let last = self.schedule.borrow().waiting.back().map(|last| last.revision);
-        last.unwrap_or_else(|| self.revision())
-    }
+/// What became of changes that waited.
+#[derive(Debug)]
+enum Outcome {
+    /// The first one is rendered from a tick on.
+    Rendered(u64, Box<WaitingChange>),
+    /// All of them were dropped, and why.
+    Dropped(usize, &'static str),
+}
 
-    /// The newest scene, and those that wait for their tick.
-    pub(super) fn scenes_to_come(&self) -> Vec<Rc<Scene>> {
-        self.pump();
-        let newest = Rc::clone(&self.scene());
-        let schedule = self.schedule.borrow();
-        let waiting = schedule.waiting.iter().map(|waiting| Rc::clone(&waiting.scene));
-        std::iter::once(newest).chain(waiting).collect()
-    }
+/// The changes that wait.
+#[derive(Debug, Default)]
+pub(in crate::control) struct Schedule {
+    /// Changes that were sent to the loop so far.
+    sent: usize,
+    waiting: VecDeque<WaitingChange>,
+    /// The client whose changes wait.
+    session: u64,
+    by: Peer,
+    /// Whether they stay when that client ends.
+    keep: bool,
+}
 
+impl Schedule {
     /// The changes that wait for their tick.
-    pub(in crate::control) fn schedule_status(&self) -> Option<ScheduleStatus> {
-        self.pump();
-        self.waiting_status()
-    }
-
-    /// The same, as the last call of `pump` found it.
-    fn waiting_status(&self) -> Option<ScheduleStatus> {
-        let schedule = self.schedule.borrow();
-        let (first, last) = (schedule.waiting.front()?, schedule.waiting.back()?);
-        let mut names: Vec<String> = schedule
-            .waiting
-            .iter()
-            .filter_map(WaitingChange::name)
-            .map(str::to_owned)
-            .collect();
+    pub(in crate::control) fn status(&self) -> Option<ScheduleStatus> {
+        let (first, last) = (self.waiting.front()?, self.waiting.back()?);
+        let names = self.waiting.iter().filter_map(|waiting| waiting.entry.schedule.clone());
+        let mut names: Vec<String> = names.collect();
         names.dedup();
         Some(ScheduleStatus {
-            by: schedule.by.clone(),
+            by: self.by.clone(),
             names,
-            waiting: schedule.waiting.len(),
+            waiting: self.waiting.len(),
             next_tick: first.at_tick,
             last_tick: last.at_tick,
         })
@@ -103,20 +134,14 @@ impl RigHandle {
     ///
     /// # Errors
     /// Changes wait for their tick.
-    pub(in crate::control) fn refuse_during_schedule(&self, what: &str) -> Result<(), WireError> {
-        self.pump();
-        self.refuse_while_waiting(what)
-    }
-
-    /// The same, as the last call of `pump` found it.
-    fn refuse_while_waiting(&self, what: &str) -> Result<(), WireError> {
+    pub(in crate::control) fn refuse(&self, what: &str) -> Result<(), WireError> {
         let Some(ScheduleStatus {
             by,
             waiting,
             next_tick,
             last_tick,
             ..
-        }) = self.waiting_status()
+        }) = self.status()
         else {
             return Ok(());
         };
@@ -127,36 +152,17 @@ impl RigHandle {
         Err(WireError::new(ErrorCode::Scheduled, message).about("state"))
     }
 
-    /// Checks that changes can be scheduled as they are.
-    ///
-    /// # Errors
-    /// Another client's changes wait, the rig is stopped, faulted or disconnected, a tick is too early
-    /// or too late, or there are too many.
-    pub(in crate::control) fn check_schedule(&self, session: u64, changes: &[NewChange]) -> Result<(), WireError> {
-        self.pump();
-        let is_mine = self.schedule.borrow().session == session;
-        if !is_mine {
-            self.refuse_while_waiting("schedule a change")?;
-        }
-        let (code, remedy) = match self.state() {
-            RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
-            RigState::Faulted => (ErrorCode::Faulted, "see `status`, and reset it first"),
-            RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
-            _ => {
-                self.check_ticks(changes)?;
-                return self.check_room(changes);
-            }
-        };
-        let message = format!("cannot schedule a change while the rig is {}: {remedy}", self.state());
-        Err(WireError::new(code, message).about("state"))
-    }
-
-    fn check_ticks(&self, changes: &[NewChange]) -> Result<(), WireError> {
-        let now = self.feed.borrow().newest().map_or(0, |record| record.tick);
-        let latest = now + self.ticks(FURTHEST_S);
-        let schedule = self.schedule.borrow();
-        let waiting = schedule.waiting.back().map_or(0, |last| last.over_tick);
-        let mut earliest = (now + self.ticks(LEAD_S) + 1).max(waiting);
+    /// Checks the ticks of changes, at a tick of a loop of this period, s.
+    fn check_ticks(&self, changes: &[NewChange], now: u64, period_s: f64) -> Result<(), WireError> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at most an hour of ticks"
+        )]
+        let ticks = |time_s: f64| (time_s / period_s).ceil() as u64;
+        let latest = now + ticks(FURTHEST_S);
+        let waiting = self.waiting.back().map_or(0, |last| last.over_tick);
+        let mut earliest = (now + ticks(LEAD_S) + 1).max(waiting);
         for change in changes {
             let tick = change.at_tick;
             if !(earliest..=latest).contains(&tick) {
@@ -176,21 +182,15 @@ impl RigHandle {
         Ok(())
     }
 
-    fn check_room(&self, changes: &[NewChange]) -> Result<(), WireError> {
-        // The loop has room for as many as it may keep, until they come back.
-        let decided = self.answers().decided;
-        let schedule = self.schedule.borrow();
-        let compiled = |changes: &[NewChange]| changes.iter().map(|change| change.compiled.count()).sum::<usize>();
-        let waiting: usize = schedule.waiting.iter().map(|waiting| waiting.compiled).sum();
+    /// Checks that there is room for changes, of which the loop has given back `decided`: it has room for as many as it
+    /// may keep, until they come back.
+    fn check_room(&self, changes: &[NewChange], decided: usize) -> Result<(), WireError> {
+        let waiting: usize = self.waiting.iter().map(|waiting| 1 + waiting.steps).sum();
         for (what, value, max) in [
-            (
-                "changes",
-                changes.len(),
-                MAX_SCHEDULED_CHANGES + decided - schedule.sent,
-            ),
+            ("changes", changes.len(), MAX_SCHEDULED_CHANGES + decided - self.sent),
             (
                 "scenes with the steps of their ramps",
-                compiled(changes),
+                changes.iter().map(NewChange::count).sum(),
                 MAX_COMPILED.saturating_sub(waiting),
             ),
         ] {
@@ -209,21 +209,92 @@ impl RigHandle {
         Ok(())
     }
 
-    /// The ticks in a time, s, rounded up.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "at most an hour of ticks"
-    )]
-    fn ticks(&self, time_s: f64) -> u64 {
-        (time_s / self.facts.period_s()).ceil() as u64
+    /// Takes back the changes from one on, and removes them; the loop may have rendered some of them by now.
+    fn withdraw(&mut self, first: usize) -> usize {
+        let before = self.waiting.len();
+        // The last one first: none is rendered whose predecessor was taken back.
+        while self.waiting.len() > first
+            && self
+                .waiting
+                .back()
+                .is_some_and(|last| last.claim.decide(ClaimState::Withdrawn))
+        {
+            self.waiting.pop_back();
+        }
+        before - self.waiting.len()
+    }
+
+    /// What became of the first ones that wait, if that is decided.
+    fn next_outcome(&mut self) -> Option<Outcome> {
+        let why = loop {
+            match self.waiting.front()?.claim.state() {
+                ClaimState::Open => return None,
+                ClaimState::Rendered(tick) => {
+                    let rendered = self.waiting.pop_front()?;
+                    return Some(Outcome::Rendered(tick, Box::new(rendered)));
+                }
+                // Those after it build on it.
+                ClaimState::Halted => break "the rig was stopped, faulted or disconnected",
+                ClaimState::Missed => break "its first change came after its tick",
+                ClaimState::Withdrawn => drop(self.waiting.pop_front()),
+            }
+        };
+        let dropped = self.waiting.len();
+        self.withdraw(0);
+        self.waiting.clear();
+        Some(Outcome::Dropped(dropped, why))
+    }
+}
+
+impl RigHandle {
+    /// The revision and the scene that a change builds on: the last one that is scheduled if the
+    /// change is scheduled too, else the newest.
+    pub(in crate::control) fn base(&self, is_scheduled: bool) -> (u64, Rc<Scene>) {
+        let schedule = self.schedule();
+        match schedule.waiting.back().filter(|_| is_scheduled) {
+            Some(last) => (last.revision, Rc::clone(&last.scene)),
+            None => (self.revision(), Rc::clone(&self.scene())),
+        }
+    }
+
+    /// The newest scene, and those that wait for their tick.
+    pub(super) fn scenes_to_come(&self) -> Vec<Rc<Scene>> {
+        let newest = Rc::clone(&self.scene());
+        let schedule = self.schedule();
+        let waiting = schedule.waiting.iter().map(|waiting| Rc::clone(&waiting.scene));
+        std::iter::once(newest).chain(waiting).collect()
+    }
+
+    /// Checks that changes can be scheduled as they are.
+    ///
+    /// # Errors
+    /// Another client's changes wait, the rig is stopped, faulted or disconnected, a tick is too early
+    /// or too late, or there are too many.
+    pub(in crate::control) fn check_schedule(&self, session: u64, changes: &[NewChange]) -> Result<(), WireError> {
+        let schedule = self.schedule();
+        if schedule.session != session {
+            schedule.refuse("schedule a change")?;
+        }
+        let state = self.channel.state();
+        let (code, remedy) = match state {
+            RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
+            RigState::Faulted => (ErrorCode::Faulted, "see `status`, and reset it first"),
+            RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
+            _ => {
+                let now = self.channel.newest().map_or(0, |record| record.tick);
+                schedule.check_ticks(changes, now, self.facts.period_s())?;
+                return schedule.check_room(changes, self.channel.exchange().decided);
+            }
+        };
+        let message = format!("cannot schedule a change while the rig is {state}: {remedy}");
+        Err(WireError::new(code, message).about("state"))
     }
 
     /// Schedules changes: all of them, or none. Returns the revision of the first one.
     ///
     /// # Errors
     /// As [`check_schedule`](Self::check_schedule), or another change was made since `base_revision`.
-    pub(in crate::control) fn schedule(
+    pub(in crate::control) fn schedule_changes(
         &self,
         by: Requester<'_>,
         keep: bool,
@@ -231,43 +302,17 @@ impl RigHandle {
         changes: Vec<NewChange>,
     ) -> Result<u64, WireError> {
         self.check_schedule(by.session, &changes)?;
-        if self.base_revision() != base_revision {
+        if self.base(true).0 != base_revision {
             let message = "the scene was changed while the schedule was prepared: try again";
             return Err(WireError::new(ErrorCode::Conflict, message).about("at_tick"));
         }
-        let mut schedule = self.schedule.borrow_mut();
-        let mut scenes = Vec::with_capacity(changes.len());
-        let mut waiting = Vec::with_capacity(changes.len());
-        for (revision, change) in (base_revision + 1..).zip(changes) {
-            let claim = Arc::new(Claim::new());
-            let (over_tick, compiled, ramp) = (
-                change.over_tick(),
-                change.compiled.count(),
-                change.compiled.ramp().cloned(),
-            );
-            let (scene, path) = change.compiled.into_scene(revision);
-            scenes.push(ToLoop::Scheduled(ScheduledScene {
-                at_tick: change.at_tick,
-                scene: Some(Box::new(scene)),
-                claim: Arc::clone(&claim),
-            }));
-            waiting.push(WaitingChange {
-                at_tick: change.at_tick,
-                over_tick,
-                revision,
-                scene: change.scene,
-                ramp,
-                path,
-                step: change.step,
-                entry: change.entry,
-                compiled,
-                claim,
-            });
-        }
-        if !self.inbox.borrow_mut().send_all(scenes) {
+        let numbered = (base_revision + 1..).zip(changes);
+        let (sent, waiting): (Vec<_>, Vec<_>) = numbered.map(|(revision, change)| change.split(revision)).unzip();
+        if !self.channel.send_all(sent) {
             let message = "the real-time thread takes no further changes: cancel the schedule and try again";
             return Err(WireError::new(ErrorCode::NotResponding, message));
         }
+        let mut schedule = self.schedule.borrow_mut();
         schedule.sent += waiting.len();
         schedule.keep = keep || (schedule.keep && !schedule.waiting.is_empty());
         schedule.waiting.extend(waiting);
@@ -283,14 +328,11 @@ impl RigHandle {
         by: Option<&Peer>,
         why: &str,
     ) -> Option<usize> {
-        self.pump();
         let cancelled = {
             let mut schedule = self.schedule.borrow_mut();
+            let is_named = |waiting: &WaitingChange| waiting.entry.schedule.as_deref() == name;
             let first = match name {
-                Some(name) => schedule
-                    .waiting
-                    .iter()
-                    .position(|waiting| waiting.name() == Some(name))?,
+                Some(_) => schedule.waiting.iter().position(is_named)?,
                 None => 0,
             };
             schedule.withdraw(first)
@@ -304,13 +346,47 @@ impl RigHandle {
 
     /// Takes back what a client has scheduled, now that it has ended, unless its schedule is kept.
     pub(in crate::control) fn end_schedule_of(&self, session: u64, why: &str) {
-        let is_over = {
-            let schedule = self.schedule.borrow();
-            schedule.session == session && !schedule.keep
-        };
+        let is_over = self.schedule().session == session && !self.schedule().keep;
         if is_over {
             self.cancel_schedule(None, None, why);
         }
+    }
+
+    /// Enters what has become of scheduled changes into the history and the journal.
+    pub(super) fn settle_schedule(&self) {
+        loop {
+            let outcome = self.schedule.borrow_mut().next_outcome();
+            match outcome {
+                None => return,
+                Some(Outcome::Rendered(tick, rendered)) => self.enter_rendered(tick, *rendered),
+                Some(Outcome::Dropped(dropped, why)) => self.enter_cancelled(dropped, None, why),
+            }
+        }
+    }
+
+    fn enter_rendered(&self, tick: u64, rendered: WaitingChange) {
+        let given = self.history_mut().moved(rendered.step, rendered.scene);
+        debug_assert_eq!(given, rendered.revision, "nothing came between");
+        self.history_mut().keep_ramp(rendered.ramp, rendered.steps);
+        let entry = JournalEntry {
+            tick: Some(tick),
+            ..rendered.entry
+        };
+        self.enter(Completion::Done, entry);
+    }
+
+    /// Enters that changes were taken back.
+    fn enter_cancelled(&self, cancelled: usize, by: Option<&Peer>, why: &str) {
+        let entry = JournalEntry {
+            by: by.cloned(),
+            message: Some(format!("{cancelled} scheduled changes were cancelled: {why}")),
+            ..JournalEntry::of(if by.is_some() {
+                "schedule.cancel"
+            } else {
+                "schedule_cancelled"
+            })
+        };
+        self.enter(Completion::Done, entry);
     }
 }
 

@@ -1,33 +1,35 @@
 //! Dispatches each request to the file of its operation, and writes its answer.
 
-use super::client::{Answer, Client, MAX_CLIENTS, PendingAnswer};
+use super::{Answer, Client};
 use crate::control::change::{self, PendingChange};
 use crate::control::peer::Requester;
+use crate::control::places::MAX_CLIENTS;
 use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::{
-    advise, commission, devices, hand, identify, lease, library, reads, reload, schedule, status, subscribe,
+    advise, commission, devices, hand, identify, lease, library, reload, schedule, status, subscribe,
 };
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
-use haptic_ipc::{Envelope, ErrorCode, Request, Rights, StateReply, WireError};
+use haptic_ipc::{Description, Envelope, ErrorCode, Request, Rights, StateReply, WireError};
 use serde::Serialize;
+
+/// Default number of entries in the answer to `log`: a line with more is hard to read.
+const DEFAULT_LOG_LIMIT: usize = 100;
 
 impl Client {
     /// Carries out a request; a change of scene is only begun.
     pub(super) async fn dispatch(&self, envelope: Envelope, stops: u64) -> Answer {
         let id = Some(envelope.id);
         let (rig, by) = (&*self.rig, self.by());
+        // What the client was sent is in what it reads, and all that is read here is of one moment.
+        rig.pump();
         if let Some(refusal) = self.refusal(&envelope.request) {
             return Answer::Now(answer::<()>(id, Err(refusal)));
         }
         let command = async |command| rig.command(command, stops, by).await.map(reply);
         let begun = |begun: Result<PendingChange, WireError>| match begun {
-            Ok(change) => Answer::OnceRendered(PendingAnswer {
-                id: envelope.id,
-                change,
-                room: None,
-            }),
+            Ok(change) => Answer::OnceRendered(envelope.id, change),
             Err(error) => Answer::Now(answer::<()>(id, Err(error))),
         };
         Answer::Now(match envelope.request {
@@ -37,13 +39,13 @@ impl Client {
             Request::SceneLoad { scene, options } => return begun(change::load(rig, by, scene, options).await),
             Request::Undo { options } => return begun(change::undo(rig, by, options).await),
             Request::Redo { options } => return begun(change::redo(rig, by, options).await),
-            Request::Describe {} => answer(id, Ok(reads::describe(rig))),
-            Request::Get { scene } => answer(id, reads::get(rig, scene).await),
+            Request::Describe {} => answer(id, Ok(Description::of(&rig.scene()))),
+            Request::Get { scene } => answer(id, library::get(rig, scene).await),
             Request::SceneSave { name, scene, replace } => {
                 answer(id, library::save(rig, by.peer, name, scene, replace).await)
             }
-            Request::SceneList {} => answer(id, library::list(rig).await),
-            Request::SceneDiff { from, to } => answer(id, reads::diff(rig, from, to).await),
+            Request::SceneList {} => answer(id, rig.library.list().await),
+            Request::SceneDiff { from, to } => answer(id, library::diff(rig, from, to).await),
             Request::SceneDelete { name } => answer(id, library::delete(rig, by.peer, name).await),
             Request::SceneRename { name, to, replace } => {
                 answer(id, library::rename(rig, by.peer, name, to, replace).await)
@@ -75,8 +77,8 @@ impl Client {
                 answer(id, stopped.map(|(tick, state)| StateReply { state, tick }))
             }
             Request::Status {} => answer(id, Ok(status::status(rig).await)),
-            Request::Timing {} => answer(id, Ok(reads::timing(rig))),
-            Request::Devices { probe } => answer(id, devices::devices(rig, probe).await),
+            Request::Timing {} => answer(id, Ok(rig.feed().timing_report())),
+            Request::Devices { probe } => answer(id, devices::devices(&rig.known, probe).await),
             Request::Advise {} => answer(id, Ok(advise::advise(rig))),
             Request::Subscribe {
                 topics,
@@ -89,10 +91,13 @@ impl Client {
                     subscribe::subscribe(rig, self.session, outlet, &topics, rate_hz, batch_ms),
                 )
             }
-            Request::Log { after, limit } => answer(id, Ok(reads::log(rig, after, limit))),
+            Request::Log { after, limit } => {
+                let limit = limit.unwrap_or(DEFAULT_LOG_LIMIT);
+                answer(id, Ok(rig.journal(after.unwrap_or(0), limit)))
+            }
             Request::Reload {} => answer(id, reload::reload(&self.rig, Some(by.peer.clone())).await),
             Request::Lease { timeout_ms } => answer(id, Ok(lease::lease(rig, by, timeout_ms))),
-            Request::Hand { target_m } => answer(id, hand::point(rig, by, target_m)),
+            Request::Hand { target_m } => answer(id, hand::point(&rig.facts, by, target_m)),
             Request::CommissionBegin {} => answer(id, commission::begin(rig, by).await),
             Request::CommissionPulse { force_n, duration_ms } => {
                 answer(id, commission::pulse(&self.rig, by, force_n, duration_ms).await)

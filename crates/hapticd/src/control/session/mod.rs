@@ -1,21 +1,15 @@
 //! One client: reads its lines, answers each, and sends its events.
 
-mod client;
 mod dispatch;
 mod lines;
-mod newcomer;
 
-pub(super) use client::MAX_CLIENTS;
-pub(super) use newcomer::Newcomer;
-
-use crate::control::session::client::{Answer, Client, Closed, PendingAnswer, WAITING_BYTES, room, take_room};
+use crate::control::change::PendingChange;
+use crate::control::places::Newcomer;
 use crate::control::session::dispatch::{answer, line};
 use crate::control::session::lines::{Lines, unreadable};
 use crate::control::{RigHandle, exclusive_use, lease};
 use crate::telemetry::subscribers::{BACKLOG_BYTES, BACKLOG_LINES, Line};
-use haptic_ipc::{
-    BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, SceneChange, ScheduledChange, WireError,
-};
+use haptic_ipc::{BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, WireError};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -36,14 +30,44 @@ const NEWCOMER_BYTES: usize = 4096;
 /// Bytes searched for stops after the last answer: more than a socket's buffer.
 const LAST_BYTES: usize = 1024 * 1024;
 
-/// Bytes of a name and its value, with the name's own allocation.
-const BYTES_OF_A_CHANGE: usize = 96;
+/// Bytes of a client's lines that may wait to be answered. The daemon stops reading from a client that pipelines more,
+/// some thousand requests, until there is room. A request takes up to sixteen times the memory of its line, all of it
+/// locked.
+const WAITING_BYTES: usize = 128 * 1024;
 
-/// What a whole scene of a schedule counts as, in such values.
-const MAX_SCENE: usize = 8;
+/// What a line takes of them at least.
+const MIN_LINE_BYTES: usize = 128;
 
 /// Most changes of a client that wait for the real-time thread.
 const MAX_PENDING: usize = 64;
+
+/// A client that is served.
+struct Client {
+    rig: Rc<RigHandle>,
+    lines: mpsc::Sender<Line>,
+    /// Room for an answer: the next one waits until it is written.
+    unwritten: Arc<Semaphore>,
+    /// Room for events.
+    events: Arc<Semaphore>,
+    session: u64,
+    peer: Peer,
+    rights: Rights,
+    /// It has no place.
+    newcomer: Option<Rc<Newcomer>>,
+}
+
+/// The answer to a request.
+enum Answer {
+    Now(String),
+    /// To a change that the real-time thread has yet to render, by the number of its request.
+    OnceRendered(u64, PendingChange),
+}
+
+/// Changes that wait for their answer.
+type Pending = VecDeque<(u64, PendingChange)>;
+
+/// The client has closed its connection.
+struct Closed;
 
 /// Serves one client until it closes its connection; a newcomer for a moment.
 pub(super) async fn run(
@@ -63,8 +87,7 @@ pub(super) async fn run(
     let client = Client {
         rig,
         lines,
-        unwritten: room(),
-        unrendered: room(),
+        unwritten: Arc::new(Semaphore::new(1)),
         events: Arc::new(Semaphore::new(BACKLOG_BYTES)),
         session,
         peer,
@@ -89,7 +112,7 @@ pub(super) async fn run(
     }
     client.rig.feed().unsubscribe(session);
     client.left().await;
-    client.rig.leases().forget(session);
+    client.rig.leases.forget(session);
     drop(client);
     // Queued lines are written, or given up after the timeout of every line.
     drop(writing.await);
@@ -109,25 +132,6 @@ enum ReceivedLine {
     Refused { id: Option<u64>, error: WireError },
 }
 
-impl ReceivedLine {
-    /// Its memory beside its text, bytes.
-    fn beside_its_text(&self) -> usize {
-        let in_change = |change: &ScheduledChange| match &change.change {
-            SceneChange::Params(params) => 1 + params.0.len(),
-            SceneChange::Scene(_) => MAX_SCENE,
-        };
-        let changes = match self {
-            Self::Request { envelope, .. } => match &envelope.request {
-                Request::Set { params, .. } => params.0.len(),
-                Request::Schedule { changes, .. } => changes.iter().map(in_change).sum(),
-                _ => 0,
-            },
-            Self::Refused { .. } => 0,
-        };
-        size_of::<QueuedLine>() + changes * BYTES_OF_A_CHANGE
-    }
-}
-
 /// Writes the lines queued for a client, until the queue closes or the client stops reading.
 async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<Line>) {
     while let Some(Line { text, room }) = outgoing.recv().await {
@@ -137,6 +141,14 @@ async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<Line>) {
         }
         drop(room);
     }
+}
+
+/// Waits for so much room.
+async fn take(room: &Arc<Semaphore>, amount: usize) -> Option<OwnedSemaphorePermit> {
+    Arc::clone(room)
+        .acquire_many_owned(u32::try_from(amount).ok()?)
+        .await
+        .ok()
 }
 
 /// Whether a request changes the scene: it may begin before earlier ones are answered.
@@ -180,14 +192,14 @@ impl Client {
 
     /// Reads the client's lines until it closes its connection. Raises its stops at once.
     async fn read(&self, lines: &mut Lines, requests: mpsc::UnboundedSender<QueuedLine>) {
-        let unanswered = room();
+        let unanswered = Arc::new(Semaphore::new(WAITING_BYTES));
         loop {
             while let Some(line) = lines.next() {
                 lease::renew(&self.rig, self.session);
-                let bytes = line.as_ref().map_or(0, String::len);
+                let bytes = line.as_ref().map_or(0, String::len).max(MIN_LINE_BYTES);
                 let Some(incoming) = self.receive(line) else { continue };
                 // A stop is already raised, whether or not there is room.
-                let room = take_room(&unanswered, bytes + incoming.beside_its_text()).await;
+                let room = take(&unanswered, bytes).await;
                 let waiting = QueuedLine { incoming, room };
                 if requests.send(waiting).is_err() {
                     return;
@@ -206,9 +218,10 @@ impl Client {
     /// Takes the force away that depends on the client, which sends nothing more. The conversation may be given up
     /// meanwhile, as that of a client that does not take its events any more: the release is carried out all the same.
     async fn left(&self) {
-        exclusive_use::closed(&self.rig, self.session);
-        self.rig
-            .end_schedule_of(self.session, "its client has closed the connection");
+        let why = "its client has closed the connection";
+        // A motion ends at once, instead of along the ramp of the expired lease.
+        exclusive_use::end(&self.rig, self.session, why);
+        self.rig.end_schedule_of(self.session, why);
         let (rig, session) = (Rc::clone(&self.rig), self.session);
         let release = tokio::task::spawn_local(async move { lease::closed(&rig, session).await });
         drop(release.await);
@@ -216,7 +229,6 @@ impl Client {
 
     /// Parses a line and raises its stop; `None` for a blank line.
     fn receive(&self, line: Result<String, LinesCodecError>) -> Option<ReceivedLine> {
-        let rig = &*self.rig;
         let line = match line {
             Ok(line) if line.trim().is_empty() => return None,
             Ok(line) => line,
@@ -229,7 +241,7 @@ impl Client {
             Ok(envelope) => ReceivedLine::Request {
                 stops: match envelope.request {
                     Request::Stop {} => self.raise_stop(),
-                    _ => rig.stops(),
+                    _ => self.rig.channel.stops(),
                 },
                 envelope,
             },
@@ -279,7 +291,7 @@ impl Client {
         }
         // A change begins before the previous one is rendered: a client may send more changes than
         // there are ticks.
-        let mut pending = VecDeque::new();
+        let mut pending = Pending::new();
         loop {
             let next = tokio::select! {
                 biased;
@@ -304,10 +316,8 @@ impl Client {
                     }
                     match self.dispatch(envelope, stops).await {
                         Answer::Now(reply) => Some(reply),
-                        Answer::OnceRendered(change) => {
-                            if self.admit(change, &mut pending).await.is_err() {
-                                return;
-                            }
+                        Answer::OnceRendered(id, change) => {
+                            pending.push_back((id, change));
                             None
                         }
                     }
@@ -326,29 +336,21 @@ impl Client {
     }
 
     /// Waits until the oldest pending change is rendered; returns its answer.
-    async fn rendered(&self, pending: &VecDeque<PendingAnswer>) -> String {
+    async fn rendered(&self, pending: &Pending) -> String {
         match pending.front() {
-            Some(PendingAnswer { id, change, .. }) => answer(Some(*id), change.finished(&self.rig).await),
+            Some((id, change)) => answer(Some(*id), change.finished(&self.rig).await),
             None => std::future::pending().await,
         }
     }
 
-    /// Queues a change, after earlier answers have left enough room.
-    async fn admit(&self, mut change: PendingAnswer, pending: &mut VecDeque<PendingAnswer>) -> Result<(), Closed> {
-        let bytes = change.change.bytes();
-        while !pending.is_empty() && self.unrendered.available_permits() < bytes.min(WAITING_BYTES) {
-            let reply = self.rendered(pending).await;
-            pending.pop_front();
-            self.send(reply).await?;
-        }
-        // No other task takes this room.
-        change.room = take_room(&self.unrendered, bytes).await;
-        pending.push_back(change);
-        Ok(())
+    /// Queues a line for the client, once there is room for it.
+    async fn send(&self, text: String) -> Result<(), Closed> {
+        let room = take(&self.unwritten, 1).await;
+        self.lines.send(Line { text, room }).await.map_err(|_| Closed)
     }
 
     /// Answers all pending changes.
-    async fn settle(&self, pending: &mut VecDeque<PendingAnswer>) -> Result<(), Closed> {
+    async fn settle(&self, pending: &mut Pending) -> Result<(), Closed> {
         while !pending.is_empty() {
             let reply = self.rendered(pending).await;
             pending.pop_front();

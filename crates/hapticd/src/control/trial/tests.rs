@@ -3,15 +3,12 @@
 use super::course::TrialRig;
 use super::gentler::{FACTOR, gentler, rounded_down, stiffest_coupling};
 use super::{LIGHT_RIG_KG, MAX_SIGN_CHANGES_PER_S, Trial, TrialHand, worst_trial};
-use crate::config::SLIDE_DAMPING_NS_PER_M;
-use device_io::fake::RigProperties;
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
 use haptic_core::scene::Coupling;
 use haptic_core::servo::Settings;
 use haptic_core::{Directional, Scene, Scheme, velocity};
-use std::time::Instant;
 
 /// A rig that is read and written in the same tick, at 1 kHz.
 fn rig(mass_kg: f64, friction_n: f64, force_limit_n: f64) -> TrialRig {
@@ -261,55 +258,5 @@ fn the_stiffest_grip_of_a_rig_is_calm_with_a_factor_to_spare() {
             "{stiffness} N/m, {damping} N s/m"
         );
         stiffest = stiffness;
-    }
-}
-
-/// Prints changes of sign by rig and grip, and how long a trial takes.
-#[test]
-#[ignore = "a measurement: cargo test --release -p hapticd trial::tests::table -- --ignored --nocapture"]
-fn table() {
-    let built_in = RigProperties::default();
-    let damped = TrialRig {
-        damping_ns_per_m: SLIDE_DAMPING_NS_PER_M,
-        ..rig(built_in.mass_kg, built_in.friction_n, 20.0)
-    };
-    let of = |delay_s: f64, sample_period_s: f64, rig: TrialRig| TrialRig {
-        delay_s,
-        sample_period_s,
-        ..rig
-    };
-    println!("| rig | K, B | verdict | changes of sign a second | at the limit | greatest force | took |");
-    let coarse = TrialRig {
-        resolution_m: 1e-4,
-        ..rig(0.1, 0.1, 20.0)
-    };
-    for (what, rig) in [
-        ("0.1 kg, 0.15 N, limit 5 N", hapkit()),
-        ("demo: 1.4 kg, 0.8 N, 12 N s/m", damped),
-        ("demo behind 82 ms", of(0.082, 1e-3, damped)),
-        ("1.4 kg, 0.8 N, 82 ms", of(0.082, 1e-3, rig(1.4, 0.8, 20.0))),
-        ("1.4 kg, 0.8 N, 60 Hz", of(1.0 / 60.0, 1.0 / 60.0, rig(1.4, 0.8, 20.0))),
-        ("0.1 kg, 0.1 N, encoder 100 um", coarse),
-        ("unknown, 2 ms", of(2e-3, 1e-3, rig(LIGHT_RIG_KG, 0.0, 20.0))),
-        ("unknown, 5 ms", of(5e-3, 1e-3, rig(LIGHT_RIG_KG, 0.0, 20.0))),
-    ] {
-        for (stiffness, damping) in [(25_000.0, 10.0), (2000.0, 1.0), (1000.0, 10.0)] {
-            let scene = coupled(stiffness, damping);
-            let begun = Instant::now();
-            let trial = worst(&scene, &rig);
-            let took_ms = begun.elapsed().as_secs_f64() * 1e3;
-            let verdict = if trial.is_calm() { "calm" } else { "refused" };
-            println!(
-                "| {what} | {stiffness}, {damping} | {verdict} | {:.0} ({}) | {:.0} % | {:.2} N | {took_ms:.1} ms |",
-                trial.sign_changes_per_s,
-                trial.hand,
-                100.0 * trial.share_at_limit,
-                trial.greatest_force_n,
-            );
-        }
-        let begun = Instant::now();
-        let (gentler, stiffest) = (gentler(&Scene::paper(), &rig), stiffest_coupling(&rig));
-        let took_ms = begun.elapsed().as_secs_f64() * 1e3;
-        println!("  would pass: {gentler:?}; stiffest grip: {stiffest:?}; both took {took_ms:.0} ms");
     }
 }

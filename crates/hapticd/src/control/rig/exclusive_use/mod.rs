@@ -6,10 +6,203 @@
 //! is read from the records of the ticks. Whatever ends the exclusive use ends its motion at once, and
 //! restores the scene.
 
-mod begin;
 pub(in crate::control) mod motion;
 pub(in crate::control) mod state;
-mod watch;
 
-pub(in crate::control) use begin::{begin, begin_motion, closed, end, largest_force_n, resting_device};
-pub(in crate::control) use watch::{by, end_if_over, refuse_others};
+use crate::control::RigHandle;
+use crate::control::connected_device::ConnectedDevice;
+use crate::control::journal::Completion;
+use crate::control::peer::Requester;
+use crate::control::rig::exclusive_use::state::{ExclusiveUse, MAX_SHARE, Work};
+use crate::telemetry::motion::Motion;
+use haptic_ipc::{ErrorCode, JournalEntry, MAX_COMMISSION_LEASE_MS, Peer, RigState, WireError};
+
+/// Gives a client the rig to itself, for some work with the device that is connected.
+///
+/// # Errors
+/// Another client has the rig to itself, the rig is not idle, the client has no lease that is short
+/// enough, or the device is not one for that work.
+pub(in crate::control) async fn begin(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    work: Work,
+    expected: &ConnectedDevice,
+) -> Result<(), WireError> {
+    let stops = rig.channel.stops();
+    let (verb, name) = (work.verb(), work.name());
+    let (_turn, state) = rig.quiet_state().await;
+    refuse_others(rig, &format!("{verb} the rig"))?;
+    rig.schedule().refuse(&format!("{verb} the rig"))?;
+    let wrong = |message: &str| Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+    match state {
+        RigState::Idle => {}
+        RigState::Disconnected => return wrong(&format!("cannot {verb}: no device is connected")),
+        RigState::Stopped => {
+            let message = format!("cannot {verb} while the rig is stopped: reset it first");
+            return Err(WireError::new(ErrorCode::Stopped, message).about("state"));
+        }
+        RigState::Faulted => {
+            let message = format!("cannot {verb} while the rig is faulted: see `status`, and reset it first");
+            return Err(WireError::new(ErrorCode::Faulted, message).about("state"));
+        }
+        state => return wrong(&format!("cannot {verb} while the rig is {state}: release it first")),
+    }
+    let Some(device) = ConnectedDevice::find(&rig.facts).filter(|device| device.connection == expected.connection)
+    else {
+        return wrong(&format!("cannot {verb}: no device is connected"));
+    };
+    let timeout_ms = rig.leases.timeout_ms(by.session);
+    if timeout_ms.is_none_or(|timeout_ms| timeout_ms > MAX_COMMISSION_LEASE_MS) {
+        return wrong(&format!(
+            "cannot {verb} without a lease: take one of at most {MAX_COMMISSION_LEASE_MS} ms first (`lease`), so \
+             that the {name} ends if this client dies"
+        ));
+    }
+    begin_observing(rig, device.resolution_m);
+    let entry = JournalEntry {
+        by: Some(by.peer.clone()),
+        message: Some(device.rig.key.clone()),
+        ..JournalEntry::of(match work {
+            Work::Commissioning(_) => "commission.begin",
+            Work::Identification(_) => "identify.begin",
+        })
+    };
+    rig.enter(Completion::Done, entry);
+    *rig.exclusive_use().borrow_mut() = Some(ExclusiveUse {
+        session: by.session,
+        by: by.peer.clone(),
+        device,
+        stops,
+        moving: false,
+        ended: None,
+        work,
+    });
+    Ok(())
+}
+
+/// Observes the handle from the newest tick on: the first answer says where it lies, before there is another tick.
+fn begin_observing(rig: &RigHandle, resolution_m: f64) {
+    let mut feed = rig.feed();
+    let mut motion = Motion::new(resolution_m);
+    if let Some(newest) = feed.newest() {
+        motion.take(newest);
+    }
+    feed.motion = Some(motion);
+}
+
+/// The device of the current exclusive use, if that is active and has no motion under way.
+///
+/// # Errors
+/// It has ended, or a motion is under way.
+pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDevice, WireError> {
+    end_if_over(rig);
+    let state = rig.channel.state();
+    let exclusive_use = rig.exclusive_use().borrow();
+    let Some(current) = exclusive_use.as_ref() else {
+        return Err(WireError::new(ErrorCode::WrongState, "no exclusive session is active").about("state"));
+    };
+    let name = current.work.name();
+    if let Some(why) = &current.ended {
+        let code = match state {
+            RigState::Stopped => ErrorCode::Stopped,
+            RigState::Faulted => ErrorCode::Faulted,
+            _ => ErrorCode::WrongState,
+        };
+        return Err(WireError::new(code, format!("the {name} has ended: {why}")).about("state"));
+    }
+    if current.moving {
+        let message = "a motion is still under way: ask for the status until it is over";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+    }
+    Ok(current.device.clone())
+}
+
+/// Begins a motion of a client that has the rig to itself; returns the count of stops when its sole
+/// use began.
+///
+/// # Errors
+/// Its exclusive use has ended, or a motion is under way.
+pub(in crate::control) fn begin_motion(rig: &RigHandle, session: u64) -> Result<u64, WireError> {
+    resting_device(rig)?;
+    let mut exclusive_use = rig.exclusive_use().borrow_mut();
+    // Another client may have begun while this one waited.
+    let Some(current) = exclusive_use.as_mut().filter(|current| current.session == session) else {
+        return Err(WireError::new(ErrorCode::WrongState, "another client has the rig to itself").about("state"));
+    };
+    current.moving = true;
+    Ok(current.stops)
+}
+
+/// The force limit of the rig, N: the smaller of the daemon's and the device's; and the largest
+/// force of a motion.
+pub(in crate::control) fn largest_force_n(rig: &RigHandle, device: &ConnectedDevice) -> (f64, f64) {
+    let limit_n = rig.facts.limits().force_n.min(device.force_limit_n);
+    (limit_n, MAX_SHARE * limit_n)
+}
+
+/// Ends the exclusive use of a client, and its motion at once.
+pub(in crate::control) fn end(rig: &RigHandle, session: u64, why: &str) {
+    let moving = {
+        let mut exclusive_use = rig.exclusive_use().borrow_mut();
+        let Some(current) = exclusive_use.as_mut().filter(|current| current.session == session) else {
+            return;
+        };
+        current.end(why);
+        current.moving
+    };
+    if moving {
+        motion::rest(rig);
+    }
+}
+
+/// The client that has the rig to itself.
+pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
+    end_if_over(rig);
+    let exclusive_use = rig.exclusive_use().borrow();
+    let active = exclusive_use.as_ref().filter(|exclusive_use| exclusive_use.is_active());
+    active.map(|exclusive_use| exclusive_use.by.clone())
+}
+
+/// Refuses what would disturb an exclusive use.
+///
+/// # Errors
+/// A client has the rig to itself; the error says which.
+pub(in crate::control) fn refuse_others(rig: &RigHandle, what: &str) -> Result<(), WireError> {
+    end_if_over(rig);
+    let exclusive_use = rig.exclusive_use().borrow();
+    let Some(active) = exclusive_use.as_ref().filter(|exclusive_use| exclusive_use.is_active()) else {
+        return Ok(());
+    };
+    let message = format!(
+        "cannot {what} while {} is {} the rig: wait for its end, or end it with `stop`",
+        active.by,
+        active.work.participle()
+    );
+    Err(WireError::new(ErrorCode::Commissioning, message).about("state"))
+}
+
+/// Ends the exclusive use if the rig was stopped, its device has changed, or its lease has expired or was
+/// lengthened.
+pub(in crate::control) fn end_if_over(rig: &RigHandle) {
+    let mut exclusive_use = rig.exclusive_use().borrow_mut();
+    let Some(current) = exclusive_use.as_mut().filter(|current| current.ended.is_none()) else {
+        return;
+    };
+    let connection = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
+    if rig.channel.stops() != current.stops {
+        current.end("the rig was stopped");
+    } else if connection != Some(current.device.connection) {
+        current.end("the device was disconnected");
+    } else {
+        match rig.leases.timeout_ms(current.session) {
+            None => current.end("the lease of its client has expired"),
+            Some(timeout_ms) if timeout_ms > MAX_COMMISSION_LEASE_MS => {
+                current.end(&format!(
+                    "its client has taken a lease of {timeout_ms} ms, and at most {MAX_COMMISSION_LEASE_MS} ms \
+                     are allowed"
+                ));
+            }
+            Some(_) => {}
+        }
+    }
+}

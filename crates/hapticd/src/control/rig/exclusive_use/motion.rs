@@ -1,6 +1,6 @@
 //! One motion, from the engagement to the release, and the return of the scene.
 
-use super::watch;
+use super::end_if_over;
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
 use crate::control::rig::Asked;
@@ -79,8 +79,8 @@ async fn give(
 async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) -> bool) -> Result<(), String> {
     let began = Instant::now();
     loop {
-        let state = rig.state();
-        watch::end_if_over(rig);
+        let state = rig.channel.state();
+        end_if_over(rig);
         let ended = rig
             .exclusive_use()
             .borrow()
@@ -108,11 +108,11 @@ async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) 
 async fn take_back(rig: &RigHandle, by: &Peer) {
     rest(rig);
     // A rig that is stopped, faulted or disconnected refuses a release, and has no force.
-    rig.carry_out(Command::Release, Admission::NONE, rig.stops(), Asked::By(by))
+    rig.carry_out(Command::Release, Admission::NONE, rig.channel.stops(), Asked::By(by))
         .await
         .map_or_else(drop, drop);
     let began = Instant::now();
-    while rig.state().is_live() {
+    while rig.channel.state().is_live() {
         if began.elapsed() > rig.facts.ramp + RAMP_GRACE {
             // The scene may only return without force.
             let stop = rig.raise_stop(by);

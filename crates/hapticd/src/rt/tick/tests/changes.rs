@@ -2,12 +2,10 @@
 //! the way from one to the other.
 
 use super::*;
-use crate::control::compile::Compiled;
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Direction, Parameter, ParameterKey};
 use proptest::prelude::*;
-use serde_json::json;
 
 /// What time the tests' samples are apart, s.
 const PERIOD_S: f64 = 1e-3;
@@ -145,8 +143,8 @@ proptest! {
         let mut scene = from.clone();
         for to in [Some(to), interrupted_by].into_iter().flatten() {
             revision += 1;
-            let compiled = Compiled::new(&scene, &to, Scheme::Exact, PERIOD_S, ramp_s).expect("both are valid");
-            bench.inbox.post(compiled.into_scene(revision).0);
+            let ramp = CompiledScene::ramped(&scene, &to, revision, Scheme::Exact, PERIOD_S, ramp_s);
+            bench.inbox.post(ramp.expect("both are valid"));
             let after = bench.tick_at_once(position);
             prop_assert_eq!(after.revision, revision);
             prop_assert!(
@@ -177,55 +175,14 @@ proptest! {
     }
 }
 
-/// The force on a hand that goes steadily, in each tick after a change that takes a while.
-fn forces_over_a_ramp(from: &Scene, to: &Scene, ramp_s: f64) -> Vec<f64> {
-    let (mut bench, mut position) = Bench::dragged(from, 0.1, 1500, false);
-    let compiled = Compiled::new(from, to, Scheme::Exact, PERIOD_S, ramp_s).expect("both are valid");
-    bench.inbox.post(compiled.into_scene(3).0);
-    (0..400)
-        .map(|_| {
-            position += 0.1 * PERIOD_S;
-            bench.tick.device.readings.push(Ok(position));
-            -bench.tick().command_force
-        })
-        .collect()
-}
-
-#[test]
-fn a_ramp_leads_evenly_from_one_force_to_the_other() {
-    let paper = Scene::paper();
-    let key = |name: &str| name.parse().expect("a parameter");
-    let twice = paper
-        .with(&[(key("Fd"), 7.0), (key("Fs"), 8.0)])
-        .expect("a valid scene");
-    let drag = Scene {
-        friction: serde_json::from_value(json!({ "law": "viscous", "viscous": 70 })).expect("a law"),
-        ..paper.clone()
-    };
-    // In steps from 3.5 N to 7 N, and by fading over to a drag of 7 N at this speed.
-    for to in [twice, drag] {
-        let forces = forces_over_a_ramp(&paper, &to, 0.2);
-        for (tick, force) in (0_u32..).zip(&forces) {
-            let share = (f64::from(tick) / 200.0).min(1.0);
-            let expected = 3.5 + 3.5 * share;
-            let law = to.friction.law();
-            assert!(
-                (force - expected).abs() < 0.4,
-                "{law}: tick {tick}: {force} N, not {expected} N"
-            );
-        }
-        assert!((forces[399] - 7.0).abs() < 0.05, "{}", forces[399]);
-    }
-}
-
 #[test]
 fn a_ramp_ends_at_once_where_no_force_flows() {
     let mut bench = bench((0..200).map(|_| Ok(0.0)));
     bench.ticks(SETTLE);
     let change = [("M".parse().expect("a parameter"), 2.0)];
     let to = Scene::paper().with(&change).expect("a valid scene");
-    let compiled = Compiled::new(&Scene::paper(), &to, Scheme::Exact, PERIOD_S, 5.0).expect("both are valid");
-    bench.inbox.post(compiled.into_scene(2).0);
+    let ramp = CompiledScene::ramped(&Scene::paper(), &to, 2, Scheme::Exact, PERIOD_S, 5.0);
+    bench.inbox.post(ramp.expect("both are valid"));
     bench.tick();
     assert_eq!(bench.tick().ramp_steps, 250);
 }

@@ -50,43 +50,6 @@ fn engaging_begins_without_force_wherever_and_whenever_it_comes() {
 }
 
 #[test]
-fn engaging_on_a_moving_hand_begins_without_force() {
-    let mut bench = bench(ramp());
-    bench.ticks(SETTLE);
-    bench.serial += 1;
-    bench.inbox.command(bench.serial, Command::Engage, bench.shared.stops());
-    let first = bench.tick();
-    assert_eq!(
-        (first.state, first.coupling_force, first.command_force),
-        (RigState::Engaging, 0.0, 0.0)
-    );
-    for _ in 0..10 {
-        let record = bench.tick();
-        assert!(record.command_force <= 0.0, "against the motion: {record:?}");
-    }
-}
-
-// hazard: P7
-#[test]
-fn ramps_go_by_our_clock() {
-    let mut bench = bench_with(
-        Settings {
-            ramp_s: 0.1,
-            ..SETTINGS
-        },
-        ramp(),
-    );
-    bench.ticks(SETTLE);
-    // A device at half the speed, which is a fault only later.
-    bench.tick.device.sample_ns = 500_000;
-    bench.command(Command::Engage);
-    bench.ticks(98);
-    assert_eq!(bench.tick.servo.state(), RigState::Engaging);
-    bench.ticks(3);
-    assert_eq!(bench.tick.servo.state(), RigState::Engaged);
-}
-
-#[test]
 fn a_stall_does_not_skip_the_ramp() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);

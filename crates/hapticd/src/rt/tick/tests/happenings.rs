@@ -1,7 +1,6 @@
 //! Whatever happens, in whatever order: the force keeps its limits.
 
 use super::*;
-use crate::control::compile::Compiled;
 use device_io::protocol::message::ErrorCode;
 use haptic_core::compensation::{Compensation, MAX_SHARE};
 use haptic_core::rig_friction::RigFriction;
@@ -200,8 +199,8 @@ proptest! {
                 Happening::SlowScene(which, over_s) => {
                     revision += 1;
                     let from = std::mem::replace(&mut newest, scenes[which].clone());
-                    let way = Compiled::new(&from, &newest, Scheme::Exact, 1e-3, over_s).expect("both are valid");
-                    bench.inbox.post(way.into_scene(revision).0);
+                    let ramp = CompiledScene::ramped(&from, &newest, revision, Scheme::Exact, 1e-3, over_s);
+                    bench.inbox.post(ramp.expect("both are valid"));
                 }
                 Happening::Motion(which) => {
                     bench.inbox.post(CompiledScene::at_once(motions[which].clone(), revision));

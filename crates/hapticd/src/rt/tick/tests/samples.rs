@@ -4,66 +4,6 @@ use super::*;
 use device_io::protocol::message::ErrorCode;
 use haptic_core::servo::Fault;
 
-// hazard: H6
-#[test]
-fn a_lone_wrong_sample_changes_no_force_and_is_counted() {
-    let run = |wrong_m: f64| {
-        let mut bench = bench((0..2000).map(|k| {
-            let honest = 1e-4 * f64::from(k);
-            Ok(if k == 400 { honest + wrong_m } else { honest })
-        }));
-        bench.ticks(SETTLE);
-        bench.engage();
-        let records: Vec<TickRecord> = (0..600).map(|_| bench.tick()).collect();
-        assert_eq!(records[599].samples_forgotten, u64::from(wrong_m != 0.0));
-        records
-    };
-    let honest = run(0.0);
-    for wrong_m in [0.5e-3, 1e-3, -1e-3, 0.05, -3.0] {
-        let wrong = run(wrong_m);
-        assert!(wrong.iter().all(|record| record.fault.is_none()), "{wrong_m} m");
-        for (honest, wrong) in honest.iter().zip(&wrong) {
-            let difference = (wrong.command_force - honest.command_force).abs();
-            assert!(difference < 0.3, "{wrong_m} m: {difference} N at tick {}", wrong.tick);
-        }
-    }
-}
-
-// hazard: H16
-#[test]
-fn force_decays_without_new_samples_and_returns_without_jump() {
-    let mut bench = bench(ramp());
-    bench.ticks(SETTLE);
-    bench.engage();
-    bench.ticks(300);
-    let before = bench.tick().command_force.abs();
-    bench.tick.device.repeats = true;
-    let mut last = before;
-    for silent in 1..=30 {
-        let record = bench.tick();
-        assert!(record.state.is_live(), "{record:?}");
-        let force = record.command_force.abs();
-        assert!(force <= last, "it only decays: {record:?}");
-        match silent {
-            1..=3 => assert_eq!(force, before, "three periods are no reason"),
-            4..=22 => assert!(force < last, "{silent}: {record:?}"),
-            _ => assert_eq!(force, 0.0, "{silent}"),
-        }
-        last = force;
-    }
-    bench.tick.device.repeats = false;
-    // The hand has gone on meanwhile.
-    bench.tick.device.next += 30;
-    bench.tick.device.sample_ns = 31_000_000;
-    for _ in 0..100 {
-        let record = bench.tick();
-        bench.tick.device.sample_ns = 1_000_000;
-        assert!(record.command_force.abs() - last < 0.5, "no jump: {record:?}");
-        last = record.command_force.abs();
-    }
-    assert!(last > 0.8 * before, "{last} N of {before} N");
-}
-
 #[test]
 fn repeating_device_faults_and_recovers_after_a_reset() {
     let mut bench = bench(ramp());
@@ -169,17 +109,6 @@ fn a_jump_of_the_encoder_faults_before_it_is_rendered() {
     }
     assert_eq!(bench.tick.servo.fault(), Some(Fault::Jump));
     assert_eq!(bench.last_written(), 0.0);
-}
-
-#[test]
-fn a_jump_of_the_encoder_is_cut_to_the_force_limit() {
-    let mut bench = bench(ramp().take(100).chain(std::iter::repeat_n(Ok(5.0), 50)));
-    bench.tick();
-    bench.command(Command::Engage);
-    for _ in 2..150 {
-        let record = bench.tick();
-        assert!(record.command_force.abs() <= MAX_FORCE, "{record:?}");
-    }
 }
 
 #[test]

@@ -1,5 +1,4 @@
-//! Everything that takes the force away on purpose: a stop and its confirmation, the rig's buttons,
-//! a lapsed lease, a control thread that hangs.
+//! A stop and its confirmation, and a control thread that hangs.
 
 use super::*;
 use haptic_core::servo::Fault;
@@ -114,101 +113,6 @@ fn a_reset_that_a_stop_has_overtaken_clears_nothing() {
     let outcome = bench.records.answers().command(7).expect("answered");
     assert!(outcome.refused);
     assert_eq!(outcome.state, RigState::Stopped);
-}
-
-// hazard: H9
-#[test]
-fn motor_left_enabled_is_a_fault_in_stopped_and_idle() {
-    for stop in [true, false] {
-        let mut bench = bench(ramp());
-        bench.tick.device.motor = Motor::Off;
-        bench.ticks(SETTLE);
-        bench.tick.device.motor = Motor::Enabled;
-        bench.engage();
-        bench.ticks(300);
-        if stop {
-            bench.shared.stop();
-        } else {
-            bench.command(Command::Release);
-            while bench.tick().state.is_live() {}
-        }
-        bench.ticks(95);
-        let before = bench.tick();
-        assert_eq!(before.state, if stop { RigState::Stopped } else { RigState::Idle });
-        bench.ticks(5);
-        let alarmed = bench.tick();
-        assert_eq!(
-            (alarmed.state, alarmed.fault),
-            (RigState::Faulted, Some(Fault::StillEnabled))
-        );
-        // A reset does not make it well.
-        bench.command(Command::Reset);
-        bench.ticks(90);
-        assert_eq!(bench.tick.servo.state(), RigState::Idle, "it has its time again");
-        bench.ticks(15);
-        assert_eq!(bench.tick.servo.fault(), Some(Fault::StillEnabled));
-    }
-}
-
-// hazard: H19
-#[test]
-fn the_rigs_own_buttons_stop_it_and_let_it_go() {
-    let settings = Settings {
-        enable_button: Some(3),
-        ..SETTINGS
-    };
-    let mut bench = bench_with(settings, ramp());
-    bench.ticks(SETTLE);
-    assert!(bench.command(Command::Engage).refused, "the enable button is not held");
-    bench.tick.device.buttons = 1 << 3;
-    bench.tick();
-    bench.engage();
-    bench.ticks(100);
-    bench.tick.device.buttons = 0;
-    let let_go = bench.tick();
-    assert_eq!(
-        (let_go.state, let_go.command_force),
-        (RigState::Idle, 0.0),
-        "in that very tick"
-    );
-    bench.tick.device.buttons = 1 << 3;
-    bench.ticks(5);
-    assert_eq!(bench.tick().state, RigState::Idle, "it does not come back by itself");
-    bench.engage();
-    bench.tick.device.buttons |= 1;
-    let stopped = bench.tick();
-    assert_eq!(
-        (stopped.state, stopped.fault, stopped.command_force),
-        (RigState::Stopped, Some(Fault::StopButton), 0.0)
-    );
-    // While it is pressed nothing helps; after that a reset does.
-    bench.command(Command::Reset);
-    assert_eq!(bench.tick().state, RigState::Stopped);
-    bench.tick.device.buttons = 1 << 3;
-    bench.tick();
-    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
-    bench.engage();
-}
-
-// hazard: H15
-#[test]
-fn lapsed_lease_ends_force_within_200_ms_at_any_ramp() {
-    let mut bench = bench_with(
-        Settings {
-            ramp_s: 1.0,
-            ..SETTINGS
-        },
-        ramp(),
-    );
-    bench.command(Command::Engage);
-    while bench.tick().state != RigState::Engaged {}
-    bench.shared.lease_until(bench.clock_ns);
-    let mut ticks = 0;
-    while bench.tick().state.is_live() {
-        ticks += 1;
-    }
-    assert!((190..=202).contains(&ticks), "{ticks} ms");
-    assert_eq!(bench.tick.servo.state(), RigState::Idle);
 }
 
 // hazard: H2

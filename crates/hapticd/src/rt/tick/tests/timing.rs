@@ -173,21 +173,6 @@ fn a_stall_does_not_lift_the_slew_limit() {
 }
 
 #[test]
-fn a_loop_that_is_too_late_faults_where_the_policy_says_so() {
-    let mut bench = bench(ramp());
-    bench.ticks(SETTLE);
-    bench.command(Command::Engage);
-    bench.ticks(50);
-    let mut missed = |periods: u64| {
-        bench.missed_periods += periods;
-        let record = bench.tick();
-        (record.fault, record.command_force)
-    };
-    assert_eq!(missed(4).0, None);
-    assert_eq!(missed(1), (Some(Fault::TooLate), 0.0));
-}
-
-#[test]
 fn only_periods_missed_under_force_make_the_loop_too_late() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);

@@ -19,18 +19,6 @@ fn a_tick_says_when_it_ended() {
 }
 
 #[test]
-fn a_control_thread_may_be_silent_for_its_time_and_no_longer() {
-    let mut bench = bench(ramp());
-    bench.shared.heartbeat(bench.clock_ns);
-    bench.ticks(SETTLE);
-    bench.engage();
-    bench.shared.heartbeat(bench.clock_ns);
-    bench.ticks(250);
-    assert_eq!(bench.tick.servo.state(), RigState::Engaged);
-    assert_eq!(bench.tick().state, RigState::Releasing);
-}
-
-#[test]
 fn another_device_may_be_anywhere() {
     let mut first = bench(ramp());
     first.ticks(SETTLE);

@@ -1,5 +1,4 @@
-//! A timer that fires right after each tick: tokio's own timers count whole milliseconds, which are
-//! whole ticks.
+//! The times at which the control thread looks: again and again, or right after each tick.
 #![allow(
     unsafe_code,
     reason = "tokio requires that the timer stays open; see AnswerTimer::new"
@@ -12,6 +11,15 @@ use rustix::time::{
 };
 use std::time::Duration;
 use tokio::io::unix::AsyncFd;
+use tokio::time::{Interval, MissedTickBehavior, interval};
+
+/// A tick now, and then one each period. After a time in which the thread was held up there is one, not all that were
+/// missed: those would come at once, and a stop would wait for the work of each.
+pub(crate) fn every(period: Duration) -> Interval {
+    let mut ticks = interval(period);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    ticks
+}
 
 /// Usual time after a deadline at which a tick on the fake rig has ended, with the wake-up, ns.
 const AFTER_DEADLINE_NS: u64 = 40_000;
@@ -19,9 +27,10 @@ const AFTER_DEADLINE_NS: u64 = 40_000;
 /// Time between two further looks, until the next deadline, ns.
 const LOOK_AGAIN_NS: u64 = 80_000;
 
-/// Times to look for an answer: shortly after each deadline of the loop, then periodically.
+/// Times to look for an answer: shortly after each deadline of the loop, then periodically. Tokio's own timers count
+/// whole milliseconds, which are whole ticks.
 #[derive(Debug)]
-pub(super) struct AnswerTimer {
+pub(crate) struct AnswerTimer {
     period_ns: u64,
     /// One deadline of the loop; the others differ by multiples of the period.
     deadline_ns: u64,
@@ -30,7 +39,7 @@ pub(super) struct AnswerTimer {
 
 impl AnswerTimer {
     /// A timer for the loop's deadlines, from one of them if one is known.
-    pub(super) fn new(period_ns: u64, deadline_ns: Option<u64>) -> Self {
+    pub(crate) fn new(period_ns: u64, deadline_ns: Option<u64>) -> Self {
         let made = timerfd_create(
             TimerfdClockId::Monotonic,
             TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC,
@@ -46,7 +55,7 @@ impl AnswerTimer {
     }
 
     /// Waits for the next time to look.
-    pub(super) async fn next(&mut self) {
+    pub(crate) async fn next(&mut self) {
         let now = now_ns();
         let within = now.saturating_sub(self.deadline_ns) % self.period_ns;
         let wait_ns = if within < AFTER_DEADLINE_NS {
