@@ -11,8 +11,12 @@
  *     interrupt:  ticked = true;                                     of a hardware timer, each millisecond
  *                 haptic_device_watchdog_from_isr(&device, 1000);
  *
+ * Line: serial, 8N1, at 1000000 baud; at another rate the host's address names it: serial:/dev/ttyACM0?baud=500000. Or USB
+ * HID (config.hid): reports of 64 bytes both ways without numbers, on a usage page of the vendor's own (0xFF00).
+ *
  * Units and signs: forces are those of the motor on the hand. A positive force moves the handle to larger counts.
- * check_rig.py --push tests that; swap the motor's or the encoder's wires if it fails.
+ * check_rig.py PORT checks a board at rest, and with --push 0.5 also this; swap the motor's or the encoder's wires if it
+ * fails.
  *
  * Safety. The motors give force only between the host's enable and the first of: a command without "enabled", a disable,
  * a hello, watchdog_ms without a valid command, a lost position, a fault. A port adds three things:
@@ -64,9 +68,10 @@ struct haptic_device_config {
     uint32_t (*clock_us)(void *context);
 
     /* Takes a measurement; poll calls it when a sample is due. time_us is set to the time of the call; change it if the
-     * position is of another moment. Optional: leave it out if an interrupt measures, and call haptic_device_sample. */
+     * position is of another moment. All else is 0 and false before. Optional: leave it out if an interrupt measures, and
+     * call haptic_device_sample. */
     void (*measure)(void *context, struct haptic_sample *sample);
-    /* Gives this force on each axis from now on. It is within the limit already. */
+    /* Gives this force on each axis from now on, by an array of HAPTIC_DEVICE_AXES. It is within the limit already. */
     void (*motor_force)(void *context, const int32_t force_mn[]);
 
     /* Zero force, at once: a pin or register, no bus, no waiting. The loop and the interrupt call it, also repeatedly and
@@ -76,15 +81,17 @@ struct haptic_device_config {
     bool (*motor_on)(void *context);
     /* Buttons pressed, one bit each, debounced. Optional. */
     uint8_t (*buttons)(void *context);
-    /* Takes received bytes without waiting; returns their number. Serial: up to room bytes. HID: one report, or 0. */
+    /* Takes received bytes without waiting; returns their number. Serial: up to room bytes, also fewer than there are. HID:
+     * one report, or 0. */
     uint8_t (*read)(void *context, uint8_t *bytes, uint8_t room);
 
-    /* Sends all bytes, or none and returns false; never waits. On USB it must return false when the host has closed the
-     * port: a write that waits there is a frequent cause of firmware that hangs. */
+    /* Sends all bytes, or none and returns false; never waits. HID: always one whole report. On USB it must return false
+     * when the host has closed the port: a write that waits there is a frequent cause of firmware that hangs. */
     bool (*write)(void *context, const uint8_t *bytes, uint8_t length);
 
-    /* Number of bytes that write would take now. Optional, serial only: with it the library writes a frame in parts while
-     * it encodes the rest, which takes a slow processor a fifth of a millisecond. Arduino: Serial.availableForWrite(). */
+    /* Number of bytes that write would take now, at most 255. Optional, serial only: with it the library writes a frame in
+     * parts while it encodes the rest, which takes a slow processor a fifth of a millisecond. Arduino:
+     * Serial.availableForWrite(). */
     uint8_t (*room)(void *context);
 };
 
@@ -101,14 +108,16 @@ struct haptic_device {
     volatile bool enabled, fed, trip;
 };
 
-/* Switches the motors off, then checks the config. Returns false for an invalid one; every other function then does
- * nothing, and the motors stay off. Call it before the timer's interrupt starts. */
+/* Switches the motors off, then checks the config. Returns false for a value beyond its bounds, or without a function that
+ * is not optional; every other function then does nothing, and the motors stay off. Call it before the timer's interrupt
+ * starts. */
 bool haptic_device_init(struct haptic_device *device, const struct haptic_device_config *config);
 
 /* Receives, drives the motors, measures when a sample is due, sends. Never waits. */
 void haptic_device_poll(struct haptic_device *device);
 
-/* Sends a measurement that an interrupt took. Call it once for each, and leave out config.measure. */
+/* Sends a measurement that an interrupt took, all its fields set. Call it once for each from the loop, and leave out
+ * config.measure. */
 void haptic_device_sample(struct haptic_device *device, const struct haptic_sample *sample);
 
 /* Reports that motor or board have failed: switches the motors off and tells the host. It may enable them again; refuse in

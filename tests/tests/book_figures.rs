@@ -228,8 +228,8 @@ fn pushed(stiffness: f64) -> Vec<[f64; 2]> {
             &Inputs {
                 elapsed_ns: MS,
                 sample: rig.read(u64::from(tick) * MS),
-                device_resolution_m: rig.resolution_m(),
-                device_force_limit_n: rig.force_limit_n(),
+                device_resolution_m: rig.bounds().resolution_m,
+                device_force_limit_n: rig.bounds().force_limit_n,
                 events: Events::default(),
                 command: (tick == 1).then_some(Command::Engage),
             },

@@ -1,7 +1,6 @@
 //! Every address of a rig: those of `device-io`, and those of the boards here.
 
-use crate::connector::BoardConnector;
-use crate::odrive::ODriveOptions;
+use crate::odrive::{ODriveConnector, ODriveOptions};
 use device_io::address::{FORMS, KINDS, place_and_options, unknown_kind};
 use device_io::link::Connector;
 use std::fmt;
@@ -73,7 +72,7 @@ impl Address {
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Native(address) => address.path(),
-            Self::ODrive(options) => Some(&options.motor.path),
+            Self::ODrive(options) => Some(&options.path),
         }
     }
 
@@ -94,7 +93,7 @@ impl Address {
     pub fn connector(&self) -> Option<Box<dyn Connector>> {
         match self {
             Self::Native(address) => address.connector(),
-            Self::ODrive(options) => Some(Box::new(BoardConnector::new(options.clone()))),
+            Self::ODrive(options) => Some(Box::new(ODriveConnector(options.clone()))),
         }
     }
 }
@@ -125,25 +124,19 @@ mod tests {
         }
         assert_eq!("fake".parse(), Ok(Address::FAKE));
         for (text, why) in [
-            (
-                "usb:1",
-                "`usb:1` names no device: there is no kind `usb`; write fake, serial:",
-            ),
+            ("usb:1", "there is no kind `usb`"),
             (
                 "odrve:/dev/ttyACM0",
-                "`odrve:/dev/ttyACM0` names no device: there is no kind `odrve` (did you mean `odrive`?); write fake, serial:",
+                "there is no kind `odrve` (did you mean `odrive`?)",
             ),
-            (
-                "odrive:",
-                "`odrive:` names no device: nothing follows its kind; write fake, serial:",
-            ),
-            (
-                "odrive",
-                "`odrive` names no device: nothing follows its kind `odrive`; write fake, serial:",
-            ),
+            ("odrive:", "nothing follows its kind"),
+            ("odrive", "nothing follows its kind `odrive`"),
         ] {
             let error = text.parse::<Address>().expect_err(text).to_string();
-            assert!(error.starts_with(why), "{error}");
+            assert!(
+                error.starts_with(&format!("`{text}` names no device: {why}; write fake, serial:")),
+                "{error}"
+            );
             assert!(error.contains("hid:VID:PID[:SERIAL] or odrive:/dev/"), "{error}");
         }
     }

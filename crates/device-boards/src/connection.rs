@@ -1,10 +1,9 @@
 //! A controller on a serial line, greeted, as the real-time thread reads and writes it.
 
-use crate::conversation::{CommandState, Conversation};
-use crate::dialect::Dialect;
+use crate::conversation::{CommandState, Conversation, Dialect};
 use crate::text::{Lines, Text};
 use device_io::link::{Connection, Line, LinkCounters, SendOutcome, add};
-use device_io::{DeviceError, Measurement, Written, clock};
+use device_io::{DeviceError, Measurement, Written, now_ns};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -83,7 +82,7 @@ impl<D: Dialect> Drop for TextConnection<D> {
     fn drop(&mut self) {
         let mut text = Text::default();
         self.conversation.farewell(&mut text);
-        if self.send(&text, clock::now_ns()).is_err() {
+        if self.send(&text, now_ns()).is_err() {
             // Nobody hears the last words. The axis watchdog does the rest.
         }
         self.counters.age_ns.store(0, Relaxed);
@@ -93,9 +92,8 @@ impl<D: Dialect> Drop for TextConnection<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::axis::{Axis, Motor};
-    use crate::conversation::Scale;
-    use device_io::fake::Terminal;
+    use crate::conversation::{Axis, Motor, Scale};
+    use device_io::fake::Port;
     use std::fmt;
 
     const MS: u64 = 1_000_000;
@@ -142,7 +140,7 @@ mod tests {
     fn switch_off_counts_once_sent_or_confirmed() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("board");
-        let board = Terminal::plug_in(&path).expect("a terminal");
+        let board = Port::plug_in(&path).expect("a terminal");
         let serial_line = Line::open(&path, 1_000_000).expect("it is there");
         let mut now_ns = 1000 * MS;
         let scale = Scale {

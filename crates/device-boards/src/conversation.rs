@@ -1,12 +1,10 @@
 //! The conversation with a controller, tick by tick, in any dialect: it asks for positions,
 //! switches the motor on and off, and watches that the motor stays so.
 
-use crate::axis::{Axis, Motor, is_due};
-use crate::dialect::Dialect;
 use crate::feedback::{Feedback, target};
 use crate::text::{Text, TooLong};
 use device_io::link::{LinkCounters, add};
-use device_io::{DeviceError, Measurement};
+use device_io::{DeviceError, Measurement, Motor as ReportedMotor};
 use std::sync::Arc;
 
 /// Longest time from the first command to a motor that is on, ns.
@@ -45,6 +43,114 @@ impl Scale {
     pub(crate) fn force_limit_n(&self) -> f64 {
         self.target_limit * self.newtons_per_target.abs()
     }
+}
+
+/// Shortest time between two sets of commands to a controller that does not obey, ns.
+const TELL_AGAIN_NS: u64 = 10_000_000;
+
+/// State of the motor, as far as both sides know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Motor {
+    /// To be off since a time of ours, ns; the newest command for that was sent at `told_at_ns`.
+    Off {
+        since_ns: u64,
+        told_at_ns: Option<u64>,
+        /// The controller has answered a later question: it is.
+        confirmed: bool,
+    },
+    /// Told to be on since a time of ours, ns; the newest command for that was sent at
+    /// `told_at_ns`.
+    Arming { since_ns: u64, told_at_ns: Option<u64> },
+    /// On.
+    On,
+    /// Off though force is wanted. This lasts until no force is wanted.
+    Failed(DeviceError),
+}
+
+/// Whether it is time to send a command once more, after it was sent at `told_at_ns`.
+pub(crate) fn is_due(told_at_ns: Option<u64>, now_ns: u64) -> bool {
+    told_at_ns.is_none_or(|at_ns| now_ns.saturating_sub(at_ns) >= TELL_AGAIN_NS)
+}
+
+/// One motor, and the positions of its shaft.
+#[derive(Debug)]
+pub(crate) struct Axis {
+    pub(crate) feedback: Feedback,
+    pub(crate) motor: Motor,
+    /// No question about the motor is due before this time, ns.
+    pub(crate) ask_after_ns: u64,
+}
+
+impl Axis {
+    /// An axis whose motor has got no command yet.
+    pub(crate) fn new(feedback: Feedback) -> Self {
+        Self {
+            feedback,
+            motor: Motor::Off {
+                since_ns: 0,
+                told_at_ns: None,
+                confirmed: false,
+            },
+            ask_after_ns: 0,
+        }
+    }
+
+    /// The motor, as far as the controller has said: one that is not known to be off counts as enabled.
+    pub(crate) fn reported(&self) -> ReportedMotor {
+        match self.motor {
+            Motor::Off { confirmed: true, .. } => ReportedMotor::Off,
+            _ => ReportedMotor::Enabled,
+        }
+    }
+
+    /// The counters of the link.
+    pub(crate) fn counters(&self) -> &LinkCounters {
+        self.feedback.counters()
+    }
+}
+
+/// The words of one maker's protocol: all that a conversation does not share with those of other makers. It knows nothing
+/// of serial lines, and waits for nothing.
+pub(crate) trait Dialect: Send + std::fmt::Debug {
+    /// Interprets a line of the controller, without its end.
+    fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64);
+
+    /// An error of the position sensor, whatever the motor does.
+    fn sensor_error(&self) -> Option<DeviceError> {
+        None
+    }
+
+    /// Whether the controller has contradicted for too long that its motor is on.
+    fn is_contradicted(&self, _now_ns: u64) -> bool {
+        false
+    }
+
+    /// Writes the question for the position; whether there was room for it.
+    fn ask_position(&self, out: &mut Text) -> bool;
+
+    /// Writes a target, in the controller's unit.
+    fn drive(&self, target: f64, out: &mut Text);
+
+    /// Asks from time to time whether the motor is still on.
+    fn watch_on(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text);
+
+    /// Writes the commands that switch the motor off.
+    fn switch_off(&self, out: &mut Text);
+
+    /// The motor has been commanded off, for the first time since it was on.
+    fn begin_off(&mut self, _axis: &mut Axis) {}
+
+    /// Asks whether the motor is off. Not needed where the answer to [`Self::switch_off`] says so.
+    fn confirm_off(&mut self, _axis: &mut Axis, _now_ns: u64, _out: &mut Text) {}
+
+    /// Asks from time to time whether the motor is still off.
+    fn watch_off(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text);
+
+    /// Force is wanted, for the first time since the motor was off.
+    fn begin_arming(&mut self);
+
+    /// One step towards a motor that is on.
+    fn arm(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text);
 }
 
 /// A conversation with one motor of a controller. It knows nothing of serial lines, and waits for

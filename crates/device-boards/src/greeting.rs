@@ -2,8 +2,8 @@
 //! may wait.
 
 use crate::text::Lines;
-use device_io::clock;
 use device_io::link::{ConnectError, Line};
+use device_io::now_ns;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -51,10 +51,7 @@ impl Greeting {
 
     /// Sends text.
     pub(crate) fn send(&mut self, text: &[u8]) -> Result<(), ConnectError> {
-        self.line
-            .write(text, clock::now_ns())
-            .map(drop)
-            .map_err(|_| self.absent())
+        self.line.write(text, now_ns()).map(drop).map_err(|_| self.absent())
     }
 
     /// The first line that is `wanted`, among those that come in time.

@@ -3,10 +3,10 @@
 #![allow(unsafe_code, reason = "a counting allocator")]
 
 use device_boards::Address;
-use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties};
-use device_io::Device;
-use device_io::fake::{Hand, RigProperties, Terminal};
-use device_io::link::{Keeper, LinkState, LoopTiming};
+use device_boards::fake::{ODriveBoard, ODriveProperties};
+use device_io::fake::{Hand, Port, RigProperties};
+use device_io::link::{LinkCounters, LoopTiming};
+use device_io::now_ns;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
@@ -50,15 +50,15 @@ static ALLOCATOR: Counting = Counting;
 
 /// A fake board behind a terminal, on a thread of its own.
 struct RunningBoard {
-    board: Arc<Mutex<Box<dyn FakeBoard>>>,
+    board: Arc<Mutex<ODriveBoard>>,
     began: Instant,
     quit: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl RunningBoard {
-    fn start(board: Box<dyn FakeBoard>, link: &Path) -> Self {
-        let terminal = Terminal::plug_in(link).expect("a terminal");
+    fn start(board: ODriveBoard, link: &Path) -> Self {
+        let mut terminal = Port::plug_in(link).expect("a terminal");
         let board = Arc::new(Mutex::new(board));
         let quit = Arc::new(AtomicBool::new(false));
         let (its, told) = (Arc::clone(&board), Arc::clone(&quit));
@@ -76,7 +76,7 @@ impl RunningBoard {
                 for answer in answers {
                     terminal.write(&answer).expect("it writes");
                 }
-                Terminal::wait(Some(&terminal), Duration::from_millis(1));
+                Port::wait(Some(&terminal), Duration::from_millis(1));
             }
         });
         Self {
@@ -87,9 +87,9 @@ impl RunningBoard {
         }
     }
 
-    fn wait_for(&self, what: &str, wanted: impl Fn(&dyn FakeBoard) -> bool) {
+    fn wait_for(&self, what: &str, wanted: impl Fn(&ODriveBoard) -> bool) {
         let began = Instant::now();
-        while !wanted(self.board.lock().expect("alive").as_ref()) {
+        while !wanted(&self.board.lock().expect("alive")) {
             assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
             std::thread::yield_now();
         }
@@ -108,39 +108,31 @@ impl Drop for RunningBoard {
 #[test]
 fn tick_on_board_does_not_allocate() {
     let properties = ODriveProperties::default();
-    let board = Box::new(ODriveBoard::new(RigProperties::default(), Hand::Free, properties)) as Box<dyn FakeBoard>;
+    let board = ODriveBoard::new(RigProperties::default(), Hand::Free, properties);
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("board");
     let played = RunningBoard::start(board, &link);
     let address: Address = format!("odrive:{}?radius_mm=5&torque_limit_nm=0.1", link.display())
         .parse()
         .expect("an address");
-    let connector = address.connector().expect("a link");
-    let (mut device, monitor, keeper) = Keeper::new(connector, LoopTiming::default());
-    let keeper = keeper.start().expect("a thread");
-    let began = Instant::now();
-    let now_ns = || u64::try_from(began.elapsed().as_nanos()).expect("soon");
-    while !matches!(monitor.state(), LinkState::Connected { .. }) {
-        assert!(began.elapsed() < PATIENCE, "{:?}", monitor.state());
-        std::thread::yield_now();
-    }
-    while device.read(now_ns()).is_err() {
-        assert!(began.elapsed() < PATIENCE, "no sample");
-    }
-    let mut sequence = 0;
+    let mut connector = address.connector().expect("a link");
+    let counters = Arc::new(LinkCounters::default());
+    let greeted = connector.connect(LoopTiming::default(), &counters);
+    let mut connection = greeted.expect("it answers").connection;
+    let (began, mut sequence) = (Instant::now(), 0);
     // A tick, as soon as there is an answer; whether it brought a new sample.
     let mut tick = |enabled: bool| {
-        assert!(began.elapsed() < PATIENCE, "{:?}", monitor.counters());
+        assert!(began.elapsed() < PATIENCE, "{counters:?}");
         let before = COUNT.get();
-        let sample = device.read(now_ns());
+        let now_ns = now_ns();
+        let sample = connection.read(now_ns);
         // Where this thread waited for a processor longer than a watchdog waits for it, it lets
         // go and begins anew.
-        let written = device.write(2.0, enabled && sample.is_ok());
+        let written = connection.write(2.0, enabled && sample.is_ok(), now_ns);
         assert_eq!(COUNT.get(), before, "a tick allocates");
         std::thread::yield_now();
-        let new = written.is_ok() && sample.is_ok_and(|sample| sample.sequence != sequence);
-        sequence = sample.map_or(sequence, |sample| sample.sequence);
-        new
+        let newest = sample.ok().flatten().map_or(sequence, |sample| sample.sequence);
+        written.is_ok() && std::mem::replace(&mut sequence, newest) != newest
     };
     // Idle, arming, on, and idle again.
     for (enabled, samples) in [(false, 100), (true, 500), (false, 100)] {
@@ -149,11 +141,11 @@ fn tick_on_board_does_not_allocate() {
             seen += u32::from(tick(enabled));
         }
     }
-    let pulls = |board: &dyn FakeBoard| board.is_on() && (board.force_n() - 2.0).abs() < 0.01;
+    let pulls = |board: &ODriveBoard| board.is_on() && (board.force_n() - 2.0).abs() < 0.01;
     loop {
         tick(true);
         let mut board = played.board.lock().expect("alive");
-        if !pulls(board.as_ref()) {
+        if !pulls(&board) {
             continue;
         }
         // A damaged command that has lost its checksum is believed, and cut by the board itself.
@@ -163,7 +155,6 @@ fn tick_on_board_does_not_allocate() {
         assert!((board.take_largest_force_n() - 20.0).abs() < 0.01);
         break;
     }
-    drop(keeper);
-    drop(device);
+    drop(connection);
     played.wait_for("the last word", |board| !board.is_on() && board.force_n() == 0.0);
 }

@@ -1,6 +1,14 @@
-//! The interface of every rig.
+//! The interface of every rig, and the clock that it is read by.
 
 pub use haptic_core::sample::{DeviceError, Measurement, Motor};
+use rustix::time::{ClockId, clock_gettime};
+
+/// The monotonic clock, ns.
+#[must_use]
+pub fn now_ns() -> u64 {
+    let time = clock_gettime(ClockId::Monotonic);
+    u64::try_from(time.tv_sec).unwrap_or(0) * 1_000_000_000 + u64::try_from(time.tv_nsec).unwrap_or(0)
+}
 
 /// What became of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +22,31 @@ pub enum Written {
     Later,
 }
 
+/// What the loop must know of a rig beside its samples. Another connection may be another rig, with other bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceBounds {
+    /// Number of the connection, from 1, for a rig behind a link; 0 before the first, and without a link.
+    pub connection: u64,
+    /// Whether the rig is behind a link: then the time for reading and writing matters.
+    pub is_linked: bool,
+    /// Distance between two positions that the rig can distinguish, m; 0 for a perfect rig.
+    pub resolution_m: f64,
+    /// Largest force of the rig, N; infinite for a rig without a limit.
+    pub force_limit_n: f64,
+}
+
+impl Default for DeviceBounds {
+    /// A perfect rig without a link.
+    fn default() -> Self {
+        Self {
+            connection: 0,
+            is_linked: false,
+            resolution_m: 0.0,
+            force_limit_n: f64::INFINITY,
+        }
+    }
+}
+
 /// A one-axis rig, as the real-time loop uses it.
 ///
 /// No method but [`Self::description`] may allocate, lock or wait longer than the link needs.
@@ -22,26 +55,8 @@ pub trait Device: Send {
     /// What the rig is, for people.
     fn description(&self) -> String;
 
-    /// Distance between two positions that the rig can distinguish, m; 0 for a perfect rig. It may
-    /// change with the number of the [connection](Self::connection) alone.
-    fn resolution_m(&self) -> f64;
-
-    /// Largest force of the rig, N; infinite for a rig without a limit. It may change with the number
-    /// of the [connection](Self::connection) alone.
-    fn force_limit_n(&self) -> f64 {
-        f64::INFINITY
-    }
-
-    /// Whether the rig is behind a link: then the time for reading and writing matters.
-    fn is_linked(&self) -> bool {
-        false
-    }
-
-    /// Number of the present connection, from 1, for a rig behind a link. Another number may be
-    /// another device.
-    fn connection(&self) -> u64 {
-        0
-    }
+    /// What it can distinguish and give, and on which connection. Only reading it may change them.
+    fn bounds(&self) -> DeviceBounds;
 
     /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its
     /// own needs it only for the age of its sample.

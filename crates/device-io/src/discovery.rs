@@ -6,7 +6,7 @@
 
 use crate::address::{Address, DEFAULT_BAUD};
 use crate::link::hid_node::{self, HidNode};
-use crate::link::{ConnectError, Connector, DeviceFacts, LinkCounters, LoopTiming};
+use crate::link::{ConnectError, Connector, DeviceInfo, LinkCounters, LoopTiming};
 use crate::usb_boards;
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
@@ -94,7 +94,7 @@ pub fn list() -> Vec<Candidate> {
 ///
 /// # Errors
 /// The device is not there, may not be opened, is in use, or does not speak the protocol.
-pub fn probe(connector: &mut dyn Connector) -> Result<DeviceFacts, ConnectError> {
+pub fn probe(connector: &mut dyn Connector) -> Result<DeviceInfo, ConnectError> {
     // The loop matters only once it renders.
     let greeted = connector.connect(LoopTiming::default(), &Arc::new(LinkCounters::default()))?;
     Ok(greeted.device)

@@ -12,7 +12,6 @@
 
 #[cfg(feature = "links")]
 pub mod address;
-pub mod clock;
 mod device;
 #[cfg(feature = "links")]
 pub mod discovery;
@@ -24,4 +23,4 @@ pub mod usb_boards;
 
 #[cfg(feature = "links")]
 pub use address::Address;
-pub use device::{Device, DeviceError, Measurement, Motor, Written};
+pub use device::{Device, DeviceBounds, DeviceError, Measurement, Motor, Written, now_ns};

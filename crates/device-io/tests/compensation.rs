@@ -67,8 +67,8 @@ fn error_n(scene: &Scene, friction_n: f64, share: Option<f64>) -> f64 {
             &Inputs {
                 elapsed_ns: MS,
                 sample: rig.read(tick * MS),
-                device_resolution_m: rig.resolution_m(),
-                device_force_limit_n: rig.force_limit_n(),
+                device_resolution_m: rig.bounds().resolution_m,
+                device_force_limit_n: rig.bounds().force_limit_n,
                 events: Events::default(),
                 command: (tick == 10).then_some(Command::Engage),
             },

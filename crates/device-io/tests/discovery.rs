@@ -2,7 +2,7 @@
 
 use device_io::Address;
 use device_io::discovery::probe;
-use device_io::link::{ConnectError, DeviceFacts};
+use device_io::link::{ConnectError, DeviceInfo};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -46,7 +46,7 @@ impl Drop for FakeRig {
     }
 }
 
-fn ask(address: &str) -> Result<DeviceFacts, ConnectError> {
+fn ask(address: &str) -> Result<DeviceInfo, ConnectError> {
     let address: Address = address.parse().expect("an address");
     probe(&mut *address.connector().expect("not the rig in this process"))
 }

@@ -64,7 +64,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             stale_ns: config.watches.stale_ns,
         },
     );
-    let (description, resolution) = (device.description(), device.resolution_m());
+    let (description, resolution) = (device.description(), device.bounds().resolution_m);
     let (monitor, keeper) = link.unzip();
     let (control, loop_side) = hand_over(RECORDS);
     let tick = Tick::new(

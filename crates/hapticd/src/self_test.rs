@@ -9,7 +9,7 @@ use crate::rt::privileges;
 use crate::rt::tick::Tick;
 use crate::telemetry::feed::PUMP_PERIOD;
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
-use device_io::{Device, DeviceError, Measurement, Written};
+use device_io::{Device, DeviceBounds, DeviceError, Measurement, Written};
 use haptic_core::servo::CompiledScene;
 use hdrhistogram::Histogram;
 use std::fmt::Write;
@@ -172,8 +172,8 @@ impl Device for NoLink {
         "no link".to_owned()
     }
 
-    fn resolution_m(&self) -> f64 {
-        0.0
+    fn bounds(&self) -> DeviceBounds {
+        DeviceBounds::default()
     }
 
     fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {

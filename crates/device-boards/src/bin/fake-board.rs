@@ -2,13 +2,12 @@
 //! with an ODrive that speaks its published protocol, and a line that can be made to fail.
 
 use clap::{Parser, ValueEnum};
-use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties};
-use device_io::clock::now_ns;
-use device_io::fake::{self, Fault, FaultyLine, Order, ProgramOptions, RigProperties, Terminal, TimedFault};
-use std::io::{self, Write};
+use device_boards::fake::{ODriveBoard, ODriveProperties};
+use device_io::fake::{self, Fault, FaultyLine, Order, Place, ProgramOptions, RigProperties, TimedFault};
+use device_io::now_ns;
+use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
 /// A fake motor controller behind a pseudo-terminal, for `hapticd --device odrive:LINK?...`.
 ///
@@ -57,29 +56,21 @@ enum BoardKind {
 
 fn main() -> ExitCode {
     let options = Options::parse();
-    fake::run("fake-board", &options.program, &options.fault, |line| {
-        let mut desk = Desk::new(&options, line).map_err(|error| format!("{}: {error}", options.pty.display()))?;
-        desk.run().map_err(|error| error.to_string())
+    let place = (Place::Pty(options.pty.clone()), b'\n');
+    fake::run("fake-board", &options.program, &options.fault, place, |line| {
+        Desk::new(&options, line).run()
     })
 }
 
-fn board(options: &Options) -> Box<dyn FakeBoard> {
-    let radius_m = options.radius_mm * 1e-3;
-    match options.kind {
-        BoardKind::Odrive => {
-            let properties = ODriveProperties {
-                firmware: if options.firmware_0_6 { [0, 6, 9] } else { [0, 5, 6] },
-                radius_m,
-                calibrated: !options.uncalibrated,
-                ..ODriveProperties::default()
-            };
-            Box::new(ODriveBoard::new(
-                RigProperties::default(),
-                options.program.hand(),
-                properties,
-            ))
-        }
-    }
+fn board(options: &Options) -> ODriveBoard {
+    let BoardKind::Odrive = options.kind;
+    let properties = ODriveProperties {
+        firmware: if options.firmware_0_6 { [0, 6, 9] } else { [0, 5, 6] },
+        radius_m: options.radius_mm * 1e-3,
+        calibrated: !options.uncalibrated,
+        ..ODriveProperties::default()
+    };
+    ODriveBoard::new(RigProperties::default(), options.program.hand(), properties)
 }
 
 /// Step of the board's clock while nothing comes, ns.
@@ -90,35 +81,27 @@ const STEP_NS: u64 = 1_000_000;
 const MAX_STEP_NS: u64 = 5_000_000;
 
 struct Desk {
-    link: PathBuf,
-    terminal: Option<Terminal>,
-    board: Box<dyn FakeBoard>,
+    board: ODriveBoard,
     line: FaultyLine,
-    /// Bytes of a line of the host's, as they come.
-    raw: Vec<u8>,
     /// The board's clock, and ours at the same time, ns.
     board_ns: u64,
     seen_ns: u64,
 }
 
 impl Desk {
-    fn new(options: &Options, line: FaultyLine) -> io::Result<Self> {
+    fn new(options: &Options, line: FaultyLine) -> Self {
         let began_ns = now_ns();
-        Ok(Self {
-            link: options.pty.clone(),
-            terminal: Some(Terminal::plug_in(&options.pty)?),
+        Self {
             board: board(options),
             line,
-            raw: Vec::new(),
             board_ns: began_ns,
             seen_ns: began_ns,
-        })
+        }
     }
 
     /// Until standard input says `quit`, or for ever.
     fn run(&mut self) -> io::Result<()> {
-        println!("fake-board: {}", self.link.display());
-        io::stdout().flush()?;
+        self.line.announce("fake-board")?;
         loop {
             let now = now_ns();
             self.board_ns += now.saturating_sub(self.seen_ns).min(MAX_STEP_NS);
@@ -126,43 +109,15 @@ impl Desk {
             if self.take_orders(now) {
                 return Ok(());
             }
-            if self.terminal.is_none() && self.line.may_plug_in(now) {
-                self.terminal = Some(Terminal::plug_in(&self.link)?);
-            }
-            self.read_terminal(now)?;
-            while let Some(line) = self.line.receive_down(now) {
+            self.line.listen(now)?;
+            while let Some(line) = self.line.receive(now) {
                 for answer in self.board.receive(&line, self.board_ns) {
-                    self.line.send_up(answer, now);
+                    self.line.send(answer, now);
                 }
             }
             self.board.live_until(self.board_ns);
-            while let Some(line) = self.line.receive_up(now) {
-                if let Some(terminal) = &self.terminal {
-                    terminal.write(&line)?;
-                }
-            }
-            self.wait();
+            self.line.flush_and_wait(now + STEP_NS);
         }
-    }
-
-    fn read_terminal(&mut self, now: u64) -> io::Result<()> {
-        let Self {
-            terminal: Some(terminal),
-            raw,
-            line,
-            ..
-        } = self
-        else {
-            return Ok(());
-        };
-        terminal.read(|bytes| {
-            for &byte in bytes {
-                raw.push(byte);
-                if byte == b'\n' {
-                    line.send_down(std::mem::take(raw), now);
-                }
-            }
-        })
     }
 
     /// Carries out all orders that are due; returns whether one of them ends the program.
@@ -185,22 +140,10 @@ impl Desk {
 
     fn fail(&mut self, fault: Fault) {
         match fault {
-            Fault::HangUp(_) => {
-                self.terminal = None;
-                self.line.clear();
-                self.raw.clear();
-            }
             Fault::Jump(counts) => self.board.jump(counts),
             Fault::Firmware(misbehaviour) => self.board.misbehave(misbehaviour),
             // The line's own, or of a version or a clock, which a text protocol does not have.
             _ => {}
         }
-    }
-
-    /// Waits until a frame is due or bytes come.
-    fn wait(&self) {
-        let now = now_ns();
-        let due_ns = self.line.next_due_ns(now, now + STEP_NS);
-        Terminal::wait(self.terminal.as_ref(), Duration::from_nanos(due_ns.saturating_sub(now)));
     }
 }

@@ -1,10 +1,7 @@
 //! Fakes of the boards: each is the carriage of the fake rig behind a pulley, with a controller
 //! that speaks its maker's published protocol.
 
-mod board;
 mod odrive;
 mod pulley;
 
-pub use board::FakeBoard;
 pub use odrive::{ODriveBoard, ODriveProperties};
-pub use pulley::Pulley;

@@ -1,9 +1,8 @@
 //! A fake ODrive: one axis, the part of the ASCII protocol that is used here, and its answers to
 //! the rest. Written from ODrive's documentation of firmware 0.5.6; it contains no line of theirs.
 
-use super::board::FakeBoard;
 use super::pulley::Pulley;
-use device_io::fake::{Hand, Misbehaviour, RigProperties};
+use device_io::fake::{FakeRig, Hand, Misbehaviour, RigProperties};
 use std::f64::consts::TAU;
 
 /// Longest line; a longer line is not read.
@@ -46,7 +45,7 @@ impl Default for ODriveProperties {
     }
 }
 
-/// A fake ODrive.
+/// A fake ODrive on the fake rig. It has no clock of its own: its caller passes the time.
 #[derive(Debug)]
 pub struct ODriveBoard {
     pulley: Pulley,
@@ -330,8 +329,9 @@ fn check_axis(words: &[&str]) -> Result<(), String> {
     }
 }
 
-impl FakeBoard for ODriveBoard {
-    fn receive(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>> {
+impl ODriveBoard {
+    /// Takes in bytes at a time, ns; returns the lines of its answers, with their ends.
+    pub fn receive(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>> {
         self.live_until(now_ns);
         let mut answers = Vec::new();
         for &byte in bytes {
@@ -350,7 +350,8 @@ impl FakeBoard for ODriveBoard {
         answers
     }
 
-    fn live_until(&mut self, now_ns: u64) {
+    /// Lives until a time, ns, and its watchdog with it.
+    pub fn live_until(&mut self, now_ns: u64) {
         if self.requested != 0 && now_ns >= self.requested_at_ns + STATE_PERIOD_NS {
             let requested = std::mem::take(&mut self.requested);
             self.pulley.live_until(self.requested_at_ns + STATE_PERIOD_NS);
@@ -375,24 +376,43 @@ impl FakeBoard for ODriveBoard {
         self.pulley.live_until(now_ns);
     }
 
-    fn is_on(&self) -> bool {
+    /// Whether the motor is on.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
         self.state == CLOSED_LOOP
     }
 
-    fn watchdog_has_tripped(&self) -> bool {
+    /// Whether the watchdog has switched the motor off since it was last on.
+    #[must_use]
+    pub fn watchdog_has_tripped(&self) -> bool {
         self.tripped
     }
 
-    fn misbehave(&mut self, misbehaviour: Misbehaviour) {
+    /// From now on the board itself does something wrong; what it has not, it does not.
+    pub fn misbehave(&mut self, misbehaviour: Misbehaviour) {
         self.misbehaviour = Some(misbehaviour);
     }
 
-    fn pulley(&self) -> &Pulley {
-        &self.pulley
+    /// Force of the motor on the handle, N.
+    #[must_use]
+    pub fn force_n(&self) -> f64 {
+        self.pulley.force_n()
     }
 
-    fn pulley_mut(&mut self) -> &mut Pulley {
-        &mut self.pulley
+    /// Largest force of the motor since the last call, N.
+    pub fn take_largest_force_n(&mut self) -> f64 {
+        self.pulley.take_largest_force_n()
+    }
+
+    /// Makes the encoder jump by a number of counts, as from a magnetic disturbance.
+    pub fn jump(&mut self, counts: i32) {
+        self.pulley.jump(counts);
+    }
+
+    /// The rig behind the pulley.
+    #[must_use]
+    pub fn rig(&self) -> &FakeRig {
+        self.pulley.rig()
     }
 }
 

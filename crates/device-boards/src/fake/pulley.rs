@@ -8,7 +8,7 @@ const DEFAULT_COUNTS: f64 = 8192.0;
 
 /// The fake rig as a motor controller sees it.
 #[derive(Debug)]
-pub struct Pulley {
+pub(super) struct Pulley {
     rig: FakeRig,
     radius_m: f64,
     torque_nm: f64,
@@ -19,8 +19,7 @@ pub struct Pulley {
 
 impl Pulley {
     /// A rig on a pulley of such a radius, m.
-    #[must_use]
-    pub fn new(properties: RigProperties, hand: Hand, radius_m: f64) -> Self {
+    pub(super) fn new(properties: RigProperties, hand: Hand, radius_m: f64) -> Self {
         Self {
             rig: FakeRig::new(properties, hand),
             radius_m,
@@ -31,49 +30,45 @@ impl Pulley {
     }
 
     /// Lives until a time, ns.
-    pub fn live_until(&mut self, now_ns: u64) {
+    pub(super) fn live_until(&mut self, now_ns: u64) {
         self.rig.live_until(now_ns);
     }
 
     /// Gives a torque to the shaft, Nm, until the next call.
-    pub fn drive(&mut self, torque_nm: f64) {
+    pub(super) fn drive(&mut self, torque_nm: f64) {
         self.torque_nm = torque_nm;
         self.largest_torque_nm = self.largest_torque_nm.max(torque_nm.abs());
         self.rig.drive(torque_nm / self.radius_m);
     }
 
     /// Force on the handle, N.
-    #[must_use]
-    pub fn force_n(&self) -> f64 {
+    pub(super) fn force_n(&self) -> f64 {
         self.torque_nm / self.radius_m
     }
 
     /// Largest force on the handle since the last call, N.
-    pub fn take_largest_force_n(&mut self) -> f64 {
+    pub(super) fn take_largest_force_n(&mut self) -> f64 {
         std::mem::replace(&mut self.largest_torque_nm, self.torque_nm.abs()) / self.radius_m
     }
 
     /// Angle of the shaft as its encoder counts it, turns.
-    #[must_use]
-    pub fn turns(&self) -> f64 {
+    pub(super) fn turns(&self) -> f64 {
         let turns = (self.offset_rad + self.rig.plant().position_m() / self.radius_m) / TAU;
         self.counts().map_or(turns, |counts| (turns * counts).round() / counts)
     }
 
     /// Speed of the shaft, rad/s.
-    #[must_use]
-    pub fn speed_rad_per_s(&self) -> f64 {
+    pub(super) fn speed_rad_per_s(&self) -> f64 {
         self.rig.plant().velocity_mps() / self.radius_m
     }
 
     /// Makes the encoder jump by a number of counts.
-    pub fn jump(&mut self, counts: i32) {
+    pub(super) fn jump(&mut self, counts: i32) {
         self.offset_rad += f64::from(counts) / self.counts_per_turn() * TAU;
     }
 
     /// Counts of its encoder in a turn.
-    #[must_use]
-    pub fn counts_per_turn(&self) -> f64 {
+    pub(super) fn counts_per_turn(&self) -> f64 {
         self.counts().unwrap_or(DEFAULT_COUNTS)
     }
 
@@ -84,8 +79,7 @@ impl Pulley {
     }
 
     /// The rig.
-    #[must_use]
-    pub fn rig(&self) -> &FakeRig {
+    pub(super) fn rig(&self) -> &FakeRig {
         &self.rig
     }
 }

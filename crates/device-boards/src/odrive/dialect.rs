@@ -8,8 +8,7 @@
 
 use super::generation::Generation;
 use super::words::{self, Answer, Damage};
-use crate::axis::{Axis, Motor, is_due};
-use crate::dialect::Dialect;
+use crate::conversation::{Axis, Dialect, Motor, is_due};
 use crate::text::{Text, number};
 use device_io::DeviceError;
 use device_io::link::{LinkError, add};
@@ -62,7 +61,7 @@ enum Question {
 pub(crate) struct ODriveDialect {
     /// Number of the axis.
     axis: u8,
-    generation: Generation,
+    generation: &'static Generation,
     /// Steps of arming that are done: the errors are cleared, then each of the settings is written.
     armed_steps: usize,
     /// Since then the axis's state says that a motor that should be on is off, and the axis is
@@ -82,7 +81,7 @@ pub(crate) struct ODriveDialect {
 }
 
 impl ODriveDialect {
-    pub(super) fn new(axis: u8, generation: Generation) -> Self {
+    pub(super) fn new(axis: u8, generation: &'static Generation) -> Self {
         Self {
             axis,
             generation,
@@ -156,7 +155,7 @@ impl ODriveDialect {
     }
 
     fn take_axis_errors(&mut self, bits: u32, axis: &mut Axis, now_ns: u64) {
-        let is_sensor = bits & self.generation.encoder_bit() != 0;
+        let is_sensor = bits & self.generation.encoder_bit != 0;
         let report = ErrorReport {
             code: if is_sensor { ErrorCode::Sensor } else { ErrorCode::Motor },
             detail: bits,
@@ -167,13 +166,13 @@ impl ODriveDialect {
         self.axis_errors = bits;
         let error = match bits {
             0 => DeviceError::MotorOff { watchdog: false },
-            bits if bits & self.generation.watchdog_bit() != 0 => DeviceError::MotorOff { watchdog: true },
+            bits if bits & self.generation.watchdog_bit != 0 => DeviceError::MotorOff { watchdog: true },
             _ => DeviceError::Failed(report),
         };
         let is_doubted = self.doubted_at_ns.is_some();
         match axis.motor {
             // The board may know more.
-            Motor::On if is_doubted && bits == 0 && self.generation.board_errors().is_some() => {
+            Motor::On if is_doubted && bits == 0 && self.generation.board_errors.is_some() => {
                 self.axis_is_well = true;
                 self.ask_next(Question::BoardError, axis);
             }
@@ -226,12 +225,12 @@ impl ODriveDialect {
         let number = self.axis;
         let property = match question {
             Question::State => Some("current_state"),
-            Question::AxisError if matches!(axis.motor, Motor::Off { .. }) => Some(self.generation.present_errors()),
-            Question::AxisError => Some(self.generation.disarming_errors()),
+            Question::AxisError if matches!(axis.motor, Motor::Off { .. }) => Some(self.generation.present_errors),
+            Question::AxisError => Some(self.generation.disarming_errors),
             Question::BoardError => None,
             Question::Setting => self.setting().map(|(property, _)| *property),
         };
-        let asked = match (property, self.generation.board_errors()) {
+        let asked = match (property, self.generation.board_errors) {
             (Some(property), _) => words::write(out, format_args!("r axis{number}.{property}")),
             (None, Some(property)) if question == Question::BoardError => {
                 words::write(out, format_args!("r {property}"))
@@ -251,7 +250,7 @@ impl ODriveDialect {
         if was_free && self.asked.is_some() {
             self.next_question = match question {
                 Question::State => Question::AxisError,
-                Question::AxisError if self.generation.board_errors().is_some() => Question::BoardError,
+                Question::AxisError if self.generation.board_errors.is_some() => Question::BoardError,
                 _ => Question::State,
             };
             axis.ask_after_ns = now_ns + every_ns;
@@ -280,7 +279,7 @@ impl Dialect for ODriveDialect {
     }
 
     fn sensor_error(&self) -> Option<DeviceError> {
-        (self.axis_errors & self.generation.encoder_bit() != 0).then_some(DeviceError::Failed(ErrorReport {
+        (self.axis_errors & self.generation.encoder_bit != 0).then_some(DeviceError::Failed(ErrorReport {
             code: ErrorCode::Sensor,
             detail: self.axis_errors,
         }))

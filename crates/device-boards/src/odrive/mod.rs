@@ -4,12 +4,15 @@
 //! Source: ODrive's documentation, "ASCII Protocol" and "API reference" (docs.odriverobotics.com,
 //! firmware 0.5.6 and 0.6).
 
+mod connector;
 mod dialect;
 mod generation;
-mod greeting;
 mod options;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod virtual_line;
 mod words;
 
+pub(crate) use connector::ODriveConnector;
 pub use options::ODriveOptions;

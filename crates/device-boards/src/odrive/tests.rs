@@ -3,14 +3,12 @@
 use super::dialect::ODriveDialect;
 use super::generation::Generation;
 use super::options::ODriveOptions;
-use crate::fake::{FakeBoard, ODriveBoard, ODriveProperties};
+use super::virtual_line::{MS, VirtualLine as Line};
+use crate::fake::{ODriveBoard, ODriveProperties};
 use crate::text::{Text, TooLong};
-use crate::virtual_line::{MS, VirtualLine};
 use device_io::fake::{Hand, Misbehaviour, Motion, RigProperties};
 use device_io::protocol::message::{ErrorCode, ErrorReport};
 use device_io::{DeviceError, Motor};
-
-type Line = VirtualLine<ODriveDialect, ODriveBoard>;
 
 fn line_with(options: &str, hand: Hand, properties: ODriveProperties) -> Line {
     let options = ODriveOptions::parse("x", Some(options)).expect("right");
@@ -18,10 +16,10 @@ fn line_with(options: &str, hand: Hand, properties: ODriveProperties) -> Line {
     let mut board = ODriveBoard::new(RigProperties::default(), hand, properties);
     let now_ns = 1000 * MS;
     board.live_until(now_ns);
-    let first = board.rig().plant().position_m() / options.motor.metres_per_turn();
+    let first = board.rig().plant().position_m() / options.metres_per_turn();
     let dialect = ODriveDialect::new(options.axis, generation);
-    let scale = options.scale(first, options.motor.torque_limit_nm, Some(3142.0));
-    VirtualLine::new(dialect, scale, board, now_ns)
+    let scale = options.scale(first, options.torque_limit_nm, Some(3142.0));
+    Line::new(dialect, scale, board, now_ns)
 }
 
 fn line() -> Line {

@@ -3,7 +3,7 @@
 use super::hand::Hand;
 use super::plant::{Plant, RigProperties};
 use super::pointer::Pointer;
-use crate::device::{Device, DeviceError, Measurement, Written};
+use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
 
 /// A rig in the same process. It has no clock: between two reads it lives through the time that the
 /// caller gives, so a run with the same times is the same to the last bit.
@@ -78,8 +78,11 @@ impl Device for FakeRig {
         )
     }
 
-    fn resolution_m(&self) -> f64 {
-        self.properties().resolution_m
+    fn bounds(&self) -> DeviceBounds {
+        DeviceBounds {
+            resolution_m: self.properties().resolution_m,
+            ..DeviceBounds::default()
+        }
     }
 
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {

@@ -9,7 +9,7 @@
 //! clock-half         from now on the device's clock runs at half its speed
 //! ```
 
-use super::misbehaviour::Misbehaviour;
+use super::misbehaviour::{Misbehaviour, OF_FIRMWARE};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::str::FromStr;
@@ -45,10 +45,83 @@ pub enum Fault {
     Firmware(Misbehaviour),
 }
 
+/// A line of text, as a help text has it, the least and the most of its numbers, and the fault that it makes.
+pub(super) type Line<F> = (&'static str, &'static [(f64, f64)], fn(f64, f64) -> F);
+
+const SHARE: &[(f64, f64)] = &[(0.0, 1.0)];
+
+/// In place of a number's range: on or off, as 1 or 0.
+pub(super) const SWITCH: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+/// The faults of the line.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to lie within"
+)]
+static OF_LINE: [Line<Fault>; 12] = [
+    ("delay MS", &[(0.0, 1e4)], |ms, _| Fault::Delay(ms)),
+    ("jitter MS", &[(0.0, 1e4)], |ms, _| Fault::Jitter(ms)),
+    ("loss SHARE", SHARE, |share, _| Fault::Loss(share)),
+    ("double SHARE", SHARE, |share, _| Fault::Double(share)),
+    ("corrupt SHARE", SHARE, |share, _| Fault::Corrupt(share)),
+    ("reorder SHARE", SHARE, |share, _| Fault::Reorder(share)),
+    ("carry BYTES_PER_S", &[(1.0, 1e9)], |bytes, _| Fault::Carry(bytes)),
+    ("stall S", &[(0.0, 3600.0)], |s, _| Fault::Stall(s)),
+    ("hang-up S", &[(0.0, 3600.0)], |s, _| Fault::HangUp(s)),
+    ("version N", &[(0.0, 255.0)], |n, _| Fault::Version(n as u8)),
+    ("jump COUNTS", &[(-2e9, 2e9)], |counts, _| Fault::Jump(counts as i32)),
+    ("wrap S", &[(0.0, 4294.0)], |s, _| Fault::Wrap(s)),
+];
+
 impl Fault {
-    /// All lines but those of the firmware ([`Misbehaviour::HELP`]), for a help text.
-    pub const HELP: &'static str = "delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, reorder SHARE, \
-        carry BYTES_PER_S, stall S, hang-up S, version N, jump COUNTS, wrap S";
+    /// The lines of the faults of the line, and of those of the firmware, for a help text.
+    #[must_use]
+    pub fn help() -> [String; 2] {
+        [help(&OF_LINE), help(&OF_FIRMWARE)]
+    }
+}
+
+fn help<F>(lines: &[Line<F>]) -> String {
+    lines.iter().map(|(usage, ..)| *usage).collect::<Vec<_>>().join(", ")
+}
+
+/// Reads the words of a line; nothing if it is none of these.
+fn read<F>(lines: &[Line<F>], words: &[&str]) -> Option<Result<F, String>> {
+    let (&name, values) = words.split_first()?;
+    let (usage, ranges, make) = lines.iter().find(|(usage, ..)| usage.split(' ').next() == Some(name))?;
+    let other = || format!("`{}` is not like `{usage}`", words.join(" "));
+    let numbers = || {
+        let mut numbers = [0.0; 2];
+        for (index, value) in values.iter().enumerate() {
+            let range = ranges.get(index).ok_or_else(other)?;
+            numbers[index] = match *value {
+                "on" | "off" if range == &SWITCH => f64::from(*value == "on"),
+                _ if range == &SWITCH => return Err(other()),
+                number_of => within(name, number(number_of)?, *range)?,
+            };
+        }
+        if values.len() == ranges.len() {
+            Ok(numbers)
+        } else {
+            Err(other())
+        }
+    };
+    Some(numbers().map(|[first, second]| make(first, second)))
+}
+
+fn within(name: &str, value: f64, (least, most): (f64, f64)) -> Result<f64, String> {
+    if (least..=most).contains(&value) {
+        return Ok(value);
+    }
+    Err(format!(
+        "{name} = {value} is out of range: it must be from {least} to {most}"
+    ))
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value: &f64| value.is_finite());
+    value.ok_or_else(|| format!("`{text}` is not a number"))
 }
 
 /// A fault and its time, s since the start; at once without a time.
@@ -60,67 +133,22 @@ pub struct TimedFault {
     pub fault: Fault,
 }
 
-fn unknown(line: &str) -> String {
-    format!(
-        "unknown fault `{line}`: expected {}, or one of the firmware (fake-rig --help)",
-        Fault::HELP
-    )
-}
-
 impl FromStr for TimedFault {
     type Err = String;
 
     fn from_str(line: &str) -> Result<Self, String> {
         let words: Vec<&str> = line.split_whitespace().collect();
-        let number = |text: &str| -> Result<f64, String> {
-            text.parse::<f64>()
-                .ok()
-                .filter(|value| value.is_finite())
-                .ok_or_else(|| format!("`{text}` is not a number"))
-        };
         let (at_s, words) = match &words[..] {
             ["at", at, words @ ..] => (Some(number(at)?), words),
             words => (None, words),
         };
-        if let Some(misbehaviour) = Misbehaviour::read(words) {
-            return Ok(Self {
-                at_s,
-                fault: Fault::Firmware(misbehaviour?),
-            });
-        }
-        let &[name, value] = words else {
-            return Err(unknown(line));
-        };
-        let within = |least: f64, most: f64| -> Result<f64, String> {
-            let value = number(value)?;
-            if (least..=most).contains(&value) {
-                Ok(value)
-            } else {
-                Err(format!(
-                    "{name} = {value} is out of range: it must be from {least} to {most}"
-                ))
-            }
-        };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked to lie within"
-        )]
-        let fault = match name {
-            "delay" => Fault::Delay(within(0.0, 10_000.0)?),
-            "jitter" => Fault::Jitter(within(0.0, 10_000.0)?),
-            "loss" => Fault::Loss(within(0.0, 1.0)?),
-            "double" => Fault::Double(within(0.0, 1.0)?),
-            "corrupt" => Fault::Corrupt(within(0.0, 1.0)?),
-            "reorder" => Fault::Reorder(within(0.0, 1.0)?),
-            "carry" => Fault::Carry(within(1.0, 1e9)?),
-            "stall" => Fault::Stall(within(0.0, 3600.0)?),
-            "hang-up" => Fault::HangUp(within(0.0, 3600.0)?),
-            "version" => Fault::Version(within(0.0, 255.0)? as u8),
-            "jump" => Fault::Jump(within(-2e9, 2e9)? as i32),
-            "wrap" => Fault::Wrap(within(0.0, 4294.0)?),
-            _ => return Err(unknown(name)),
-        };
+        let of_firmware = || Some(read(&OF_FIRMWARE, words)?.map(Fault::Firmware));
+        let fault = read(&OF_LINE, words).or_else(of_firmware).unwrap_or_else(|| {
+            Err(format!(
+                "unknown fault `{line}`: expected {}, or one of the firmware (fake-rig --help)",
+                help(&OF_LINE)
+            ))
+        })?;
         Ok(Self { at_s, fault })
     }
 }
@@ -251,31 +279,29 @@ impl Channel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fake::ClockFault;
 
     #[test]
     fn lines_say_what_goes_wrong_and_when() {
         let read = |line: &str| line.parse::<TimedFault>();
-        assert_eq!(
-            read("loss 0.05"),
-            Ok(TimedFault {
-                at_s: None,
-                fault: Fault::Loss(0.05)
-            })
-        );
-        assert_eq!(
-            read("at 2.5 hang-up 0.3"),
-            Ok(TimedFault {
-                at_s: Some(2.5),
-                fault: Fault::HangUp(0.3)
-            })
-        );
-        assert_eq!(
-            read("at 1 ignore-off"),
-            Ok(TimedFault {
-                at_s: Some(1.0),
-                fault: Fault::Firmware(Misbehaviour::IgnoreOff)
-            })
-        );
+        for (line, at_s, fault) in [
+            ("loss 0.05", None, Fault::Loss(0.05)),
+            ("at 2.5 hang-up 0.3", Some(2.5), Fault::HangUp(0.3)),
+            ("at 1 ignore-off", Some(1.0), Fault::Firmware(Misbehaviour::IgnoreOff)),
+            (
+                "clock-half",
+                None,
+                Fault::Firmware(Misbehaviour::Clock(ClockFault::Speed(0.5))),
+            ),
+            ("button 3 on", None, Fault::Firmware(Misbehaviour::Button(3, true))),
+            (
+                "error 255 4000000000",
+                None,
+                Fault::Firmware(Misbehaviour::Error(255, 4_000_000_000)),
+            ),
+        ] {
+            assert_eq!(read(line), Ok(TimedFault { at_s, fault }));
+        }
         for wrong in [
             "",
             "loss",
@@ -287,6 +313,11 @@ mod tests {
             "at 1 loss 0.1 2",
             "at 1",
             "at 1 clock-half 2",
+            "button 0 on",
+            "button 1",
+            "button 1 1",
+            "error 3",
+            "position-spike x",
         ] {
             let error = read(wrong).expect_err(wrong);
             assert!(error.len() > 10, "{wrong}: {error}");

@@ -7,7 +7,6 @@ use super::misbehaviour::{FaultyClock, Misbehaviour};
 use super::plant::RigProperties;
 use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, is_newer};
 use crate::protocol::view::TWO_AXES;
-use std::collections::VecDeque;
 
 /// Time without a valid message after which nothing is sent, ns.
 const SILENCE_NS: u64 = 1_000_000_000;
@@ -59,22 +58,6 @@ enum State {
     Enabled,
 }
 
-/// The faults that are active.
-#[derive(Clone, Copy, Debug, Default)]
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is a fault of its own, and any may come together"
-)]
-struct ActiveFaults {
-    ignores_off: bool,
-    ignores_command_off: bool,
-    stays_enabled: bool,
-    keeps_mark: bool,
-    echoes_nothing: bool,
-    /// Error of the next sample, m.
-    spike_m: f64,
-}
-
 /// A fake rig with its firmware.
 #[derive(Debug)]
 pub struct Firmware {
@@ -95,10 +78,10 @@ pub struct Firmware {
     clock_offset_us: u32,
     count_offset: i32,
     clock: FaultyClock,
-    wrong: ActiveFaults,
+    /// The faults that are active, and the error of the next sample, m.
+    wrong: Vec<Misbehaviour>,
+    spike_m: f64,
     pressed: u8,
-    /// Errors that were not reported yet.
-    errors: VecDeque<FromDevice>,
     /// Largest force of the motor since the last call, N.
     largest_force_n: f64,
     force_n: f64,
@@ -122,9 +105,9 @@ impl Firmware {
             clock_offset_us: 0,
             count_offset: 0,
             clock: FaultyClock::default(),
-            wrong: ActiveFaults::default(),
+            wrong: Vec::new(),
+            spike_m: 0.0,
             pressed: 0,
-            errors: VecDeque::new(),
             largest_force_n: 0.0,
             force_n: 0.0,
         }
@@ -159,7 +142,7 @@ impl Firmware {
                 self.command = sequence;
                 self.command_at_ns = now_ns;
                 if !enabled {
-                    if self.wrong.stays_enabled || self.wrong.ignores_command_off {
+                    if self.does(Misbehaviour::StayEnabled) || self.does(Misbehaviour::IgnoreCommandOff) {
                         return None;
                     }
                     self.state = State::Off;
@@ -174,13 +157,13 @@ impl Firmware {
             FromHost::Enable { enabled: true, .. } => {
                 self.drive(NO_FORCE);
                 self.state = State::Enabled;
-                self.watchdog &= self.wrong.keeps_mark;
+                self.watchdog &= self.does(Misbehaviour::KeepMark);
                 self.command_at_ns = now_ns;
                 Some(FromDevice::Acknowledge { sequence, done: true })
             }
             FromHost::Enable { enabled: false, .. } => {
                 // The watchdog's mark stays: it says why the motor was off before.
-                if !self.wrong.stays_enabled && !self.wrong.ignores_off {
+                if !self.does(Misbehaviour::StayEnabled) && !self.does(Misbehaviour::IgnoreOff) {
                     self.drive(NO_FORCE);
                     self.state = State::Off;
                 }
@@ -196,7 +179,7 @@ impl Firmware {
         if self.state == State::Silent {
             return None;
         }
-        let position_m = self.rig.plant().position_m() + std::mem::take(&mut self.wrong.spike_m);
+        let position_m = self.rig.plant().position_m() + std::mem::take(&mut self.spike_m);
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
         let count = self.count(position_m);
@@ -204,11 +187,14 @@ impl Firmware {
             sequence,
             time_us: self.clock.stamp(self.time_us(now_ns), now_ns / 1000),
             count: count.wrapping_add(self.count_offset),
-            command: if self.wrong.echoes_nothing { 0 } else { self.command },
+            command: if self.does(Misbehaviour::NoEcho) {
+                0
+            } else {
+                self.command
+            },
             enabled: self.state == State::Enabled,
             watchdog: self.watchdog,
             buttons: self.pressed,
-            wide: None,
         }))
     }
 
@@ -238,7 +224,7 @@ impl Firmware {
             ms => u64::from(ms) * 1_000_000,
         };
         let bites_at_ns = self.command_at_ns.saturating_add(watchdog_ns);
-        if !self.wrong.stays_enabled && self.state == State::Enabled && now_ns >= bites_at_ns {
+        if !self.does(Misbehaviour::StayEnabled) && self.state == State::Enabled && now_ns >= bites_at_ns {
             // It bites when it is due, not when the caller looks.
             self.live_until(bites_at_ns);
             self.drive(NO_FORCE);
@@ -247,7 +233,7 @@ impl Firmware {
         }
         self.live_until(now_ns);
         if self.state != State::Silent && now_ns >= self.heard_at_ns + SILENCE_NS {
-            if self.wrong.stays_enabled {
+            if self.does(Misbehaviour::StayEnabled) {
                 return;
             }
             self.drive(NO_FORCE);
@@ -367,45 +353,46 @@ impl Firmware {
         &self.rig
     }
 
-    /// Begins a misbehaviour at a time, ns.
-    pub fn misbehave(&mut self, how: Misbehaviour, now_ns: u64) {
+    fn does(&self, wrong: Misbehaviour) -> bool {
+        self.wrong.contains(&wrong)
+    }
+
+    /// Begins a misbehaviour at a time, ns; returns the error that it reports, if it is one.
+    pub fn misbehave(&mut self, how: Misbehaviour, now_ns: u64) -> Option<FromDevice> {
         self.advance(now_ns);
         match how {
             Misbehaviour::Clock(fault) => self.clock.distort(fault, now_ns / 1000),
-            Misbehaviour::PositionSpike(mm) => self.wrong.spike_m = mm * 1e-3,
+            Misbehaviour::PositionSpike(mm) => self.spike_m = mm * 1e-3,
             Misbehaviour::SequenceJump(by) => self.sequence = self.sequence.wrapping_add(by),
-            Misbehaviour::IgnoreOff => self.wrong.ignores_off = true,
-            Misbehaviour::IgnoreCommandOff => self.wrong.ignores_command_off = true,
-            Misbehaviour::StayEnabled => self.wrong.stays_enabled = true,
-            Misbehaviour::KeepMark => self.wrong.keeps_mark = true,
-            Misbehaviour::NoEcho => self.wrong.echoes_nothing = true,
+            Misbehaviour::IgnoreOff
+            | Misbehaviour::IgnoreCommandOff
+            | Misbehaviour::StayEnabled
+            | Misbehaviour::KeepMark
+            | Misbehaviour::NoEcho => self.wrong.push(how),
             Misbehaviour::Button(number, true) => self.pressed |= 1 << (number.clamp(1, 8) - 1),
             Misbehaviour::Button(number, false) => self.pressed &= !(1 << (number.clamp(1, 8) - 1)),
             Misbehaviour::ForceLimit(limit_n) => self.properties.force_limit_n = limit_n,
             Misbehaviour::WatchdogMs(ms) => self.properties.watchdog_ms = ms,
-            Misbehaviour::Error(code, detail) => self.report(code, detail),
+            Misbehaviour::Error(code, detail) => return self.report(code, detail),
             Misbehaviour::Honest => {
                 self.clock.restore(now_ns / 1000);
-                self.wrong = ActiveFaults::default();
+                self.wrong.clear();
+                self.spike_m = 0.0;
             }
         }
+        None
     }
 
-    fn report(&mut self, code: u8, detail: u32) {
+    fn report(&mut self, code: u8, detail: u32) -> Option<FromDevice> {
         if self.state == State::Silent {
-            return;
+            return None;
         }
         let code = ErrorCode::from_byte(code);
-        if code != ErrorCode::BadMessage && !self.wrong.stays_enabled {
+        if code != ErrorCode::BadMessage && !self.does(Misbehaviour::StayEnabled) {
             self.drive(NO_FORCE);
             self.state = State::Off;
         }
-        self.errors.push_back(FromDevice::Error { code, detail });
-    }
-
-    /// The next error that was not reported yet.
-    pub fn take_error(&mut self) -> Option<FromDevice> {
-        self.errors.pop_front()
+        Some(FromDevice::Error { code, detail })
     }
 
     /// Makes the encoder jump by a number of counts, as from a magnetic disturbance.

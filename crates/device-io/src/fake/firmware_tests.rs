@@ -77,15 +77,14 @@ fn a_spike_is_of_one_sample_and_an_error_switches_the_motor_off() {
     firmware.misbehave(Misbehaviour::PositionSpike(1.0), now_ns);
     assert_eq!(sample(&mut firmware, now_ns).count - before, 100);
     assert_eq!(sample(&mut firmware, now_ns).count, before);
-    firmware.misbehave(Misbehaviour::Error(3, 17), now_ns);
     assert_eq!(
-        firmware.take_error(),
+        firmware.misbehave(Misbehaviour::Error(3, 17), now_ns),
         Some(FromDevice::Error {
             code: ErrorCode::Motor,
             detail: 17
         })
     );
-    assert_eq!((firmware.force_n(), firmware.take_error()), (0.0, None));
+    assert_eq!(firmware.force_n(), 0.0);
 }
 
 #[test]

@@ -1,8 +1,11 @@
-//! The hand on the fake rig.
+//! The hand on the fake rig, and its motion: a sinusoid, or a recording.
 
-use super::motion::Motion;
 use super::pointer::PointerArm;
+use std::f64::consts::TAU;
 use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+use thiserror::Error;
 
 /// The hand on the carriage.
 #[derive(Clone, Debug)]
@@ -56,6 +59,258 @@ impl fmt::Display for Hand {
                 let (stiffness, damping) = arm.spring();
                 write!(f, "a pointer, through an arm of {stiffness} N/m and {damping} N s/m")
             }
+        }
+    }
+}
+
+/// A motion: position and velocity for every time.
+#[derive(Clone, Debug)]
+pub enum Motion {
+    /// `-amplitude cos(2 pi frequency t)`: it begins at rest, at one end.
+    Sine {
+        /// Half the stroke, m.
+        amplitude_m: f64,
+        /// Turns a second, Hz.
+        frequency_hz: f64,
+    },
+    /// A motion from a file.
+    Recorded(Arc<Recording>),
+}
+
+impl Motion {
+    /// Position (m) and velocity (m/s) at `t_s` >= 0.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> (f64, f64) {
+        match self {
+            Self::Sine {
+                amplitude_m,
+                frequency_hz,
+            } => {
+                let omega = TAU * frequency_hz;
+                // Of `libm`, the same on every machine.
+                let (sin, cos) = libm::sincos(omega * t_s);
+                (-amplitude_m * cos, amplitude_m * omega * sin)
+            }
+            Self::Recorded(recording) => recording.at(t_s),
+        }
+    }
+}
+
+impl fmt::Display for Motion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sine {
+                amplitude_m,
+                frequency_hz,
+            } => write!(f, "sine of {} mm at {frequency_hz} Hz", amplitude_m * 1e3),
+            Self::Recorded(recording) => write!(
+                f,
+                "{} ({} samples, {:.3} s, {})",
+                recording.path.display(),
+                recording.samples.len(),
+                recording.duration(),
+                match recording.after_end {
+                    EndBehaviour::Hold => "then held",
+                    EndBehaviour::Loop => "looped",
+                }
+            ),
+        }
+    }
+}
+
+/// What a recorded motion does after its last sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndBehaviour {
+    /// It stays there.
+    Hold,
+    /// It goes back to the beginning within [`RETURN_S`] seconds, smoothly, and starts again.
+    Loop,
+}
+
+/// Duration of the way back in a loop, s.
+pub const RETURN_S: f64 = 1.0;
+
+/// A recorded motion. Between samples it is a cubic through both, with slopes from their
+/// neighbours, so that its velocity has no steps.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    path: PathBuf,
+    samples: Vec<Sample>,
+    after_end: EndBehaviour,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    t_s: f64,
+    position_m: f64,
+    velocity_mps: f64,
+}
+
+/// Samples that are too few.
+#[derive(Debug, Error)]
+#[error("{}: a motion needs at least 2 samples, this one has {samples}", .path.display())]
+pub struct TooShort {
+    /// Where they are from.
+    pub path: PathBuf,
+    /// How many there are.
+    pub samples: usize,
+}
+
+impl Recording {
+    /// Takes samples of time (s), which grows, and position (m) from a file at `path`. Positions are
+    /// multiplied by `scale`, and times counted from the first sample.
+    ///
+    /// # Errors
+    /// There are too few.
+    pub fn new(
+        path: impl Into<PathBuf>,
+        samples: &[(f64, f64)],
+        scale: f64,
+        after_end: EndBehaviour,
+    ) -> Result<Self, TooShort> {
+        let path = path.into();
+        if samples.len() < 2 {
+            return Err(TooShort {
+                path,
+                samples: samples.len(),
+            });
+        }
+        let (begin_s, _) = samples[0];
+        let mut samples: Vec<Sample> = samples
+            .iter()
+            .map(|(t_s, position_m)| Sample {
+                t_s: t_s - begin_s,
+                position_m: position_m * scale,
+                velocity_mps: 0.0,
+            })
+            .collect();
+        set_slopes(&mut samples);
+        Ok(Self {
+            path,
+            samples,
+            after_end,
+        })
+    }
+
+    /// Time of the last sample, s after the first.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.samples.last().map_or(0.0, |sample| sample.t_s)
+    }
+
+    fn at(&self, t_s: f64) -> (f64, f64) {
+        let (first, last) = (self.samples[0], self.samples[self.samples.len() - 1]);
+        let mut t = t_s.max(0.0);
+        if t >= last.t_s {
+            if self.after_end == EndBehaviour::Hold {
+                return (last.position_m, 0.0);
+            }
+            t %= last.t_s + RETURN_S;
+            if t >= last.t_s {
+                let back = Sample {
+                    t_s: last.t_s + RETURN_S,
+                    ..first
+                };
+                return between(last, back, t);
+            }
+        }
+        let after = self.samples.partition_point(|sample| sample.t_s <= t).max(1);
+        between(self.samples[after - 1], self.samples[after], t)
+    }
+}
+
+/// Sets the velocities: the slope of the parabola through a sample and its neighbours; the ends are
+/// at rest.
+fn set_slopes(samples: &mut [Sample]) {
+    for index in 1..samples.len() - 1 {
+        let [a, b, c] = [samples[index - 1], samples[index], samples[index + 1]];
+        let (before, after) = (b.t_s - a.t_s, c.t_s - b.t_s);
+        let (rise, next) = (
+            (b.position_m - a.position_m) / before,
+            (c.position_m - b.position_m) / after,
+        );
+        // No steeper than thrice either side, and level at a turn: then the cubics do not
+        // overshoot (Fritsch and Carlson 1980).
+        let steepest = if rise * next > 0.0 {
+            3.0 * rise.abs().min(next.abs())
+        } else {
+            0.0
+        };
+        let slope = (rise * after + next * before) / (before + after);
+        samples[index].velocity_mps = slope.clamp(-steepest, steepest);
+    }
+}
+
+/// The cubic through two samples with their slopes (Hermite).
+fn between(a: Sample, b: Sample, t_s: f64) -> (f64, f64) {
+    let width = b.t_s - a.t_s;
+    let u = (t_s - a.t_s) / width;
+    let rise = b.position_m - a.position_m;
+    let (left, right) = (a.velocity_mps * width - rise, rise - b.velocity_mps * width);
+    let position = a.position_m + u * rise + u * (1.0 - u) * (left * (1.0 - u) + right * u);
+    let slope = rise + (1.0 - 2.0 * u) * (left * (1.0 - u) + right * u) + u * (1.0 - u) * (right - left);
+    (position, slope / width)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recording(samples: &[(f64, f64)], scale: f64, after_end: EndBehaviour) -> Recording {
+        Recording::new("m.csv", samples, scale, after_end).expect("a motion")
+    }
+
+    #[test]
+    fn a_recording_is_followed_scaled_and_held() {
+        let samples = [(10.0, 0.0), (10.1, 0.1), (10.3, 0.3), (10.4, 0.4)];
+        let recording = recording(&samples, 0.5, EndBehaviour::Hold);
+        for (t, want) in [(0.0, 0.0), (0.1, 0.05), (0.2, 0.1), (0.3, 0.15), (0.4, 0.2), (9.0, 0.2)] {
+            let (position, _) = recording.at(t);
+            assert!((position - want).abs() < 1e-12, "{t}: {position} for {want}");
+        }
+        // In the middle of a straight line the slope is the line's.
+        assert!((recording.at(0.2).1 - 0.5).abs() < 1e-9);
+        assert_eq!(recording.at(9.0).1, 0.0);
+    }
+
+    #[test]
+    fn position_and_velocity_agree_and_a_loop_has_no_jump() {
+        let samples = [(0.0, 0.0), (0.2, 0.02), (0.5, 0.01), (1.0, 0.05)];
+        let recording = recording(&samples, 1.0, EndBehaviour::Loop);
+        let h = 1e-5;
+        let mut t = h;
+        while t < 5.0 {
+            let ((before, _), (here, velocity), (after, _)) =
+                (recording.at(t - h), recording.at(t), recording.at(t + h));
+            assert!((after - before).abs() < 1e-4, "a jump at {t} s");
+            assert!(
+                ((after - before) / (2.0 * h) - velocity).abs() < 1e-3,
+                "at {t} s: {velocity}"
+            );
+            assert!(here.is_finite());
+            t += 0.0137;
+        }
+    }
+
+    #[test]
+    fn uneven_samples_are_not_overshot() {
+        let samples = [(0.0, 0.0), (1.0, 0.0), (1.001, 0.05), (3.0, 0.05)];
+        let recording = recording(&samples, 1.0, EndBehaviour::Hold);
+        for k in 0..3000 {
+            let (position, _) = recording.at(f64::from(k) * 1e-3);
+            assert!((0.0..=0.05 + 1e-12).contains(&position), "{position} m at {k} ms");
+        }
+    }
+
+    #[test]
+    fn two_samples_are_the_fewest() {
+        for samples in [&[][..], &[(0.0, 0.0)]] {
+            let error = Recording::new("m.csv", samples, 1.0, EndBehaviour::Hold).expect_err("too short");
+            let count = samples.len();
+            assert_eq!(
+                error.to_string(),
+                format!("m.csv: a motion needs at least 2 samples, this one has {count}")
+            );
         }
     }
 }

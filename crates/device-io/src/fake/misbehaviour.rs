@@ -1,6 +1,10 @@
 //! Faults of a firmware, on purpose: a wrong clock, a motor that stays on, a wrong sample.
 
-use std::fmt;
+use super::fault::{Line, SWITCH};
+use Misbehaviour::{
+    Button, Clock, Error, ForceLimit, Honest, IgnoreCommandOff, IgnoreOff, KeepMark, NoEcho, PositionSpike,
+    SequenceJump, StayEnabled, WatchdogMs,
+};
 
 /// A fault of a device's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,88 +53,44 @@ pub enum Misbehaviour {
     Honest,
 }
 
-impl Misbehaviour {
-    /// All lines, for a help text.
-    pub const HELP: &'static str = "clock-backwards, clock-stop, clock-half, clock-double, clock-speed FACTOR, \
-        clock-jump MS, clock-wrap16, clock-torn, position-spike MM, sequence-jump N, ignore-off, ignore-command-off, \
-        stay-enabled, keep-mark, no-echo, button N on|off, force-limit N, watchdog-ms MS, error CODE DETAIL, honest";
+/// All of them.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to lie within"
+)]
+pub(super) static OF_FIRMWARE: [Line<Misbehaviour>; 20] = [
+    ("clock-backwards", &[], |_, _| speed(-1.0)),
+    ("clock-stop", &[], |_, _| speed(0.0)),
+    ("clock-half", &[], |_, _| speed(0.5)),
+    ("clock-double", &[], |_, _| speed(2.0)),
+    ("clock-speed FACTOR", &[(-1e2, 1e2)], |factor, _| speed(factor)),
+    ("clock-jump MS", &[(-2e6, 2e6)], |ms, _| Clock(ClockFault::Jump(ms))),
+    ("clock-wrap16", &[], |_, _| Clock(ClockFault::Wrap16)),
+    ("clock-torn", &[], |_, _| Clock(ClockFault::Torn)),
+    ("position-spike MM", &[(-1e6, 1e6)], |mm, _| PositionSpike(mm)),
+    ("sequence-jump N", &[(0.0, 4_294_967_295.0)], |by, _| {
+        SequenceJump(by as u32)
+    }),
+    ("ignore-off", &[], |_, _| IgnoreOff),
+    ("ignore-command-off", &[], |_, _| IgnoreCommandOff),
+    ("stay-enabled", &[], |_, _| StayEnabled),
+    ("keep-mark", &[], |_, _| KeepMark),
+    ("no-echo", &[], |_, _| NoEcho),
+    ("button N on|off", BUTTON, |number, on| Button(number as u8, on > 0.0)),
+    ("force-limit N", &[(0.0, 1e6)], |limit_n, _| ForceLimit(limit_n)),
+    ("watchdog-ms MS", &[(0.0, 65_535.0)], |ms, _| WatchdogMs(ms as u16)),
+    ("error CODE DETAIL", ERROR, |code, detail| {
+        Error(code as u8, detail as u32)
+    }),
+    ("honest", &[], |_, _| Honest),
+];
 
-    /// Reads the words of a line; nothing for a line that is not a misbehaviour.
-    ///
-    /// # Errors
-    /// A number is out of range or not a number, or there are too many words or too few.
-    pub fn read(words: &[&str]) -> Option<Result<Self, String>> {
-        let (&name, values) = words.split_first()?;
-        let clock = |fault| Ok(Self::Clock(fault));
-        let one = |least: f64, most: f64| match values {
-            [value] => within(name, value, least, most),
-            _ => Err(format!("{name} takes one number")),
-        };
-        let without = match name {
-            "clock-backwards" => Some(Self::Clock(ClockFault::Speed(-1.0))),
-            "clock-stop" => Some(Self::Clock(ClockFault::Speed(0.0))),
-            "clock-half" => Some(Self::Clock(ClockFault::Speed(0.5))),
-            "clock-double" => Some(Self::Clock(ClockFault::Speed(2.0))),
-            "clock-wrap16" => Some(Self::Clock(ClockFault::Wrap16)),
-            "clock-torn" => Some(Self::Clock(ClockFault::Torn)),
-            "ignore-off" => Some(Self::IgnoreOff),
-            "ignore-command-off" => Some(Self::IgnoreCommandOff),
-            "stay-enabled" => Some(Self::StayEnabled),
-            "keep-mark" => Some(Self::KeepMark),
-            "no-echo" => Some(Self::NoEcho),
-            "honest" => Some(Self::Honest),
-            _ => None,
-        };
-        if let Some(without) = without {
-            return Some(if values.is_empty() {
-                Ok(without)
-            } else {
-                Err(format!("{name} takes nothing else"))
-            });
-        }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked to lie within"
-        )]
-        Some(match name {
-            "clock-speed" => one(-100.0, 100.0).and_then(|speed| clock(ClockFault::Speed(speed))),
-            "clock-jump" => one(-2e6, 2e6).and_then(|ms| clock(ClockFault::Jump(ms))),
-            "position-spike" => one(-1e6, 1e6).map(Self::PositionSpike),
-            "sequence-jump" => one(0.0, f64::from(u32::MAX)).map(|by| Self::SequenceJump(by as u32)),
-            "force-limit" => one(0.0, 1e6).map(Self::ForceLimit),
-            "watchdog-ms" => one(0.0, 65_535.0).map(|ms| Self::WatchdogMs(ms as u16)),
-            "button" => match values {
-                [number, state @ ("on" | "off")] => {
-                    within(name, number, 1.0, 8.0).map(|number| Self::Button(number as u8, *state == "on"))
-                }
-                _ => Err("button takes a number from 1 to 8, and on or off".to_owned()),
-            },
-            "error" => match values {
-                [code, detail] => within("error's code", code, 1.0, 255.0).and_then(|code| {
-                    let detail = within("error's detail", detail, 0.0, f64::from(u32::MAX))?;
-                    Ok(Self::Error(code as u8, detail as u32))
-                }),
-                _ => Err("error takes a code and a detail".to_owned()),
-            },
-            _ => return None,
-        })
-    }
-}
+const BUTTON: &[(f64, f64)] = &[(1.0, 8.0), SWITCH];
+const ERROR: &[(f64, f64)] = &[(1.0, 255.0), (0.0, 4_294_967_295.0)];
 
-fn within(name: impl fmt::Display, text: &str, least: f64, most: f64) -> Result<f64, String> {
-    let value: f64 = text
-        .parse()
-        .ok()
-        .filter(|value: &f64| value.is_finite())
-        .ok_or_else(|| format!("`{text}` is not a number"))?;
-    if (least..=most).contains(&value) {
-        Ok(value)
-    } else {
-        Err(format!(
-            "{name} = {value} is out of range: it must be from {least} to {most}"
-        ))
-    }
+fn speed(factor: f64) -> Misbehaviour {
+    Clock(ClockFault::Speed(factor))
 }
 
 /// The clock of a device: a true one, falsified.
@@ -227,41 +187,5 @@ mod tests {
         clock.distort(ClockFault::Speed(2.0), 0);
         clock.restore(1000);
         assert_eq!(clock.stamp(1500, 1500), 2500, "it continues from where it was");
-    }
-
-    #[test]
-    fn words_say_what_a_firmware_does_wrong() {
-        let read = |line: &str| Misbehaviour::read(&line.split(' ').collect::<Vec<_>>());
-        assert_eq!(
-            read("clock-half"),
-            Some(Ok(Misbehaviour::Clock(ClockFault::Speed(0.5))))
-        );
-        assert_eq!(read("button 3 on"), Some(Ok(Misbehaviour::Button(3, true))));
-        assert_eq!(
-            read("error 255 4000000000"),
-            Some(Ok(Misbehaviour::Error(255, 4_000_000_000)))
-        );
-        assert_eq!(read("loss 0.1"), None);
-        for wrong in [
-            "clock-half 2",
-            "button 0 on",
-            "button 1",
-            "error 3",
-            "position-spike",
-            "position-spike x",
-        ] {
-            assert!(read(wrong).is_some_and(|read| read.is_err()), "{wrong}");
-        }
-        // Each of the help text is one.
-        for line in Misbehaviour::HELP.split(", ") {
-            let line = line
-                .replace("on|off", "on")
-                .replace("CODE DETAIL", "2 7")
-                .replace(" N", " 1")
-                .replace(" MS", " 1")
-                .replace(" MM", " 1")
-                .replace(" FACTOR", " 1");
-            assert!(matches!(read(&line), Some(Ok(_))), "{line}");
-        }
     }
 }

@@ -60,9 +60,11 @@ impl ConnectError {
     }
 }
 
-/// What a device said of itself when it was greeted.
+/// A device, as it was greeted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DeviceFacts {
+pub struct DeviceInfo {
+    /// Number of the connection, from 1; 0 until the keeper has handed it over.
+    pub connection: u64,
     /// Name and version of its firmware.
     pub firmware: String,
     /// Largest force of its motor, N.
@@ -81,11 +83,12 @@ pub struct DeviceFacts {
 }
 
 /// A device after its greeting.
+#[derive(Debug)]
 pub struct GreetedDevice {
     /// The way to read and write it.
     pub connection: Box<dyn Connection>,
-    /// The facts from its greeting.
-    pub device: DeviceFacts,
+    /// What it is.
+    pub device: DeviceInfo,
 }
 
 /// What a device is measured against, once it is connected.
@@ -128,7 +131,7 @@ pub trait Connector: Send + std::fmt::Debug {
 /// A device after its greeting.
 ///
 /// Neither method waits, allocates or locks. [`DeviceError::Disconnected`] ends the connection.
-pub trait Connection: Send {
+pub trait Connection: Send + std::fmt::Debug {
     /// The newest sample; nothing before the first.
     ///
     /// # Errors

@@ -25,7 +25,7 @@ struct QuickestSample {
 }
 
 /// The device's clock.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct DeviceClock {
     last_us: Option<u32>,
     device_ns: u64,
@@ -43,18 +43,6 @@ fn signed(ns: u64) -> i64 {
 }
 
 impl DeviceClock {
-    pub(crate) fn new() -> Self {
-        Self {
-            last_us: None,
-            device_ns: 0,
-            window_began_ns: 0,
-            current: None,
-            windows: [QuickestSample::default(); WINDOWS],
-            ended: 0,
-            drift_ppb: None,
-        }
-    }
-
     /// Takes in the stamp of a newer sample, read at a time of ours; returns the device's time
     /// since the first one, ns.
     pub(crate) fn stamp(&mut self, time_us: u32, host_ns: u64) -> u64 {
@@ -146,7 +134,7 @@ mod tests {
     // hazard: P14
     #[test]
     fn the_stamp_wraps_around_and_time_goes_on() {
-        let mut clock = DeviceClock::new();
+        let mut clock = DeviceClock::default();
         assert_eq!(clock.stamp(u32::MAX - 499, 1_000_000), 0);
         assert_eq!(clock.stamp(500, 2_000_000), 1_000_000);
         assert_eq!(clock.stamp(1500, 3_000_000), 2_000_000);
@@ -154,7 +142,7 @@ mod tests {
 
     #[test]
     fn a_jump_of_the_clock_is_no_drift_and_makes_no_sample_old() {
-        let mut clock = DeviceClock::new();
+        let mut clock = DeviceClock::default();
         let mut host_ns = 7_000_000_000;
         let mut device_us = 0_u32;
         let mut largest = 0;
@@ -175,7 +163,7 @@ mod tests {
 
     /// A clock that has run alongside ours for 10 s, and the time of its last sample on ours, ns.
     fn known_clock() -> (DeviceClock, u64) {
-        let mut clock = DeviceClock::new();
+        let mut clock = DeviceClock::default();
         for k in 0..10_000 {
             clock.stamp(k * 1000, BEGAN_NS + u64::from(k) * 1_000_000);
         }
@@ -211,7 +199,7 @@ mod tests {
 
     #[test]
     fn of_equally_quick_samples_the_first_counts() {
-        let mut clock = DeviceClock::new();
+        let mut clock = DeviceClock::default();
         // Two samples a window. Those of the first three come equally quick; the first of the
         // fourth shows that the clock has gained 0.3 ms in the 3 s since the very first.
         for (host_ms, gained_us) in [
@@ -233,7 +221,7 @@ mod tests {
 
     #[test]
     fn drift_covers_the_last_sixteen_windows() {
-        let mut clock = DeviceClock::new();
+        let mut clock = DeviceClock::default();
         let mut device_us = 0.0_f64;
         // 30 s, from the thirteenth on 100 ppm fast.
         for k in 0..30_000_u32 {
@@ -258,7 +246,7 @@ mod tests {
 
     #[test]
     fn drift_and_age_show_through_jitter() {
-        let mut clock = DeviceClock::new();
+        let mut clock = DeviceClock::default();
         let mut noise = 12345_u32;
         for k in 0..20_000_u64 {
             noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -280,6 +268,6 @@ mod tests {
         }
         let drift = clock.drift_ppb().expect("20 s are enough");
         assert!((49_000..51_000).contains(&drift), "{drift}");
-        assert_eq!(DeviceClock::new().drift_ppb(), None);
+        assert_eq!(DeviceClock::default().drift_ppb(), None);
     }
 }

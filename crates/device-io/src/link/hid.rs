@@ -2,16 +2,15 @@
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-use super::connector::{ConnectError, Connection, Connector, GreetedDevice, LoopTiming};
+use super::connector::{ConnectError, Connector, GreetedDevice, LoopTiming};
 use super::health::{LinkCounters, LinkError};
 use super::hid_node::{HidId, choose, nodes, open_node, what};
 use super::identity::RigIdentity;
 use super::reports::{MAX_REPORT, Reports};
-use super::session::{RejectedInput, Session};
-use super::wire::{self, Wire};
+use super::session::{Outgoing, RejectedInput};
+use super::wire::{self, Sent, Wire};
 use super::writer::Writer;
-use crate::clock;
-use crate::device::{DeviceError, Measurement, Written};
+use crate::device::{DeviceError, now_ns};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
 use crate::protocol::view::View;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -20,7 +19,6 @@ use rustix::io::Errno;
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::Ordering::Relaxed;
 
 /// Most reports in a tick. The kernel keeps the oldest 63 unread ones, so all of them must be read
 /// before the newest. If a device sends faster than that, the rest waits for the next tick.
@@ -31,14 +29,21 @@ const MAX_READS: usize = 128;
 const NO_ROOM_NS: i64 = 100_000_000;
 
 /// A node and the reports on it.
-#[derive(Clone, Debug)]
-struct HidWire {
-    node: Arc<OwnedFd>,
+#[derive(Debug)]
+struct Node {
+    node: OwnedFd,
     counters: Arc<LinkCounters>,
     reports: Reports,
 }
 
-impl HidWire {
+/// A node, and the thread that writes to it once the device is greeted.
+#[derive(Debug)]
+pub(super) struct HidWire {
+    node: Arc<Node>,
+    writer: Option<Writer>,
+}
+
+impl Node {
     /// Sends a message as a report. A real node waits until the report has gone.
     fn send(&self, message: FromHost) -> Result<(), DeviceError> {
         // The kernel takes the report's number first, 0 for none, and does not send it.
@@ -57,7 +62,7 @@ impl HidWire {
     }
 
     fn fail(&self, failure: LinkError) -> DeviceError {
-        self.counters.note_error(failure, clock::now_ns());
+        self.counters.note_error(failure, now_ns());
         DeviceError::Disconnected
     }
 
@@ -67,26 +72,58 @@ impl HidWire {
             tv_sec: 0,
             tv_nsec: timeout_ns,
         };
-        poll(&mut [PollFd::new(&*self.node, flags)], Some(&timeout)) == Ok(1)
+        poll(&mut [PollFd::new(&self.node, flags)], Some(&timeout)) == Ok(1)
+    }
+}
+
+impl HidWire {
+    pub(super) fn new(node: OwnedFd, reports: Reports, counters: &Arc<LinkCounters>) -> Self {
+        let counters = Arc::clone(counters);
+        let node = Node {
+            node,
+            counters,
+            reports,
+        };
+        Self {
+            node: Arc::new(node),
+            writer: None,
+        }
+    }
+
+    /// Starts the thread that writes what a tick sends.
+    pub(super) fn start_writer(&mut self, what: &str) -> Result<(), ConnectError> {
+        let node = Arc::clone(&self.node);
+        let writer = Writer::start(now_ns(), move |message| node.send(message));
+        self.writer = Some(writer.map_err(|error| ConnectError::Refused {
+            what: what.to_owned(),
+            why: format!("the thread that writes to it: {error}"),
+            remedy: "end other programs, or raise the limit of processes".to_owned(),
+        })?);
+        Ok(())
     }
 }
 
 impl Wire for HidWire {
     fn send_hello(&mut self, hello: FromHost) -> Result<(), DeviceError> {
-        self.send(hello)
+        self.node.send(hello)
     }
 
     fn wait(&self, timeout_ns: u64) {
         // The read that follows shows the result.
-        self.poll(PollFlags::IN, i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0));
+        self.node
+            .poll(PollFlags::IN, i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0));
     }
 
     fn receive(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
+        if let Some(writer) = &self.writer {
+            writer.check()?;
+        }
+        let Node { node, .. } = &*self.node;
         let mut heard = 0;
         for _ in 0..MAX_READS {
             let mut report = [0; MAX_REPORT];
-            match rustix::io::read(&self.node, &mut report) {
-                Ok(0) => return Err(self.fail(LinkError::HungUp)),
+            match rustix::io::read(node, &mut report) {
+                Ok(0) => return Err(self.node.fail(LinkError::HungUp)),
                 Ok(count) => {
                     heard += count;
                     each(
@@ -98,10 +135,15 @@ impl Wire for HidWire {
                 }
                 Err(Errno::AGAIN) => break,
                 Err(Errno::INTR) => {}
-                Err(error) => return Err(self.fail(LinkError::Read(error.raw_os_error()))),
+                Err(error) => return Err(self.node.fail(LinkError::Read(error.raw_os_error()))),
             }
         }
         Ok(heard)
+    }
+
+    fn send(&mut self, outgoing: Outgoing, now_ns: u64, counters: &LinkCounters) -> Result<Sent, DeviceError> {
+        let writer = self.writer.as_mut().ok_or(DeviceError::Disconnected)?;
+        writer.post(outgoing, now_ns, counters).map(Sent::Written)
     }
 }
 
@@ -119,45 +161,6 @@ impl HidConnector {
     }
 }
 
-/// Greets the device at an open node.
-pub(super) fn greet(
-    node: OwnedFd,
-    reports: Reports,
-    what: &str,
-    rig: RigIdentity,
-    timing: LoopTiming,
-    counters: &Arc<LinkCounters>,
-) -> Result<GreetedDevice, ConnectError> {
-    let mut wire = HidWire {
-        node: Arc::new(node),
-        counters: Arc::clone(counters),
-        reports,
-    };
-    let _asking = counters.ask(clock::now_ns());
-    let hello = wire::greet(&mut wire, what, |heard_bytes| match heard_bytes {
-        0 => "nothing answers; does its firmware speak the link protocol?".to_owned(),
-        _ => "reports came and no answer; does its firmware speak the link protocol?".to_owned(),
-    })?;
-    let writing = wire.clone();
-    let writer = Writer::start(clock::now_ns(), move |message| writing.send(message)).map_err(|error| {
-        ConnectError::Refused {
-            what: what.to_owned(),
-            why: format!("the thread that writes to it: {error}"),
-            remedy: "end other programs, or raise the limit of processes".to_owned(),
-        }
-    })?;
-    Ok(GreetedDevice {
-        device: wire::facts(&hello, rig),
-        connection: Box::new(HidConnection {
-            wire,
-            writer,
-            session: Session::new(&hello, timing, clock::now_ns(), Arc::clone(counters)),
-            counters: Arc::clone(counters),
-            wait_ns: timing.period_ns / 4,
-        }),
-    })
-}
-
 impl Connector for HidConnector {
     fn address(&self) -> String {
         what(&self.id)
@@ -173,42 +176,15 @@ impl Connector for HidConnector {
 
     fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
         let chosen = choose(nodes(), &self.id)?;
+        let what = what(&self.id);
+        let mut wire = HidWire::new(open_node(&chosen.path, &self.id)?, chosen.reports, counters);
+        let _asking = counters.ask(now_ns());
+        let hello = wire::greet(&mut wire, &what, |heard_bytes| match heard_bytes {
+            0 => "nothing answers; does its firmware speak the link protocol?".to_owned(),
+            _ => "reports came and no answer; does its firmware speak the link protocol?".to_owned(),
+        })?;
+        wire.start_writer(&what)?;
         let rig = RigIdentity::of_usb(self.id.vendor, self.id.product, chosen.serial.as_deref());
-        let node = open_node(&chosen.path, &self.id)?;
-        greet(node, chosen.reports, &what(&self.id), rig, timing, counters)
-    }
-}
-
-/// A rig on USB HID, greeted.
-#[derive(Debug)]
-struct HidConnection {
-    wire: HidWire,
-    writer: Writer,
-    session: Session,
-    counters: Arc<LinkCounters>,
-    /// Longest wait in a tick for a sample that is about to come, ns.
-    wait_ns: u64,
-}
-
-impl Connection for HidConnection {
-    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
-        self.writer.check()?;
-        wire::measurement(&mut self.wire, &mut self.session, self.wait_ns, now_ns)
-    }
-
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
-        let outgoing = self.session.command(force_n, enabled, now_ns);
-        self.writer.post(outgoing, now_ns, &self.counters)
-    }
-}
-
-impl Drop for HidConnection {
-    /// The last command is that the motor is off. The writer, dropped after this, sends it before
-    /// it ends.
-    fn drop(&mut self) {
-        if self.write(0.0, false, clock::now_ns()).is_err() {
-            // The device does not hear the last command; its own watchdog does the rest.
-        }
-        self.counters.age_ns.store(0, Relaxed);
+        Ok(wire::greeted(wire, &hello, rig, timing, counters))
     }
 }

@@ -2,10 +2,11 @@
 //! thread, takes it back after a failure, and looks again. It looks when the device nodes change,
 //! and otherwise only repeats its question to a device that is there and does not answer.
 
-use super::connector::{ConnectError, Connection, Connector, DeviceFacts, LoopTiming};
+use super::connector::{ConnectError, Connection, Connector, DeviceInfo, LoopTiming};
 use super::health::LinkCounters;
 use super::link_device::{Handover, LinkDevice};
 use super::nodes::NodeWatch;
+use crate::device::DeviceBounds;
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::sync::atomic::Ordering::{Relaxed, SeqCst};
 use std::sync::atomic::{AtomicBool, AtomicU64};
@@ -19,14 +20,8 @@ pub enum LinkState {
     Looking,
     /// It cannot be used.
     Waiting(ConnectError),
-    /// It has been greeted.
-    Connected {
-        /// The facts from its greeting.
-        device: DeviceFacts,
-        /// Number of the connection, from 1: that of
-        /// [`Device::connection`](crate::device::Device::connection) while it is used.
-        connection: u64,
-    },
+    /// It has been greeted. Its connection is that of the [bounds](crate::Device::bounds) while it is used.
+    Connected(DeviceInfo),
 }
 
 /// The view of a link for all threads but the real-time thread.
@@ -72,20 +67,13 @@ const TRY_AGAIN: (Duration, Duration) = (Duration::from_millis(500), Duration::f
 const LOOK: Duration = Duration::from_millis(20);
 
 /// The keeper before its start.
+#[derive(Debug)]
 pub struct Keeper {
     connector: Box<dyn Connector>,
     timing: LoopTiming,
     monitor: LinkMonitor,
     greeted: Producer<Handover>,
     failed: Consumer<Box<dyn Connection>>,
-}
-
-impl std::fmt::Debug for Keeper {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Keeper")
-            .field("monitor", &self.monitor)
-            .finish_non_exhaustive()
-    }
 }
 
 /// How long a device that is there and cannot be used is left alone.
@@ -161,31 +149,26 @@ impl Keeper {
         let mut back_off = BackOff::default();
         let counters = Arc::clone(&self.monitor.counters);
         let samples = || counters.samples.load(Relaxed);
-        let mut connection = 0;
+        let mut connections = 0;
         while !quit.load(SeqCst) {
             // Every change from here on, also one while it connects, is seen below.
             nodes.clear();
             let samples_before = samples();
             let error = match self.connector.connect(self.timing, &counters) {
-                Ok(greeted) => {
-                    connection += 1;
+                Ok(mut greeted) => {
+                    connections += 1;
+                    greeted.device.connection = connections;
+                    let bounds = DeviceBounds {
+                        connection: connections,
+                        is_linked: true,
+                        resolution_m: greeted.device.resolution_m,
+                        force_limit_n: greeted.device.force_limit_n,
+                    };
                     // Announced before it can be used: nobody may find it in use and know only the
                     // one before.
-                    let DeviceFacts {
-                        force_limit_n,
-                        resolution_m,
-                        ..
-                    } = greeted.device;
-                    self.monitor.set(LinkState::Connected {
-                        device: greeted.device,
-                        connection,
-                    });
+                    self.monitor.set(LinkState::Connected(greeted.device));
                     // There is room: the last one has come back.
-                    drop(self.greeted.push(Handover {
-                        connection: greeted.connection,
-                        force_limit_n,
-                        resolution_m,
-                    }));
+                    drop(self.greeted.push((greeted.connection, bounds)));
                     self.wait_for_failure(quit);
                     if samples() > samples_before {
                         back_off = BackOff::default();
@@ -264,7 +247,8 @@ mod tests {
         }
 
         fn connect(&mut self, _: LoopTiming, _: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
-            let device = DeviceFacts {
+            let device = DeviceInfo {
+                connection: 0,
                 firmware: String::new(),
                 force_limit_n: 1.0,
                 sample_rate_hz: 1000.0,
@@ -294,7 +278,7 @@ mod tests {
         let _running = keeper.start().expect("a thread");
         let told = loop {
             assert_eq!(device.read(0), Err(DeviceError::Disconnected));
-            assert!(device.connection() < 100, "it connects again and again");
+            assert!(device.bounds().connection < 100, "it connects again and again");
             match monitor.state() {
                 LinkState::Waiting(error) => break error.to_string(),
                 _ => std::thread::sleep(Duration::from_millis(1)),

@@ -6,7 +6,7 @@ use super::connector::ConnectError;
 use super::health::{LinkCounters, LinkError};
 use crate::device::DeviceError;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fd::{AsFd, FromRawFd, IntoRawFd, OwnedFd};
+use rustix::fd::{AsRawFd, FromRawFd, IntoRawFd, OwnedFd};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::io::Errno;
 use rustix::termios::{QueueSelector, tcflush};
@@ -102,7 +102,7 @@ impl Line {
     fn prepare(&self) -> Result<(), Errno> {
         // serialport clears this flag when it opens.
         fcntl_setfl(&self.fd, fcntl_getfl(&self.fd)? | OFlags::NONBLOCK)?;
-        super::low_latency::ask(self.fd.as_fd());
+        ask_low_latency(&self.fd);
         // Bytes from before are not for us.
         tcflush(&self.fd, QueueSelector::IOFlush)
     }
@@ -223,4 +223,41 @@ fn is_busy(error: &serialport::Error) -> bool {
             error.kind(),
             serialport::ErrorKind::Io(std::io::ErrorKind::ResourceBusy)
         )
+}
+
+/// `struct serial_struct` of the kernel's interface (linux/serial.h), of which only the flags
+/// matter here.
+#[repr(C)]
+struct SerialStruct {
+    kind: libc::c_int,
+    line: libc::c_int,
+    port: libc::c_uint,
+    irq: libc::c_int,
+    flags: libc::c_int,
+    /// The rest, with room to spare, which is returned unchanged.
+    rest: [u64; 16],
+}
+
+const ASYNC_LOW_LATENCY: libc::c_int = 1 << 13;
+
+/// Asks a converter not to collect bytes before it passes them on: one by FTDI waits 16 ms by default, and 1 ms with this
+/// setting. CDC-ACM collects nothing, and a pseudo-terminal does not know the request: neither is an error.
+#[expect(unsafe_code, reason = "these two requests have no safe wrapper")]
+fn ask_low_latency(line: &OwnedFd) {
+    let mut serial = SerialStruct {
+        kind: 0,
+        line: 0,
+        port: 0,
+        irq: 0,
+        flags: 0,
+        rest: [0; 16],
+    };
+    // SAFETY: the kernel writes its own, shorter structure to the beginning of this one, and reads
+    // it from there.
+    unsafe {
+        if libc::ioctl(line.as_raw_fd(), libc::TIOCGSERIAL, &raw mut serial) == 0 {
+            serial.flags |= ASYNC_LOW_LATENCY;
+            libc::ioctl(line.as_raw_fd(), libc::TIOCSSERIAL, &raw const serial);
+        }
+    }
 }

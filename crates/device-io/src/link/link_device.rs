@@ -3,35 +3,22 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::connector::Connection;
-use crate::device::{Device, DeviceError, Measurement, Written};
+use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
 use rtrb::{Consumer, Producer};
 
-/// A connection on its way to the real-time thread.
-pub(super) struct Handover {
-    pub(super) connection: Box<dyn Connection>,
-    pub(super) force_limit_n: f64,
-    pub(super) resolution_m: f64,
-}
+/// A connection on its way to the real-time thread, and the bounds of the device behind it.
+pub(super) type Handover = (Box<dyn Connection>, DeviceBounds);
 
 /// The real-time end of a link.
+#[derive(Debug)]
 pub struct LinkDevice {
     address: String,
     connection: Option<Box<dyn Connection>>,
     greeted: Consumer<Handover>,
     failed: Producer<Box<dyn Connection>>,
-    /// Number of connections so far.
-    connections: u64,
-    resolution_m: f64,
-    force_limit_n: f64,
+    /// Those of the newest connection.
+    bounds: DeviceBounds,
     now_ns: u64,
-}
-
-impl std::fmt::Debug for LinkDevice {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("LinkDevice")
-            .field("address", &self.address)
-            .finish_non_exhaustive()
-    }
 }
 
 impl LinkDevice {
@@ -43,9 +30,10 @@ impl LinkDevice {
             connection: None,
             greeted,
             failed,
-            connections: 0,
-            resolution_m: 0.0,
-            force_limit_n: f64::INFINITY,
+            bounds: DeviceBounds {
+                is_linked: true,
+                ..DeviceBounds::default()
+            },
             now_ns: 0,
         }
     }
@@ -73,34 +61,16 @@ impl Device for LinkDevice {
         self.address.clone()
     }
 
-    fn resolution_m(&self) -> f64 {
-        self.resolution_m
-    }
-
-    fn force_limit_n(&self) -> f64 {
-        self.force_limit_n
-    }
-
-    fn is_linked(&self) -> bool {
-        true
-    }
-
-    fn connection(&self) -> u64 {
-        self.connections
+    fn bounds(&self) -> DeviceBounds {
+        self.bounds
     }
 
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         self.now_ns = now_ns;
         if self.connection.is_none()
-            && let Ok(Handover {
-                connection,
-                force_limit_n,
-                resolution_m,
-            }) = self.greeted.pop()
+            && let Ok((connection, bounds)) = self.greeted.pop()
         {
-            self.connections += 1;
-            self.resolution_m = resolution_m;
-            self.force_limit_n = force_limit_n;
+            self.bounds = bounds;
             self.connection = Some(connection);
         }
         self.with(|connection| connection.read(now_ns))?

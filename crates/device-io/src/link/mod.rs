@@ -19,8 +19,6 @@
 
 mod connector;
 mod device_clock;
-#[cfg(test)]
-mod frame_tests;
 mod health;
 mod hid;
 pub(crate) mod hid_node;
@@ -30,7 +28,6 @@ mod identity;
 mod keeper;
 mod line;
 mod link_device;
-mod low_latency;
 mod mailbox;
 mod nodes;
 #[cfg(test)]
@@ -41,12 +38,10 @@ mod reports;
 mod sent_messages;
 pub(crate) mod serial;
 mod session;
-#[cfg(test)]
-mod test_firmware;
 mod wire;
 mod writer;
 
-pub use connector::{ConnectError, Connection, Connector, DeviceFacts, GreetedDevice, LoopTiming};
+pub use connector::{ConnectError, Connection, Connector, DeviceInfo, GreetedDevice, LoopTiming};
 pub use health::{AskGuard, Delivery, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 pub use hid::HidConnector;
 pub use hid_node::HidId;

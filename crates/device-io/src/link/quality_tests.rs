@@ -6,7 +6,7 @@ use super::connector::LoopTiming;
 use super::health::LinkCounters;
 use super::serial::Reader;
 use super::session::Session;
-use super::test_firmware::greeted_firmware;
+use super::session::tests::greeted_firmware;
 use crate::fake::{Channel, Firmware, Quality};
 use crate::protocol::frame::{Decoder, Frame};
 use crate::protocol::message::{FromDevice, FromHost};

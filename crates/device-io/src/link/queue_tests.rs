@@ -4,7 +4,7 @@
 use super::connector::LoopTiming;
 use super::health::{Delivery, LinkCounters};
 use super::session::Session;
-use super::test_firmware::greeted_firmware;
+use super::session::tests::greeted_firmware;
 use crate::device::DeviceError;
 use crate::fake::Firmware;
 use crate::protocol::frame::Frame;
@@ -230,23 +230,4 @@ fn line_too_slow_for_commands_is_reported_as_fault() {
         "ignored: {told:?}"
     );
     assert_eq!(idle, Delivery::Ignored, "seen while idle");
-}
-
-// hazard: H23
-#[test]
-fn the_queue_of_a_device_that_takes_nothing_stays_short() {
-    let mut rig = Rig::new(Setup {
-        bytes_per_s: 0,
-        ..Setup::GOOD
-    });
-    rig.run(MS, Some((0.0, false)));
-    rig.run(WATCHDOG_MS * MS, Some((5.0, true)));
-    assert!(rig.down.len() <= 22, "{} messages wait", rig.down.len());
-    // The stop is there, and then every 10 ms once more.
-    let waiting = rig.down.len();
-    rig.run(MS, Some((0.0, false)));
-    assert_eq!(rig.down.len(), waiting + 1);
-    rig.run(100 * MS, Some((0.0, false)));
-    let again = rig.down.len() - waiting;
-    assert!((10..=12).contains(&again), "{again} in 100 ms");
 }

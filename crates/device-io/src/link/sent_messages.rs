@@ -133,6 +133,7 @@ mod tests {
     }
 
     proptest! {
+        // hazard: H23
         /// Whatever a device confirms, and when: what is sent while there is room keeps both bounds.
         #[test]
         fn what_is_unconfirmed_is_bounded(confirms in prop::collection::vec((0..3_u32, 1..2_000_000_u64), 1..400)) {

@@ -2,23 +2,21 @@
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-use super::connector::{ConnectError, Connection, Connector, GreetedDevice, LoopTiming};
-use super::health::{LinkCounters, add};
+use super::connector::{ConnectError, Connector, GreetedDevice, LoopTiming};
+use super::health::LinkCounters;
 use super::identity::RigIdentity;
 use super::line::{Line, SendOutcome};
 use super::nodes::folder_of;
-use super::session::{Outgoing, RejectedInput, Session};
-use super::wire::{self, Wire};
+use super::session::{Outgoing, RejectedInput};
+use super::wire::{self, Sent, Wire};
 use crate::address::DEFAULT_BAUD;
-use crate::clock;
-use crate::device::{DeviceError, Measurement, Written};
+use crate::device::{DeviceError, Written, now_ns};
 use crate::protocol::frame::{Decoder, Frame, MAX_FRAME};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
 use crate::protocol::view::{Kind, View};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::Ordering::Relaxed;
 
 /// Bytes that frame a message: its CRC, one of the stuffing, and the zero at its end.
 const FRAMING: usize = 6;
@@ -81,6 +79,18 @@ impl Reader {
 struct SerialWire {
     line: Line,
     reader: Reader,
+    /// The system has all of the command that was last sent.
+    taken: bool,
+}
+
+impl SerialWire {
+    fn open(path: &Path, baud: u32) -> Result<Self, ConnectError> {
+        Ok(Self {
+            line: Line::open(path, baud)?,
+            reader: Reader::default(),
+            taken: false,
+        })
+    }
 }
 
 impl Wire for SerialWire {
@@ -88,7 +98,7 @@ impl Wire for SerialWire {
         // This zero ends the part of a frame that the board received before its reset.
         let mut frame = vec![0];
         frame.extend(Frame::of(hello.bytes().as_slice()).as_slice());
-        self.line.write(&frame, clock::now_ns()).map(|_| ())
+        self.line.write(&frame, now_ns()).map(|_| ())
     }
 
     fn wait(&self, timeout_ns: u64) {
@@ -96,13 +106,42 @@ impl Wire for SerialWire {
     }
 
     fn receive(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
-        let Self { line, reader } = self;
+        let Self { line, reader, .. } = self;
         let mut heard = 0;
         line.read(|bytes| {
             heard += bytes.len();
             reader.take(bytes, &mut each);
         })?;
         Ok(heard)
+    }
+
+    fn send(&mut self, outgoing: Outgoing, now_ns: u64, _: &LinkCounters) -> Result<Sent, DeviceError> {
+        let mut bytes = [0; 2 * MAX_FRAME];
+        let mut length = 0;
+        for message in outgoing.messages() {
+            let frame = Frame::of(message.bytes().as_slice());
+            let frame = frame.as_slice();
+            bytes[length..length + frame.len()].copy_from_slice(frame);
+            length += frame.len();
+        }
+        // Where nothing is sent, what was sent before may still have a rest.
+        if length > 0 || self.line.has_rest() {
+            let sent = self.line.write(&bytes[..length], now_ns)?;
+            self.taken = sent == SendOutcome::Taken;
+            if sent == SendOutcome::NoRoom && length > 0 {
+                return Ok(Sent::NoRoom);
+            }
+        }
+        let is_other = outgoing == Outgoing::Withheld { repeats: false };
+        Ok(Sent::Written(if self.taken && !is_other {
+            Written::Taken
+        } else {
+            Written::Later
+        }))
+    }
+
+    fn note_failure(&mut self, counters: &LinkCounters, now_ns: u64) {
+        self.line.note_failure(counters, now_ns);
     }
 }
 
@@ -135,11 +174,8 @@ impl Connector for SerialConnector {
     }
 
     fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
-        let mut wire = SerialWire {
-            line: Line::open(&self.path, self.baud)?,
-            reader: Reader::default(),
-        };
-        let _asking = counters.ask(clock::now_ns());
+        let mut wire = SerialWire::open(&self.path, self.baud)?;
+        let _asking = counters.ask(now_ns());
         let hello = wire::greet(
             &mut wire,
             &self.path.display().to_string(),
@@ -169,103 +205,34 @@ impl Connector for SerialConnector {
                     remedy: "what a line does not carry waits in it, and acts too late".to_owned(),
                 })?;
         }
-        Ok(GreetedDevice {
-            device: wire::facts(&hello, RigIdentity::of_line("serial", &self.path)),
-            connection: Box::new(SerialConnection {
-                wire,
-                session: Session::new(&hello, timing, clock::now_ns(), Arc::clone(counters)),
-                counters: Arc::clone(counters),
-                wait_ns: timing.period_ns / 4,
-                taken: false,
-            }),
-        })
-    }
-}
-
-/// A rig on a serial line, greeted.
-#[derive(Debug)]
-struct SerialConnection {
-    wire: SerialWire,
-    session: Session,
-    counters: Arc<LinkCounters>,
-    /// Longest wait in a tick for a sample that is about to come, ns.
-    wait_ns: u64,
-    /// The system has all of the command that was last sent.
-    taken: bool,
-}
-
-impl Connection for SerialConnection {
-    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
-        let read = wire::measurement(&mut self.wire, &mut self.session, self.wait_ns, now_ns);
-        self.wire.line.note_failure(&self.counters, now_ns);
-        read
-    }
-
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
-        let mut bytes = [0; 2 * MAX_FRAME];
-        let mut length = 0;
-        let outgoing = self.session.command(force_n, enabled, now_ns);
-        for message in outgoing.messages() {
-            let frame = Frame::of(message.bytes().as_slice());
-            let frame = frame.as_slice();
-            bytes[length..length + frame.len()].copy_from_slice(frame);
-            length += frame.len();
-        }
-        // Where nothing is sent, what was sent before may still have a rest.
-        if length > 0 || self.wire.line.has_rest() {
-            let sent = self.wire.line.write(&bytes[..length], now_ns);
-            self.wire.line.note_failure(&self.counters, now_ns);
-            let sent = sent?;
-            if sent == SendOutcome::NoRoom && length > 0 {
-                add(&self.counters.not_sent, 1);
-                self.session.forget_order();
-            }
-            self.taken = sent == SendOutcome::Taken;
-        }
-        let is_other = outgoing == Outgoing::Withheld { repeats: false };
-        Ok(if self.taken && !is_other {
-            Written::Taken
-        } else {
-            Written::Later
-        })
-    }
-}
-
-impl Drop for SerialConnection {
-    fn drop(&mut self) {
-        if self.write(0.0, false, clock::now_ns()) != Ok(Written::Taken) {
-            // The device does not hear the last command; its own watchdog does the rest.
-        }
-        self.counters.age_ns.store(0, Relaxed);
+        let rig = RigIdentity::of_line("serial", &self.path);
+        Ok(wire::greeted(wire, &hello, rig, timing, counters))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fake::{Firmware, FirmwareProperties, Hand, RigProperties, Terminal};
-    use crate::protocol::view::View;
+    use crate::fake::Port;
+    use crate::link::connector::Connection;
+    use crate::link::session::Session;
+    use crate::link::session::tests::greeted_firmware;
+    use crate::link::wire::WireConnection;
+    use std::sync::atomic::Ordering::Relaxed;
 
     #[test]
     fn a_command_is_taken_only_once_the_line_has_all_of_it() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("rig");
-        let rig = Terminal::plug_in(&path).expect("a terminal");
-        let mut firmware = Firmware::new(RigProperties::default(), Hand::Free, FirmwareProperties::default());
-        let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 1 }, 0) else {
-            panic!("it answers");
-        };
+        let rig = Port::plug_in(&path).expect("a terminal");
+        let (_, hello) = greeted_firmware(0);
         let counters = Arc::new(LinkCounters::default());
         let now_ns = 1_000_000_000;
-        let mut connection = SerialConnection {
-            wire: SerialWire {
-                line: Line::open(&path, 1_000_000).expect("it is there"),
-                reader: Reader::default(),
-            },
+        let mut connection = WireConnection {
+            wire: SerialWire::open(&path, 1_000_000).expect("it is there"),
             session: Session::new(&hello, LoopTiming::default(), now_ns, Arc::clone(&counters)),
             counters: Arc::clone(&counters),
             wait_ns: 0,
-            taken: false,
         };
         // Nobody reads until the line takes no more: of the last frame none or a part.
         let Some(force) = connection.session.command(1.0, true, now_ns).messages().last() else {

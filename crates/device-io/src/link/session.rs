@@ -43,7 +43,10 @@ pub(crate) enum RejectedInput {
 /// Whether the motor is enabled, as far as both sides know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motor {
-    Off,
+    Off {
+        /// Sequence of the first command that orders it off, since the hello or since force last flowed.
+        since: Option<u32>,
+    },
     /// Asked for at a time of ours, ns, by a message with a sequence, and not confirmed yet.
     Asked {
         at_ns: u64,
@@ -103,19 +106,14 @@ pub(crate) struct Session {
     /// Counts since the first sample, which is the origin.
     counts: i64,
     motor: Motor,
-    /// Sequence of the first command since the hello, or since force last flowed, that orders the
-    /// motor off.
-    off_since: Option<u32>,
     sent: SentMessages,
     /// The newest that was sent.
     order: Option<Order>,
-    /// Force is wanted.
-    wants_force: bool,
+    /// Where force is wanted, what the device does with its commands.
+    force: Option<Result<(), DeviceError>>,
     /// Longest round trip under force, and longest time without a confirmation, ns.
     late_round_trip_ns: u64,
     ignored_after_ns: u64,
-    /// What the device does with commands, as an error under force.
-    delivery: Result<(), DeviceError>,
     error: Option<ErrorReport>,
 }
 
@@ -127,7 +125,7 @@ impl Session {
         let watchdog_ns = hello.watchdog().map_or(MAX_IGNORED_NS, |ms| u64::from(ms) * 1_000_000);
         Self {
             counters,
-            clock: DeviceClock::new(),
+            clock: DeviceClock::default(),
             metres_per_count: 1.0 / f64::from(hello.counts_per_metre),
             force_limit_mn: i32::try_from(hello.force_limit_mn).unwrap_or(i32::MAX),
             // A sample may wait a period of ours to be read, and one of its own to be sent.
@@ -137,14 +135,12 @@ impl Session {
             heard_at_ns: now_ns,
             device_ns: 0,
             counts: 0,
-            motor: Motor::Off,
-            off_since: None,
+            motor: Motor::Off { since: None },
             sent: SentMessages::new(sample_period_ns),
             order: None,
-            wants_force: false,
+            force: None,
             late_round_trip_ns: timing.stale_ns + sample_period_ns,
             ignored_after_ns: watchdog_ns.clamp(MIN_IGNORED_NS, MAX_IGNORED_NS) + sample_period_ns,
-            delivery: Ok(()),
             error: None,
         }
     }
@@ -198,7 +194,7 @@ impl Session {
             let is_late = round_trip_ns > self.late_round_trip_ns;
             self.counters.note_lateness(is_late);
             if is_late {
-                self.delivery = Err(DeviceError::CommandsLate);
+                self.force = self.force.and(Some(Err(DeviceError::CommandsLate)));
             }
         }
         // By the time of the sample, which may have lain on its way up while commands went down.
@@ -206,7 +202,7 @@ impl Session {
         let is_ignoring = self.sent.waiting_ns(sampled_ns) > self.ignored_after_ns;
         self.counters.note_ignoring(is_ignoring);
         if is_ignoring {
-            self.delivery = Err(DeviceError::CommandsIgnored);
+            self.force = self.force.and(Some(Err(DeviceError::CommandsIgnored)));
         }
         self.counters.buttons.store(sample.buttons.into(), Relaxed);
         self.motor = match (self.motor, sample.enabled) {
@@ -247,7 +243,7 @@ impl Session {
             return Err(DeviceError::Failed(report));
         }
         let off = match self.motor {
-            Motor::Off => false,
+            Motor::Off { .. } => false,
             Motor::Asked { at_ns, .. } => now_ns.saturating_sub(at_ns) > ENABLE_TIMEOUT_NS,
             Motor::On => !newest.enabled,
         };
@@ -256,9 +252,7 @@ impl Session {
                 watchdog: newest.watchdog,
             });
         }
-        if self.wants_force {
-            self.delivery?;
-        }
+        self.force.unwrap_or(Ok(()))?;
         #[expect(clippy::cast_precision_loss, reason = "no handle goes 2^53 counts")]
         let position_m = self.counts as f64 * self.metres_per_count;
         Ok(Some(Measurement {
@@ -271,13 +265,10 @@ impl Session {
     /// The motor's state by a sample. A motor that is off counts as an answer only from a device
     /// that has heard the order.
     fn reported(&self, sample: &DeviceSample) -> ReportedMotor {
-        let heard = self
-            .off_since
-            .is_some_and(|sequence| !is_newer(sequence, sample.command));
-        match (sample.enabled, heard) {
-            (true, _) => ReportedMotor::Enabled,
-            (false, true) => ReportedMotor::Off,
-            (false, false) => ReportedMotor::Unconfirmed,
+        match self.motor {
+            _ if sample.enabled => ReportedMotor::Enabled,
+            Motor::Off { since: Some(sequence) } if !is_newer(sequence, sample.command) => ReportedMotor::Off,
+            _ => ReportedMotor::Unconfirmed,
         }
     }
 
@@ -288,11 +279,10 @@ impl Session {
             force_mn: if enabled { self.force_mn(force_n) } else { 0 },
             enabled,
         };
-        if self.wants_force != enabled {
-            self.wants_force = enabled;
-            self.delivery = Ok(());
+        if self.force.is_some() != enabled {
+            self.force = enabled.then_some(Ok(()));
         }
-        let enables = enabled && self.motor == Motor::Off;
+        let enables = enabled && matches!(self.motor, Motor::Off { .. });
         let repeats = self.order == Some(order) && !enables;
         let pulls = order.force_mn != 0 || enables;
         let must_go = !pulls && (!repeats || now_ns.saturating_sub(self.sent.newest_at_ns()) >= SEND_AGAIN_NS);
@@ -312,11 +302,14 @@ impl Session {
         });
         let sequence = self.sent.next(now_ns);
         self.order = Some(order);
-        if enabled {
-            self.off_since = None;
-        } else {
-            self.motor = Motor::Off;
-            self.off_since.get_or_insert(sequence);
+        if !enabled {
+            let since = match self.motor {
+                Motor::Off { since } => since,
+                Motor::Asked { .. } | Motor::On => None,
+            };
+            self.motor = Motor::Off {
+                since: since.or(Some(sequence)),
+            };
         }
         let Order { force_mn, enabled } = order;
         let command = FromHost::Command {
@@ -349,4 +342,4 @@ impl Session {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -1,14 +1,16 @@
-//! What every link of the link protocol has in common: the greeting, and a tick's reading.
+//! What every link of the link protocol has in common: the greeting, and the connection that follows.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-use super::connector::{ConnectError, DeviceFacts};
+use super::connector::{ConnectError, Connection, DeviceInfo, GreetedDevice, LoopTiming};
+use super::health::{LinkCounters, add};
 use super::identity::RigIdentity;
-use super::session::{RejectedInput, Session};
-use crate::clock;
-use crate::device::{DeviceError, Measurement};
+use super::session::{Outgoing, RejectedInput, Session};
+use crate::device::{self, DeviceError, Measurement, Written};
 use crate::protocol::message::{DeviceHello, FromDevice, FromHost, MessageError};
 use crate::protocol::view::ViewError;
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant};
 
 /// Longest wait for an answer to a hello.
@@ -18,8 +20,14 @@ const ANSWER_TIMEOUT: Duration = Duration::from_millis(250);
 /// two before they hear anything.
 const HELLOS: u32 = 10;
 
+/// A number for a hello: not that of any hello of this machine before, as far as a clock of nanoseconds can show.
+fn nonce() -> u32 {
+    let [a, b, c, d, ..] = device::now_ns().wrapping_mul(0x9E37_79B9_7F4A_7C15).to_be_bytes();
+    u32::from_be_bytes([a, b, c, d])
+}
+
 /// A carrier of messages: a serial line, a HID node.
-pub(super) trait Wire {
+pub(super) trait Wire: Send + std::fmt::Debug {
     /// Sends a hello. May wait until it has gone.
     ///
     /// # Errors
@@ -34,6 +42,24 @@ pub(super) trait Wire {
     /// # Errors
     /// The device is gone.
     fn receive(&mut self, each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError>;
+
+    /// Sends a tick's messages, without waiting.
+    ///
+    /// # Errors
+    /// The device is gone.
+    fn send(&mut self, outgoing: Outgoing, now_ns: u64, counters: &LinkCounters) -> Result<Sent, DeviceError>;
+
+    /// Notes the last failure in the counters, where it has not done so itself.
+    fn note_failure(&mut self, _counters: &LinkCounters, _now_ns: u64) {}
+}
+
+/// What became of a tick's messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sent {
+    /// They are sent, or wait for the next tick.
+    Written(Written),
+    /// There was no room for them: the next command is another one.
+    NoRoom,
 }
 
 /// Asks until the device answers. `unanswered` says what a number of bytes without an
@@ -50,7 +76,7 @@ pub(super) fn greet(
     let mut heard_bytes = 0;
     let mut heard = None;
     for _ in 0..HELLOS {
-        let nonce = clock::nonce();
+        let nonce = nonce();
         wire.send_hello(FromHost::Hello { nonce }).map_err(gone)?;
         let asked = Instant::now();
         while asked.elapsed() < ANSWER_TIMEOUT {
@@ -84,37 +110,92 @@ pub(super) fn greet(
     })
 }
 
-/// The facts in a hello of a rig.
-pub(super) fn facts(hello: &DeviceHello, rig: RigIdentity) -> DeviceFacts {
+/// A device that has said a hello, and the connection to it.
+pub(super) fn greeted(
+    wire: impl Wire + 'static,
+    hello: &DeviceHello,
+    rig: RigIdentity,
+    timing: LoopTiming,
+    counters: &Arc<LinkCounters>,
+) -> GreetedDevice {
     let (firmware, rig) = rig.on_chip(&hello.firmware_name());
-    DeviceFacts {
-        firmware,
-        force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
-        sample_rate_hz: f64::from(hello.sample_rate_hz),
-        resolution_m: 1.0 / f64::from(hello.counts_per_metre),
-        watchdog_ms: hello.watchdog(),
-        buttons: hello.buttons,
-        rig,
+    GreetedDevice {
+        device: DeviceInfo {
+            connection: 0,
+            firmware,
+            force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
+            sample_rate_hz: f64::from(hello.sample_rate_hz),
+            resolution_m: 1.0 / f64::from(hello.counts_per_metre),
+            watchdog_ms: hello.watchdog(),
+            buttons: hello.buttons,
+            rig,
+        },
+        connection: Box::new(WireConnection {
+            wire,
+            session: Session::new(hello, timing, device::now_ns(), Arc::clone(counters)),
+            counters: Arc::clone(counters),
+            wait_ns: timing.period_ns / 4,
+        }),
     }
 }
 
-/// Takes in all messages that have come; returns the newest sample. If the device's clock drifts
-/// past ours, a tick waits for a sample that is about to come, for `wait_ns` at most, rather than
-/// rendering the old one again.
-///
-/// # Errors
-/// As [`Session::measurement`], or the device is gone.
-pub(super) fn measurement(
-    wire: &mut impl Wire,
-    session: &mut Session,
-    wait_ns: u64,
-    now_ns: u64,
-) -> Result<Option<Measurement>, DeviceError> {
-    wire.receive(|came| session.take(came, now_ns))?;
-    if !session.has_news() {
-        wire.wait(wait_ns);
-        let later_ns = clock::now_ns();
-        wire.receive(|came| session.take(came, later_ns))?;
+/// A carrier and the session on it.
+#[derive(Debug)]
+pub(super) struct WireConnection<W: Wire> {
+    pub(super) wire: W,
+    pub(super) session: Session,
+    pub(super) counters: Arc<LinkCounters>,
+    /// Longest wait in a tick for a sample that is about to come, ns.
+    pub(super) wait_ns: u64,
+}
+
+impl<W: Wire> WireConnection<W> {
+    /// Takes in all messages that have come. If the device's clock drifts past ours, a tick waits for a sample that is about
+    /// to come rather than rendering the old one again.
+    fn receive(&mut self, now_ns: u64) -> Result<(), DeviceError> {
+        let Self {
+            wire, session, wait_ns, ..
+        } = self;
+        wire.receive(|came| session.take(came, now_ns))?;
+        if !session.has_news() {
+            wire.wait(*wait_ns);
+            let later_ns = device::now_ns();
+            wire.receive(|came| session.take(came, later_ns))?;
+        }
+        Ok(())
     }
-    session.measurement(now_ns)
+}
+
+impl<W: Wire> Connection for WireConnection<W> {
+    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
+        let received = self.receive(now_ns);
+        self.wire.note_failure(&self.counters, now_ns);
+        received.and_then(|()| self.session.measurement(now_ns))
+    }
+
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
+        let outgoing = self.session.command(force_n, enabled, now_ns);
+        let sent = self.wire.send(outgoing, now_ns, &self.counters);
+        self.wire.note_failure(&self.counters, now_ns);
+        Ok(match sent? {
+            Sent::Written(written) => written,
+            Sent::NoRoom => {
+                add(&self.counters.not_sent, 1);
+                self.session.forget_order();
+                Written::Later
+            }
+        })
+    }
+}
+
+impl<W: Wire> Drop for WireConnection<W> {
+    /// The last command is that the motor is off. A writer, dropped after this, sends it before it ends.
+    fn drop(&mut self) {
+        let now_ns = device::now_ns();
+        let outgoing = self.session.command(0.0, false, now_ns);
+        if self.wire.send(outgoing, now_ns, &self.counters).is_err() {
+            // The device does not hear it; its own watchdog does the rest.
+        }
+        self.counters.age_ns.store(0, Relaxed);
+    }
 }

@@ -4,10 +4,11 @@
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
 
 use super::health::{LinkCounters, LinkError, add};
-use super::mailbox::{Mailbox, Taker};
+use super::mailbox::{Newest, Post, mailbox};
 use super::session::Outgoing;
 use crate::device::{DeviceError, Written};
 use crate::protocol::message::{FromHost, is_newer};
+use rtrb::{Consumer, Producer};
 use rustix::event::{EventfdFlags, eventfd};
 use rustix::fd::OwnedFd;
 use rustix::io::Errno;
@@ -19,14 +20,13 @@ use std::thread::JoinHandle;
 /// Longest time in which a device takes nothing, ns; after that it counts as gone.
 const STUCK_NS: u64 = 100_000_000;
 
-/// Enough to load the mailbox and write a report. All of the daemon's memory is locked, so no more
+/// Enough to empty the mailbox and write a report. All of the daemon's memory is locked, so no more
 /// is asked for.
 const STACK_BYTES: usize = 128 * 1024;
 
 /// The part that both sides see.
 #[derive(Debug)]
 struct Shared {
-    mailbox: Mailbox,
     /// Counts up at every post.
     bell: OwnedFd,
     /// The mailbox holds the last messages.
@@ -53,6 +53,7 @@ struct PostedCommand {
 #[derive(Debug)]
 pub(super) struct Writer {
     shared: Arc<Shared>,
+    posts: Producer<Post>,
     thread: Option<JoinHandle<()>>,
     posted: u32,
     saying: Option<PostedCommand>,
@@ -68,20 +69,21 @@ impl Writer {
         send: impl FnMut(FromHost) -> Result<(), E> + Send + 'static,
     ) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
-            mailbox: Mailbox::default(),
             bell: eventfd(0, EventfdFlags::CLOEXEC)?,
             quit: AtomicBool::new(false),
             ended: AtomicBool::new(false),
             done: AtomicU32::new(0),
             skipped: AtomicU64::new(0),
         });
+        let (posts, waiting) = mailbox();
         let theirs = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("device writer".to_owned())
             .stack_size(STACK_BYTES)
-            .spawn(move || run(&theirs, send))?;
+            .spawn(move || run(&theirs, waiting, send))?;
         Ok(Self {
             shared,
+            posts,
             thread: Some(thread),
             posted: 0,
             saying: None,
@@ -107,7 +109,7 @@ impl Writer {
         if done != self.moved.0 || done == self.posted {
             self.moved = (done, now_ns);
         }
-        let stuck = now_ns.saturating_sub(self.moved.1) > STUCK_NS;
+        let mut stuck = now_ns.saturating_sub(self.moved.1) > STUCK_NS;
         let skipped = self.shared.skipped.load(Relaxed);
         add(
             &counters.not_sent,
@@ -118,7 +120,7 @@ impl Writer {
         }
         let says = match outgoing {
             Outgoing::Sent { enable, command } => {
-                self.say(enable, command);
+                stuck |= !self.say(enable, command);
                 true
             }
             Outgoing::Withheld { repeats } => repeats,
@@ -134,7 +136,8 @@ impl Writer {
         })
     }
 
-    fn say(&mut self, enable: Option<FromHost>, command: FromHost) {
+    /// Whether there was room for it.
+    fn say(&mut self, enable: Option<FromHost>, command: FromHost) -> bool {
         if let FromHost::Command {
             sequence,
             force_mn,
@@ -156,8 +159,11 @@ impl Writer {
                 });
             }
         }
-        self.shared.mailbox.post(enable, command);
-        self.ring();
+        let has_room = self.posts.push((enable, command)).is_ok();
+        if rustix::io::write(&self.shared.bell, &1_u64.to_ne_bytes()).is_err() {
+            // A signal interrupted it; the next command rings again.
+        }
+        has_room
     }
 
     /// # Errors
@@ -167,12 +173,6 @@ impl Writer {
             Err(DeviceError::Disconnected)
         } else {
             Ok(())
-        }
-    }
-
-    fn ring(&self) {
-        if rustix::io::write(&self.shared.bell, &1_u64.to_ne_bytes()).is_err() {
-            // A signal interrupted it; the next command rings again.
         }
     }
 }
@@ -200,10 +200,10 @@ impl Drop for Ended<'_> {
     }
 }
 
-fn run<E>(shared: &Shared, mut send: impl FnMut(FromHost) -> Result<(), E>) {
+fn run<E>(shared: &Shared, mut waiting: Consumer<Post>, mut send: impl FnMut(FromHost) -> Result<(), E>) {
     let _ended = Ended(&shared.ended);
     rise();
-    let mut taker = Taker::default();
+    let mut sent = None;
     loop {
         match rustix::io::read(&shared.bell, &mut [0; 8]) {
             Ok(_) | Err(Errno::INTR) => {}
@@ -211,16 +211,34 @@ fn run<E>(shared: &Shared, mut send: impl FnMut(FromHost) -> Result<(), E>) {
         }
         // Before the mailbox, so that every earlier post is seen.
         let last = shared.quit.load(Acquire);
-        let taken = taker.take(&shared.mailbox);
-        for message in [taken.enable, taken.command].into_iter().flatten() {
+        let mut newest = Newest::take(&mut waiting);
+        if last
+            && let Some(FromHost::Command {
+                sequence,
+                enabled: true,
+                ..
+            }) = newest.command.or(sent)
+        {
+            // It is off, also where the mailbox had no room for it.
+            newest.enable = None;
+            newest.command = Some(FromHost::Command {
+                sequence: sequence.wrapping_add(1),
+                force_mn: 0,
+                enabled: false,
+            });
+        }
+        for message in [newest.enable, newest.command].into_iter().flatten() {
             if send(message).is_err() {
                 return;
             }
         }
         shared
             .skipped
-            .store(shared.skipped.load(Relaxed) + u64::from(taken.skipped), Relaxed);
-        shared.done.store(taker.newest(), Relaxed);
+            .store(shared.skipped.load(Relaxed) + newest.skipped, Relaxed);
+        if let Some(FromHost::Command { sequence, .. }) = newest.command {
+            shared.done.store(sequence, Relaxed);
+        }
+        sent = newest.command.or(sent);
         if last {
             return;
         }
@@ -271,6 +289,15 @@ mod tests {
         (writer, lets, sent)
     }
 
+    /// Waits until something is so, on a machine that may be busy.
+    fn until(mut done: impl FnMut() -> bool) {
+        let began = Instant::now();
+        while !done() {
+            assert!(began.elapsed() < Duration::from_secs(10));
+            std::thread::yield_now();
+        }
+    }
+
     #[test]
     fn the_last_word_is_what_was_posted_last() {
         for k in 0..200 {
@@ -285,6 +312,24 @@ mod tests {
             let sent: Vec<FromHost> = sent.try_iter().collect();
             assert_eq!(sent.last(), Some(&command(k + 1, false)));
         }
+    }
+
+    #[test]
+    fn last_word_is_off_though_there_was_no_room_for_it() {
+        let (mut writer, lets, sent) = held();
+        let counters = LinkCounters::default();
+        writer.post(posting(1, true), 0, &counters).expect("well");
+        sent.recv().expect("it is sent");
+        let given_up = (2..1000).find(|sequence| writer.post(posting(*sequence, true), 0, &counters).is_err());
+        for _ in 0..3 {
+            lets.send(()).expect("it waits");
+        }
+        drop(writer);
+        // The last that found room has the number before.
+        assert_eq!(
+            sent.try_iter().last(),
+            given_up.map(|sequence| command(sequence, false))
+        );
     }
 
     #[test]
@@ -307,13 +352,11 @@ mod tests {
         assert!(matches!(zero, FromHost::Command { enabled: false, .. }), "{zero:?}");
         assert_eq!(post(false), Ok(Written::Later), "the device has not taken it yet");
         lets.send(()).expect("it waits");
-        let began = Instant::now();
-        while post(false) != Ok(Written::Taken) {
+        until(|| {
             // What was posted in between goes, too.
             lets.send(()).expect("it waits");
-            assert!(began.elapsed() < Duration::from_secs(10));
-            std::thread::yield_now();
-        }
+            post(false) == Ok(Written::Taken)
+        });
         assert_eq!(post(false), Ok(Written::Taken), "and it stays so");
         assert_eq!(post(true), Ok(Written::Later), "another command");
         drop(lets);
@@ -323,16 +366,9 @@ mod tests {
     fn taken_command_stays_taken_at_sequence_wraparound() {
         let counters = LinkCounters::default();
         let mut writer = Writer::start(0, |_| Ok::<(), ()>(())).expect("a thread");
-        let began = Instant::now();
-        while writer.post(posting(1, false), 0, &counters) != Ok(Written::Taken) {
-            assert!(began.elapsed() < Duration::from_secs(10));
-            std::thread::yield_now();
-        }
+        until(|| writer.post(posting(1, false), 0, &counters) == Ok(Written::Taken));
         for sequence in [1 << 30, (1 << 31) + 5, 3 << 30, u32::MAX] {
-            while writer.shared.done.load(Relaxed) != writer.posted {
-                assert!(began.elapsed() < Duration::from_secs(10));
-                std::thread::yield_now();
-            }
+            until(|| writer.shared.done.load(Relaxed) == writer.posted);
             let written = writer.post(posting(sequence, false), 0, &counters);
             assert_eq!(written, Ok(Written::Taken), "{sequence}");
         }
@@ -351,14 +387,12 @@ mod tests {
         assert_eq!(sent.recv(), Ok(command(10, true)), "the newest in place of nine");
         lets.send(()).expect("it waits");
         // Its count is there when it has done that.
-        let began = Instant::now();
-        for sequence in 11.. {
-            writer.post(posting(sequence, true), 0, &counters).expect("well");
-            if counters.not_sent.load(Relaxed) >= 8 {
-                break;
-            }
-            assert!(began.elapsed() < Duration::from_secs(10), "{counters:?}");
-        }
+        let mut sequence = 10;
+        until(|| {
+            sequence += 1;
+            writer.post(posting(sequence, true), 0, &counters).ok();
+            counters.not_sent.load(Relaxed) >= 8
+        });
         drop(lets);
     }
 
@@ -383,11 +417,7 @@ mod tests {
         if writer.post(posting(1, true), 0, &counters).is_err() {
             // It was quick to fail.
         }
-        let began = Instant::now();
-        while writer.check().is_ok() {
-            assert!(began.elapsed() < Duration::from_secs(10));
-            std::thread::yield_now();
-        }
+        until(|| writer.check().is_err());
         let after = writer.post(posting(2, true), 0, &counters);
         assert_eq!(after, Err(DeviceError::Disconnected));
     }

@@ -115,12 +115,6 @@ impl Decoder {
         }
         Some(open(&mut self.bytes[..length]))
     }
-
-    /// Forgets the part of a frame that has come so far.
-    pub fn reset(&mut self) {
-        self.length = 0;
-        self.too_long = false;
-    }
 }
 
 /// Takes the stuffing out, in place, and the CRC off.

@@ -77,17 +77,6 @@ pub struct DeviceSample {
     pub watchdog: bool,
     /// Buttons that are pressed, one bit each.
     pub buttons: u8,
-    /// The channels that only some devices have.
-    pub wide: Option<WideChannels>,
-}
-
-/// Channels of a device with more sensors.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WideChannels {
-    /// Force between hand and handle, mN.
-    pub force_mn: i32,
-    /// Acceleration of the handle, mm/s^2.
-    pub acceleration_mm_per_s2: i32,
 }
 
 /// A message from a device.
@@ -198,7 +187,8 @@ impl FromDevice {
                 }
                 Self::Hello(hello)
             }
-            kind @ (Kind::Measurement | Kind::WideMeasurement) => Self::Sample(DeviceSample {
+            // Nothing reads what the wide one has beyond that.
+            Kind::Measurement | Kind::WideMeasurement => Self::Sample(DeviceSample {
                 enabled: view.u8(2) & ENABLED != 0,
                 watchdog: view.u8(2) & WATCHDOG != 0,
                 buttons: view.u8(3),
@@ -206,10 +196,6 @@ impl FromDevice {
                 time_us: view.u32(8),
                 count: view.i32(12),
                 command: view.u32(16),
-                wide: (kind == Kind::WideMeasurement).then(|| WideChannels {
-                    force_mn: view.i32(20),
-                    acceleration_mm_per_s2: view.i32(24),
-                }),
             }),
             Kind::Acknowledge => Self::Acknowledge {
                 done: view.u8(2) == 0,
@@ -235,25 +221,16 @@ impl FromDevice {
                 .with(16, hello.sample_rate_hz.to_le_bytes())
                 .with(20, hello.watchdog_ms.to_le_bytes())
                 .with(24, hello.firmware),
-            Self::Sample(sample) => {
-                let kind = match sample.wide {
-                    Some(_) => Kind::WideMeasurement,
-                    None => Kind::Measurement,
-                };
-                let flags = (u8::from(sample.enabled) * ENABLED) | (u8::from(sample.watchdog) * WATCHDOG);
-                let bytes = Bytes::new(kind)
-                    .with(2, [flags, sample.buttons])
-                    .with(4, sample.sequence.to_le_bytes())
-                    .with(8, sample.time_us.to_le_bytes())
-                    .with(12, sample.count.to_le_bytes())
-                    .with(16, sample.command.to_le_bytes());
-                match sample.wide {
-                    Some(wide) => bytes
-                        .with(20, wide.force_mn.to_le_bytes())
-                        .with(24, wide.acceleration_mm_per_s2.to_le_bytes()),
-                    None => bytes,
-                }
-            }
+            Self::Sample(sample) => Bytes::new(Kind::Measurement)
+                .with(
+                    2,
+                    [(u8::from(sample.enabled) * ENABLED) | (u8::from(sample.watchdog) * WATCHDOG)],
+                )
+                .with(3, [sample.buttons])
+                .with(4, sample.sequence.to_le_bytes())
+                .with(8, sample.time_us.to_le_bytes())
+                .with(12, sample.count.to_le_bytes())
+                .with(16, sample.command.to_le_bytes()),
             Self::Acknowledge { sequence, done } => Bytes::new(Kind::Acknowledge)
                 .with(2, [u8::from(!done)])
                 .with(4, sequence.to_le_bytes()),

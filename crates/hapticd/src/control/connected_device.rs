@@ -21,7 +21,7 @@ pub(crate) struct ConnectedDevice {
 impl ConnectedDevice {
     fn of(monitor: &LinkMonitor) -> Option<Self> {
         match monitor.state() {
-            LinkState::Connected { device, connection } => Some(Self {
+            LinkState::Connected(device) => Some(Self {
                 firmware: device.firmware,
                 force_limit_n: device.force_limit_n,
                 resolution_m: device.resolution_m,
@@ -29,7 +29,7 @@ impl ConnectedDevice {
                 watchdog_ms: device.watchdog_ms,
                 buttons: device.buttons,
                 rig: device.rig,
-                connection,
+                connection: device.connection,
             }),
             LinkState::Looking | LinkState::Waiting(_) => None,
         }

@@ -64,7 +64,7 @@ impl Facts {
         let Some(link) = &self.link else { return self.rig };
         let mut times = link::times(link);
         let mut rig = self.rig;
-        if let LinkState::Connected { device, .. } = link.state() {
+        if let LinkState::Connected(device) = link.state() {
             rig.resolution = device.resolution_m;
             times.sample_period_s = 1.0 / device.sample_rate_hz;
         }
@@ -104,7 +104,7 @@ impl Facts {
     pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
         let force_n = self.limits().force_n;
         match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected { device, .. }) if device.force_limit_n < force_n => {
+            Some(LinkState::Connected(device)) if device.force_limit_n < force_n => {
                 (device.force_limit_n, ForceLimitBy::Device)
             }
             _ => (force_n, ForceLimitBy::Configuration),
@@ -127,14 +127,14 @@ impl Facts {
     /// Whether the properties of the device are known: there is no link to it, or it is connected.
     pub(crate) fn is_device_known(&self) -> bool {
         let state = self.link.as_ref().map(LinkMonitor::state);
-        matches!(state, None | Some(LinkState::Connected { .. }))
+        matches!(state, None | Some(LinkState::Connected(_)))
     }
 
     /// What the loop computes its forces with, on the device that is connected, where it knows so
     /// much of the rig.
     pub(crate) fn servo_setup(&self, rig: RigSetup) -> ServoSetup {
         let (device_resolution_m, force_limit_n) = match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected { device, .. }) => (device.resolution_m, device.force_limit_n),
+            Some(LinkState::Connected(device)) => (device.resolution_m, device.force_limit_n),
             _ => (self.rig.resolution, f64::INFINITY),
         };
         ServoSetup {

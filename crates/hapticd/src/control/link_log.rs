@@ -74,7 +74,7 @@ impl LinkLog {
         let mut lines: Vec<String> = self.of_reason(now, state, attempts).into_iter().collect();
         if self.withheld > 0 && self.counts.is_due(now) {
             let is = match state {
-                LinkState::Connected { .. } => "connected",
+                LinkState::Connected(_) => "connected",
                 LinkState::Looking | LinkState::Waiting(_) => "not connected",
             };
             lines.push(format!(
@@ -89,7 +89,7 @@ impl LinkLog {
     fn of_reason(&mut self, now: Instant, state: &LinkState, attempts: u64) -> Option<String> {
         let why = match state {
             LinkState::Looking => return None,
-            LinkState::Connected { .. } => {
+            LinkState::Connected(_) => {
                 if now >= *self.connected_since.get_or_insert(now) + STEADY {
                     self.reason = None;
                 }

@@ -49,8 +49,8 @@ impl Presence {
         let mut changes = Vec::new();
         match state {
             // The same connection; the loop may already know that it is lost.
-            LinkState::Connected { .. } if connections == self.connections && !self.is_read_again => {}
-            LinkState::Connected { device, .. } => {
+            LinkState::Connected(_) if connections == self.connections && !self.is_read_again => {}
+            LinkState::Connected(device) => {
                 if self.lost() {
                     // The device was lost and came back between two calls.
                     changes.push(Change::Lost);
@@ -76,18 +76,16 @@ pub(super) mod tests {
 
     /// A link with a device.
     pub(in crate::control) fn connected() -> LinkState {
-        LinkState::Connected {
-            device: device_io::link::DeviceFacts {
-                firmware: "f".to_owned(),
-                force_limit_n: 1.0,
-                sample_rate_hz: 1000.0,
-                resolution_m: 1e-5,
-                watchdog_ms: Some(50),
-                buttons: 0,
-                rig: device_io::link::RigIdentity::default(),
-            },
+        LinkState::Connected(device_io::link::DeviceInfo {
             connection: 1,
-        }
+            firmware: "f".to_owned(),
+            force_limit_n: 1.0,
+            sample_rate_hz: 1000.0,
+            resolution_m: 1e-5,
+            watchdog_ms: Some(50),
+            buttons: 0,
+            rig: device_io::link::RigIdentity::default(),
+        })
     }
 
     #[test]

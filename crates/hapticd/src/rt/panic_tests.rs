@@ -3,7 +3,7 @@
 use super::purity_tests::{hand, start};
 use crate::rt::thread::{self, End, FinalZero};
 use device_io::fake::{FakeRig, RigProperties};
-use device_io::{Device, DeviceError, Measurement, Written};
+use device_io::{Device, DeviceBounds, DeviceError, Measurement, Written};
 use haptic_core::Scene;
 use haptic_core::servo::Command;
 use std::sync::Arc;
@@ -26,8 +26,8 @@ impl Device for Panicking {
         self.rig.description()
     }
 
-    fn resolution_m(&self) -> f64 {
-        self.rig.resolution_m()
+    fn bounds(&self) -> DeviceBounds {
+        self.rig.bounds()
     }
 
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {

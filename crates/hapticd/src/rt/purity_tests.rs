@@ -15,12 +15,12 @@ use crate::rt::thread::{self, RunningLoop};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use crate::rt::tick::tests::servo;
-use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, RigProperties, Terminal};
+use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, Port, RigProperties};
 use device_io::link::{Keeper, LoopTiming, SerialConnector};
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
-use device_io::{Device, DeviceError, Measurement, Written};
+use device_io::{Device, DeviceBounds, DeviceError, Measurement, Written};
 use haptic_core::scene::SceneFile;
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Scene, Scheme};
@@ -177,8 +177,11 @@ impl Device for Failing {
         self.rig.description()
     }
 
-    fn resolution_m(&self) -> f64 {
-        self.rig.resolution_m()
+    fn bounds(&self) -> DeviceBounds {
+        DeviceBounds {
+            resolution_m: self.rig.bounds().resolution_m,
+            ..DeviceBounds::default()
+        }
     }
 
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
@@ -318,13 +321,13 @@ impl UnpluggedNowAndThen {
         while !over.load(SeqCst) {
             // Unplugged for a tenth of each second: more than once in the shortest run.
             if began.elapsed().as_millis() % 1000 < 900 {
-                terminal.get_or_insert_with(|| Terminal::plug_in(link).expect("a terminal"));
+                terminal.get_or_insert_with(|| Port::plug_in(link).expect("a terminal"));
             } else {
                 terminal = None;
             }
             let now_ns = now_ns();
             let mut said: Vec<FromDevice> = firmware.sample(now_ns).into_iter().collect();
-            if let Some(terminal) = &terminal {
+            if let Some(terminal) = &mut terminal {
                 let heard = terminal.read(|bytes| {
                     for byte in bytes {
                         if let Some(Ok(message)) = decoder.push(*byte)
@@ -342,7 +345,7 @@ impl UnpluggedNowAndThen {
                 }
             }
             // A sample a millisecond, more or less.
-            Terminal::wait(None, Duration::from_millis(1));
+            Port::wait(None, Duration::from_millis(1));
         }
     }
 }

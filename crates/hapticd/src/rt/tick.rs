@@ -11,7 +11,7 @@ use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{FromLoop, Producer, ROOM_OF_ONE, TickRecord, TickSnapshot};
 use crate::rt::schedule::ScheduledScenes;
 use crate::rt::shared::Shared;
-use device_io::{Device, DeviceError, Written};
+use device_io::{Device, DeviceBounds, DeviceError, Written};
 use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
     Command, CompiledScene, Event, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
@@ -29,27 +29,6 @@ struct PendingStop {
     began_ns: u64,
     /// When the zero force was taken by the link, ns.
     written_ns: Option<u64>,
-}
-
-/// What a device says of itself, asked for once a connection.
-#[derive(Clone, Copy, Debug)]
-struct DeviceFacts {
-    connection: u64,
-    resolution_m: f64,
-    force_limit_n: f64,
-    is_linked: bool,
-}
-
-impl DeviceFacts {
-    #[cold]
-    fn of(device: &(impl Device + ?Sized)) -> Self {
-        Self {
-            connection: device.connection(),
-            resolution_m: device.resolution_m(),
-            force_limit_n: device.force_limit_n(),
-            is_linked: device.is_linked(),
-        }
-    }
 }
 
 /// All that the loop owns.
@@ -74,7 +53,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     last_read_ns: u64,
     /// Time that the machine had slept in all when the tick before began, ns.
     asleep_ns: u64,
-    device_facts: DeviceFacts,
+    bounds: DeviceBounds,
     device: Box<D>,
 }
 
@@ -109,7 +88,7 @@ impl<D: Device + ?Sized> Tick<D> {
             pending_stop: None,
             last_read_ns: u64::MAX,
             asleep_ns: 0,
-            device_facts: DeviceFacts::of(&*device),
+            bounds: device.bounds(),
             device,
         }
     }
@@ -128,7 +107,7 @@ impl<D: Device + ?Sized> Tick<D> {
         let new_scene = scene.is_some();
         let is_quiet = events.is_empty() && !new_scene && command.is_none() && self.new_limits.is_none();
         let (inputs, read_ns) = self.read(wake, events, command, stops);
-        let is_linked = self.device_facts.is_linked;
+        let is_linked = self.bounds.is_linked;
         let outputs = self.servo.step(&inputs, scene);
         let computed_ns = if is_linked { now_ns() } else { 0 };
         let written = self.device.write(outputs.force_n, outputs.enabled);
@@ -212,20 +191,18 @@ impl<D: Device + ?Sized> Tick<D> {
     #[inline(always)]
     fn read(&mut self, wake: Wake, events: Events, command: Option<SentCommand>, stops: u64) -> (Inputs, u64) {
         let sample = self.device.read(wake.began_ns);
-        if self.device.connection() != self.device_facts.connection {
-            self.device_facts = DeviceFacts::of(&*self.device);
-        }
+        self.bounds = self.device.bounds();
         // The time, if the device has a link whose time is of interest: reading the clock costs more
         // than the physics of a simple scene.
-        let read_ns = if self.device_facts.is_linked { now_ns() } else { 0 };
+        let read_ns = if self.bounds.is_linked { now_ns() } else { 0 };
         // A tick that is held up between its beginning and the reading has a sample that was taken meanwhile: by the
         // beginning, the device's clock would seem to have leapt ahead.
         let sampled_ns = wake.began_ns.max(read_ns);
         let inputs = Inputs {
             elapsed_ns: sampled_ns.saturating_sub(replace(&mut self.last_read_ns, sampled_ns)),
             sample,
-            device_resolution_m: self.device_facts.resolution_m,
-            device_force_limit_n: self.device_facts.force_limit_n,
+            device_resolution_m: self.bounds.resolution_m,
+            device_force_limit_n: self.bounds.force_limit_n,
             events,
             // Asked after the reading, which may have brought another device.
             command: command.and_then(|sent| self.permitted(sent, stops)),
@@ -273,7 +250,7 @@ impl<D: Device + ?Sized> Tick<D> {
 
     /// Goes on with another device, as if it had been unplugged and another plugged in.
     pub(crate) fn replace_device(&mut self, device: Box<D>) {
-        self.device_facts = DeviceFacts::of(&*device);
+        self.bounds = device.bounds();
         self.device = device;
         self.servo.forget_device();
     }
@@ -295,7 +272,7 @@ impl<D: Device + ?Sized> Tick<D> {
     /// The device could not be written.
     pub(crate) fn zero_force(&mut self, now_ns: u64) -> Result<bool, DeviceError> {
         let written = self.device.write(0.0, false)?;
-        if !self.device.is_linked() {
+        if !self.bounds.is_linked {
             return Ok(written == Written::Taken);
         }
         // What a device says to this comes later; the next call has it.
@@ -389,7 +366,7 @@ impl<D: Device + ?Sized> Tick<D> {
         // device has confirmed the zero force of the last stop, nor another device than the one
         // that was checked before.
         let must_wait =
-            sent.command == Command::Engage && (self.pending_stop.is_some() || !sent.admits(self.device.connection()));
+            sent.command == Command::Engage && (self.pending_stop.is_some() || !sent.admits(self.bounds.connection));
         (!must_wait && sent.stops_known == stops).then_some(sent.command)
     }
 

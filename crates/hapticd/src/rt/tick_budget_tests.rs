@@ -98,7 +98,7 @@ impl Apart {
         let nothing = counted(&mut || ());
         let device = counted(&mut || {
             sample = self.device.read(host_ns).ok();
-            black_box(self.device.connection());
+            black_box(self.device.bounds());
             black_box(self.device.write(force, true)).expect("it takes it");
         });
         let sample = sample.expect("it is there");
@@ -137,7 +137,7 @@ impl Apart {
         let inputs = Inputs {
             elapsed_ns: 1_000_000,
             sample: Ok(sample),
-            device_resolution_m: self.device.resolution_m(),
+            device_resolution_m: self.device.bounds().resolution_m,
             device_force_limit_n: f64::INFINITY,
             events: Events::default(),
             command: self.command.take(),

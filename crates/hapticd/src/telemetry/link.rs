@@ -1,7 +1,7 @@
 //! The status of the link to a rig, for `status` and for events.
 
 use crate::rt::clock::now_ns;
-use device_io::link::{ConnectError, DeviceFacts, LinkCounters, LinkMonitor, LinkState, UNKNOWN_DRIFT};
+use device_io::link::{ConnectError, DeviceInfo, LinkCounters, LinkMonitor, LinkState, UNKNOWN_DRIFT};
 use haptic_core::adviser::LinkTimes;
 use haptic_ipc::{LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 use std::sync::atomic::AtomicU64;
@@ -20,7 +20,7 @@ pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
 }
 
 /// A device in the protocol's terms.
-pub(crate) fn linked(device: DeviceFacts) -> LinkedDevice {
+pub(crate) fn linked(device: DeviceInfo) -> LinkedDevice {
     LinkedDevice {
         firmware: device.firmware,
         force_limit_n: device.force_limit_n,
@@ -38,7 +38,7 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
     #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
     let us = |counter: &AtomicU64| count(counter) as f64 * 1e-3;
     let (device, waiting) = match monitor.state() {
-        LinkState::Connected { device, .. } => (Some(linked(device)), None),
+        LinkState::Connected(device) => (Some(linked(device)), None),
         state => (None, Some(waiting(&state, counters))),
     };
     let drift_ppb = counters.drift_ppb.load(Relaxed);

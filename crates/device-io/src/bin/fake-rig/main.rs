@@ -1,20 +1,19 @@
 //! The fake rig behind a link: the plant of the daemon's own fake rig, a firmware that speaks the
 //! link protocol, and a link that fails on request.
 
+mod messages;
 mod plant;
-mod port;
 
 use clap::Parser;
-use device_io::clock::now_ns;
 use device_io::fake::{
-    self, Fault, FaultyLine, Firmware, FirmwareProperties, Misbehaviour, Order, ProgramOptions, TimedFault,
+    self, Fault, FaultyLine, Firmware, FirmwareProperties, Order, Place, ProgramOptions, TimedFault,
 };
+use device_io::now_ns;
 use device_io::protocol::message::{DeviceHello, ErrorCode, FromDevice, FromHost};
+use messages::{Heard, Messages};
 use plant::PlantOptions;
-use port::{Heard, Place, Port, PortClosed};
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -73,9 +72,8 @@ struct Options {
 
     /// A fault, now or `at` a time in seconds; may be given again
     #[arg(long, value_name = "FAULT", long_help = format!(
-        "A fault, now or `at` a time in seconds; may be given again: {}; and of the firmware: {}",
-        Fault::HELP,
-        Misbehaviour::HELP
+        "A fault, now or `at` a time in seconds; may be given again: {}",
+        Fault::help().join("; and of the firmware: ")
     ))]
     fault: Vec<TimedFault>,
 
@@ -117,10 +115,9 @@ impl PlaceOptions {
 
 fn main() -> ExitCode {
     let options = Options::parse();
-    fake::run("fake-rig", &options.program, &options.fault, |line| {
-        let mut rig =
-            Rig::new(&options, line).map_err(|error| format!("{}: {error}", options.place.place().path().display()))?;
-        rig.run().map_err(|error| error.to_string())
+    let place = options.place.place();
+    fake::run("fake-rig", &options.program, &options.fault, (place, 0), |line| {
+        Rig::new(&options, line)?.run()
     })
 }
 
@@ -142,9 +139,6 @@ fn as_told(message: FromHost, now_ns: u64) -> Option<String> {
     ))
 }
 
-/// Time between two looks for the place, ns.
-const LOOK_NS: u64 = 20_000_000;
-
 /// Time after which a sample that is not on its way was held up, ns: less than a period, so that the next one does not
 /// seem to come too early by its stamp.
 const HELD_UP_NS: u64 = 300_000;
@@ -154,9 +148,7 @@ const HELD_UP_NS: u64 = 300_000;
 const LONG_HELD_UP_NS: u64 = 20_000_000;
 
 struct Rig {
-    place: Place,
-    port: Option<Port>,
-    look_at_ns: u64,
+    messages: Messages,
     firmware: Firmware,
     version: Option<u8>,
     commands: Option<File>,
@@ -183,15 +175,8 @@ impl Rig {
             has_second_axis: options.axes > 1,
         };
         let began_ns = now_ns();
-        let place = options.place.place();
         Ok(Self {
-            port: match &place {
-                Place::Pty(_) => Some(Port::open(&place)?),
-                // These are not made here, and may appear later.
-                Place::Tty(_) | Place::Hid(_) => None,
-            },
-            place,
-            look_at_ns: 0,
+            messages: Messages::new(options.place.hid.is_some()),
             firmware: Firmware::new(options.plant.properties(), options.program.hand(), properties),
             version: None,
             commands: options.commands.as_ref().map(File::create).transpose()?,
@@ -204,8 +189,7 @@ impl Rig {
 
     /// Until standard input says `quit`, or for ever.
     fn run(&mut self) -> io::Result<()> {
-        println!("fake-rig: {}", self.place.path().display());
-        io::stdout().flush()?;
+        self.line.announce("fake-rig")?;
         loop {
             let now = now_ns();
             let late_ns = now.saturating_sub(self.due_ns);
@@ -215,12 +199,8 @@ impl Rig {
             if self.take_orders(now) {
                 return Ok(());
             }
-            if now >= self.look_at_ns {
-                self.look_at_ns = now + LOOK_NS;
-                self.look(now)?;
-            }
-            self.read(now);
-            while let Some(frame) = self.line.receive_down(now) {
+            self.line.listen(now)?;
+            while let Some(frame) = self.line.receive(now) {
                 self.receive(&frame, now);
             }
             if now >= self.next_sample_ns {
@@ -234,8 +214,7 @@ impl Rig {
                     self.sample();
                 }
             }
-            self.write(now_ns());
-            self.wait();
+            self.due_ns = self.line.flush_and_wait(self.next_sample_ns);
         }
     }
 
@@ -250,27 +229,6 @@ impl Rig {
             Some(sample) => self.send(&sample, taken_ns),
             None => {}
         }
-    }
-
-    /// Opens the port when it appears, and closes it when it disappears.
-    fn look(&mut self, now: u64) -> io::Result<()> {
-        if self.port.as_ref().is_some_and(|port| !port.is_there()) {
-            self.leave();
-        }
-        if self.port.is_none() && self.line.may_plug_in(now) {
-            match Port::open(&self.place) {
-                Ok(port) => self.port = Some(port),
-                Err(error) if matches!(self.place, Place::Pty(_)) => return Err(error),
-                // It does not exist yet.
-                Err(_) => {}
-            }
-        }
-        Ok(())
-    }
-
-    fn leave(&mut self) {
-        self.port = None;
-        self.line.clear();
     }
 
     /// Carries out all orders that are due; returns whether one of them ends the program.
@@ -296,7 +254,6 @@ impl Rig {
 
     fn fail(&mut self, fault: Fault, now: u64) {
         match fault {
-            Fault::HangUp(_) => self.leave(),
             Fault::Version(version) => self.version = Some(version),
             Fault::Jump(counts) => self.firmware.jump(counts),
             Fault::Wrap(seconds) => {
@@ -304,8 +261,7 @@ impl Rig {
                 self.firmware.wrap_in(in_us, now);
             }
             Fault::Firmware(misbehaviour) => {
-                self.firmware.misbehave(misbehaviour, now);
-                while let Some(error) = self.firmware.take_error() {
+                if let Some(error) = self.firmware.misbehave(misbehaviour, now) {
                     self.send(&error, now);
                 }
             }
@@ -314,17 +270,8 @@ impl Rig {
         }
     }
 
-    fn read(&mut self, now: u64) {
-        let Some(port) = &mut self.port else { return };
-        let line = &mut self.line;
-        if let Err(PortClosed) = port.read(|frame| line.send_down(frame, now)) {
-            self.leave();
-        }
-    }
-
     fn receive(&mut self, frame: &[u8], now: u64) {
-        let Some(port) = &mut self.port else { return };
-        for heard in port.decode(frame, self.firmware.has_second_axis()) {
+        for heard in self.messages.decode(frame, self.firmware.has_second_axis()) {
             let answer = match heard {
                 Heard::Message(message, second_mn) => {
                     if let (Some(file), Some(told)) = (&mut self.commands, as_told(message, now))
@@ -346,43 +293,11 @@ impl Rig {
     }
 
     fn send(&mut self, message: &FromDevice, now: u64) {
-        let Some(port) = &self.port else { return };
         let mut bytes = message.bytes().as_slice().to_vec();
         self.firmware.append_second_axis(message, &mut bytes);
         if let Some(version) = self.version {
             bytes[1] = version;
         }
-        self.line.send_up(port.encode(&bytes), now);
-    }
-
-    fn write(&mut self, now: u64) {
-        let Some(port) = &mut self.port else { return };
-        let mut written = port.flush();
-        while written.is_ok()
-            && let Some(frame) = self.line.receive_up(now)
-        {
-            written = port.write(frame);
-        }
-        if let Err(PortClosed) = written {
-            self.leave();
-        }
-    }
-
-    /// Waits until a frame is due or bytes come.
-    fn wait(&mut self) {
-        let due_ns = self.line.next_due_ns(now_ns(), self.next_sample_ns);
-        self.due_ns = due_ns;
-        let timeout = Timespec::try_from(Duration::from_nanos(due_ns.saturating_sub(now_ns()))).ok();
-        let nobody = {
-            let mut polled: Vec<PollFd<'_>> = self.port.iter().map(|port| PollFd::new(port, port.events())).collect();
-            if poll(&mut polled, timeout.as_ref()).is_err() {
-                // Interrupted: the loop looks again.
-            }
-            polled.iter().any(|polled| polled.revents().contains(PollFlags::HUP))
-        };
-        if nobody {
-            // Nobody has the other end open, which a poll does not wait for.
-            std::thread::sleep(Duration::from_nanos(due_ns.saturating_sub(now_ns())));
-        }
+        self.line.send(self.messages.encode(&bytes), now);
     }
 }

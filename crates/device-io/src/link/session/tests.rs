@@ -1,10 +1,29 @@
-//! A session against samples and errors that a test makes.
+//! A session against samples and errors that a test makes, and what it puts on the wire, read from the bytes.
 
 use super::*;
-use crate::fake::Firmware;
-use crate::link::test_firmware::greeted_firmware;
+use crate::fake::{Firmware, FirmwareProperties, Hand, Motion, RigProperties};
+use crate::protocol::view::Kind;
 
 const MS: u64 = 1_000_000;
+
+/// A fake firmware whose hand moves 30 mm to and fro once a second.
+pub(in crate::link) fn firmware() -> Firmware {
+    let motion = Motion::Sine {
+        amplitude_m: 0.03,
+        frequency_hz: 1.0,
+    };
+    let (rig, properties) = (RigProperties::default(), FirmwareProperties::default());
+    Firmware::new(rig, Hand::Prescribed(motion), properties)
+}
+
+/// The same, and its answer to a hello at a time of ours, ns.
+pub(in crate::link) fn greeted_firmware(now_ns: u64) -> (Firmware, DeviceHello) {
+    let mut firmware = firmware();
+    let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 7 }, now_ns) else {
+        panic!("it answers");
+    };
+    (firmware, hello)
+}
 
 /// A session with a fake firmware, without a link between them.
 struct Pair {
@@ -204,21 +223,9 @@ fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
         DeviceError::Failed(report).to_string(),
         "its position sensor fails (code 2, detail 17 = 0x11)"
     );
-    assert!(pair.session.measurement(pair.now_ns + 400 * MS).is_ok(), "told once");
-    assert_eq!(
-        pair.session.measurement(pair.now_ns + 600 * MS),
-        Err(DeviceError::Disconnected)
-    );
-}
-
-#[test]
-fn round_trip_ends_at_first_sample_naming_command() {
-    let mut pair = Pair::new();
-    for _ in 0..5 {
-        pair.tick(0.0, false).expect("it is there");
-    }
-    assert_eq!(pair.counter(|counters| &counters.round_trip_ns), MS);
-    assert_eq!(pair.counter(|counters| &counters.round_trip_max_ns), MS);
+    let silent_ns = pair.now_ns + SILENCE_NS;
+    assert!(pair.session.measurement(silent_ns).is_ok(), "told once");
+    assert_eq!(pair.session.measurement(silent_ns + 1), Err(DeviceError::Disconnected));
 }
 
 #[test]
@@ -239,7 +246,7 @@ fn sample_is_late_beyond_loop_plus_sample_period() {
 }
 
 #[test]
-fn enable_and_silence_errors_wait_for_their_timeouts() {
+fn a_motor_may_take_its_time_to_be_enabled() {
     let mut pair = Pair::new();
     pair.tick(0.0, false).expect("it is there");
     // The order to enable goes nowhere.
@@ -258,14 +265,6 @@ fn enable_and_silence_errors_wait_for_their_timeouts() {
     assert_eq!(
         pair.session.measurement(asked_ns + ENABLE_TIMEOUT_NS + 1),
         Err(DeviceError::MotorOff { watchdog: false })
-    );
-    let mut pair = Pair::new();
-    pair.tick(0.0, false).expect("it is there");
-    let heard_ns = pair.now_ns;
-    assert!(pair.session.measurement(heard_ns + SILENCE_NS).is_ok());
-    assert_eq!(
-        pair.session.measurement(heard_ns + SILENCE_NS + 1),
-        Err(DeviceError::Disconnected)
     );
 }
 
@@ -296,4 +295,91 @@ fn zero_force_goes_at_once_though_no_other_command_may_be_sent() {
     pair.session.forget_order();
     let again = pair.session.command(0.0, false, now_ns + SEND_AGAIN_NS + MS);
     assert!(again.messages().next().is_some());
+}
+
+/// The limit of the device, mN: no round number, so that no other constant is taken for it.
+const LIMIT_MN: i32 = 1237;
+
+/// A session with a device of that limit. A rig that cuts forces itself, as the fake one does, would hide a host that does
+/// not.
+fn limited_session() -> Session {
+    let hello = DeviceHello {
+        force_limit_mn: LIMIT_MN.unsigned_abs(),
+        ..greeted_firmware(0).1
+    };
+    Session::new(&hello, LoopTiming::default(), 0, Arc::default())
+}
+
+/// Force, mN, and whether the motor is enabled, as they stand in the frame of a command, at the offsets of
+/// docs/device-protocol.md.
+fn in_the_frame(session: &mut Session, force_n: f64, enabled: bool, now_ns: u64) -> (i32, bool) {
+    let Outgoing::Sent { command, .. } = session.command(force_n, enabled, now_ns) else {
+        panic!("it is sent");
+    };
+    let bytes = command.bytes();
+    let bytes = bytes.as_slice();
+    assert_eq!(Kind::from_byte(bytes[0]), Some(Kind::Command), "{bytes:?}");
+    let force = bytes[8..12].try_into().expect("four bytes");
+    (i32::from_le_bytes(force), bytes[2] & 1 != 0)
+}
+
+/// Forces, N, up to far beyond any limit, and values that are not numbers.
+const FORCES_N: [f64; 18] = [
+    0.0,
+    -0.0,
+    0.0004,
+    0.5,
+    -0.5,
+    1.236,
+    -1.236,
+    1.237,
+    -1.237,
+    1.2376,
+    -1.2376,
+    20.0,
+    -20.0,
+    3e6,
+    -3e6,
+    f64::MAX,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+];
+
+// hazard: P10
+#[test]
+fn no_frame_carries_more_than_the_devices_own_limit() {
+    let mut session = limited_session();
+    let mut beyond = 0;
+    for (k, force_n) in (1..).zip(FORCES_N) {
+        let (force_mn, enabled) = in_the_frame(&mut session, force_n, true, k * MS);
+        let wanted_mn = force_n * 1000.0;
+        let expected = if wanted_mn.abs() >= f64::from(LIMIT_MN) {
+            if wanted_mn > 0.0 { LIMIT_MN } else { -LIMIT_MN }
+        } else {
+            #[expect(clippy::cast_possible_truncation, reason = "within the limit")]
+            let rounded = wanted_mn.round() as i32;
+            rounded
+        };
+        beyond += u64::from(wanted_mn.round().abs() > f64::from(LIMIT_MN));
+        assert_eq!((force_mn, enabled), (expected, true), "{force_n} N");
+        let clipped = session.counters.clipped.load(Relaxed);
+        assert_eq!(clipped, beyond, "each is counted: {force_n} N");
+    }
+    let (force_mn, _) = in_the_frame(&mut session, f64::NAN, true, 100 * MS);
+    assert_eq!(force_mn, 0, "no number is no force");
+}
+
+// hazard: P10
+#[test]
+fn a_frame_that_does_not_enable_the_motor_carries_no_force() {
+    for force_n in FORCES_N.into_iter().chain([f64::NAN]) {
+        let mut session = limited_session();
+        // Before it is enabled, so that a force of before cannot stay.
+        in_the_frame(&mut session, force_n, true, MS);
+        assert_eq!(
+            in_the_frame(&mut session, force_n, false, 2 * MS),
+            (0, false),
+            "{force_n} N"
+        );
+    }
 }

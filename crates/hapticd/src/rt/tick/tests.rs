@@ -47,20 +47,13 @@ impl Device for Scripted {
         "scripted".to_owned()
     }
 
-    fn resolution_m(&self) -> f64 {
-        0.0
-    }
-
-    fn force_limit_n(&self) -> f64 {
-        self.force_limit_n
-    }
-
-    fn is_linked(&self) -> bool {
-        self.link.is_some()
-    }
-
-    fn connection(&self) -> u64 {
-        self.connection
+    fn bounds(&self) -> DeviceBounds {
+        DeviceBounds {
+            connection: self.connection,
+            is_linked: self.link.is_some(),
+            resolution_m: 0.0,
+            force_limit_n: self.force_limit_n,
+        }
     }
 
     fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {

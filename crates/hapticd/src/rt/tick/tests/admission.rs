@@ -17,12 +17,11 @@ impl Device for Replaced {
         "replaced".to_owned()
     }
 
-    fn resolution_m(&self) -> f64 {
-        0.0
-    }
-
-    fn connection(&self) -> u64 {
-        self.connection.load(SeqCst)
+    fn bounds(&self) -> DeviceBounds {
+        DeviceBounds {
+            connection: self.connection.load(SeqCst),
+            ..DeviceBounds::default()
+        }
     }
 
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {

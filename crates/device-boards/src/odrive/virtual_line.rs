@@ -1,9 +1,9 @@
 //! A conversation with a fake board in virtual time: without a thread or a terminal, and the same
 //! in every run.
 
+use super::dialect::ODriveDialect;
 use crate::conversation::{Conversation, Scale};
-use crate::dialect::Dialect;
-use crate::fake::FakeBoard;
+use crate::fake::ODriveBoard;
 use crate::text::{Lines, Text};
 use device_io::fake::{Channel, Quality};
 use device_io::link::LinkCounters;
@@ -12,29 +12,29 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
 
-pub(crate) const MS: u64 = 1_000_000;
+pub(super) const MS: u64 = 1_000_000;
 
 /// Time between two answers of the board, ns.
 const STEP_NS: u64 = 100_000;
 
 /// A host and a board with a line between them.
-pub(crate) struct VirtualLine<D, B> {
-    pub(crate) conversation: Conversation<D>,
-    pub(crate) board: B,
-    pub(crate) quality: Quality,
-    pub(crate) counters: Arc<LinkCounters>,
-    pub(crate) now_ns: u64,
+pub(super) struct VirtualLine {
+    pub(super) conversation: Conversation<ODriveDialect>,
+    pub(super) board: ODriveBoard,
+    pub(super) quality: Quality,
+    pub(super) counters: Arc<LinkCounters>,
+    pub(super) now_ns: u64,
     /// Nothing of the host comes through.
-    pub(crate) host_is_dead: bool,
+    pub(super) host_is_dead: bool,
     /// Everything that the host has sent.
-    pub(crate) said: Vec<u8>,
+    pub(super) said: Vec<u8>,
     lines: Lines,
     up: Channel,
     down: Channel,
 }
 
-impl<D: Dialect, B: FakeBoard> VirtualLine<D, B> {
-    pub(crate) fn new(dialect: D, scale: Scale, board: B, now_ns: u64) -> Self {
+impl VirtualLine {
+    pub(super) fn new(dialect: ODriveDialect, scale: Scale, board: ODriveBoard, now_ns: u64) -> Self {
         let counters = Arc::new(LinkCounters::default());
         Self {
             conversation: Conversation::new(dialect, scale, MS, now_ns, Arc::clone(&counters)),
@@ -51,7 +51,7 @@ impl<D: Dialect, B: FakeBoard> VirtualLine<D, B> {
     }
 
     /// A millisecond: the tick, and then the board's answers.
-    pub(crate) fn tick(&mut self, force_n: f64, enabled: bool) -> Result<Measurement, DeviceError> {
+    pub(super) fn tick(&mut self, force_n: f64, enabled: bool) -> Result<Measurement, DeviceError> {
         let measured = self.listen();
         let mut text = Text::default();
         self.conversation.command(force_n, enabled, self.now_ns, &mut text);
@@ -88,7 +88,7 @@ impl<D: Dialect, B: FakeBoard> VirtualLine<D, B> {
     }
 
     /// A number of ticks that must not fail; the last sample.
-    pub(crate) fn ticks(&mut self, count: u32, force_n: f64, enabled: bool) -> Measurement {
+    pub(super) fn ticks(&mut self, count: u32, force_n: f64, enabled: bool) -> Measurement {
         let mut tick = |k| {
             self.tick(force_n, enabled)
                 .unwrap_or_else(|error| panic!("tick {k}: {error}"))
@@ -97,17 +97,17 @@ impl<D: Dialect, B: FakeBoard> VirtualLine<D, B> {
     }
 
     /// A tick without force, whatever has failed, and a number of ticks that must not fail.
-    pub(crate) fn release(&mut self, count: u32) {
+    pub(super) fn release(&mut self, count: u32) {
         self.tick(0.0, false).ok();
         self.ticks(count, 0.0, false);
     }
 
     /// Ticks until one fails, a number at most; which one, and how.
-    pub(crate) fn ticks_until_failure(&mut self, most: u32, force_n: f64, enabled: bool) -> Option<(u32, DeviceError)> {
+    pub(super) fn ticks_until_failure(&mut self, most: u32, force_n: f64, enabled: bool) -> Option<(u32, DeviceError)> {
         (1..=most).find_map(|k| self.tick(force_n, enabled).err().map(|error| (k, error)))
     }
 
-    pub(crate) fn count(&self, of: impl Fn(&LinkCounters) -> &AtomicU64) -> u64 {
+    pub(super) fn count(&self, of: impl Fn(&LinkCounters) -> &AtomicU64) -> u64 {
         of(&self.counters).load(Relaxed)
     }
 }

@@ -1,16 +1,21 @@
-//! The greeting of an ODrive: its firmware, its limits, and a motor that is off.
+//! Finding and greeting an ODrive: its firmware, its limits, and a motor that is off.
 
 use super::dialect::{ODriveDialect, WATCHDOG_MS};
 use super::generation::Generation;
 use super::options::ODriveOptions;
 use super::words::{self, Answer};
-use crate::connector::{Controller, Introduction};
-use crate::conversation::Scale;
+use crate::connection::TextConnection;
+use crate::conversation::{Conversation, Scale};
 use crate::greeting::{ATTEMPTS, Greeting};
-use crate::motor_options::MotorOptions;
 use crate::text::{Text, number};
-use device_io::link::ConnectError;
+use device_io::link::{
+    ConnectError, Connector, DeviceInfo, GreetedDevice, LinkCounters, LoopTiming, RigIdentity, folder_of,
+};
+use device_io::now_ns;
+use std::ffi::OsStr;
 use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// The answer to a question for a property.
 enum Property {
@@ -66,7 +71,7 @@ impl ODriveOptions {
                 bytes => format!(
                     "{bytes} bytes came and no answer with a checksum; is it an ODrive, does this port speak the \
                      ASCII protocol, and is {} baud its rate?",
-                    self.motor.baud
+                    self.baud
                 ),
             },
         )
@@ -92,15 +97,15 @@ impl ODriveOptions {
     /// returns the largest torque, Nm. A damaged command may lose its checksum on its way, and
     /// without one an ODrive believes it. The limit is not saved: after a power cycle the board has
     /// its own again.
-    fn limit_torque(&self, greeting: &mut Greeting, generation: Generation) -> Result<f64, ConnectError> {
-        let mut limit = self.motor.torque_limit_nm;
-        for (name, _) in generation.torque_limits() {
+    fn limit_torque(&self, greeting: &mut Greeting, generation: &'static Generation) -> Result<f64, ConnectError> {
+        let mut limit = self.torque_limit_nm;
+        for (name, _) in generation.torque_limits {
             let name = format!("axis{}.{name}", self.axis);
             if let Some(Property::Number(board)) = property(greeting, &name)? {
                 limit = limit.min(board.abs());
             }
         }
-        for (name, sign) in generation.torque_limits() {
+        for (name, sign) in generation.torque_limits {
             let name = format!("axis{}.{name}", self.axis);
             send(greeting, format_args!("w {name} {:.5}", sign * limit))?;
             let limited = required(greeting, &name)?;
@@ -130,38 +135,41 @@ impl ODriveOptions {
     /// The scale for a first position, turns, a largest torque, Nm, and the counts of a turn where
     /// they are known.
     pub(super) fn scale(&self, first_turns: f64, torque_limit_nm: f64, counts_per_turn: Option<f64>) -> Scale {
-        let metres_per_turn = self.motor.metres_per_turn();
+        let metres_per_turn = self.metres_per_turn();
         Scale {
             first_angle: first_turns,
             metres_per_angle: metres_per_turn,
             // The answer has six decimals.
             resolution_m: metres_per_turn.abs() * counts_per_turn.map_or(1e-6, |counts| 1.0 / counts),
-            newtons_per_target: self.motor.newtons_per_nm(),
+            newtons_per_target: self.newtons_per_nm(),
             target_limit: torque_limit_nm,
         }
     }
 }
 
-impl Controller for ODriveOptions {
-    type Dialect = ODriveDialect;
+/// Finds and greets an ODrive.
+#[derive(Debug)]
+pub(crate) struct ODriveConnector(pub(crate) ODriveOptions);
 
-    const KIND: &'static str = "odrive";
-
-    fn motor(&self) -> &MotorOptions {
-        &self.motor
+impl Connector for ODriveConnector {
+    fn address(&self) -> String {
+        format!("axis {} of the ODrive on {}", self.0.axis, self.0.path.display())
     }
 
-    fn name(&self) -> String {
-        format!("axis {} of the ODrive", self.axis)
+    fn folder(&self) -> PathBuf {
+        folder_of(&self.0.path)
     }
 
-    fn part(&self) -> String {
-        format!("axis{}", self.axis)
+    fn concerns(&self, node: &OsStr) -> bool {
+        self.0.path.file_name() == Some(node)
     }
 
-    fn greet(&self, greeting: &mut Greeting) -> Result<Introduction<ODriveDialect>, ConnectError> {
-        let axis = self.axis;
-        let version = self.firmware(greeting)?;
+    fn connect(&mut self, timing: LoopTiming, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
+        let Self(options) = self;
+        let axis = options.axis;
+        let mut greeting = Greeting::begin(&options.path, options.baud)?;
+        let _asking = counters.ask(now_ns());
+        let version = options.firmware(&mut greeting)?;
         let [major, minor, revision] = version;
         let generation = Generation::of(version).ok_or_else(|| {
             greeting.refused(
@@ -169,20 +177,34 @@ impl Controller for ODriveOptions {
                 "firmware 0.5.4 is the first whose states can be written by the ASCII protocol: `odrivetool dfu`",
             )
         })?;
-        self.switch_off(greeting)?;
-        required(greeting, &format!("axis{axis}.{}", generation.present_errors()))?;
-        let counts_per_turn = match property(greeting, &format!("axis{axis}.encoder.config.cpr"))? {
+        options.switch_off(&mut greeting)?;
+        required(&mut greeting, &format!("axis{axis}.{}", generation.present_errors))?;
+        let counts_per_turn = match property(&mut greeting, &format!("axis{axis}.encoder.config.cpr"))? {
             Some(Property::Number(counts)) if counts >= 1.0 => Some(counts),
             _ => None,
         };
-        let torque_limit_nm = self.limit_torque(greeting, generation)?;
-        let turns = self.turns(greeting)?;
-        Ok(Introduction {
-            dialect: ODriveDialect::new(axis, generation),
-            scale: self.scale(turns, torque_limit_nm, counts_per_turn),
-            firmware: format!("ODrive {major}.{minor}.{revision}"),
-            // Switched on before every enabling, and read back.
-            watchdog_ms: Some(WATCHDOG_MS),
+        let torque_limit_nm = options.limit_torque(&mut greeting, generation)?;
+        let turns = options.turns(&mut greeting)?;
+        let scale = options.scale(turns, torque_limit_nm, counts_per_turn);
+        #[expect(clippy::cast_precision_loss, reason = "a period of milliseconds")]
+        let sample_rate_hz = 1e9 / timing.period_ns as f64;
+        let dialect = ODriveDialect::new(axis, generation);
+        let conversation = Conversation::new(dialect, scale, timing.period_ns, now_ns(), Arc::clone(counters));
+        Ok(GreetedDevice {
+            device: DeviceInfo {
+                connection: 0,
+                firmware: format!("ODrive {major}.{minor}.{revision}"),
+                force_limit_n: scale.force_limit_n(),
+                sample_rate_hz,
+                resolution_m: scale.resolution_m,
+                // Switched on before every enabling, and read back.
+                watchdog_ms: Some(WATCHDOG_MS),
+                buttons: 0,
+                rig: RigIdentity::of_line("odrive", &options.path)
+                    .with_part(&format!("axis{axis}"))
+                    .turned_round(options.reversed),
+            },
+            connection: Box::new(TextConnection::new(greeting.line, conversation, Arc::clone(counters))),
         })
     }
 }
