@@ -88,7 +88,6 @@ fn tests_of(row: &mut Row, text: &str) {
 }
 
 /// The rows of a log, in their order.
-#[must_use]
 pub fn rows(log: &str) -> Vec<Row> {
     let empty = |id: &str| Row {
         id: id.to_owned(),
@@ -261,7 +260,6 @@ fn function(line: &str) -> Option<String> {
 }
 
 /// Where the log and the tests do not agree, in sentences.
-#[must_use]
 pub fn disagreements(rows: &[Row], tests: &[Test]) -> Vec<String> {
     let mut found: Vec<String> = rows.iter().flat_map(|row| row.faults.clone()).collect();
     let known: BTreeSet<&Named> = tests.iter().map(|test| &test.named).collect();
@@ -295,10 +293,6 @@ pub fn disagreements(rows: &[Row], tests: &[Test]) -> Vec<String> {
 }
 
 /// All Rust files of the workspace's own crates and tests, and the tests of the Python package, from its root.
-///
-/// # Panics
-/// They cannot be read.
-#[must_use]
 pub fn sources(root: &Path) -> Vec<(String, String)> {
     let mut folders: Vec<PathBuf> = ["crates", "tests", "python/tests"]
         .map(|folder| root.join(folder))

@@ -73,104 +73,7 @@ const TABLE: &str = "
 | P2 | it pulls | `tests/a.rs: nor_does_it_pull` |
 ";
 
-/// What is found wrong with a log and a source of one test file.
-fn found(log: &str, source: &str) -> Vec<String> {
-    match tests("tests/a.rs", source) {
-        Ok(tests) => disagreements(&rows(log), &tests),
-        Err(error) => vec![error],
-    }
-}
-
-fn one(found: &[String], what: &str) {
-    assert!(
-        found.len() == 1 && found[0].contains(what),
-        "expected one disagreement with {what:?}: {found:?}"
-    );
-}
-
-#[test]
-fn a_log_that_agrees_with_its_tests_is_taken() {
-    let both = format!("{SECTION}{TABLE}");
-    assert_eq!(found(&both, SOURCE), [""; 0]);
-    let rows = rows(&both);
-    assert_eq!(rows.iter().map(|row| row.id.as_str()).collect::<Vec<_>>(), ["H1", "P2"]);
-    assert_eq!(rows[0].tests.len(), 2);
-}
-
-#[test]
-fn a_row_that_names_a_test_which_does_not_exist_is_found() {
-    let both = format!("{SECTION}{TABLE}");
-    let renamed = SOURCE
-        .replace("it_does_not_kick", "it_never_kicks")
-        .replace("// hazard: H1\n", "\n");
-    one(&found(&both, &renamed), "no test it_does_not_kick in tests/a.rs");
-    // A function of that name is no test.
-    let plain = SOURCE.replacen("    // hazard: H1\n    #[test]\n", "", 1);
-    one(&found(&both, &plain), "no test it_does_not_kick in tests/a.rs");
-    // Nor is one in another file.
-    let elsewhere = both.replace("tests/a.rs: it_does_not_kick", "tests/b.rs: it_does_not_kick");
-    let told = found(&elsewhere, SOURCE);
-    assert_eq!(
-        told.len(),
-        2,
-        "not there, and the one that is there is not named: {told:?}"
-    );
-}
-
-#[test]
-fn a_marked_test_without_a_row_or_not_named_by_it_is_found() {
-    one(
-        &found(SECTION, SOURCE),
-        "nor_does_it_pull in tests/a.rs is marked P2, which has no row",
-    );
-    let unnamed = format!("{SECTION}{TABLE}").replace(", `tests/a.rs: nor_does_it_pull`", "");
-    one(&found(&unnamed, SOURCE), "H1: it does not name nor_does_it_pull");
-}
-
-#[test]
-fn a_row_without_a_test_a_field_or_a_cell_is_found() {
-    let rest = SOURCE.replace("// hazard: H1\n", "\n").replace("H1, P2", "P2");
-    let without = |tests: &str| {
-        let section = SECTION.rsplit_once("- **Tests:**").expect("its last item").0;
-        format!("{section}- **Tests:** {tests}\n{TABLE}")
-    };
-    one(&found(&without("to come"), &rest), "H1: it names no test");
-    one(
-        &found(&without("`it_does_not_kick`"), &rest.clone())
-            .drain(..1)
-            .collect::<Vec<_>>(),
-        "is not `path: name`",
-    );
-    one(&found(&without("none: because"), &rest), "wants a reason");
-    assert_eq!(
-        found(
-            &without("none: the driver is a part of its own, which no program sees"),
-            &rest
-        ),
-        [""; 0]
-    );
-    let without_risk = format!("{SECTION}{TABLE}").replace("- **Residual risk:** none that is known\n", "");
-    assert!(
-        found(&without_risk, SOURCE)
-            .iter()
-            .any(|told| told.contains("Residual risk"))
-    );
-    let ends_early = format!(
-        "{}{TABLE}",
-        SECTION.split("- **Residual").next().expect("its beginning")
-    );
-    assert!(
-        found(&ends_early, &rest)
-            .iter()
-            .any(|told| told.contains("it has no Tests"))
-    );
-    let empty = format!("{SECTION}{TABLE}").replace("| it pulls |", "| |");
-    one(&found(&empty, SOURCE), "P2: a cell is empty");
-}
-
-#[test]
-fn a_test_in_python_is_named_and_marked_as_any_other() {
-    let source = "\
+const PYTHON: &str = "\
 # hazard: H1
 @pytest.mark.parametrize(\"end\", [1, 2])
 def test_it_lets_go(end: int) -> None:
@@ -180,46 +83,153 @@ def test_it_lets_go(end: int) -> None:
 def test_of_no_hazard() -> None:
     pass
 ";
-    let log = SECTION.replace(
-        "`tests/a.rs: it_does_not_kick`, `tests/a.rs: nor_does_it_pull`",
-        "`t.py: test_it_lets_go`",
-    );
-    let found = |source: &str| match tests("t.py", source) {
-        Ok(tests) => disagreements(&rows(&log), &tests),
+
+/// What is found wrong with a log and a source of one test file.
+fn found(log: &str, path: &str, source: &str) -> Vec<String> {
+    match tests(path, source) {
+        Ok(tests) => disagreements(&rows(log), &tests),
         Err(error) => vec![error],
-    };
-    assert_eq!(found(source), [""; 0]);
-    one(
-        &found(&source.replace("test_it_lets_go", "it_lets_go")),
-        "stands above no test",
-    );
-    one(
-        &found(&source.replace("test_it_lets_go", "test_it_holds")[14..]),
-        "no test test_it_lets_go in t.py",
-    );
-    one(
-        &found(&source.replace("def test_of", "# hazard: H1\ndef test_of")),
-        "does not name test_of_no_hazard",
-    );
+    }
 }
 
 #[test]
-fn two_rows_of_one_id_are_found() {
-    one(
-        &found(&format!("{SECTION}{TABLE}{TABLE}"), SOURCE),
-        "P2: there are two rows of it",
-    );
-}
-
-#[test]
-fn a_mark_that_stands_above_no_test_or_names_no_id_is_found() {
+fn a_log_that_agrees_with_its_tests_is_taken() {
     let both = format!("{SECTION}{TABLE}");
-    let more = |text: &str| found(&both, &format!("{SOURCE}{text}"));
-    one(&more("// hazard: H1\nfn no_test_either() {}\n"), "which is no test");
-    one(&more("// hazard: H1\n\nstruct Nothing;\n"), "stands above no test");
-    one(&more("// hazard: H1\n"), "stands above no test");
-    one(
-        &more("// hazard: the first\n#[test]\nfn a() {}\n"),
-        "is no id of a hazard",
-    );
+    assert_eq!(found(&both, "tests/a.rs", SOURCE), [""; 0]);
+    let rows = rows(&both);
+    assert_eq!(rows.iter().map(|row| row.id.as_str()).collect::<Vec<_>>(), ["H1", "P2"]);
+    assert_eq!(rows[0].tests.len(), 2);
+    // A reason may stand in place of a test.
+    let without = SECTION.rsplit_once("- **Tests:**").expect("its last item").0;
+    let log = format!("{without}- **Tests:** none: the driver is a part of its own, which no program sees\n");
+    assert_eq!(found(&log, "tests/a.rs", "#[test]\nfn a() {}\n"), [""; 0]);
+}
+
+#[test]
+fn every_disagreement_of_log_and_tests_is_found() {
+    let both = format!("{SECTION}{TABLE}");
+    let tests = "`tests/a.rs: it_does_not_kick`, `tests/a.rs: nor_does_it_pull`";
+    let python = SECTION.replace(tests, "`t.py: test_it_lets_go`");
+    let more = |text: &str| format!("{SOURCE}{text}");
+    assert_eq!(found(&python, "t.py", PYTHON), [""; 0]);
+    for (log, path, source, told) in [
+        // The log names what is not a test, or is one elsewhere.
+        (
+            both.clone(),
+            "tests/a.rs",
+            SOURCE.replace("it_does_not_kick", "it_never_kicks"),
+            "no test it_does_not_kick",
+        ),
+        (
+            both.clone(),
+            "tests/a.rs",
+            SOURCE.replacen("#[test]\n", "", 1),
+            "which is no test",
+        ),
+        (
+            both.replace("a.rs: it_does", "b.rs: it_does"),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "tests/b.rs",
+        ),
+        // A mark has no row, or its row does not name the test.
+        (
+            SECTION.to_owned(),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "is marked P2, which has no row",
+        ),
+        (
+            both.replace(", `tests/a.rs: nor_does_it_pull`", ""),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "H1: it does not name nor_does_it_pull",
+        ),
+        (
+            both.clone(),
+            "tests/a.rs",
+            more("// hazard: H1\nfn no_test_either() {}\n"),
+            "which is no test",
+        ),
+        (
+            both.clone(),
+            "tests/a.rs",
+            more("// hazard: H1\n\nstruct Nothing;\n"),
+            "stands above no test",
+        ),
+        (
+            both.clone(),
+            "tests/a.rs",
+            more("// hazard: H1\n"),
+            "stands above no test",
+        ),
+        (
+            both.clone(),
+            "tests/a.rs",
+            more("// hazard: the first\n#[test]\nfn a() {}\n"),
+            "is no id of a hazard",
+        ),
+        // A row is not whole, or there are two.
+        (
+            both.replace(tests, "to come"),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "H1: it names no test",
+        ),
+        (
+            both.replace(tests, "`it_does_not_kick`"),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "is not `path: name`",
+        ),
+        (
+            both.replace(tests, "none: because"),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "wants a reason",
+        ),
+        (
+            both.replace("- **Residual risk:** none that is known\n", ""),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "Residual risk",
+        ),
+        (
+            both.replace("| it pulls |", "| |"),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "P2: a cell is empty",
+        ),
+        (
+            format!("{both}{TABLE}"),
+            "tests/a.rs",
+            SOURCE.to_owned(),
+            "P2: there are two rows of it",
+        ),
+        // The same in Python.
+        (
+            python.clone(),
+            "t.py",
+            PYTHON.replace("test_it_lets_go", "it_lets_go"),
+            "stands above no test",
+        ),
+        (
+            python.clone(),
+            "t.py",
+            PYTHON.replace("test_it_lets_go", "test_it_holds"),
+            "no test test_it_lets_go in t.py",
+        ),
+        (
+            python,
+            "t.py",
+            PYTHON.replace("def test_of", "# hazard: H1\ndef test_of"),
+            "does not name test_of_no_hazard",
+        ),
+    ] {
+        let all = found(&log, path, &source);
+        assert!(
+            all.iter().any(|each| each.contains(told)),
+            "{told:?} is not found: {all:?}"
+        );
+    }
 }
