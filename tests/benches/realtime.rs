@@ -241,11 +241,7 @@ fn rates() {
 }
 
 fn subscription() -> Request {
-    Request::Subscribe {
-        topics: vec![Topic::State, Topic::Timing, Topic::Samples],
-        rate_hz: None,
-        batch_ms: None,
-    }
+    Request::subscribe(vec![Topic::State, Topic::Timing, Topic::Samples])
 }
 
 fn engage(daemon: &Daemon) {

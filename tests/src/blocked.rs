@@ -19,10 +19,6 @@ pub struct Blocked {
 
 impl Blocked {
     /// A pipe that is full.
-    ///
-    /// # Panics
-    /// The system has none.
-    #[must_use]
     pub fn pipe() -> Self {
         let (other, end) = std::io::pipe().expect("a pipe");
         let (other, end) = (OwnedFd::from(other), OwnedFd::from(end));
@@ -31,10 +27,6 @@ impl Blocked {
     }
 
     /// A terminal that is held, as by Ctrl-S.
-    ///
-    /// # Panics
-    /// The system has none.
-    #[must_use]
     pub fn terminal() -> Self {
         let other = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
         grantpt(&other).expect("granted");
@@ -48,19 +40,11 @@ impl Blocked {
     }
 
     /// A handle for a program.
-    ///
-    /// # Panics
-    /// The system has no descriptor left.
-    #[must_use]
     pub fn stdio(&self) -> Stdio {
         self.end.try_clone().expect("another handle").into()
     }
 
     /// Whether a write would not wait now.
-    ///
-    /// # Panics
-    /// It cannot be asked.
-    #[must_use]
     pub fn takes_something(&self) -> bool {
         let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
         poll(&mut [PollFd::new(&self.end, PollFlags::OUT)], Some(&at_once)).expect("it can be asked") > 0

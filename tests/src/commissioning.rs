@@ -1,11 +1,8 @@
 //! What the tests of the commissioning share: a rig of somebody's own, and a client that commissions it.
 
 use crate::fake_rig::FakeRig;
-use crate::{Daemon, PATIENCE, binary, ctl, engage, pause, status, wait_for_state};
-use haptic_ipc::{
-    Client, ClientError, CommissionReply, Event, LeaseReply, Request, RigState, Sample, SceneReply, SubscribeReply,
-    Topic, WireError,
-};
+use crate::{Daemon, PATIENCE, binary, ctl, engage, status, stderr, subscribe, until, until_some, wait_for_state};
+use haptic_ipc::{Client, CommissionReply, Event, LeaseReply, Request, RigState, Sample, SceneReply, Topic};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -22,19 +19,11 @@ const SHORT_RAMP: [&str; 2] = ["--ramp-ms", "20"];
 pub const PUSH_N: f64 = 2.0;
 
 /// A daemon on a rig, with a ramp that does not take long; the rig is idle.
-///
-/// # Panics
-/// It does not come up.
-#[must_use]
 pub fn daemon(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
     daemon_with(rig, &[&SHORT_RAMP, arguments].concat())
 }
 
 /// The same with a ramp of the caller's.
-///
-/// # Panics
-/// It does not come up.
-#[must_use]
 pub fn daemon_with(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
     let daemon = Daemon::start_strictly_on(&rig.address(), arguments);
     let mut client = daemon.client();
@@ -43,10 +32,6 @@ pub fn daemon_with(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
 }
 
 /// A daemon whose state outlives it.
-///
-/// # Panics
-/// It does not come up.
-#[must_use]
 pub fn daemon_at(rig: &FakeRig, directory: &Path, arguments: &[&str]) -> (Daemon, Client) {
     let mut command = Command::new(binary("hapticd"));
     command
@@ -61,33 +46,14 @@ pub fn daemon_at(rig: &FakeRig, directory: &Path, arguments: &[&str]) -> (Daemon
     (daemon, client)
 }
 
-/// The refusal of a request.
-///
-/// # Panics
-/// It is not refused.
-pub fn refused(client: &mut Client, request: Request) -> WireError {
-    let asked = format!("{request:?}");
-    match client.request::<Value>(request) {
-        Err(ClientError::Refused(error)) => error,
-        other => panic!("{asked}: {other:?}"),
-    }
-}
-
 /// Runs `haptic-ctl commission` to its end; returns what it printed.
-///
-/// # Panics
-/// It fails.
 pub fn commission(socket: &Path, arguments: &[&str]) -> Value {
     let output = ctl(socket, &[&["--json", "commission", "--yes"], arguments].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{}", stderr(&output));
     serde_json::from_slice(&output.stdout).expect("findings")
 }
 
 /// A client with a lease that has begun.
-///
-/// # Panics
-/// Nothing can be begun.
-#[must_use]
 pub fn begun(daemon: &Daemon) -> Client {
     let mut client = daemon.client();
     let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
@@ -96,7 +62,6 @@ pub fn begun(daemon: &Daemon) -> Client {
 }
 
 /// Asks for a pulse of so much force and time.
-#[must_use]
 pub fn pulse(force_n: f64, duration_ms: f64) -> Request {
     Request::CommissionPulse {
         force_n,
@@ -105,19 +70,11 @@ pub fn pulse(force_n: f64, duration_ms: f64) -> Request {
 }
 
 /// Asks until a pulse has ended.
-///
-/// # Panics
-/// It does not end.
 pub fn after_the_pulse(client: &mut Client) -> CommissionReply {
-    let began = Instant::now();
-    loop {
+    until_some("the pulse does not end", || {
         let reply: CommissionReply = client.request(Request::CommissionStatus {}).expect("it is ours");
-        if !reply.pulsing {
-            return reply;
-        }
-        assert!(began.elapsed() < PATIENCE, "the pulse does not end: {reply:?}");
-        pause();
-    }
+        (!reply.pulsing).then_some(reply)
+    })
 }
 
 /// Every tick from now on, until it is dropped.
@@ -128,19 +85,9 @@ pub struct Ticks {
 
 impl Ticks {
     /// Those of a daemon.
-    ///
-    /// # Panics
-    /// It is not served.
-    #[must_use]
     pub fn of(daemon: &Daemon) -> Self {
         let mut client = daemon.client();
-        let _: SubscribeReply = client
-            .request(Request::Subscribe {
-                topics: vec![Topic::Samples],
-                rate_hz: None,
-                batch_ms: Some(1),
-            })
-            .expect("it is served");
+        subscribe(&mut client, &[Topic::Samples]);
         let (heard, rows) = mpsc::channel();
         std::thread::spawn(move || {
             while let Ok(event) = client.next_event() {
@@ -157,9 +104,6 @@ impl Ticks {
     }
 
     /// Those up to the first that is as wanted, which is the last of them.
-    ///
-    /// # Panics
-    /// None of them is.
     pub fn until(&self, what: &str, wanted: impl Fn(&Sample) -> bool) -> Vec<Sample> {
         let began = Instant::now();
         let mut rows = Vec::new();
@@ -175,41 +119,28 @@ impl Ticks {
     }
 
     /// Those that have come and were not asked for yet.
-    #[must_use]
     pub fn come_so_far(&self) -> Vec<Sample> {
         self.rows.try_iter().collect()
     }
 }
 
 /// Until the rig is idle, from any state.
-///
-/// # Panics
-/// It does not come to rest.
 pub fn let_go(client: &mut Client) {
-    let began = Instant::now();
-    loop {
+    until("waited in vain for idle", || {
         let next = match status(client).state {
-            RigState::Idle => return,
+            RigState::Idle => return true,
             RigState::Engaging | RigState::Engaged => Request::Release {},
             RigState::Stopped | RigState::Faulted => Request::Reset {},
             RigState::Releasing | RigState::Disconnected => Request::Status {},
         };
         // Its state may have changed since.
         drop(client.request::<Value>(next));
-        assert!(
-            began.elapsed() < PATIENCE,
-            "waited in vain for idle: {:?}",
-            status(client)
-        );
-        pause();
-    }
+        false
+    });
 }
 
 /// Engaged, a block at rest is stuck in the paper's scene; where a pulse was left in its place,
 /// nothing would hold it.
-///
-/// # Panics
-/// The scene is another.
 pub fn renders_the_scene(daemon: &Daemon, client: &mut Client) {
     let scene: SceneReply = client.request(Request::get()).expect("a scene");
     assert_eq!(scene.revision, 1, "it is the one of before");

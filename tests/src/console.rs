@@ -73,10 +73,6 @@ pub enum Step {
 }
 
 /// Reads the steps of a page, each with the number of its first line.
-///
-/// # Panics
-/// A block or a remark is not as the module's table says.
-#[must_use]
 pub fn steps(page: &str) -> Vec<(usize, Step)> {
     let mut steps = Vec::new();
     let mut remark = None;
@@ -159,7 +155,6 @@ fn commands(body: &[&str]) -> Result<Vec<Line>, String> {
 }
 
 /// Whether lines are as a page shows them, wildcards considered. What stands at the end of a line does not count.
-#[must_use]
 pub fn is_as_shown(shown: &[String], printed: &[&str]) -> bool {
     match shown.split_first() {
         None => printed.is_empty(),
@@ -208,10 +203,6 @@ pub struct Reader {
 
 impl Reader {
     /// A reader in a new folder.
-    ///
-    /// # Panics
-    /// The folder cannot be made.
-    #[must_use]
     pub fn new() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let root = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -257,9 +248,6 @@ impl Reader {
     ///
     /// # Errors
     /// Where it goes otherwise than the page shows: the line, what is shown, and what came.
-    ///
-    /// # Panics
-    /// A program cannot be started.
     pub fn follow(&mut self, page: &str) -> Result<(), String> {
         for (number, step) in steps(page) {
             if let Err(why) = self.take(step) {

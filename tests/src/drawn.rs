@@ -17,9 +17,6 @@ fn is_update() -> bool {
 }
 
 /// Holds a plot, a file of docs/images, to what it is now.
-///
-/// # Panics
-/// It is not that.
 pub fn figure(name: &str, drawn: &str) {
     let path = document("images").join(name);
     if is_update() {
@@ -30,9 +27,6 @@ pub fn figure(name: &str, drawn: &str) {
 }
 
 /// Holds the part of a page between `<!-- drawn: NAME -->` and `<!-- end of NAME -->` to what it is now.
-///
-/// # Panics
-/// It is not that, or the page has no such part.
 pub fn part(page: &str, name: &str, drawn: &str) {
     let path = document(page);
     let kept = fs::read_to_string(&path).expect("a page");

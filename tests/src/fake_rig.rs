@@ -1,6 +1,7 @@
 //! The fake rig behind a pseudo-terminal, as a program of its own.
 
-use crate::binary;
+use crate::{Daemon, binary, pull_until, wait_for_state};
+use haptic_ipc::{Client, RigState};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -28,10 +29,6 @@ pub struct MotorForce {
 
 impl FakeRig {
     /// Starts one with more arguments; its terminal is there.
-    ///
-    /// # Panics
-    /// It does not come up.
-    #[must_use]
     pub fn start(arguments: &[&str]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let mut rig = Self::start_at(&directory.path().join("rig"), arguments);
@@ -40,10 +37,6 @@ impl FakeRig {
     }
 
     /// Starts one behind a path, in the place of one that was there before.
-    ///
-    /// # Panics
-    /// It does not come up.
-    #[must_use]
     pub fn start_at(link: &Path, arguments: &[&str]) -> Self {
         let link = link.to_path_buf();
         // The longest with which a rig engages: only some tests are about a host that is silent.
@@ -74,13 +67,11 @@ impl FakeRig {
     }
 
     /// The link that points at its terminal.
-    #[must_use]
     pub fn link(&self) -> &Path {
         &self.link
     }
 
     /// What `--device` takes.
-    #[must_use]
     pub fn address(&self) -> String {
         format!("serial:{}", self.link.display())
     }
@@ -98,17 +89,11 @@ impl FakeRig {
     }
 
     /// Has something go wrong; returns when it does.
-    ///
-    /// # Panics
-    /// There is no such fault.
     pub fn fail(&mut self, fault: &str) {
         assert_eq!(self.ask(fault), format!("done {fault}"));
     }
 
     /// What its motor does.
-    ///
-    /// # Panics
-    /// It does not answer.
     pub fn force(&mut self) -> MotorForce {
         let answer = self.ask("force");
         let words: Vec<&str> = answer.split(' ').collect();
@@ -121,6 +106,20 @@ impl FakeRig {
             watchdog: watchdog == "1",
         }
     }
+}
+
+/// A rig with more arguments, and a daemon of a short ramp, with more arguments, that has connected to it.
+pub fn connected(rig: &[&str], daemon: &[&str]) -> (FakeRig, Daemon, Client) {
+    let rig = FakeRig::start(rig);
+    let daemon = Daemon::start_on(&rig.address(), &[&["--ramp-ms", "20"], daemon].concat());
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    (rig, daemon, client)
+}
+
+/// Engages a rig and waits until its motor pulls.
+pub fn pull(rig: &mut FakeRig, client: &mut Client) {
+    pull_until(client, |_| rig.force().now_n.abs() > 2.0);
 }
 
 impl Drop for FakeRig {

@@ -17,19 +17,11 @@ pub struct HeldThread {
 
 impl HeldThread {
     /// Takes hold of the real-time thread of a daemon.
-    ///
-    /// # Panics
-    /// There is none, or this user may not trace it.
-    #[must_use]
     pub fn real_time(daemon: u32) -> Self {
         Self::thread(real_time_thread(daemon))
     }
 
     /// Takes hold of the control thread of a daemon, which is its first.
-    ///
-    /// # Panics
-    /// There is none, or this user may not trace it.
-    #[must_use]
     pub fn control(daemon: u32) -> Self {
         Self::thread(daemon)
     }
@@ -45,10 +37,6 @@ impl HeldThread {
     }
 
     /// Whether somebody has killed it. Its process is not gone before this has been asked.
-    ///
-    /// # Panics
-    /// It goes on by itself.
-    #[must_use]
     pub fn is_killed(&self) -> bool {
         match waitpid(self.thread, Some(WaitPidFlag::__WALL | WaitPidFlag::WNOHANG)) {
             Ok(WaitStatus::StillAlive) => false,
@@ -74,10 +62,6 @@ pub(crate) fn interrupt(thread: Pid) {
 }
 
 /// The real-time thread of a daemon.
-///
-/// # Panics
-/// There is none.
-#[must_use]
 pub fn real_time_thread(daemon: u32) -> u32 {
     fs::read_dir(format!("/proc/{daemon}/task"))
         .expect("it runs")

@@ -2,7 +2,7 @@
 //!
 //! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket,
 //! an answer is there when it is read, and a condition is waited for by asking the daemon, every
-//! millisecond.
+//! millisecond. What does not come about fails the test, by a panic.
 
 pub mod attack;
 pub mod blocked;
@@ -35,7 +35,10 @@ pub mod transcript;
 pub use held::{HeldThread, real_time_thread};
 pub use timed::{count_logged, excused, timed};
 
-use haptic_ipc::{Client, Request, RigState, StateReply, Status};
+use haptic_ipc::{
+    Client, ClientError, JournalEntry, LogReply, Request, RigState, StateReply, Status, SubscribeReply, Topic,
+    WireError,
+};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
@@ -45,10 +48,6 @@ use std::time::{Duration, Instant};
 
 /// The path of a program that the tests were built with. What this thread starts from here on goes before other work of
 /// the machine, where that is permitted: a rig's clock does not wait for it.
-///
-/// # Panics
-/// The program is not there.
-#[must_use]
 pub fn binary(name: &str) -> PathBuf {
     const NICE: i32 = -10;
     // What builds it goes on as it is.
@@ -68,17 +67,11 @@ pub fn pause() {
 }
 
 /// Looks again and again until `holds` is true.
-///
-/// # Panics
-/// It stays false; `failure` is the message.
 pub fn until(failure: &str, mut holds: impl FnMut() -> bool) {
     until_some(failure, || holds().then_some(()));
 }
 
 /// Looks again and again until `find` finds something, and returns that.
-///
-/// # Panics
-/// It never does; `failure` is the message.
 pub fn until_some<T>(failure: &str, mut find: impl FnMut() -> Option<T>) -> T {
     let began = Instant::now();
     loop {
@@ -131,9 +124,6 @@ fn begin_with_the_papers_scene(hapticd: &mut Command) {
 /// Copies one of the workspace's binaries to where it can be run by others. A child writes it: were
 /// this process to do it, a program that another thread starts meanwhile would hold it open for
 /// writing for a moment, and it could not be run.
-///
-/// # Panics
-/// It cannot be copied.
 pub fn copy_binary(name: &str, to: &Path) {
     let copied = Command::new("cp").arg(binary(name)).arg(to).status();
     assert!(copied.expect("cp runs").success(), "{name} is copied");
@@ -151,28 +141,16 @@ pub struct Daemon {
 
 impl Daemon {
     /// Starts a daemon with the fake rig on a socket of its own with more arguments.
-    ///
-    /// # Panics
-    /// It does not come up.
-    #[must_use]
     pub fn start(arguments: &[&str]) -> Self {
         Self::start_strictly_on("fake", arguments)
     }
 
     /// Starts a daemon with a device on a socket of its own with more arguments.
-    ///
-    /// # Panics
-    /// It does not come up.
-    #[must_use]
     pub fn start_on(device: &str, arguments: &[&str]) -> Self {
         Self::start_strictly_on(device, &[&["--uncommissioned"], arguments].concat())
     }
 
     /// The same, with every check of the device before it is engaged.
-    ///
-    /// # Panics
-    /// It does not come up.
-    #[must_use]
     pub fn start_strictly_on(device: &str, arguments: &[&str]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let socket = directory.path().join("run/control.sock");
@@ -190,10 +168,6 @@ impl Daemon {
     }
 
     /// Starts a daemon on a socket.
-    ///
-    /// # Panics
-    /// It does not come up.
-    #[must_use]
     pub fn start_at(socket: &Path, arguments: &[&str]) -> Self {
         let mut command = Command::new(binary("hapticd"));
         command.args(["--device", "fake"]).args(arguments);
@@ -201,19 +175,11 @@ impl Daemon {
     }
 
     /// Starts a prepared command on a socket, and waits until it has made it.
-    ///
-    /// # Panics
-    /// It does not come up.
-    #[must_use]
     pub fn spawn(command: Command, socket: &Path) -> Self {
         Self::spawn_writing_to(command, socket, Stdio::null())
     }
 
     /// The same, with something else than nothing as its standard output.
-    ///
-    /// # Panics
-    /// It does not come up.
-    #[must_use]
     pub fn spawn_writing_to(mut command: Command, socket: &Path, stdout: Stdio) -> Self {
         be_patient(&mut command);
         begin_with_the_papers_scene(&mut command);
@@ -244,47 +210,32 @@ impl Daemon {
     }
 
     /// The control socket.
-    #[must_use]
     pub fn socket(&self) -> &Path {
         &self.socket
     }
 
     /// Where a daemon with a place of its own keeps the scenes that are saved.
-    ///
-    /// # Panics
-    /// It has no place of its own.
-    #[must_use]
     pub fn scene_dir(&self) -> PathBuf {
         let directory = self._directory.as_ref().expect("a place of its own");
         directory.path().join("scenes")
     }
 
     /// The process.
-    #[must_use]
     pub fn pid(&self) -> u32 {
         self.child.id()
     }
 
     /// What it said while it came up.
-    #[must_use]
     pub fn said(&self) -> &[String] {
         &self.said
     }
 
     /// A client of the daemon.
-    ///
-    /// # Panics
-    /// It is not served.
-    #[must_use]
     pub fn client(&self) -> Client {
         Client::connect(&self.socket).expect("the daemon serves")
     }
 
     /// A bare connection on which the greeting has been read.
-    ///
-    /// # Panics
-    /// It is not served.
-    #[must_use]
     pub fn raw(&self) -> Raw {
         let mut raw = Raw::connect(&self.socket);
         let hello = raw.line();
@@ -293,33 +244,30 @@ impl Daemon {
     }
 
     /// Runs haptic-ctl against the daemon.
-    ///
-    /// # Panics
-    /// It cannot be started.
-    #[must_use]
     pub fn ctl(&self, arguments: &[&str]) -> Output {
         ctl(&self.socket, arguments)
     }
 
     /// Runs haptic-ctl, which must succeed, and returns what it printed.
-    ///
-    /// # Panics
-    /// It fails.
     pub fn ctl_ok(&self, arguments: &[&str]) -> String {
         let output = self.ctl(arguments);
-        assert!(
-            output.status.success(),
-            "{arguments:?}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
         String::from_utf8(output.stdout).expect("it prints text")
     }
 
+    /// Runs haptic-ctl, which must succeed, and returns what it printed as JSON.
+    pub fn ctl_json(&self, arguments: &[&str]) -> serde_json::Value {
+        let said = self.ctl_ok(&[arguments, &["--json"]].concat());
+        serde_json::from_str(&said).unwrap_or_else(|error| panic!("{said}: {error}"))
+    }
+
+    /// Runs haptic-ctl, which must end with this code and say this on standard error; returns what it said.
+    pub fn ctl_refused(&self, arguments: &[&str], code: i32, part: &str) -> String {
+        let output = self.ctl(arguments);
+        is_refused(&format!("{arguments:?}"), &output, code, &[part])
+    }
+
     /// Starts `haptic-ctl record` into a file, with more arguments; what it says is piped.
-    ///
-    /// # Panics
-    /// It cannot be started.
-    #[must_use]
     pub fn recorder(&self, file: &Path, more: &[&str]) -> Child {
         Command::new(binary("haptic-ctl"))
             .arg("record")
@@ -335,17 +283,11 @@ impl Daemon {
     }
 
     /// Sends a signal and waits for the end; returns how it ended and what it still said.
-    ///
-    /// # Panics
-    /// It does not end.
     pub fn end(self, signal: rustix::process::Signal) -> (ExitStatus, String) {
         self.end_by(&signal.as_raw().to_string())
     }
 
     /// The same by a signal's name or number, as `kill` takes it: some have no name.
-    ///
-    /// # Panics
-    /// It does not run any more.
     pub fn end_by(mut self, signal: &str) -> (ExitStatus, String) {
         let kill = format!("kill -s {signal} {}", self.child.id());
         assert!(
@@ -379,10 +321,6 @@ impl Drop for Daemon {
 }
 
 /// Runs haptic-ctl against a socket.
-///
-/// # Panics
-/// It cannot be started.
-#[must_use]
 pub fn ctl(socket: &Path, arguments: &[&str]) -> Output {
     Command::new(binary("haptic-ctl"))
         .arg("--socket")
@@ -394,18 +332,37 @@ pub fn ctl(socket: &Path, arguments: &[&str]) -> Output {
 }
 
 /// Runs haptic-ctl for something that needs no daemon, which must succeed.
-///
-/// # Panics
-/// It fails.
-#[must_use]
 pub fn ctl_offline(arguments: &[&str]) -> Output {
     let output = ctl(Path::new("/nonexistent"), arguments);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
     output
+}
+
+/// Runs haptic-ctl for something that needs no daemon, which must end with this code and say all of this on standard
+/// error; returns what it said.
+pub fn ctl_offline_refused(arguments: &[&str], code: i32, parts: &[&str]) -> String {
+    let output = ctl(Path::new("/nonexistent"), arguments);
+    is_refused(&format!("{arguments:?}"), &output, code, parts)
+}
+
+/// Holds a program that was to refuse something to its exit code and to what it says on standard error; returns that.
+pub fn is_refused(what: &str, output: &Output, code: i32, parts: &[&str]) -> String {
+    let said = stderr(output);
+    assert_eq!(output.status.code(), Some(code), "{what}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{what}: `{said}` lacks `{part}`");
+    }
+    said
+}
+
+/// Bytes that a program printed, as text.
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// What a program said on standard error.
+pub fn stderr(output: &Output) -> String {
+    text(&output.stderr)
 }
 
 /// A connection that speaks bytes.
@@ -417,10 +374,6 @@ pub struct Raw {
 
 impl Raw {
     /// Connects, and reads nothing yet.
-    ///
-    /// # Panics
-    /// Nobody listens.
-    #[must_use]
     pub fn connect(socket: &Path) -> Self {
         let stream = UnixStream::connect(socket).expect("the daemon serves");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time-out can be set");
@@ -431,25 +384,16 @@ impl Raw {
     }
 
     /// Sends bytes as they are.
-    ///
-    /// # Panics
-    /// The connection is gone.
     pub fn send(&mut self, bytes: impl AsRef<[u8]>) {
         self.stream.write_all(bytes.as_ref()).expect("the daemon reads");
     }
 
     /// Sends no more; answers can still be read.
-    ///
-    /// # Panics
-    /// The connection is gone.
     pub fn hang_up(&mut self) {
         self.stream.shutdown(Shutdown::Write).expect("it is connected");
     }
 
     /// Reads a line.
-    ///
-    /// # Panics
-    /// The connection is gone, or the line is no JSON.
     pub fn line(&mut self) -> serde_json::Value {
         let mut line = String::new();
         let read = self.reader.read_line(&mut line).expect("the daemon writes");
@@ -465,9 +409,6 @@ impl Raw {
     }
 
     /// Sends a line and reads the answer.
-    ///
-    /// # Panics
-    /// The connection is gone.
     pub fn ask(&mut self, line: &str) -> serde_json::Value {
         self.send(format!("{line}\n"));
         self.line()
@@ -475,17 +416,36 @@ impl Raw {
 }
 
 /// Asks for the status.
-///
-/// # Panics
-/// The daemon does not answer.
 pub fn status(client: &mut Client) -> Status {
     client.request(Request::Status {}).expect("a status")
 }
 
+/// The daemon's refusal of a request.
+pub fn refused(client: &mut Client, request: Request) -> WireError {
+    let asked = format!("{request:?}");
+    match client.request::<serde_json::Value>(request) {
+        Err(ClientError::Refused(error)) => error,
+        other => panic!("{asked}: {other:?}"),
+    }
+}
+
+/// The whole journal.
+pub fn journal(client: &mut Client) -> Vec<JournalEntry> {
+    let all = Request::Log {
+        after: None,
+        limit: Some(2000),
+    };
+    client.request::<LogReply>(all).expect("the journal").entries
+}
+
+/// Subscribes to topics; to samples of every tick.
+pub fn subscribe(client: &mut Client, topics: &[Topic]) -> SubscribeReply {
+    client
+        .request(Request::subscribe(topics.to_vec()))
+        .expect("a subscription")
+}
+
 /// Asks for the status until it is as wanted.
-///
-/// # Panics
-/// It does not come to that.
 pub fn wait_for(client: &mut Client, what: &str, mut wanted: impl FnMut(&Status) -> bool) -> Status {
     let began = Instant::now();
     loop {
@@ -499,18 +459,12 @@ pub fn wait_for(client: &mut Client, what: &str, mut wanted: impl FnMut(&Status)
 }
 
 /// Waits until the rig is in a state.
-///
-/// # Panics
-/// It does not come to that.
 pub fn wait_for_state(client: &mut Client, state: RigState) -> Status {
     wait_for(client, &state.to_string(), |status| status.state == state)
 }
 
 /// Brings the rig to `state`, idle or engaged. A key of the panel stops on three ways, and the last may be late: it is
 /// reset again.
-///
-/// # Panics
-/// It does not come to that.
 pub fn bring_to(client: &mut Client, state: RigState) {
     let began = Instant::now();
     loop {
@@ -528,9 +482,6 @@ pub fn bring_to(client: &mut Client, state: RigState) {
 
 /// Engages a rig, which is reset first if it is faulted. Anyway: on a busy machine a link is late, and what its scene would
 /// do on a light rig behind a late link is no matter of those who only need force.
-///
-/// # Panics
-/// It does not come to that, or faults on the way.
 pub fn engage(client: &mut Client) {
     let before = wait_for(client, "a rig at rest", |status| {
         matches!(status.state, RigState::Idle | RigState::Faulted | RigState::Engaged)
@@ -548,9 +499,6 @@ pub fn engage(client: &mut Client) {
 }
 
 /// Engages a rig and waits until it pulls, as somebody who can look at its motor says.
-///
-/// # Panics
-/// It does not come to that, or faults on the way.
 pub fn pull_until(client: &mut Client, mut pulls: impl FnMut(&Status) -> bool) {
     engage(client);
     let pulled = wait_for(client, "a force at the motor", |status| {
@@ -560,10 +508,6 @@ pub fn pull_until(client: &mut Client, mut pulls: impl FnMut(&Status) -> bool) {
 }
 
 /// The processors that this process may run on.
-///
-/// # Panics
-/// The system does not say.
-#[must_use]
 pub fn processors() -> Vec<usize> {
     let set = rustix::thread::sched_getaffinity(None).expect("every process has them");
     (0..rustix::thread::CpuSet::MAX_CPU)
@@ -572,7 +516,6 @@ pub fn processors() -> Vec<usize> {
 }
 
 /// The real machine's record, where it is there; it is never part of the repository.
-#[must_use]
 pub fn machine_record() -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/emps-pulses.csv");
     path.exists().then_some(path)

@@ -16,7 +16,6 @@ pub struct Link {
 }
 
 /// The links and images of a document that lead into the repository. What stands in a block or a span of code is none.
-#[must_use]
 pub fn links(text: &str) -> Vec<Link> {
     let mut found = Vec::new();
     for (line, number) in prose(text) {
@@ -38,7 +37,6 @@ pub fn links(text: &str) -> Vec<Link> {
 }
 
 /// The names under which a page in HTML has its headings.
-#[must_use]
 pub fn anchors(text: &str) -> BTreeSet<String> {
     let mut seen: HashMap<String, usize> = HashMap::new();
     let headings = prose(text).filter_map(|(line, _)| {
@@ -83,7 +81,6 @@ fn prose(text: &str) -> impl Iterator<Item = (&str, usize)> {
 }
 
 /// The links of a document that lead nowhere, each as a sentence.
-#[must_use]
 pub fn dead_ends(document: &Path, text: &str) -> Vec<String> {
     let folder = document.parent().unwrap_or(Path::new("."));
     links(text)

@@ -10,9 +10,6 @@ use std::sync::OnceLock;
 ///
 /// # Errors
 /// cargo-deb or dpkg is not there.
-///
-/// # Panics
-/// The package cannot be built.
 pub fn hapticd() -> Result<&'static Path, (&'static str, String)> {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     can_be_built()?;
@@ -22,9 +19,6 @@ pub fn hapticd() -> Result<&'static Path, (&'static str, String)> {
 /// The package `haptic-gui`.
 ///
 /// # Errors
-/// As of `hapticd`.
-///
-/// # Panics
 /// As of `hapticd`.
 pub fn haptic_gui() -> Result<&'static Path, (&'static str, String)> {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();

@@ -43,10 +43,6 @@ pub struct Machine {
 impl Machine {
     /// Boots a machine and installs the package on it, with more lines in its configuration.
     /// Returns nothing, and says why, where that cannot be.
-    ///
-    /// # Panics
-    /// It ought to boot, and does not.
-    #[must_use]
     pub fn boot(configuration: &str) -> Option<Self> {
         let machine = Self::boot_bare()?;
         machine.run_ok(&["dpkg", "--install", PACKAGE]);
@@ -56,10 +52,6 @@ impl Machine {
 
     /// Boots a machine that has the package as a file alone, [`PACKAGE`].
     /// Returns nothing, and says why, where that cannot be.
-    ///
-    /// # Panics
-    /// It ought to boot, and does not.
-    #[must_use]
     pub fn boot_bare() -> Option<Self> {
         // The package takes a while to be built, and each machine to boot.
         if !test_run::is_long_for("the package on a systemd of its own") {
@@ -137,9 +129,6 @@ impl Machine {
 
     /// Replaces or adds lines of the packaged configuration. A busy machine misses periods, which no test is about:
     /// unless one says otherwise, they are no fault.
-    ///
-    /// # Panics
-    /// The package is not installed.
     pub fn configure(&self, lines: &str) {
         let path = self.path("/etc/hapticd/hapticd.toml");
         let shipped = fs::read_to_string(&path).expect("it was installed");
@@ -147,13 +136,11 @@ impl Machine {
     }
 
     /// Whether the unit's limits take effect; where they cannot be, capabilities stand in for them.
-    #[must_use]
     pub fn raises_limits(&self) -> bool {
         self.raises_limits
     }
 
     /// A path on it, as seen from here.
-    #[must_use]
     pub fn path(&self, path: &str) -> PathBuf {
         Path::new("/proc")
             .join(self.init.to_string())
@@ -162,18 +149,11 @@ impl Machine {
     }
 
     /// Runs a command on it, as root.
-    ///
-    /// # Panics
-    /// It cannot be started.
-    #[must_use]
     pub fn run(&self, command: &[&str]) -> Output {
         self.command(command).output().expect("it starts")
     }
 
     /// Runs a command on it, which must succeed, and returns what it printed.
-    ///
-    /// # Panics
-    /// It fails.
     pub fn run_ok(&self, command: &[&str]) -> String {
         let output = self.run(command);
         let (out, err) = (text(&output.stdout), text(&output.stderr));
@@ -182,7 +162,6 @@ impl Machine {
     }
 
     /// A command on it that is yet to be started.
-    #[must_use]
     pub fn command(&self, command: &[&str]) -> Command {
         let mut nsenter = Command::new("nsenter");
         nsenter
@@ -194,17 +173,12 @@ impl Machine {
     }
 
     /// A property of the unit.
-    ///
-    /// # Panics
-    /// PID 1 does not answer.
-    #[must_use]
     pub fn property(&self, name: &str) -> String {
         let shown = self.run_ok(&["systemctl", "show", "--property", name, "--value", "hapticd"]);
         shown.trim().to_owned()
     }
 
     /// What the unit and PID 1 said about it.
-    #[must_use]
     pub fn journal(&self) -> String {
         let output = self.run(&["journalctl", "--sync"]);
         let mut said = text(&output.stderr);
@@ -215,10 +189,6 @@ impl Machine {
     }
 
     /// The daemon's process, as numbered here.
-    ///
-    /// # Panics
-    /// There is none, or more than one.
-    #[must_use]
     pub fn daemon(&self) -> u32 {
         let listed =
             fs::read_to_string(self.cgroup.join("system.slice/hapticd.service/cgroup.procs")).expect("it runs");
@@ -229,18 +199,11 @@ impl Machine {
     }
 
     /// A client of the daemon.
-    ///
-    /// # Panics
-    /// It is not served.
-    #[must_use]
     pub fn client(&self) -> Client {
         Client::connect(&self.path("/run/hapticd/control.sock")).expect("the daemon serves")
     }
 
     /// Waits until the unit has been restarted so many times and is up again.
-    ///
-    /// # Panics
-    /// It does not come to that.
     pub fn wait_for_restart(&self, times: u32) {
         self.eventually(&format!("restart number {times}"), || {
             (self.property("NRestarts") == times.to_string() && self.property("ActiveState") == "active").then_some(())
@@ -248,9 +211,6 @@ impl Machine {
     }
 
     /// Looks until there is something to be seen.
-    ///
-    /// # Panics
-    /// There never is.
     pub fn eventually<T>(&self, what: &str, look: impl Fn() -> Option<T>) -> T {
         let began = Instant::now();
         loop {

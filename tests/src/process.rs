@@ -7,7 +7,6 @@ use std::process::{Child, Output};
 
 /// A size of a process in KiB, by its name in `/proc/PID/status` (`VmRSS`: what is in memory now, `VmHWM`: at most so
 /// far); nothing where the process has ended.
-#[must_use]
 pub fn size_kib(pid: u32, name: &str) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
     let size = status
@@ -17,15 +16,11 @@ pub fn size_kib(pid: u32, name: &str) -> Option<u64> {
 }
 
 /// Descriptors that a process has open; none where it has ended.
-#[must_use]
 pub fn descriptors(pid: u32) -> usize {
     fs::read_dir(format!("/proc/{pid}/fd")).map_or(0, Iterator::count)
 }
 
 /// Sends a signal to a process, unless it has ended.
-///
-/// # Panics
-/// The number is that of no process.
 pub fn signal(pid: u32, signal: Signal) {
     let pid = i32::try_from(pid).ok().and_then(Pid::from_raw).expect("a process");
     if kill_process(pid, signal).is_err() {
@@ -34,9 +29,6 @@ pub fn signal(pid: u32, signal: Signal) {
 }
 
 /// Sends a signal to a program and waits for its end.
-///
-/// # Panics
-/// It cannot be waited for.
 pub fn end(child: Child, with: Signal) -> Output {
     signal(child.id(), with);
     child.wait_with_output().expect("it ends")

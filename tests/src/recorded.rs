@@ -5,29 +5,21 @@ use haptic_recording::{Entry, Mark, Recording};
 use std::path::Path;
 
 /// Rows on the disk.
-#[must_use]
 pub fn rows(file: &Path) -> usize {
     haptic_recording::read(file).map_or(0, |found| found.rows.len())
 }
 
 /// Waits until so many rows in all are on the disk.
-///
-/// # Panics
-/// They do not come.
 pub fn wait_for_rows(file: &Path, in_all: usize) {
     until(&format!("waited in vain for {in_all} rows"), || rows(file) >= in_all);
 }
 
 /// Waits until more rows are on the disk.
-///
-/// # Panics
-/// They do not come.
 pub fn wait_for_more_rows(file: &Path, more: usize) {
     wait_for_rows(file, rows(file) + more);
 }
 
 /// Whether every row is there: a machine may be so busy that the recorder has no turn.
-#[must_use]
 pub fn is_whole(recording: &Recording) -> bool {
     let is_lost = |(_, mark): &(usize, Mark)| matches!(mark, Mark::Lost { .. });
     !recording.marks.iter().any(is_lost)

@@ -15,10 +15,6 @@ pub const MARKS: [&str; 2] = [
 const MAX_LINE: usize = 200;
 
 /// Draws it.
-///
-/// # Panics
-/// The schema has not the parts that it is made of.
-#[must_use]
 pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
     let definitions = &schema["$defs"];
     let examples = examples(transcripts);

@@ -26,10 +26,7 @@ struct Requests {
 }
 
 impl Relay {
-    /// # Panics
-    ///
-    /// If the socket cannot be created.
-    #[must_use]
+    /// Starts one between two sockets.
     pub fn start(from: &Path, to: &Path) -> Self {
         let listener = UnixListener::bind(from).expect("a socket");
         let (to, shared) = (to.to_path_buf(), Arc::<Shared>::default());
@@ -60,10 +57,6 @@ impl Relay {
     }
 
     /// Waits until a request is kept back.
-    ///
-    /// # Panics
-    ///
-    /// If a thread of the relay did.
     pub fn wait_for_one(&self) {
         let requests = self.shared.lock();
         drop(
@@ -81,7 +74,6 @@ impl Relay {
     }
 
     /// The requests passed on so far.
-    #[must_use]
     pub fn passed(&self) -> Vec<String> {
         self.shared.lock().passed.clone()
     }

@@ -42,20 +42,12 @@ pub struct Picture {
 
 impl Screen {
     /// Opens a screen of the usual size in the long run, or says what is missing for one.
-    ///
-    /// # Panics
-    /// The server does not come up.
-    #[must_use]
     pub fn open() -> Option<Self> {
         Self::of_size(SIZE)
     }
 
     /// Opens a screen of any size, pixels, in the long run: the window's libraries take long to compile, and what is
     /// drawn without a graphics card keeps the processors busy.
-    ///
-    /// # Panics
-    /// The server does not come up.
-    #[must_use]
     pub fn of_size(size: (usize, usize)) -> Option<Self> {
         if !test_run::is_long_for("the panel in a real window") {
             return None;
@@ -99,10 +91,6 @@ impl Screen {
     }
 
     /// Opens the panel on it.
-    ///
-    /// # Panics
-    /// It cannot be started.
-    #[must_use]
     pub fn panel(&self, socket: &Path, arguments: &[&str]) -> Panel {
         let panel = Command::new(binary("haptic-gui"))
             .arg("--socket")
@@ -126,10 +114,6 @@ impl Screen {
     }
 
     /// Starts a window manager, without which no window can be minimised.
-    ///
-    /// # Panics
-    /// There is no openbox.
-    #[must_use]
     pub fn window_manager(&self) -> Panel {
         let openbox = Command::new("openbox")
             .env("DISPLAY", &self.display)
@@ -141,17 +125,11 @@ impl Screen {
     }
 
     /// Moves the pointer, clicks, types: what `xdotool` takes.
-    ///
-    /// # Panics
-    /// It is refused.
     pub fn act(&self, what: &[&str]) {
         assert!(self.tries(what), "{what:?}");
     }
 
     /// The same, where it may be too early. Says whether it was done.
-    ///
-    /// # Panics
-    /// There is no `xdotool`.
     pub fn tries(&self, what: &[&str]) -> bool {
         let done = Command::new("xdotool")
             .args(what)
@@ -161,24 +139,17 @@ impl Screen {
     }
 
     /// The home of the panels on it.
-    #[must_use]
     pub fn home(&self) -> &Path {
         self.directory.path()
     }
 
     /// Clicks.
-    ///
-    /// # Panics
-    /// It is refused.
     pub fn press(&self, (x, y): (usize, usize)) {
         self.act(&["mousemove", &x.to_string(), &y.to_string(), "click", "1"]);
     }
 
     /// Clicks, and waits until the place looks otherwise: a field that is clicked shows that it
     /// listens, and only then do keys go to it.
-    ///
-    /// # Panics
-    /// Nothing is to be seen of it.
     pub fn click(&self, (x, y): (usize, usize)) {
         self.act(&["mousemove", &x.to_string(), &y.to_string()]);
         let looks = || self.picture().around((x, y));
@@ -199,10 +170,6 @@ impl Screen {
     }
 
     /// What it shows now.
-    ///
-    /// # Panics
-    /// The server's file is not as expected.
-    #[must_use]
     pub fn picture(&self) -> Picture {
         let dump = fs::read(self.directory.path().join("Xvfb_screen0")).expect("the server keeps it");
         let field = |number: usize| {
@@ -228,18 +195,11 @@ impl Screen {
     }
 
     /// Waits until it shows what a test waits for.
-    ///
-    /// # Panics
-    /// It never comes to that.
     pub fn wait_until(&self, what: &str, is_there: impl Fn(&Picture) -> bool) {
         until(&format!("waited in vain for {what}"), || is_there(&self.picture()));
     }
 
     /// What it shows once that does not change any more, and `is_there` finds what it waits for in it.
-    ///
-    /// # Panics
-    /// It never comes to that.
-    #[must_use]
     pub fn settled(&self, is_there: impl Fn(&Picture) -> bool) -> Picture {
         let began = Instant::now();
         let mut before = self.picture();
@@ -264,10 +224,6 @@ impl Drop for Screen {
 
 impl Panel {
     /// Time that processors have spent on the threads that it has now, s.
-    ///
-    /// # Panics
-    /// It has ended.
-    #[must_use]
     pub fn processor_time_s(&self) -> f64 {
         let threads = fs::read_dir(format!("/proc/{}/task", self.0.id())).expect("it runs");
         let of_thread = |thread: fs::DirEntry| -> Option<f64> {
@@ -279,9 +235,6 @@ impl Panel {
     }
 
     /// Whether it has ended by itself.
-    ///
-    /// # Panics
-    /// The system does not say.
     pub fn has_ended(&mut self) -> bool {
         self.0.try_wait().expect("it is ours").is_some()
     }
@@ -296,7 +249,6 @@ impl Drop for Panel {
 
 impl Picture {
     /// The colour at a place.
-    #[must_use]
     pub fn at(&self, x: usize, y: usize) -> [u8; 3] {
         let first = 3 * (y * self.size.0 + x);
         [self.rgb[first], self.rgb[first + 1], self.rgb[first + 2]]
@@ -310,10 +262,6 @@ impl Picture {
     }
 
     /// Share of the pixels that differ from those of another picture by more than `tolerance` in a colour.
-    ///
-    /// # Panics
-    /// The pictures differ in size.
-    #[must_use]
     pub fn difference(&self, other: &Self, tolerance: u8) -> f64 {
         assert_eq!(self.size, other.size);
         let pixels = self.rgb.chunks(3).zip(other.rgb.chunks(3));

@@ -24,7 +24,6 @@ pub enum Encoder {
 
 impl Encoder {
     /// As the firmware's Makefile calls it.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Quadrature => "quadrature",
@@ -34,13 +33,11 @@ impl Encoder {
 }
 
 /// Where the firmware's sources are.
-#[must_use]
 pub fn firmware_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware")
 }
 
 /// Whether there are these programs, each with the Debian packages that bring it; a skip for the first that is missing.
-#[must_use]
 pub fn has_tools(tools: &[(&str, &str)]) -> bool {
     are_there(
         tools
@@ -62,9 +59,6 @@ fn are_there<'a>(needs: impl IntoIterator<Item = (&'a str, &'a str, bool)>) -> b
 }
 
 /// Runs one of the firmware's tests in Python.
-///
-/// # Panics
-/// It fails.
 pub fn firmware_test(script: &str, arguments: &[&str]) {
     let status = Command::new("python3")
         .arg(firmware_folder().join("tests").join(script))
@@ -149,10 +143,6 @@ pub struct SimulatedRig {
 impl SimulatedRig {
     /// Builds the firmware into a folder and switches the rig on, with more arguments for the
     /// simulator; nothing where the tools to build it are missing.
-    ///
-    /// # Panics
-    /// It cannot be built or does not start.
-    #[must_use]
     pub fn start(encoder: Encoder, folder: &str, arguments: &[&str]) -> Option<Self> {
         // They keep to real time, and a machine has not the processors for many at once. Nor may
         // two be built at once.
@@ -187,31 +177,21 @@ impl SimulatedRig {
     }
 
     /// Its serial line.
-    #[must_use]
     pub fn line(&self) -> &Path {
         &self.line
     }
 
     /// What has happened on its pins, since it was switched on or [`Self::clear`].
-    ///
-    /// # Panics
-    /// It does not answer.
     pub fn stats(&mut self) -> Value {
         self.ask("stats")
     }
 
     /// Begins all sums and maxima of [`Self::stats`] again.
-    ///
-    /// # Panics
-    /// It does not answer.
     pub fn clear(&mut self) {
         self.order("clear");
     }
 
     /// Carries out an order of the simulator's: `hang HOW`, `cut`.
-    ///
-    /// # Panics
-    /// It does not.
     pub fn order(&mut self, order: &str) {
         let answer = self.ask(order);
         assert_eq!(answer["done"], true, "{order}");
@@ -225,9 +205,6 @@ impl SimulatedRig {
     }
 
     /// Asks for the statistics until they are as wanted.
-    ///
-    /// # Panics
-    /// They do not come to that.
     pub fn wait_for(&mut self, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
         let began = Instant::now();
         loop {
@@ -241,9 +218,6 @@ impl SimulatedRig {
     }
 
     /// Lets some of its own time go by, s; returns the statistics.
-    ///
-    /// # Panics
-    /// It has ended.
     pub fn live(&mut self, time_s: f64) -> Value {
         let until_s = number(&self.stats(), "/time_s") + time_s;
         self.ask(&format!("until {until_s}"))
@@ -259,10 +233,6 @@ impl Drop for SimulatedRig {
 }
 
 /// A number in the statistics, by its JSON pointer.
-///
-/// # Panics
-/// It is not there.
-#[must_use]
 pub fn number(stats: &Value, pointer: &str) -> f64 {
     let value = stats.pointer(pointer).and_then(Value::as_f64);
     value.unwrap_or_else(|| panic!("no {pointer} in {stats}"))

@@ -17,10 +17,6 @@ const SECCOMP_RET_ALLOW: u32 = 0x7fff_0000;
 
 /// A daemon with a fake rig, whose disk does not answer; none where this kernel cannot hold system
 /// calls.
-///
-/// # Panics
-/// It does not start.
-#[must_use]
 pub fn daemon(arguments: &[&str]) -> Option<Daemon> {
     let directory = tempfile::tempdir().expect("a directory");
     let scenes = directory.path().join("scenes");

@@ -49,17 +49,11 @@ const ENABLED: u8 = 44;
 pub const SUBJECTS_TITLE: &str = "Subject's screen";
 
 /// Waits until a panel shows its study, which has not begun.
-///
-/// # Panics
-/// It never shows it.
 pub fn wait_until_open(screen: &Screen) {
     wait_until_enabled(screen, GO_ON);
 }
 
 /// Opens the subject's window of a dark panel that shows its study, and gives it the keyboard.
-///
-/// # Panics
-/// The window does not open.
 pub fn open_subjects_window(screen: &Screen) {
     screen.press(SUBJECTS_SCREEN);
     let found = ["search", "--sync", "--onlyvisible", "--name", SUBJECTS_TITLE];
@@ -67,15 +61,11 @@ pub fn open_subjects_window(screen: &Screen) {
 }
 
 /// Whether the button at a place can be pressed.
-#[must_use]
 pub fn is_enabled(picture: &Picture, (x, y): (usize, usize)) -> bool {
     picture.at(x, y)[0] >= ENABLED
 }
 
 /// Waits until the button at a place can be pressed.
-///
-/// # Panics
-/// It never can.
 pub fn wait_until_enabled(screen: &Screen, button: (usize, usize)) {
     screen.wait_until(&format!("the button at {button:?}"), |picture| {
         is_enabled(picture, button)

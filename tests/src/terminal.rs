@@ -27,10 +27,6 @@ pub struct Terminal {
 
 impl Terminal {
     /// Starts a program.
-    ///
-    /// # Panics
-    /// The system has no terminals, or the program cannot be started.
-    #[must_use]
     pub fn start(mut command: Command) -> Self {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
         grantpt(&master).expect("granted");
@@ -66,51 +62,36 @@ impl Terminal {
     }
 
     /// The process.
-    #[must_use]
     pub fn pid(&self) -> rustix::process::Pid {
         rustix::process::Pid::from_child(&self.child)
     }
 
     /// Types.
-    ///
-    /// # Panics
-    /// The terminal is gone.
     pub fn type_in(&mut self, keys: &str) {
         self.master.write_all(keys.as_bytes()).expect("typed");
     }
 
     /// Takes nothing that is written from here on, as when somebody selects text or the network stands still.
-    ///
-    /// # Panics
-    /// The terminal is gone.
     pub fn stop_output(&self) {
         tcflow(&self.slave, Action::OOff).expect("it stops");
     }
 
     /// Takes again what is written.
-    ///
-    /// # Panics
-    /// The terminal is gone.
     pub fn resume_output(&self) {
         tcflow(&self.slave, Action::OOn).expect("it goes on");
     }
 
     /// What is on the screen.
-    #[must_use]
     pub fn screen(&self) -> &vt100::Screen {
         self.screen.screen()
     }
 
     /// Everything that was written to the terminal so far.
-    #[must_use]
     pub fn written(&self) -> String {
         String::from_utf8_lossy(&self.written).into_owned()
     }
 
     /// Waits until what is on the screen is as wanted, and returns its text.
-    ///
-    /// # Panics
-    /// It does not come to that.
     pub fn wait_for(&mut self, what: &str, wanted: impl Fn(&str) -> bool) -> String {
         let began = Instant::now();
         loop {
@@ -124,9 +105,6 @@ impl Terminal {
     }
 
     /// Waits for the end of the program, and reads what it still wrote.
-    ///
-    /// # Panics
-    /// It does not end.
     pub fn end(&mut self) -> ExitStatus {
         let began = Instant::now();
         loop {
@@ -142,10 +120,6 @@ impl Terminal {
     }
 
     /// Whether the terminal edits lines and shows what is typed, as a shell finds it.
-    ///
-    /// # Panics
-    /// The terminal is gone.
-    #[must_use]
     pub fn is_as_a_shell_wants_it(&self) -> bool {
         let modes = tcgetattr(&self.slave).expect("its modes").local_modes;
         modes.contains(LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG)
@@ -154,9 +128,6 @@ impl Terminal {
     }
 
     /// Takes in what was written, and says whether there was anything for a tenth of a second.
-    ///
-    /// # Panics
-    /// The terminal is gone.
     pub fn read(&mut self) -> bool {
         let mut ready = [PollFd::new(&self.master, PollFlags::IN)];
         let a_while = Timespec {

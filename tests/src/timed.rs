@@ -23,9 +23,6 @@ thread_local! {
 
 /// Runs a case that depends on the machine's time, in the long run alone; the short one says that `what` was left out.
 /// A case that fails is run once more if its own daemon has counted missed periods or overruns, and else has failed.
-///
-/// # Panics
-/// As the case does.
 pub fn timed(what: &str, case: impl Fn()) {
     if test_run::is_long_for(what) {
         excused(case);
@@ -33,9 +30,6 @@ pub fn timed(what: &str, case: impl Fn()) {
 }
 
 /// Runs a case, and once more if it fails and its own daemon has counted missed periods or overruns.
-///
-/// # Panics
-/// As the case does.
 pub fn excused(case: impl Fn()) {
     for tries_left in (0..TRIES).rev() {
         MISSED.set(0);

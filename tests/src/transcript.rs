@@ -50,10 +50,6 @@ pub struct Transcript {
 
 impl Transcript {
     /// Reads a transcript.
-    ///
-    /// # Panics
-    /// It is none.
-    #[must_use]
     pub fn parse(text: &str) -> Self {
         let mut transcript = Self::default();
         for (line, number) in text.lines().zip(1..) {
@@ -87,10 +83,6 @@ impl Transcript {
     }
 
     /// All transcripts of the repository, with the names of their files.
-    ///
-    /// # Panics
-    /// One cannot be read.
-    #[must_use]
     pub fn all() -> Vec<(String, Self)> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("transcripts");
         let mut found: Vec<_> = std::fs::read_dir(folder)
@@ -110,9 +102,6 @@ impl Transcript {
     ///
     /// # Errors
     /// Where it goes otherwise than it did: the line, what was expected, and what came.
-    ///
-    /// # Panics
-    /// The daemon does not come up, or closes a connection.
     pub fn replay(&self) -> Result<(), String> {
         let directory = tempfile::tempdir().expect("a directory");
         let (scenes, watch) = (

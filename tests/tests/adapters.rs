@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 use system_tests::process::Killed;
-use system_tests::{Daemon, PATIENCE, binary, pull_until, status, timed, wait_for, wait_for_state};
+use system_tests::{Daemon, PATIENCE, binary, pull_until, status, stderr, timed, wait_for, wait_for_state};
 use tempfile::TempDir;
 
 /// A running fake-board. It is killed when the test ends.
@@ -246,20 +246,6 @@ fn unplugged_board_disconnects_and_comes_back_idle() {
 }
 
 #[test]
-fn a_line_that_damages_and_loses_gives_no_wrong_force() {
-    let mut setup = Setup::new(&KINDS[0]);
-    setup.pull();
-    setup.board.ask("corrupt 0.02");
-    setup.board.ask("loss 0.02");
-    wait_for(&mut setup.client, "damage", |status| {
-        let counts = counts(status);
-        counts.bad_crc >= 20 && counts.lost >= 5
-    });
-    // The limit of the address, whatever came.
-    assert!(setup.board.force().largest_n < 20.01);
-}
-
-#[test]
 fn a_board_that_cannot_be_used_says_why() {
     let mut setup = Setup::with_board(&KINDS[0], &["--uncalibrated"]);
     assert!(setup.daemon.ctl(&["engage"]).status.code().is_some());
@@ -275,7 +261,7 @@ fn a_motor_that_a_board_does_not_switch_off_is_an_alarm() {
         setup.pull();
         setup.board.ask(wrong);
         let stopped = setup.daemon.ctl(&["--json", "stop"]);
-        let said = String::from_utf8_lossy(&stopped.stderr).into_owned();
+        let said = stderr(&stopped);
         assert!(
             !stopped.status.success() && said.contains("not_confirmed"),
             "{wrong}: {said}"
@@ -291,7 +277,7 @@ fn a_motor_that_a_board_does_not_switch_off_is_an_alarm() {
         setup.pull();
         setup.board.ask(wrong);
         let released = setup.daemon.ctl(&["release", "--wait"]);
-        let said = String::from_utf8_lossy(&released.stderr).into_owned();
+        let said = stderr(&released);
         assert_eq!(released.status.code(), Some(6), "{wrong}: {said}");
         assert!(said.contains("still_enabled"), "{wrong}: {said}");
         let (ended, said) = setup.daemon.end(Signal::TERM);

@@ -1,8 +1,7 @@
 //! The control socket in a hostile world: who can connect, and what those who do cannot bring about.
 
 use haptic_ipc::{
-    ChangeReply, Changes, Client, ClientError, ErrorCode, JournalEntry, LogReply, Request, RigState, SceneReply,
-    StateReply,
+    ChangeReply, Changes, Client, ClientError, ErrorCode, JournalEntry, Request, RigState, SceneReply, StateReply,
 };
 use rustix::process::{Gid, Uid, geteuid};
 use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
@@ -16,7 +15,10 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::attack::{self, Attack};
 use system_tests::process::{descriptors, size_kib};
-use system_tests::{Daemon, HeldThread, LIGHT_BLOCK, PATIENCE, binary, excused, status, wait_for, wait_for_state};
+use system_tests::{
+    Daemon, HeldThread, LIGHT_BLOCK, binary, excused, refused, status, stderr, until, until_some, wait_for,
+    wait_for_state,
+};
 
 const NOBODY: u32 = 65_534;
 /// A group that every Debian has, and of which nobody is a member by himself.
@@ -131,25 +133,15 @@ fn a_member_of_the_group_tunes_and_nobody_else_does() {
         let mass_kg = 1.0 + f64::from(changes.fetch_add(1, Ordering::Relaxed)) / 100.0;
         Client::connect(&socket)?.request::<ChangeReply>(of_mass(mass_kg))
     };
-    let journal = || -> Vec<JournalEntry> {
-        let all = Request::Log {
-            after: None,
-            limit: None,
-        };
-        let log: LogReply = daemon.client().request(all).expect("the log");
-        log.entries
-    };
+    let journal = || system_tests::journal(&mut daemon.client());
     // The system is asked once for the name of a user, and a client does not wait for it for long.
-    let began = Instant::now();
-    loop {
+    until("he has no name", || {
         as_user(NOBODY, GROUP.1, &[], change).expect("his first group");
-        let entries = journal();
-        let by = entries.last().and_then(|entry| entry.by.as_ref()).expect("a client");
-        if by.user.is_some() {
-            break;
-        }
-        assert!(began.elapsed() < PATIENCE, "he has no name: {by:?}");
-    }
+        journal()
+            .pop()
+            .and_then(|entry| entry.by)
+            .is_some_and(|by| by.user.is_some())
+    });
     let before = journal().len();
     as_user(NOBODY, GROUP.1, &[], change).expect("his first group");
     as_user(NOBODY, NOBODY, &[4, GROUP.1, 7], change).expect("one of his further groups");
@@ -223,10 +215,7 @@ fn a_watcher_may_look_and_stop_and_takes_nobodys_place() {
             Request::Reset {},
             Request::undo(),
         ] {
-            let refused = watcher
-                .request::<serde_json::Value>(request.clone())
-                .expect_err("it changes something");
-            assert_eq!(code(refused), ErrorCode::ReadOnly, "{request:?}");
+            assert_eq!(refused(&mut watcher, request).code, ErrorCode::ReadOnly);
         }
         let stopped: StateReply = watcher.request(Request::Stop {}).expect("anybody may stop");
         assert_eq!(stopped.state, RigState::Stopped);
@@ -323,18 +312,9 @@ fn after_all_attacks(daemon: &Daemon, descriptors: usize, time: impl Fn(&Attack)
     for attack in attack::ALL {
         survives(daemon, attack, time(&attack));
     }
-    let began = Instant::now();
-    loop {
-        let held = Held::by(daemon);
-        if held.descriptors <= descriptors {
-            return held;
-        }
-        assert!(
-            began.elapsed() < PATIENCE,
-            "more than {descriptors} descriptors: {held:?}"
-        );
-        system_tests::pause();
-    }
+    until_some(&format!("more than {descriptors} descriptors"), || {
+        Some(Held::by(daemon)).filter(|held| held.descriptors <= descriptors)
+    })
 }
 
 #[test]
@@ -438,16 +418,6 @@ fn with_descriptors(most: &str, socket: &Path) -> Daemon {
     Daemon::spawn(command, socket)
 }
 
-#[test]
-fn a_crowd_at_the_door_does_not_keep_a_stop_waiting() {
-    let _alone = crate::alone();
-    let directory = tempfile::tempdir().expect("a directory");
-    let socket = directory.path().join("run/control.sock");
-    // With the usual 1024 descriptors it is their lack that keeps the crowd small.
-    let daemon = with_descriptors("\"$(ulimit -Hn)\"", &socket);
-    survives(&daemon, attack::CROWD, Duration::from_secs(test_run::extent(1, 3)));
-}
-
 // hazard: H24
 #[test]
 fn a_newcomers_stop_finds_its_way_through_every_crowd() {
@@ -475,7 +445,7 @@ fn stops_in_a_crowd(crowd: &Attack, descriptors: &str) {
             let asked = Instant::now();
             let stopped = daemon.ctl(&["stop"]);
             stops.push(asked.elapsed());
-            let said = String::from_utf8_lossy(&stopped.stderr).into_owned();
+            let said = stderr(&stopped);
             assert!(
                 stopped.status.success(),
                 "{}, {descriptors} descriptors: {said}",
@@ -517,9 +487,7 @@ fn lost_socket_is_rebound_and_taken_socket_ends_the_force() {
     let daemon = with_descriptors("1024", &socket);
     let mut user = daemon.client();
     let stops = |user: &mut Client| {
-        let stopped = daemon.ctl(&["stop"]);
-        let said = String::from_utf8_lossy(&stopped.stderr).into_owned();
-        assert!(stopped.status.success(), "{said}");
+        daemon.ctl_ok(&["stop"]);
         let _: StateReply = user.request(Request::Reset {}).expect("it is stopped");
     };
     let is_there = || UnixStream::connect(&socket).is_ok();
@@ -528,13 +496,13 @@ fn lost_socket_is_rebound_and_taken_socket_ends_the_force() {
         for path in lost {
             fs::remove_file(path).expect("it was there");
         }
-        system_tests::until("the socket is there again", is_there);
+        until("the socket is there again", is_there);
         assert_eq!((status(&mut user).state, mode(&socket)), (RigState::Engaged, 0o600));
         stops(&mut user);
     }
     system_tests::engage(&mut user);
     fs::remove_dir_all(socket.parent().expect("a directory")).expect("it was there");
-    system_tests::until("the directory is there again", is_there);
+    until("the directory is there again", is_there);
     stops(&mut user);
     // What somebody else has put there stays, and nobody could stop the rig.
     system_tests::engage(&mut user);
@@ -550,7 +518,7 @@ fn lost_socket_is_rebound_and_taken_socket_ends_the_force() {
         drop(other);
         assert!(socket.exists(), "it is left alone");
         fs::remove_file(&socket).expect("it was there");
-        system_tests::until("the socket is there again", is_there);
+        until("the socket is there again", is_there);
     }
     stops(&mut user);
     assert_eq!(status(&mut user).state, RigState::Idle);
@@ -563,8 +531,8 @@ fn a_client_of_a_loop_that_hangs_is_told_so() {
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     let held = HeldThread::real_time(daemon.pid());
-    let refused = client.request::<ChangeReply>(heavier()).expect_err("nobody renders it");
-    assert!(refused.to_string().contains("cut the power"), "{refused}");
-    assert_eq!(code(refused), ErrorCode::NotResponding);
+    let error = refused(&mut client, heavier());
+    assert!(error.message.contains("cut the power"), "{error}");
+    assert_eq!(error.code, ErrorCode::NotResponding);
     drop(held);
 }

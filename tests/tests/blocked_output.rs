@@ -8,7 +8,9 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::blocked::Blocked;
 use system_tests::process::{self, Killed};
-use system_tests::{Daemon, HeldThread, PATIENCE, be_patient, binary, engage, wait_for, wait_for_state};
+use system_tests::{
+    Daemon, HeldThread, PATIENCE, be_patient, binary, engage, until, until_some, wait_for, wait_for_state,
+};
 
 /// A daemon that has said nothing that anybody could read.
 struct Mute {
@@ -48,25 +50,13 @@ impl Mute {
     fn end(mut self, signal: Signal) -> (ExitStatus, Duration) {
         let began = Instant::now();
         process::signal(self.child.id(), signal);
-        loop {
-            if let Some(status) = self.child.try_wait().expect("it is ours") {
-                return (status, began.elapsed());
-            }
-            assert!(began.elapsed() < PATIENCE, "it does not end after {signal:?}");
-            std::thread::sleep(Duration::from_millis(1));
-        }
+        let ended = || self.child.try_wait().expect("it is ours");
+        (until_some("it does not end", ended), began.elapsed())
     }
 }
 
 fn serving(socket: &Path) -> Client {
-    let began = Instant::now();
-    loop {
-        match Client::connect(socket) {
-            Ok(client) => return client,
-            Err(error) => assert!(began.elapsed() < PATIENCE, "it does not serve: {error}"),
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    until_some("it does not serve", || Client::connect(socket).ok())
 }
 
 /// Asks for something on a thread of its own, since a daemon that hangs never answers; returns the
@@ -119,30 +109,11 @@ fn holds(what: &str, arguments: &[&str], blocked: impl Fn() -> Blocked) {
 
 // hazard: H1
 #[test]
-fn a_stop_and_a_signal_work_with_both_outputs_a_full_pipe() {
-    holds("--device fake, a full pipe", &["--device", "fake"], Blocked::pipe);
-}
-
-// hazard: H1
-#[test]
-fn stop_and_signal_work_with_a_held_terminal() {
-    holds(
-        "--device fake, a held terminal",
-        &["--device", "fake"],
-        Blocked::terminal,
-    );
-}
-
-// hazard: H1
-#[test]
-fn stop_and_signal_work_in_a_demo_with_a_full_pipe() {
-    holds("--demo, a full pipe", &["--demo"], Blocked::pipe);
-}
-
-// hazard: H1
-#[test]
-fn stop_and_signal_work_in_a_demo_with_a_held_terminal() {
-    holds("--demo, a held terminal", &["--demo"], Blocked::terminal);
+fn stop_and_signal_work_with_blocked_outputs() {
+    for arguments in [&["--device", "fake"][..], &["--demo"]] {
+        holds(&format!("{arguments:?}, a full pipe"), arguments, Blocked::pipe);
+        holds(&format!("{arguments:?}, a held terminal"), arguments, Blocked::terminal);
+    }
 }
 
 // hazard: H1, H2
@@ -155,10 +126,7 @@ fn a_signal_ends_a_daemon_whose_control_thread_hangs() {
     let held = HeldThread::control(daemon.pid());
     let began = Instant::now();
     process::signal(daemon.pid(), Signal::TERM);
-    while !held.is_killed() {
-        assert!(began.elapsed() < PATIENCE, "it does not end");
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    until("it does not end", || held.is_killed());
     let took = began.elapsed();
     println!("with the control thread held: ended after {took:?}");
     assert!(took < LIMIT, "{took:?}");

@@ -5,9 +5,8 @@ use haptic_ipc::{
     AdviceReply, ChangeOptions, ChangeReply, Envelope, ErrorCode, Request, RigState, SceneListReply, SceneRef,
     SceneReply, StateReply, Status, WireError,
 };
-use system_tests::commissioning::refused;
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, LIGHT_BLOCK, PAPER_SCENE, status, timed, wait_for, wait_for_state};
+use system_tests::{Daemon, LIGHT_BLOCK, PAPER_SCENE, refused, status, stderr, text, timed, wait_for, wait_for_state};
 
 /// As light and as weak as a rig of a kit, with next to no friction.
 const LIGHT: [&str; 8] = [
@@ -84,12 +83,12 @@ fn a_scene_that_would_chatter_is_not_engaged() {
         ("status", ["will not engage", "advice"]),
         ("doctor", ["fail  engage: the scene would chatter", "warn  scene: "]),
     ] {
-        let told = String::from_utf8_lossy(&daemon.ctl(&[command]).stdout).into_owned();
+        let told = text(&daemon.ctl(&[command]).stdout);
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
     }
     let output = daemon.ctl(&["engage"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let told = stderr(&output);
     assert!(told.contains("--anyway"), "{told}");
     daemon.ctl_ok(&["engage", "--anyway", "--wait"]);
     let _: StateReply = client.request(Request::Release {}).expect("it has force");

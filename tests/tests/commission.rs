@@ -8,11 +8,13 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
 use system_tests::commissioning::{
-    OWN, PUSH_N, Ticks, after_the_pulse, begun, commission, daemon, daemon_at, pulse, refused, renders_the_scene,
+    OWN, PUSH_N, Ticks, after_the_pulse, begun, commission, daemon, daemon_at, pulse, renders_the_scene,
 };
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, engage, status, timed, wait_for, wait_for_state};
+use system_tests::{
+    Daemon, binary, engage, is_refused, refused, status, stderr, text, timed, wait_for, wait_for_state,
+};
 
 // hazard: H13
 #[test]
@@ -23,17 +25,13 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
         let mut rig = FakeRig::start_at(&link, &[&OWN[..], &["--stops-mm", "15"]].concat());
         let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
 
-        let output = daemon.ctl(&["engage"]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "{said}");
-        for part in [
+        let parts = [
             "mine 1.0",
             "never commissioned",
             "haptic-ctl commission",
             "--uncommissioned",
-        ] {
-            assert!(said.contains(part), "{said} lacks {part}");
-        }
+        ];
+        is_refused("engage", &daemon.ctl(&["engage"]), 1, &parts);
         assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
         let problems = status(&mut client).device.engage_refused;
         assert!(
@@ -43,7 +41,7 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
             "{problems:?}"
         );
         let doctor = daemon.ctl(&["doctor"]);
-        let checked = String::from_utf8_lossy(&doctor.stdout).into_owned();
+        let checked = text(&doctor.stdout);
         assert!(checked.contains("fail  engage: "), "{checked}");
 
         // A handle that is not in the middle: the first pulses of its friction meet an end, which takes up their energy.
@@ -163,7 +161,7 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
         }
         let ticks = Ticks::of(&daemon);
         let checked = daemon.ctl(&["commission", "--check", "--yes"]);
-        let said = String::from_utf8_lossy(&checked.stderr).into_owned();
+        let said = stderr(&checked);
         assert!(!checked.status.success() && said.contains("the other way"), "{said}");
         let forces_n = ticks.come_so_far().into_iter().map(|row| row.command_force_n.abs());
         let largest_n = forces_n.fold(0.0, f64::max);
@@ -181,38 +179,6 @@ fn board_without_serial_number_is_confirmed_at_each_connection() {
         let _: StateReply = client.request(Request::Release {}).expect("it is engaged");
         wait_for_state(&mut client, RigState::Idle);
         drop(rig);
-    });
-}
-
-// hazard: H27
-#[test]
-fn chip_in_name_serves_as_serial_number() {
-    timed("the serial number in a board's name", || {
-        const CHIP: [&str; 4] = ["--firmware-name", "mine 1.0#A1b2", "--hand", "free"];
-        let directory = tempfile::tempdir().expect("a directory");
-        let link = directory.path().join("rig");
-        let rig = FakeRig::start_at(&link, &CHIP);
-        let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
-        let found = commission(daemon.socket(), &["--range", "skip"]);
-        assert_eq!(
-            (&found["rig"], &found["firmware"]),
-            (&json!("chip-A1b2"), &json!("mine 1.0"))
-        );
-        let rig = plugged_in(rig, &link, &CHIP, &mut client);
-        renders_the_scene(&daemon, &mut client);
-        // Its hello says something else of its watchdog: once confirmed, this stays known.
-        let changed = [&CHIP[..], &["--watchdog-ms", "150"]].concat();
-        let rig = plugged_in(rig, &link, &changed, &mut client);
-        let error = refused(&mut client, Request::engage());
-        assert_eq!(error.code, ErrorCode::MaybeAnotherRig, "{error}");
-        assert!(error.message.contains("150 ms, and was 200 ms then"), "{error}");
-        daemon.ctl_ok(&["commission", "--check", "--yes"]);
-        let rig = plugged_in(rig, &link, &changed, &mut client);
-        renders_the_scene(&daemon, &mut client);
-        // Another chip was never commissioned.
-        let other = ["--firmware-name", "mine 1.0#C3"];
-        let _rig = plugged_in(rig, &link, &other, &mut client);
-        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
     });
 }
 
@@ -266,38 +232,18 @@ fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
     );
 }
 
-// hazard: H8
-#[test]
-fn device_without_force_is_never_engaged() {
-    let rig = FakeRig::start(&["--force-limit-n", "0"]);
-    let (daemon, mut client) = daemon(&rig, &["--uncommissioned", "--allow-no-watchdog"]);
-    let error = refused(&mut client, Request::engage());
-    assert_eq!((error.code, error.value), (ErrorCode::NoForce, Some(0.0)), "{error}");
-    for part in ["force_limit = 0 N", "force_limit_mn"] {
-        assert!(error.message.contains(part), "{error} lacks {part}");
-    }
-    let shown = daemon.ctl_ok(&["status"]);
-    assert!(shown.contains("will not engage  force_limit = 0 N"), "{shown}");
-    assert_eq!(status(&mut client).state, RigState::Idle);
-}
-
 // hazard: H9
 #[test]
 fn missing_or_long_watchdog_engages_only_when_allowed() {
-    for (watchdog_ms, told) in [("0", "watchdog_ms = 0 ms"), ("1000", "watchdog_ms = 1000 ms")] {
-        let rig = FakeRig::start(&["--watchdog-ms", watchdog_ms]);
-        let (_strict, mut client) = daemon(&rig, &[]);
-        let error = refused(&mut client, Request::engage());
-        assert_eq!((error.code, error.max), (ErrorCode::NoWatchdog, Some(200.0)), "{error}");
-        for part in [told, "from 1 to 200 ms", "--allow-no-watchdog"] {
-            assert!(error.message.contains(part), "{error} lacks {part}");
-        }
-        drop((_strict, client));
-        let (_lenient, mut client) = daemon(&rig, &["--allow-no-watchdog", "--uncommissioned"]);
-        engage(&mut client);
+    let rig = FakeRig::start(&["--watchdog-ms", "1000"]);
+    let (strict, mut client) = daemon(&rig, &[]);
+    let error = refused(&mut client, Request::engage());
+    assert_eq!((error.code, error.max), (ErrorCode::NoWatchdog, Some(200.0)), "{error}");
+    for part in ["watchdog_ms = 1000 ms", "from 1 to 200 ms", "--allow-no-watchdog"] {
+        assert!(error.message.contains(part), "{error} lacks {part}");
     }
-    let rig = FakeRig::start(&["--watchdog-ms", "200"]);
-    let (_daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
+    drop((strict, client));
+    let (_lenient, mut client) = daemon(&rig, &["--allow-no-watchdog", "--uncommissioned"]);
     engage(&mut client);
 }
 
@@ -316,10 +262,7 @@ fn commissioning_asks_before_each_step_and_before_keeping() {
         let start = || FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
         let rig = start();
         let (daemon, mut client) = daemon(&rig, &[]);
-        let output = daemon.ctl(&["commission"]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains("--yes"), "{said}");
+        daemon.ctl_refused(&["commission"], 2, "--yes");
 
         let mut terminal = on_a_terminal(&daemon, &[]);
         terminal.wait_for("the first question", |shown| shown.contains("1. Direction"));

@@ -3,7 +3,7 @@
 use haptic_ipc::{ChangeOptions, ChangeReply, Client, LogReply, Request, SceneListReply, SceneRef, SceneReply};
 use std::path::Path;
 use std::process::Command;
-use system_tests::{Daemon, binary};
+use system_tests::{Daemon, binary, stderr};
 
 fn set(client: &mut Client, params: &[(&str, f64)], ramp_ms: Option<f64>) {
     let request = Request::Set {
@@ -44,7 +44,7 @@ fn run(command: &str, socket: &Path) {
         .env("HAPTICD_SOCKET", socket)
         .output()
         .expect("it runs");
-    let why = String::from_utf8_lossy(&output.stderr);
+    let why = stderr(&output);
     assert!(output.status.success(), "{command}: {why}");
 }
 

@@ -1,6 +1,6 @@
 //! `haptic-ctl --all`: every rig of the machine at once, those behind a forwarded socket included.
 
-use haptic_ipc::{LogReply, Request, RigState};
+use haptic_ipc::{Request, RigState};
 use serde_json::Value;
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
@@ -9,8 +9,7 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
-use system_tests::relay::Relay;
-use system_tests::{Daemon, binary, copy_binary, status, wait_for_state};
+use system_tests::{Daemon, binary, copy_binary, is_refused, status, stderr, text};
 
 /// Generous: on a busy machine the program itself takes its time to start.
 const SOON: Duration = Duration::from_secs(15);
@@ -108,54 +107,8 @@ fn all_option_lists_every_rig_without_waiting_for_dead_ones() {
         (&["--all", "engage"][..], "--all goes with `status` and `stop` alone"),
         (&["--all", "--rig", "left", "status"], "--rig"),
     ] {
-        let refused = ctl(rigs, arguments);
-        assert_eq!(refused.status.code(), Some(2), "{refused:?}");
-        assert!(String::from_utf8_lossy(&refused.stderr).contains(part), "{refused:?}");
+        is_refused(part, &ctl(rigs, arguments), 2, &[part]);
     }
-}
-
-#[test]
-fn forwarded_rig_acts_like_a_local_one() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let rigs = directory.path();
-    let far = Daemon::start(&["--ramp-ms", "10"]);
-    let socket = socket_of(rigs, "hapticd@bench");
-    let _forwarded = Relay::start(&socket, far.socket());
-    let by_path = ctl(
-        rigs,
-        &["--socket", socket.to_str().expect("a plain path"), "engage", "--wait"],
-    );
-    assert!(by_path.status.success(), "{by_path:?}");
-    let by_name = ctl(rigs, &["--rig", "bench", "--json", "status"]);
-    let by_name: Value = serde_json::from_slice(&by_name.stdout).expect("an object");
-    assert_eq!(by_name["state"], "engaged");
-    let all = ctl(rigs, &["--json", "--all", "stop"]);
-    let said: Vec<Value> = serde_json::from_slice(&all.stdout).expect("a list");
-    let bench = said
-        .iter()
-        .find(|answer| answer["rig"] == "bench")
-        .expect("it is among them");
-    assert_eq!(bench["stop"]["state"], "stopped");
-
-    let mut client = far.client();
-    wait_for_state(&mut client, RigState::Stopped);
-    let request = Request::Log {
-        after: None,
-        limit: None,
-    };
-    let log: LogReply = client.request(request).expect("the journal");
-    let stop = log
-        .entries
-        .iter()
-        .find(|entry| entry.op == "stop")
-        .expect("it is entered");
-    let by = stop.by.as_ref().expect("a client");
-    let forwarder = fs::read_to_string("/proc/self/comm").expect("a name");
-    assert_eq!(
-        by.program.as_deref(),
-        Some(forwarder.trim()),
-        "the kernel knows nobody behind it"
-    );
 }
 
 /// Two rigs of one person, both engaged.
@@ -206,8 +159,7 @@ fn a_stop_reaches_every_rig_whatever_else_is_on_its_line() {
     ] {
         let arguments: Vec<&str> = line.split(' ').collect();
         let output = ctl(rigs, &arguments);
-        let said = [&output.stdout[..], &output.stderr[..]].concat();
-        let said = String::from_utf8_lossy(&said).into_owned();
+        let said = text(&output.stdout) + &stderr(&output);
         assert_eq!(output.status.code(), Some(code), "{line}: {said}");
         assert_eq!(states(&daemons), stopped, "{line}: {said}");
         assert!(said.contains(says), "{line}: {said} lacks {says}");
@@ -246,7 +198,7 @@ fn a_rig_that_is_closed_to_a_user_is_not_an_absent_rig() {
                 command.uid(NOBODY).gid(NOBODY);
             }
             let output = command.output().expect("haptic-ctl starts");
-            let said = String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned();
+            let said = text(&output.stdout) + &stderr(&output);
             assert_eq!(output.status.code(), Some(4), "{line}: {said}");
             for part in [&*closed.display().to_string(), "usermod -aG", "log in again"] {
                 assert!(said.contains(part), "{line}: {said} lacks {part}");
@@ -264,12 +216,8 @@ fn with_several_rigs_in_reach_every_other_command_asks_for_one() {
     let daemons = two_engaged(rigs);
     for line in ["status", "set Fs=3", "release", "reset"] {
         let arguments: Vec<&str> = line.split(' ').collect();
-        let output = ctl(rigs, &arguments);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{line}: {said}");
-        for part in ["2 rigs are in reach", "hapticd (", "left (", "--rig NAME"] {
-            assert!(said.contains(part), "{line}: {said} lacks {part}");
-        }
+        let parts = ["2 rigs are in reach", "hapticd (", "left (", "--rig NAME"];
+        is_refused(line, &ctl(rigs, &arguments), 2, &parts);
     }
     for line in [
         "status --rig left",

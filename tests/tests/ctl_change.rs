@@ -1,109 +1,22 @@
-//! Changing scenes from the command line: units, conditions, ramps, undo, the library, files, and
-//! the log of it all.
+//! Changing scenes from the command line: conditions, ramps, ticks to come, relative changes, the library and files.
 
-use serde_json::Value;
-use std::io::{BufRead, BufReader};
-use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary};
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn json(daemon: &Daemon, arguments: &[&str]) -> Value {
-    let said = daemon.ctl_ok(&[arguments, &["--json"]].concat());
-    serde_json::from_str(&said).unwrap_or_else(|error| panic!("{said}: {error}"))
-}
-
-/// Runs what must be refused, and returns what it said.
-fn refused(daemon: &Daemon, arguments: &[&str], code: i32) -> String {
-    let output = daemon.ctl(arguments);
-    assert_eq!(
-        output.status.code(),
-        Some(code),
-        "{arguments:?}: {}",
-        text(&output.stderr)
-    );
-    text(&output.stderr)
-}
-
-#[test]
-fn values_are_taken_in_the_units_that_people_write() {
-    let daemon = Daemon::start(&[]);
-    let reply = json(
-        &daemon,
-        &[
-            "set",
-            "mass=500g",
-            "DV=2mm/s",
-            "K=25N/mm",
-            "Fs=4N",
-            "b=2Ns/m",
-            "gamma=5/s",
-        ],
-    );
-    for (name, value) in [
-        ("mass", 0.5),
-        ("velocity_threshold", 0.002),
-        ("stiffness", 25_000.0),
-        ("static_force", 4.0),
-        ("viscous", 2.0),
-        ("rising_rate", 5.0),
-    ] {
-        assert_eq!(reply["applied"][name], value, "{name}: {reply}");
-    }
-    let said = refused(&daemon, &["set", "mass=5N"], 2);
-    assert!(said.contains("mass is in kg, g or mg"), "{said}");
-    let said = refused(&daemon, &["set", "masss=5kg"], 2);
-    assert!(said.contains("did you mean `mass`"), "{said}");
-    assert_eq!(
-        json(&daemon, &["get"])["revision"],
-        2,
-        "what was refused has changed nothing"
-    );
-}
+use serde_json::{Value, json};
+use system_tests::{Daemon, status};
 
 #[test]
 fn change_accepts_if_revision_ramp_and_dry_run() {
     let daemon = Daemon::start(&[]);
-    let tried = json(&daemon, &["set", "mass=2kg", "--dry-run"]);
+    let tried = daemon.ctl_json(&["set", "mass=2kg", "--dry-run"]);
     assert_eq!((&tried["dry_run"], &tried["revision"]), (&true.into(), &1.into()));
     assert!(tried["tick"].is_null());
-    assert!(
-        daemon
-            .ctl_ok(&["set", "mass=2", "--dry-run"])
-            .starts_with("only tried, revision 1 stays")
-    );
-    assert_eq!(json(&daemon, &["get"])["params"]["mass"], 0.5);
+    let said = daemon.ctl_ok(&["set", "mass=2", "--dry-run"]);
+    assert!(said.starts_with("only tried, revision 1 stays"), "{said}");
+    assert_eq!(daemon.ctl_json(&["get"])["params"]["mass"], 0.5);
 
-    let ramped = json(&daemon, &["set", "mass=2", "--if-revision", "1", "--ramp", "50ms"]);
+    let ramped = daemon.ctl_json(&["set", "mass=2", "--if-revision", "1", "--ramp", "50ms"]);
     let ticks = ramped["ramp_ends_tick"].as_u64().expect("its end") - ramped["tick"].as_u64().expect("its beginning");
     assert!((49..=51).contains(&ticks), "{ramped}");
-    let said = refused(&daemon, &["set", "mass=3", "--if-revision", "1"], 1);
-    assert!(
-        said.contains("--if-revision = 1") && said.contains("revision 2"),
-        "{said}"
-    );
-    assert!(refused(&daemon, &["set", "mass=3", "--ramp", "50"], 2).contains("50ms"));
-    assert!(refused(&daemon, &["set", "mass=3", "--ramp", "11s"], 1).contains("10000 ms"));
-}
-
-#[test]
-fn what_was_changed_is_taken_back_and_brought_back() {
-    let daemon = Daemon::start(&[]);
-    daemon.ctl_ok(&["set", "mass=1.5"]);
-    daemon.ctl_ok(&["scene", "load", "lugre"]);
-    let said = daemon.ctl_ok(&["undo"]);
-    assert!(
-        said.contains("revision 4") && said.contains("law: lugre -> karnopp"),
-        "{said}"
-    );
-    let said = daemon.ctl_ok(&["undo", "--ramp", "20ms"]);
-    assert!(said.contains("mass: 1.5 kg -> 0.5 kg"), "{said}");
-    let said = daemon.ctl_ok(&["redo"]);
-    assert!(said.contains("mass: 0.5 kg -> 1.5 kg"), "{said}");
-    daemon.ctl_ok(&["undo"]);
-    assert!(refused(&daemon, &["undo"], 1).contains("nothing to undo"));
+    daemon.ctl_refused(&["set", "mass=3", "--if-revision", "1"], 1, "revision 2");
 }
 
 #[test]
@@ -119,8 +32,8 @@ fn a_scene_is_a_name_a_revision_or_a_file() {
     daemon.ctl_ok(&["scene", "load", path]);
     assert_eq!(daemon.ctl_ok(&["scene", "diff", "@2"]), "nothing differs\n");
     assert_eq!(
-        json(&daemon, &["get", "@2"])["params"],
-        json(&daemon, &["get", path])["params"]
+        daemon.ctl_json(&["get", "@2"])["params"],
+        daemon.ctl_json(&["get", path])["params"]
     );
     let said = daemon.ctl_ok(&["scene", "diff", "1", "viscous-drag"]);
     assert!(
@@ -128,71 +41,84 @@ fn a_scene_is_a_name_a_revision_or_a_file() {
         "{said}"
     );
 
-    let saved = json(&daemon, &["scene", "save", "mine", "--scene", "@2"]);
+    let saved = daemon.ctl_json(&["scene", "save", "mine", "--scene", "@2"]);
     assert_eq!(saved["name"], "mine");
-    assert!(refused(&daemon, &["scene", "save", "mine"], 1).contains("replace"));
     daemon.ctl_ok(&["scene", "save", "mine", "--replace"]);
     assert!(daemon.ctl_ok(&["scene", "list"]).contains("mine.toml"));
 }
 
 #[test]
-fn missing_scene_suggests_the_nearest_name() {
+fn schedule_file_is_awaited_and_kept_one_cancelled_by_name() {
     let daemon = Daemon::start(&[]);
-    let said = refused(&daemon, &["scene", "load", "viscus-drag"], 1);
-    assert!(said.contains("did you mean `viscous-drag`"), "{said}");
-    let said = refused(&daemon, &["scene", "diff", "lurge"], 1);
-    assert!(said.contains("did you mean `lugre`"), "{said}");
-    let said = refused(&daemon, &["get", "ice"], 1);
-    assert!(said.contains("there are simulated-friction, no-friction"), "{said}");
-    assert!(refused(&daemon, &["scene", "load", "@99"], 1).contains("revision 99 is unknown"));
-    assert!(refused(&daemon, &["scene", "load", "missing.toml"], 2).contains("missing.toml"));
-    assert!(refused(&daemon, &["scene", "laod", "lugre"], 2).contains("load"));
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("steps.json");
+    let file = file.to_str().expect("a plain path");
+    let write = |first: u64| {
+        let text = format!(
+            r#"[{{"at_tick":{first},"params":{{"Fs":{{"plus":0.5}}}}}},{{"at_tick":{},"scene":"viscous-drag"}}]"#,
+            first + 7
+        );
+        std::fs::write(file, text).expect("it can be written");
+    };
+    let mut client = daemon.client();
+    // No machine is slower to start haptic-ctl.
+    let first = status(&mut client).tick + 3000;
+    write(first);
+    let said = daemon.ctl_ok(&["schedule", file, "--json"]);
+    let line = |line: &str| serde_json::from_str::<Value>(line).unwrap_or_else(|error| panic!("{line}: {error}"));
+    let rendered = said
+        .lines()
+        .skip(1)
+        .map(line)
+        .map(|entry| json!([entry["tick"], entry["op"]]));
+    let wanted = [json!([first, "set"]), json!([first + 7, "scene.load"])];
+    assert_eq!(rendered.collect::<Vec<_>>(), wanted);
+    let shown = daemon.ctl_ok(&["status"]);
+    assert!(shown.contains("viscous-drag of the library"), "{shown}");
+
+    daemon.ctl_ok(&["scene", "load", "simulated-friction"]);
+    write(first + 1_000_000);
+    daemon.ctl_ok(&["schedule", file, "--keep", "--name", "later"]);
+    let shown = daemon.ctl_ok(&["status"]);
+    assert!(shown.contains("2 changes (later) from tick"), "{shown}");
+    daemon.ctl_refused(&["set", "b=9"], 1, "schedule.cancel");
+    let said = daemon.ctl_ok(&["schedule", "cancel", "later"]);
+    assert!(said.starts_with("2 scheduled changes were cancelled"), "{said}");
+    daemon.ctl_refused(&["schedule", "cancel", "later"], 1, "");
+    daemon.ctl_refused(&["set", "b=9", "--at-tick", "1"], 1, "at_tick = 1 is out of range");
 }
 
 #[test]
-fn the_log_says_who_changed_what_and_goes_on() {
-    let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    assert!(daemon.ctl_ok(&["log"]).contains("nothing has been changed"));
-    daemon.ctl_ok(&["set", "mass=1.5"]);
-    daemon.ctl_ok(&["stop"]);
-    let said = daemon.ctl_ok(&["log"]);
-    let year = said.get(..2);
-    assert_eq!(year, Some("20"), "it begins with a date: {said}");
-    for part in [
-        "set  tick",
-        "revision 2",
-        "    mass: 0.5 kg -> 1.5 kg",
-        "stop  idle -> stopped",
-    ] {
-        assert!(said.contains(part), "{part} is missing: {said}");
-    }
-    let this = format!("process {})", std::process::id());
-    assert!(
-        said.contains("process ") && !said.contains(&this),
-        "the one that did it is haptic-ctl, not its caller"
-    );
-    assert_eq!(daemon.ctl_ok(&["log", "-n", "1", "--json"]).lines().count(), 1);
-
-    let mut following = Command::new(binary("haptic-ctl"))
-        .args(["log", "-n", "20", "--follow", "log", "--json", "--socket"])
-        .arg(daemon.socket())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("haptic-ctl starts");
-    let mut lines = BufReader::new(following.stdout.take().expect("it is piped")).lines();
-    let mut next = || -> Value {
-        let line = lines.next().expect("another entry").expect("text");
-        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{line}: {error}"))
-    };
+fn set_scales_and_adds_and_scenes_are_renamed_and_deleted() {
+    let daemon = Daemon::start(&[]);
+    let said = daemon.ctl_json(&["set", "mass*=3", "Fs+*=2"]);
+    let applied = &said["applied"];
     assert_eq!(
-        (next()["op"].clone(), next()["op"].clone()),
-        ("set".into(), "stop".into())
+        (&applied["mass"], &applied["static_force+"]),
+        (&1.5.into(), &8.0.into())
     );
-    daemon.ctl_ok(&["reset"]);
-    assert_eq!(next()["op"], "reset");
-    daemon.ctl_ok(&["undo"]);
-    let undo = next();
-    assert_eq!((&undo["op"], &undo["seq"]), (&"undo".into(), &4.into()));
-    drop(following.kill());
-    drop(following.wait());
+    let said = daemon.ctl_json(&["set", "--by", "Fs-=500mN"]);
+    assert_eq!(said["applied"]["static_force-"], 4.5);
+    for (name, value) in [("mass", "1.5 kg"), ("Fs", "+8 -4.5 N"), ("Fs-", "4.5 N")] {
+        assert_eq!(daemon.ctl_ok(&["get", name]).trim_end(), value);
+    }
+    let one = json!({"param": "static_force+", "value": 8.0, "unit": "N"});
+    assert_eq!(daemon.ctl_json(&["get", "Fs+"]), one);
+    daemon.ctl_refused(&["get", "sigma0"], 1, "the scene has no");
+    daemon.ctl_refused(&["set", "mass+=1"], 2, "--by mass=VALUE");
+    let said = daemon.ctl_ok(&["set", "mass=1.5"]);
+    assert!(said.starts_with("nothing changes, revision 3 stays"), "{said}");
+
+    daemon.ctl_ok(&["scene", "save", "other"]);
+    daemon.ctl_ok(&["scene", "save", "mine"]);
+    daemon.ctl_refused(&["scene", "rename", "mine", "other"], 1, "already has a scene `other`");
+    daemon.ctl_ok(&["scene", "rename", "mine", "other", "--replace"]);
+    daemon.ctl_ok(&["set", "mass=2"]);
+    let shown = daemon.ctl_ok(&["status"]);
+    assert!(shown.contains("from other of the library, changed since"), "{shown}");
+    daemon.ctl_refused(&["scene", "delete", "mine"], 1, "there is no scene `mine`");
+    daemon.ctl_ok(&["scene", "delete", "other"]);
+    let shown = daemon.ctl_ok(&["status"]);
+    assert!(!shown.contains("of the library"), "{shown}");
+    daemon.ctl_refused(&["scene", "rename", "lugre", "mine"], 1, "built in");
 }

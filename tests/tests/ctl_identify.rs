@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use system_tests::{Daemon, binary, machine_record};
+use system_tests::{Daemon, binary, is_refused, stderr, text};
 
 fn identify(arguments: &[&str]) -> Output {
     Command::new(binary("haptic-ctl"))
@@ -19,12 +19,8 @@ fn identify(arguments: &[&str]) -> Output {
 
 fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| {
-        panic!("{error}: {} {}", text(&output.stdout), text(&output.stderr));
+        panic!("{error}: {} {}", text(&output.stdout), stderr(output));
     })
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// A record of 0.5 kg on a known surface, as a lab with its own names, units and signs writes it.
@@ -73,7 +69,7 @@ fn a_labs_record_becomes_a_scene_that_the_daemon_renders() {
     let (file, scene) = (write(directory.path(), None), directory.path().join("bench.toml"));
     let (file, scene) = (file.to_str().expect("text"), scene.to_str().expect("text"));
     let output = identify(&[&[file, "--json", "--out", scene], &COLUMNS[..]].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let found = json(&output);
     assert_eq!(found["model"], "karnopp");
     assert!(
@@ -123,23 +119,14 @@ fn what_cannot_be_determined_is_refused_by_name_and_ends_with_1() {
     let scene = directory.path().join("none.toml");
     let (file, scene) = (file.to_str().expect("text"), scene.to_str().expect("text"));
     let output = identify(&[&[file, "--json", "--out", scene], &COLUMNS[..]].concat());
-    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    is_refused(file, &output, 1, &["is not written"]);
     let found = json(&output);
-    let refused: Vec<&str> = found["refused"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|each| each["parameter"].as_str().expect("a name"))
-        .collect();
-    assert!(refused.contains(&"viscous_Ns_per_m"), "{found}");
-    assert!(found["viscous_Ns_per_m"].is_null(), "{found}");
-    assert!(found["refused"][0]["instead"].is_string());
-    assert!(!Path::new(scene).exists(), "no scene of half a surface");
+    assert!(found["refused"].to_string().contains("\"viscous_Ns_per_m\""), "{found}");
     assert!(
-        text(&output.stderr).contains("is not written"),
-        "{}",
-        text(&output.stderr)
+        found["viscous_Ns_per_m"].is_null() && found["refused"][0]["instead"].is_string(),
+        "{found}"
     );
+    assert!(!Path::new(scene).exists(), "no scene of half a surface");
 }
 
 #[test]
@@ -160,38 +147,6 @@ fn wrong_file_or_column_is_usage_error_and_keeps_input() {
         (vec!["--rig", "--mass", "1"], "--mass"),
         (vec!["--run", "--range-mm", "nan"], "--range-mm"),
     ] {
-        let output = identify(&arguments);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-        assert!(
-            text(&output.stderr).contains(part),
-            "{part} in {}",
-            text(&output.stderr)
-        );
+        is_refused(&format!("{arguments:?}"), &identify(&arguments), 2, &[part]);
     }
-}
-
-#[test]
-fn a_real_drive_gives_the_figures_of_an_independent_fit() {
-    let Some(path) = machine_record() else {
-        test_run::skip("emps-pulses.csv", "the real machine's record, in ../shared/data");
-        return;
-    };
-    let output = identify(&[path.to_str().expect("text"), "--model", "karnopp", "--json"]);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let found = json(&output);
-    for (name, value) in [
-        ("mass_kg", 93.6),
-        ("viscous_Ns_per_m.positive", 211.0),
-        ("viscous_Ns_per_m.negative", 211.0),
-        ("dynamic_force_N.positive", 20.9),
-        ("dynamic_force_N.negative", 20.9),
-        ("offset_N", -3.2),
-    ] {
-        let [low, high] = [0, 1].map(|end| found["intervals"][name][end].as_f64().expect("a number"));
-        assert!(low <= value && value <= high, "{name}: {low} to {high}");
-    }
-    assert!(
-        found["residual_rms_N"].as_f64().expect("a number") <= 1.05 * 2.1,
-        "{found}"
-    );
 }

@@ -1,10 +1,10 @@
 //! `haptic-ctl lease`: a command as a dead man's switch.
 
 use haptic_ipc::RigState;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, PATIENCE, binary, status, wait_for_state};
+use system_tests::{Daemon, PATIENCE, binary, pause, process, status, wait_for_state};
 
 /// A lease that is not lost where a busy machine lets haptic-ctl wait.
 const TIMEOUT: &str = "2s";
@@ -51,7 +51,7 @@ fn rig_stays_engaged_while_command_runs_and_after_success() {
             "after {:?}",
             began.elapsed()
         );
-        std::thread::sleep(Duration::from_millis(20));
+        pause();
     }
     assert_eq!(code(holder), Some(0));
     assert_eq!(status(&mut client).state, RigState::Engaged);
@@ -64,7 +64,7 @@ fn the_rig_is_released_when_haptic_ctl_is_killed_or_hangs() {
     for signal in [Signal::KILL, Signal::STOP] {
         let mut holder = held(&daemon, TIMEOUT);
         daemon.ctl_ok(&["engage", "--wait"]);
-        kill_process(Pid::from_child(&holder), signal).expect("it runs");
+        process::signal(holder.id(), signal);
         wait_for_state(&mut client, RigState::Idle);
         // One that was stopped can be killed all the same; `cat` ends with its input.
         drop(holder.kill());
@@ -85,14 +85,19 @@ fn lease_passes_on_exit_code_and_failure_releases_rig() {
         );
         wait_for_state(&mut client, RigState::Idle);
     }
-    assert_eq!(code(lease(&daemon, "5s", &["true"])), Some(0));
-    assert_eq!(code(lease(&daemon, "5s", &["/nonexistent/command"])), Some(2));
-    assert_eq!(
-        code(lease(&daemon, "1ms", &["true"])),
-        Some(1),
-        "the daemon refuses so short a lease"
-    );
-    assert_eq!(code(lease(&daemon, "2000h", &["true"])), Some(2));
+    // The daemon refuses so short a lease, and haptic-ctl one that no daemon could be asked for.
+    for (timeout, command, expected) in [
+        ("5s", "true", 0),
+        ("5s", "/nonexistent/command", 2),
+        ("1ms", "true", 1),
+        ("2000h", "true", 2),
+    ] {
+        assert_eq!(
+            code(lease(&daemon, timeout, &[command])),
+            Some(expected),
+            "{timeout} {command}"
+        );
+    }
 }
 
 #[test]
@@ -111,7 +116,7 @@ fn a_request_to_end_goes_on_to_the_command() {
         let mut holder = held(&daemon, "5s");
         // Waiting would close the input, and `cat` would end by that: only the signal may end it.
         let _input = holder.stdin.take().expect("it is a pipe");
-        kill_process(Pid::from_child(&holder), signal).expect("it runs");
+        process::signal(holder.id(), signal);
         assert_eq!(holder.wait().expect("it ends").code(), Some(code));
     }
 }

@@ -3,10 +3,8 @@
 use haptic_recording::Ending;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use system_tests::{Daemon, binary, ctl};
-
-const NO_DAEMON: &str = "/nonexistent/control.sock";
+use std::process::{Command, Stdio};
+use system_tests::{Daemon, binary, ctl_offline_refused, stderr};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
@@ -19,21 +17,17 @@ fn commands(out: &str) -> Vec<Vec<String>> {
         vec!["simulate", &scene, "--motion", &motion, "--out", out],
         vec!["replay", &recording, "--scheme", "exact", "--out", out],
         vec!["recording", "export", &recording, out],
+        vec!["recording", "cut", &recording, out],
+        vec!["recording", "repair", &recording, out],
         vec!["surface", &scene, "--out", out],
     ]
     .map(|arguments| arguments.into_iter().map(str::to_owned).collect())
     .to_vec()
 }
 
-fn run(arguments: &[String], more: &[&str]) -> (Output, String) {
-    let arguments: Vec<&str> = arguments
-        .iter()
-        .map(String::as_str)
-        .chain(more.iter().copied())
-        .collect();
-    let output = ctl(NO_DAEMON.as_ref(), &arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    (output, said)
+fn ends(arguments: &[String], code: i32, parts: &[&str]) {
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    ctl_offline_refused(&arguments, code, parts);
 }
 
 fn file(directory: &Path, name: &str) -> (PathBuf, String) {
@@ -46,24 +40,20 @@ fn file(directory: &Path, name: &str) -> (PathBuf, String) {
 fn existing_file_is_kept_unless_force_option_is_given() {
     let directory = tempfile::tempdir().expect("a directory");
     let (there, name) = file(directory.path(), "there.csv");
-    for arguments in commands(&name) {
+    for mut arguments in commands(&name) {
         std::fs::write(&there, "mine").expect("written");
-        let (output, said) = run(&arguments, &[]);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains("there.csv exists; --force replaces it"), "{said}");
+        ends(&arguments, 2, &["there.csv exists; --force replaces it"]);
         assert_eq!(std::fs::read(&there).expect("it is there"), b"mine");
+        // The surface takes seconds, and writes as the others do.
         if arguments[0] != "surface" {
-            // That takes seconds, and writes as the others do.
-            let (output, said) = run(&arguments, &["--force"]);
-            assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+            arguments.push("--force".to_owned());
+            ends(&arguments, 0, &[]);
             assert_ne!(std::fs::read(&there).expect("it is there"), b"mine");
         }
     }
     let (other, name) = file(directory.path(), "other.txt");
     for arguments in commands(&name) {
-        let (output, said) = run(&arguments, &[]);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains("other.txt") && said.contains(".csv"), "{said}");
+        ends(&arguments, 2, &["other.txt", ".csv"]);
         assert!(!other.exists());
     }
 }
@@ -72,22 +62,15 @@ fn existing_file_is_kept_unless_force_option_is_given() {
 fn a_name_that_cannot_be_is_wrong_usage_and_a_full_disk_is_not() {
     let directory = tempfile::tempdir().expect("a directory");
     let (_, name) = file(directory.path(), "nowhere/out.csv");
-    for arguments in commands(&name)
-        .into_iter()
-        .filter(|arguments| arguments[0] != "surface")
-    {
-        let (output, said) = run(&arguments, &[]);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains("nowhere/out.csv: No such file"), "{said}");
+    for arguments in commands(&name).iter().filter(|arguments| arguments[0] != "surface") {
+        ends(arguments, 2, &["nowhere/out.csv: No such file"]);
     }
     if !Path::new("/dev/full").exists() {
         test_run::skip("/dev/full", "a system that has it");
         return;
     }
     for arguments in &commands("/dev/full")[..2] {
-        let (output, said) = run(arguments, &[]);
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
-        assert!(said.contains("/dev/full: No space left"), "{said}");
+        ends(arguments, 1, &["/dev/full: No space left"]);
     }
 }
 
@@ -102,27 +85,15 @@ fn unreadable_motion_and_failed_repair_give_plain_errors() {
     ] {
         let (path, motion) = file(directory.path(), name);
         std::fs::write(path, bytes).expect("written");
-        let output = ctl(
-            NO_DAEMON.as_ref(),
-            &["simulate", &scene, "--motion", &motion, "--out", &out],
-        );
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(&format!("{name}: {why}")), "{said}");
+        let simulate = ["simulate", &scene, "--motion", &motion, "--out", &out];
+        ctl_offline_refused(&simulate, 2, &[&format!("{name}: {why}")]);
     }
     // A Parquet file that lost its end, and what stood beside it.
     let (path, torn) = file(directory.path(), "torn.parquet");
     std::fs::write(path, b"PAR1 and some rows").expect("written");
-    let output = ctl(NO_DAEMON.as_ref(), &["recording", "repair", &torn, &out]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("torn.parquet") && !said.contains("recording repair"),
-        "{said}"
-    );
-    let output = ctl(NO_DAEMON.as_ref(), &["recording", "export", &torn, &out]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(said.contains("recording repair"), "{said}");
+    let said = ctl_offline_refused(&["recording", "repair", &torn, &out], 2, &["torn.parquet"]);
+    assert!(!said.contains("recording repair"), "{said}");
+    ctl_offline_refused(&["recording", "export", &torn, &out], 2, &["recording repair"]);
 }
 
 #[test]
@@ -131,7 +102,7 @@ fn a_recording_goes_to_standard_output_and_ends_with_its_reader() {
     let directory = tempfile::tempdir().expect("a directory");
     for format in ["csv", "mcap"] {
         let output = daemon.ctl(&["record", "-", "--format", format, "--for", "50ms"]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = stderr(&output);
         assert!(output.status.success() && said.contains(" rows, "), "{said}");
         let (file, _) = file(directory.path(), &format!("piped.{format}"));
         std::fs::write(&file, &output.stdout).expect("written");
@@ -164,10 +135,5 @@ fn a_recording_goes_to_standard_output_and_ends_with_its_reader() {
         (Some(0), Vec::new()),
         "its reader has had enough"
     );
-    for wrong in [
-        &["record", "-", "--format", "parquet"][..],
-        &["record", "x.csv", "--format", "csv"],
-    ] {
-        assert_eq!(daemon.ctl(wrong).status.code(), Some(2), "{wrong:?}");
-    }
+    daemon.ctl_refused(&["record", "-", "--format", "parquet"], 2, "");
 }

@@ -6,19 +6,15 @@ use rustix::process::Signal;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Instant;
 use system_tests::fake_rig::FakeRig;
 use system_tests::process::end;
 use system_tests::recorded::{wait_for_more_rows, wait_for_rows};
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, PATIENCE, binary, wait_for_state};
+use system_tests::{Daemon, binary, ctl_offline_refused, is_refused, status, stderr, until, wait_for_state};
 
 fn read(file: &Path) -> Recording {
     haptic_recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
 }
-
-/// The endings of the formats.
-const ENDINGS: [&str; 3] = ["mcap", "csv", "parquet"];
 
 fn somewhere(ending: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");
@@ -38,10 +34,6 @@ fn markers(found: &Recording) -> Vec<&str> {
         .collect()
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 #[test]
 fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
     let daemon = Daemon::start(&[]);
@@ -52,11 +44,10 @@ fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
     let longer = daemon.recorder(&longer_file, &[]);
     wait_for_rows(&longer_file, 1);
     let said = daemon.ctl(&["record", path, "--for", "300ms"]);
-    assert_eq!(said.status.code(), Some(0), "{}", text(&said.stderr));
-    assert!(
-        text(&said.stderr).is_empty(),
-        "nothing moves where nobody looks: {}",
-        text(&said.stderr)
+    assert_eq!(
+        (said.status.code(), &*stderr(&said)),
+        (Some(0), ""),
+        "nothing moves where nobody looks"
     );
     let found = read(&file);
     assert_eq!(found.ending, Ending::Complete);
@@ -65,12 +56,9 @@ fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
     assert_eq!((found.metadata.rate_hz, found.metadata.revision), (1000.0, 1));
     assert_eq!(found.metadata.scene.name, "simulated friction");
 
-    let refused = daemon.ctl(&["record", path]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
+    daemon.ctl_refused(&["record", path], 2, "--force");
     assert_eq!(read(&file), found, "what was there is untouched");
-    let fewer = daemon.ctl_ok(&["record", path, "--for", "300ms", "--rate", "100", "--force", "--json"]);
-    let fewer: serde_json::Value = serde_json::from_str(&fewer).expect("JSON");
+    let fewer = daemon.ctl_json(&["record", path, "--for", "300ms", "--rate", "100", "--force"]);
     let thinned = read(&file);
     assert_eq!(fewer["rows"], thinned.rows.len(), "{fewer}");
     wait_for_more_rows(&longer_file, 100);
@@ -101,7 +89,7 @@ fn interrupt_completes_recording_with_marks_before_their_rows() {
     daemon.ctl_ok(&["stop"]);
     wait_for_more_rows(&file, 100);
     let output = end(recorder, Signal::INT);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let found = read(&file);
     assert_eq!(found.ending, Ending::Complete);
     let mut states = Vec::new();
@@ -132,56 +120,44 @@ fn interrupt_before_requested_duration_exits_130() {
     let recorder = daemon.recorder(&file, &["--for", "1h"]);
     wait_for_rows(&file, 1);
     let output = end(recorder, Signal::INT);
-    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
     assert_eq!(read(&file).ending, Ending::Complete);
 }
 
 #[test]
 fn whoever_kills_it_loses_nothing_that_was_flushed() {
     let daemon = Daemon::start(&[]);
-    for ending in ENDINGS {
-        let (_directory, file) = somewhere(ending);
-        let recorder = daemon.recorder(&file, &[]);
-        wait_for_rows(&file, 1200);
-        let before = read(&file);
-        end(recorder, Signal::KILL);
-        let found = read(&file);
-        assert!(found.rows.len() >= before.rows.len(), "{ending}");
-        assert_eq!(found.rows[..before.rows.len()], before.rows, "{ending}");
-        assert_ne!(found.ending, Ending::Complete, "{ending}: nobody ended it on purpose");
-        let told = system_tests::ctl_offline(&["recording", "info", file.to_str().expect("text"), "--json"]);
-        let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
-        assert_eq!(
-            (&told["rows"], &told["complete"]),
-            (&found.rows.len().into(), &false.into())
-        );
-    }
+    let (_directory, file) = somewhere("mcap");
+    let recorder = daemon.recorder(&file, &[]);
+    wait_for_rows(&file, 1200);
+    let before = read(&file);
+    end(recorder, Signal::KILL);
+    let found = read(&file);
+    assert_eq!(found.rows[..before.rows.len()], before.rows);
+    assert_ne!(found.ending, Ending::Complete, "nobody ended it on purpose");
 }
 
 #[test]
 fn a_daemon_that_dies_ends_it_with_3_and_leaves_what_there_was() {
-    for ending in ENDINGS {
-        let daemon = Daemon::start(&[]);
-        let (_directory, file) = somewhere(ending);
-        let recorder = daemon.recorder(&file, &["--json"]);
-        wait_for_rows(&file, 200);
-        drop(daemon);
-        let output = recorder.wait_with_output().expect("it ends");
-        assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
-        let found = read(&file);
-        assert!(found.rows.len() >= 200);
-        assert_eq!(found.ending, Ending::Open);
-        let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        assert_eq!(
-            (&told["rows"], &told["complete"]),
-            (&found.rows.len().into(), &false.into())
-        );
-        let last = found.marks.last().map(|(_, mark)| mark);
-        assert!(
-            matches!(last, Some(Mark::Link { text, .. }) if text.contains("lost the daemon")),
-            "{last:?}"
-        );
-    }
+    let daemon = Daemon::start(&[]);
+    let (_directory, file) = somewhere("mcap");
+    let recorder = daemon.recorder(&file, &["--json"]);
+    wait_for_rows(&file, 200);
+    drop(daemon);
+    let output = recorder.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let found = read(&file);
+    assert_eq!(found.ending, Ending::Open);
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(
+        (&told["rows"], &told["complete"]),
+        (&found.rows.len().into(), &false.into())
+    );
+    let last = found.marks.last().map(|(_, mark)| mark);
+    assert!(
+        matches!(last, Some(Mark::Link { text, .. }) if text.contains("lost the daemon")),
+        "{last:?}"
+    );
 }
 
 #[test]
@@ -192,7 +168,7 @@ fn it_ends_when_what_was_asked_for_is_so() {
     wait_for_rows(&file, 1);
     daemon.ctl_ok(&["engage"]);
     let output = recorder.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let found = read(&file);
     assert!(found.rows.iter().any(|row| row.state == RigState::Engaged));
 }
@@ -221,101 +197,55 @@ fn its_length_size_and_losses_move_on_a_terminal() {
 #[test]
 fn a_disk_that_is_full_is_said_and_what_there_is_reads() {
     let daemon = Daemon::start(&[]);
-    for ending in ENDINGS {
-        let (directory, file) = somewhere(ending);
-        // A file may have 100 kB; the signal that would kill at once is ignored, as it is not sent for a full disk.
-        let output = Command::new("bash")
-            .arg("-c")
-            .arg("trap '' XFSZ; ulimit -f 100; exec \"$0\" record \"$@\"")
-            .arg(binary("haptic-ctl"))
-            .arg(&file)
-            .arg("--socket")
-            .arg(daemon.socket())
-            .stdin(Stdio::null())
-            .output()
-            .expect("bash starts");
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{ending}: {said}");
-        let found = read(&file);
-        assert!(found.rows.len() >= 250, "{ending}: {} rows", found.rows.len());
-        assert_ne!(found.ending, Ending::Complete, "{ending}");
-        for part in ["File too large", &format!("{} rows, which read", found.rows.len())] {
-            assert!(said.contains(part), "{ending}: `{said}` lacks `{part}`");
-        }
-
-        if !Path::new("/dev/full").exists() {
-            test_run::skip("/dev/full", "a system that has it");
-            return;
-        }
-        if ending == "parquet" {
-            // It is written into files alone.
-            continue;
-        }
-        let full = directory.path().join(format!("full.{ending}"));
-        std::os::unix::fs::symlink("/dev/full", &full).expect("a link");
-        let output = daemon.ctl(&["record", full.to_str().expect("text"), "--force", "--for", "100ms"]);
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{ending}: {said}");
-        assert!(
-            said.contains(&format!("full.{ending}: No space left")),
-            "{ending}: {said}"
-        );
-    }
+    let (_directory, file) = somewhere("mcap");
+    // A file may have 100 kB; the signal that would kill at once is ignored, as it is not sent for a full disk.
+    let output = Command::new("bash")
+        .arg("-c")
+        .arg("trap '' XFSZ; ulimit -f 100; exec \"$0\" record \"$@\"")
+        .arg(binary("haptic-ctl"))
+        .arg(&file)
+        .arg("--socket")
+        .arg(daemon.socket())
+        .stdin(Stdio::null())
+        .output()
+        .expect("bash starts");
+    let found = read(&file);
+    assert!(
+        found.rows.len() >= 250 && found.ending != Ending::Complete,
+        "{} rows",
+        found.rows.len()
+    );
+    let reads = format!("{} rows, which read", found.rows.len());
+    is_refused("record", &output, 1, &["File too large", &reads]);
 }
 
 #[test]
 fn a_file_of_another_ending_is_refused_before_anything_is_asked() {
     let (directory, _) = somewhere("csv");
-    for name in ["rig.txt", "rig", "rig.json"] {
-        let file = directory.path().join(name);
-        let output = system_tests::ctl(Path::new("/nonexistent"), &["record", file.to_str().expect("text")]);
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        for part in [name, ".mcap", ".csv", ".parquet"] {
-            assert!(said.contains(part), "`{said}` lacks `{part}`");
-        }
-        assert!(!file.exists());
-    }
+    let file = directory.path().join("rig.json");
+    let name = file.to_str().expect("text");
+    ctl_offline_refused(&["record", name], 2, &[name, ".mcap", ".csv", ".parquet"]);
+    assert!(!file.exists());
 }
 
 #[test]
-fn its_circumstances_and_notes_are_in_every_format() {
+fn its_circumstances_and_notes_are_kept() {
     let daemon = Daemon::start(&["--slew-limit-n-per-s", "4321"]);
-    for ending in ENDINGS {
-        let (directory, file) = somewhere(ending);
-        let path = file.to_str().expect("text");
-        let notes = directory.path().join("notes.txt");
-        std::fs::write(&notes, "steel on teflon\n2 N, \"dry\"\n").expect("written");
-        let notes = notes.to_str().expect("text");
-        daemon.ctl_ok(&["record", path, "--for", "50ms", "--notes-file", notes]);
-        let found = read(&file);
-        assert_eq!(found.metadata.notes.as_deref(), Some("steel on teflon\n2 N, \"dry\"\n"));
-        let configuration = found.metadata.configuration.as_ref().expect("the status");
-        assert_eq!(configuration["device"]["slew_limit_N_per_s"], 4321.0);
-        assert!(configuration["real_time"].is_object(), "{configuration}");
-        let told = system_tests::ctl_offline(&["recording", "info", path]);
-        let told = text(&told.stdout);
-        for part in [
-            "steel on teflon",
-            "2 N, \"dry\"",
-            "every tick",
-            "complete",
-            "simulated friction",
-        ] {
-            assert!(told.contains(part), "{told} lacks {part}");
-        }
-    }
-    let (_directory, file) = somewhere("csv");
+    let (directory, file) = somewhere("mcap");
     let path = file.to_str().expect("text");
-    daemon.ctl_ok(&["record", path, "--for", "50ms", "--notes", "two words"]);
+    let notes = directory.path().join("notes.txt");
+    std::fs::write(&notes, "steel on teflon\n2 N, \"dry\"\n").expect("written");
+    let notes = notes.to_str().expect("text");
+    daemon.ctl_ok(&["record", path, "--for", "50ms", "--notes-file", notes]);
+    let metadata = read(&file).metadata;
+    assert_eq!(metadata.notes.as_deref(), Some("steel on teflon\n2 N, \"dry\"\n"));
+    let configuration = metadata.configuration.as_ref().expect("the status");
+    assert_eq!(configuration["device"]["slew_limit_N_per_s"], 4321.0);
+    assert!(configuration["real_time"].is_object(), "{configuration}");
+    daemon.ctl_ok(&["record", path, "--force", "--for", "50ms", "--notes", "two words"]);
     assert_eq!(read(&file).metadata.notes.as_deref(), Some("two words"));
-    let refused = daemon.ctl(&["record", "other.csv", "--notes-file", "/nonexistent/notes"]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        text(&refused.stderr).contains("/nonexistent/notes"),
-        "{}",
-        text(&refused.stderr)
-    );
+    let missing = ["record", "other.csv", "--notes-file", "/nonexistent/notes"];
+    daemon.ctl_refused(&missing, 2, "/nonexistent/notes");
 }
 
 #[test]
@@ -354,8 +284,7 @@ fn markers_are_set_by_keys_and_no_key_passes_for_a_stop() {
             assert!(before && after, "{mark:?} before row {row}");
         }
     }
-    let mut client = daemon.client();
-    assert_eq!(system_tests::status(&mut client).state, RigState::Engaged);
+    assert_eq!(status(&mut daemon.client()).state, RigState::Engaged);
 }
 
 #[test]
@@ -377,11 +306,10 @@ fn a_program_sets_markers_by_lines_where_that_is_asked_for() {
         wait_for_rows(&file, 1);
         lines.write_all(b"first phase\n\n  second  \n").expect("written");
         let wanted = if asked { vec!["first phase", "second"] } else { vec![] };
-        let began = Instant::now();
-        while markers(&read(&file)) != wanted || read(&file).rows.len() < 300 {
-            assert!(began.elapsed() < PATIENCE, "{:?}", markers(&read(&file)));
-            system_tests::pause();
-        }
+        until("the markers do not come", || {
+            let found = read(&file);
+            markers(&found) == wanted && found.rows.len() >= 300
+        });
         drop(lines);
         let ended = if asked {
             // The program that set the markers has ended.
@@ -404,13 +332,6 @@ fn end_of_markers_does_not_cut_requested_duration() {
     // Its input ends at once.
     assert_eq!(recorder.wait_with_output().expect("it ends").status.code(), Some(0));
     assert!(read(&file).rows.len() > 300);
-    let refused = daemon.ctl(&["record", "nothing.mcap", "--for", "0s"]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        text(&refused.stderr).contains("--for = 0 s"),
-        "{}",
-        text(&refused.stderr)
-    );
 }
 
 #[test]

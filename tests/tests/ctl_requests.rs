@@ -2,13 +2,8 @@
 
 use serde_json::{Value, json};
 use std::io::Write;
-use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use system_tests::{Daemon, binary, ctl};
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use system_tests::{Daemon, binary, ctl_offline_refused, text};
 
 fn lines(text: &str) -> Vec<Value> {
     text.lines()
@@ -51,7 +46,7 @@ fn raw_lines_go_verbatim_and_first_refusal_sets_exit_code() {
         assert_eq!(answers.len(), 3, "the conversation goes on: {answers:?}");
         assert!(!answers[1]["error"]["message"].is_null());
     }
-    assert_eq!(ctl(Path::new("/nonexistent"), &["raw", "{}"]).status.code(), Some(3));
+    ctl_offline_refused(&["raw", "{}"], 3, &[]);
 }
 
 #[test]
@@ -87,24 +82,6 @@ fn a_shell_completes_parameters_scenes_and_subcommands() {
     );
     assert_eq!(complete(&["haptic-ctl", "sce"]), ["scene"]);
     assert_eq!(complete(&["haptic-ctl", "scene", "d"]), ["delete", "diff"]);
-}
-
-#[test]
-fn there_is_a_manual_page_for_each_subcommand() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let pages = directory.path().join("man1");
-    let output = ctl(Path::new("/nonexistent"), &["man", pages.to_str().expect("text")]);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    for page in [
-        "haptic-ctl",
-        "haptic-ctl-set",
-        "haptic-ctl-scene-load",
-        "haptic-ctl-wait",
-        "haptic-ctl-top",
-    ] {
-        let found = std::fs::read_to_string(pages.join(format!("{page}.1"))).expect(page);
-        assert!(found.contains(".SH NAME"), "{page}");
-    }
 }
 
 #[test]

@@ -1,19 +1,17 @@
 //! `haptic-ctl stop` where nobody hears it: what helps then is not another daemon.
 
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
+use std::io::Write;
 use std::os::unix::net::UnixListener;
 use std::process::Output;
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, ctl};
+use system_tests::{Daemon, ctl, is_refused, process};
 
 /// Generous: on a busy machine the program itself takes its time to start.
 const SOON: Duration = Duration::from_secs(15);
 
 fn says_to_cut_the_power(output: &Output, code: i32) {
-    assert_eq!(output.status.code(), Some(code), "{output:?}");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("if the motor pulls, cut its power"), "{said}");
-    assert!(said.contains("watchdog"), "{said}");
+    let said = is_refused("stop", output, code, &["if the motor pulls, cut its power", "watchdog"]);
     assert!(!said.contains("start one"), "{said}");
 }
 
@@ -26,21 +24,9 @@ fn without_a_daemon_a_stop_says_to_cut_the_power() {
     // A socket that a dead daemon left behind.
     drop(UnixListener::bind(&socket).expect("a socket"));
     says_to_cut_the_power(&ctl(&socket, &["stop"]), 3);
-    let json = ctl(&socket, &["--json", "stop"]);
-    assert_eq!(json.status.code(), Some(3));
-    let said: serde_json::Value = serde_json::from_slice(&json.stderr).expect("JSON");
-    assert!(
-        said["error"]["message"]
-            .as_str()
-            .is_some_and(|text| text.contains("cut its power")),
-        "{said}"
-    );
+    says_to_cut_the_power(&ctl(&socket, &["--json", "stop"]), 3);
     // Anything else is still told how to get one.
-    let status = ctl(&socket, &["status"]);
-    assert!(
-        String::from_utf8_lossy(&status.stderr).contains("start one"),
-        "{status:?}"
-    );
+    is_refused("status", &ctl(&socket, &["status"]), 3, &["start one"]);
 }
 
 // hazard: H12
@@ -54,14 +40,25 @@ fn a_stop_that_is_not_answered_says_so_in_time_and_never_hangs() {
     says_to_cut_the_power(&ctl(&socket, &["stop"]), 5);
     assert!(began.elapsed() < SOON, "{:?}", began.elapsed());
 
+    // Greets, and then says nothing.
+    let mute = directory.path().join("mute.sock");
+    let listener = UnixListener::bind(&mute).expect("a socket");
+    let greeted = std::thread::spawn(move || {
+        let (mut client, _) = listener.accept().expect("a client");
+        let greeting = b"{\"hello\":{\"protocol\":1,\"server\":\"mute\",\"session\":\"1\"}}\n";
+        client.write_all(greeting).expect("it reads");
+        client
+    });
+    says_to_cut_the_power(&ctl(&mute, &["stop"]), 5);
+    drop(greeted.join());
+
     // A daemon that stands still as a whole.
     let daemon = Daemon::start(&[]);
-    let pid = Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("a process");
-    kill_process(pid, Signal::STOP).expect("it runs");
+    process::signal(daemon.pid(), Signal::STOP);
     let began = Instant::now();
     says_to_cut_the_power(&daemon.ctl(&["stop"]), 5);
     assert!(began.elapsed() < SOON, "{:?}", began.elapsed());
-    kill_process(pid, Signal::CONT).expect("it stands");
+    process::signal(daemon.pid(), Signal::CONT);
 }
 
 #[test]

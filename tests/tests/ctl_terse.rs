@@ -1,24 +1,12 @@
-//! What haptic-ctl prints, and no more: advice, `--quiet`; and the guesses in its refusals.
+//! What haptic-ctl prints, and no more: advice, `--quiet`, what is followed, and which scene was meant.
 
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
-use system_tests::{Daemon, binary, ctl};
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use system_tests::{Daemon, binary, ctl_offline_refused, stderr, text};
 
 fn parsed(line: &str) -> Value {
     serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}"))
-}
-
-/// Runs what must be refused, and returns what it said.
-fn refused(daemon: &Daemon, arguments: &[&str]) -> String {
-    let output = daemon.ctl(arguments);
-    assert!(!output.status.success(), "{arguments:?}");
-    assert!(output.stdout.is_empty(), "{arguments:?}: {}", text(&output.stdout));
-    text(&output.stderr)
 }
 
 #[test]
@@ -56,9 +44,9 @@ fn quiet_leaves_what_was_asked_for_and_errors() {
     ] {
         let words: Vec<&str> = done.split(' ').collect();
         let output = daemon.ctl(&words);
-        assert!(output.status.success(), "{done}: {}", text(&output.stderr));
+        assert!(output.status.success(), "{done}: {}", stderr(&output));
         assert_eq!(
-            (text(&output.stdout), text(&output.stderr)),
+            (text(&output.stdout), stderr(&output)),
             (String::new(), String::new()),
             "{done}"
         );
@@ -75,7 +63,7 @@ fn quiet_leaves_what_was_asked_for_and_errors() {
         samples.lines().count() == 1 && samples.contains("idle"),
         "no heading: {samples}"
     );
-    assert!(refused(&daemon, &["set", "mass=-1", "-q"]).contains("out of range"));
+    daemon.ctl_refused(&["set", "mass=-1", "-q"], 1, "out of range");
 }
 
 #[test]
@@ -106,71 +94,6 @@ fn log_follows_states_entries_samples_and_timing() {
             .clone()
             .all(|sample| sample["tick"].is_u64() && sample["dropped"] == 0)
     );
-    assert!(refused(&daemon, &["log", "--rate", "all"]).contains("--follow"));
-    assert!(refused(&daemon, &["log", "-f", "sampels"]).contains("'samples'"));
-}
-
-#[test]
-fn every_unknown_word_is_answered_with_the_one_that_was_meant() {
-    let daemon = Daemon::start(&[]);
-    let motion = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../crates/haptic-core/tests/data/reference/paper.csv"
-    );
-    for (arguments, meant) in [
-        (&["set", "msas=1"][..], "mass"),
-        (&["set", "weight=1"], "mass"),
-        (&["set", "stiction=5"], "Fs"),
-        (&["set", "mass=1kgs"], "kg"),
-        (&["get", "weight"], "mass"),
-        (&["get", "lugr"], "lugre"),
-        (&["scene", "load", "viscus-drag"], "viscous-drag"),
-        (&["wait", "--until", "weight=1"], "mass"),
-        (&["wait", "--until", "devic_position_m>1"], "device_position_m"),
-        (&["wait", "--until", "law=karnop"], "karnopp"),
-        (&["raw", r#"{"op":"subscribe","topics":["sampels"]}"#], "samples"),
-        (
-            &["simulate", "lurge", "--motion", motion, "--out", "/nonexistent/o.csv"],
-            "lugre",
-        ),
-        (
-            &[
-                "simulate",
-                "lugre",
-                "--motion",
-                motion,
-                "--out",
-                "/nonexistent/o.csv",
-                "--scheme",
-                "exat",
-            ],
-            "exact",
-        ),
-    ] {
-        let output = daemon.ctl(arguments);
-        let said = text(&output.stderr) + &text(&output.stdout);
-        assert!(
-            !output.status.success() && said.contains(&format!("did you mean `{meant}`?")),
-            "{arguments:?}: {said}"
-        );
-    }
-    for (option, wrong, meant) in [
-        ("--device", "serail:/dev/null", "serial"),
-        ("--device", "odrve:/dev/null", "odrive"),
-        ("--velocity", "lowpass", "low-pass"),
-        ("--scheme", "implict", "implicit"),
-        ("--hand", "sien", "sine"),
-    ] {
-        let output = Command::new(binary("hapticd"))
-            .args([option, wrong])
-            .output()
-            .expect("hapticd starts");
-        let said = text(&output.stderr);
-        assert!(
-            !output.status.success() && said.contains(&format!("did you mean `{meant}`?")),
-            "{wrong}: {said}"
-        );
-    }
 }
 
 #[test]
@@ -192,7 +115,7 @@ fn a_scene_to_simulate_is_named_as_everywhere() {
             .current_dir(directory.path())
             .output()
             .expect("haptic-ctl starts");
-        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+        (output.status.code(), text(&output.stdout) + &stderr(&output))
     };
     let nobody = Path::new("/nonexistent/control.sock");
     let (code, said) = simulate(nobody, "lugre");
@@ -218,10 +141,5 @@ fn a_scene_to_simulate_is_named_as_everywhere() {
     let (still, said) = rows("mine");
     assert!(still == mine && said.contains("for the file write ./mine"), "{said}");
     assert_eq!(rows("./mine").0, rows("@1").0);
-    assert_eq!(
-        ctl(nobody, &["simulate", "./no", "--motion", motion, "--out", "/tmp/o.csv"])
-            .status
-            .code(),
-        Some(2)
-    );
+    ctl_offline_refused(&["simulate", "./no", "--motion", motion, "--out", "/tmp/o.csv"], 2, &[]);
 }

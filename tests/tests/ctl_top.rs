@@ -132,14 +132,6 @@ fn what_was_wished_for_before_a_stop_is_void_after_it() {
 }
 
 #[test]
-fn escape_stops() {
-    let daemon = Daemon::start(&[]);
-    let mut top = top(&daemon, "");
-    top.type_in("\x1b");
-    top.wait_for("the stop", |screen| screen.contains("stop confirmed at tick"));
-}
-
-#[test]
 fn the_terminal_is_put_back_however_it_ends() {
     let daemon = Daemon::start(&[]);
     for (name, end, code) in [
@@ -185,7 +177,5 @@ fn colour_is_left_out_where_it_is_not_wanted() {
 #[test]
 fn without_a_terminal_it_says_what_to_use_instead() {
     let daemon = Daemon::start(&[]);
-    let output = daemon.ctl(&["top"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("haptic-ctl log --follow"));
+    daemon.ctl_refused(&["top"], 2, "haptic-ctl log --follow");
 }

@@ -3,7 +3,7 @@
 use haptic_ipc::{Request, RigState, SceneReply};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use system_tests::{Daemon, status};
+use system_tests::{Daemon, status, stderr, text};
 
 fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name)
@@ -14,13 +14,7 @@ fn run(mut command: Command) -> Output {
 }
 
 fn printed(output: &Output) -> String {
-    let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
-    assert!(
-        output.status.success(),
-        "{}{}",
-        text(&output.stdout),
-        text(&output.stderr)
-    );
+    assert!(output.status.success(), "{}{}", text(&output.stdout), stderr(output));
     text(&output.stdout)
 }
 
@@ -100,7 +94,7 @@ fn the_one_for_the_shell_drives_the_rig_and_says_why_it_cannot() {
     // It is stopped now, and a stop is not engaged away.
     let again = shell();
     assert_eq!(again.status.code(), Some(1));
-    let said = String::from_utf8_lossy(&again.stderr).into_owned();
+    let said = stderr(&again);
     assert!(said.contains("refused: stopped: ") && said.contains("reset"), "{said}");
 }
 
@@ -115,7 +109,7 @@ fn without_a_daemon_each_says_so_in_one_line() {
         command.arg(example(name)).arg(nowhere);
         let output = run(command);
         assert_eq!(output.status.code(), Some(1));
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = stderr(&output);
         assert!(
             said.starts_with("hapticd at /nonexistent/control.sock") && said.lines().count() == 1,
             "{said}"

@@ -5,6 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use system_tests::stderr;
 
 const DENIAL: &str = "#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]";
 
@@ -101,7 +102,7 @@ fn clippy_says(source: &str) -> Option<(bool, String)> {
         .env_remove("RUSTFLAGS")
         .output()
         .expect("cargo runs");
-    let said = String::from_utf8_lossy(&run.stderr).into_owned();
+    let said = stderr(&run);
     if said.contains("no such command") || said.contains("is not installed") {
         test_run::skip("clippy", "rustup component add clippy");
         return None;

@@ -1,16 +1,15 @@
 //! A hand without a rig: a client points, the arm of the fake rig's hand pulls the handle there, and lets go without
 //! news.
 
-use haptic_ipc::{Client, ClientError, ErrorCode, Event, HandReply, Request, Topic};
+use haptic_ipc::{Client, ErrorCode, Event, HandReply, Request, Topic};
 use std::process::{Command, Stdio};
-use std::time::Duration;
 use system_tests::fake_rig::FakeRig;
 use system_tests::process::Killed;
 use system_tests::screen::Screen;
-use system_tests::{Daemon, be_patient, binary, engage, status, until, wait_for};
+use system_tests::{Daemon, be_patient, binary, engage, refused, status, subscribe, until, until_some, wait_for};
 
-fn point(client: &mut Client, target_m: f64) -> Result<HandReply, ClientError> {
-    client.request(Request::Hand { target_m })
+fn point(client: &mut Client, target_m: f64) -> HandReply {
+    client.request(Request::Hand { target_m }).expect("it takes one")
 }
 
 #[test]
@@ -21,21 +20,16 @@ fn the_block_follows_who_points_and_is_let_go_without_news() {
     engage(&mut watcher);
     // 500 N/m by 6 mm, less the rig's own friction: the block sticks, with 4 N of stiction.
     wait_for(&mut watcher, "the block holds the handle back", |status| {
-        assert_eq!(point(&mut hand, 0.006).expect("it takes one").lets_go_after_ms, 200);
+        assert_eq!(point(&mut hand, 0.006).lets_go_after_ms, 200);
         status.command_force_n < -1.6
     });
     // Nobody pulls any more but the rig's own friction, 0.8 N, and a count of its encoder, 0.25 N.
     wait_for(&mut watcher, "the arm lets go", |status| {
         status.command_force_n.abs() < 1.1
     });
-    let samples = Request::Subscribe {
-        topics: vec![Topic::Samples],
-        rate_hz: None,
-        batch_ms: Some(5),
-    };
-    let _: serde_json::Value = watcher.request(samples).expect("a subscription");
+    subscribe(&mut watcher, &[Topic::Samples]);
     until("the block does not follow", || {
-        point(&mut hand, 0.04).expect("it has the hand again");
+        point(&mut hand, 0.04);
         let Ok(Event::Samples(batch)) = watcher.next_event() else {
             panic!("the daemon does not go on")
         };
@@ -49,11 +43,9 @@ fn a_rig_that_a_person_may_hold_takes_no_hand() {
     let daemon = Daemon::start_on(&rig.address(), &[]);
     let mut client = daemon.client();
     assert!(!status(&mut client).device.takes_hand);
-    let Err(ClientError::Refused(refused)) = point(&mut client, 0.0) else {
-        panic!("it takes one")
-    };
-    assert_eq!(refused.code, ErrorCode::NoHand);
-    assert!(refused.message.starts_with("serial:"), "{refused}");
+    let error = refused(&mut client, Request::Hand { target_m: 0.0 });
+    assert_eq!(error.code, ErrorCode::NoHand);
+    assert!(error.message.starts_with("serial:"), "{error}");
 }
 
 #[test]
@@ -73,12 +65,8 @@ fn a_daemon_ends_with_the_program_that_holds_its_input() {
     engage(&mut Client::connect(&socket).expect("it serves"));
     // As the system does for a program that is killed.
     drop(daemon.stdin.take());
-    let mut ended = None;
-    until("it does not end", || {
-        ended = daemon.try_wait().expect("it is a child");
-        ended.is_some()
-    });
-    assert!(ended.is_some_and(|status| status.success()), "{ended:?}");
+    let ended = until_some("it does not end", || daemon.try_wait().expect("it is a child"));
+    assert!(ended.success(), "{ended:?}");
 }
 
 /// On the button that starts a fake rig, pixels.
@@ -103,10 +91,13 @@ fn a_panel_that_is_killed_takes_its_fake_rig_along() {
     let mut client = Client::connect(&socket).expect("it serves");
     assert!(status(&mut client).device.takes_hand);
     let [x, y] = [STRIP.0, STRIP.1].map(|side| side.to_string());
+    let mut press_at_tick = 0;
     wait_for(&mut client, "the handle at the pointer", |status| {
-        // The strip comes with the rig's first status.
-        screen.act(&["mouseup", "1", "mousemove", &x, &y, "mousedown", "1"]);
-        std::thread::sleep(Duration::from_millis(500));
+        // The strip comes with the rig's first status: until then nothing is there to be pressed.
+        if status.tick >= press_at_tick {
+            screen.act(&["mouseup", "1", "mousemove", &x, &y, "mousedown", "1"]);
+            press_at_tick = status.tick + 500;
+        }
         status.device_position_m > 0.02
     });
     drop(panel);

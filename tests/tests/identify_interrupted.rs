@@ -3,11 +3,10 @@
 
 use haptic_ipc::RigState;
 use std::process::Command;
-use std::time::Instant;
 use system_tests::commissioning::daemon;
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, pause, status, timed, wait_for, wait_for_state};
+use system_tests::{Daemon, binary, status, until};
 
 /// How old a sample may be; and a device that stands still for longer, and for less than the pause before a motion is
 /// repeated.
@@ -39,21 +38,16 @@ fn identifying(daemon: &Daemon, resets: &str) -> Terminal {
 
 /// Waits until the motor pulls.
 fn pulls(rig: &mut FakeRig, terminal: &mut Terminal) {
-    let began = Instant::now();
-    while rig.force().now_n.abs() < 0.3 {
-        assert!(began.elapsed() < PATIENCE, "no force:\n{}", terminal.written());
+    until("no force", || {
         // A program whose terminal nobody reads waits.
         terminal.read();
-    }
+        rig.force().now_n.abs() >= 0.3
+    });
 }
 
 /// Waits until the motor has let go: a device that stands still does so once it goes on.
 fn lets_go(rig: &mut FakeRig) {
-    let began = Instant::now();
-    while rig.force().now_n != 0.0 {
-        assert!(began.elapsed() < PATIENCE, "{:?}", rig.force());
-        pause();
-    }
+    until("the force stays", || rig.force().now_n == 0.0);
 }
 
 /// Whether what is shown ends with the question.
@@ -89,48 +83,4 @@ fn motion_repeats_as_often_as_agreed_then_needs_consent() {
     let written = terminal.written();
     assert_eq!(written.matches("In 3 s the rig is reset").count(), 1, "{written}");
     assert!(written.contains(QUESTION), "{written}");
-}
-
-// hazard: F20
-#[test]
-fn delayed_control_thread_interrupts_motion_not_identification() {
-    timed("a control thread that is late in an identification", || {
-        let mut rig = FakeRig::start(&["--hand", "free"]);
-        // Lost before the lease lapses, of which at least two thirds are left: that would end it.
-        let (daemon, _client) = daemon(&rig, &[&STALE[..], &["--control-timeout-ms", "1000"]].concat());
-        let mut terminal = identifying(&daemon, "1");
-        pulls(&mut rig, &mut terminal);
-        let held = HeldThread::control(daemon.pid());
-        lets_go(&mut rig);
-        drop(held);
-        terminal.wait_for("the announcement", |shown| shown.contains("In 3 s the rig is reset"));
-        assert_eq!(rig.force().now_n, 0.0);
-        println!("{}", terminal.written());
-        // By itself it goes on.
-        pulls(&mut rig, &mut terminal);
-    });
-}
-
-// hazard: F20
-#[test]
-fn displaced_handle_is_not_moved_without_consent() {
-    let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &STALE);
-    let mut terminal = identifying(&daemon, "100");
-    pulls(&mut rig, &mut terminal);
-    rig.fail(INTERRUPTION);
-    wait_for_state(&mut client, RigState::Faulted);
-    // 48 of the 50 mm to the end of the range.
-    rig.fail("jump 4800");
-    terminal.wait_for("the question", |shown| shown.contains(QUESTION));
-    let written = terminal.written();
-    assert!(written.contains("Not repeated by itself"), "{written}");
-    lets_go(&mut rig);
-    assert_eq!(status(&mut client).state, RigState::Faulted);
-    terminal.type_in("n\n");
-    assert_eq!(terminal.end().code(), Some(1), "{}", terminal.written());
-    wait_for(&mut client, "the end of the identification", |status| {
-        status.commissioning.is_none()
-    });
-    assert_eq!(rig.force().now_n, 0.0);
 }

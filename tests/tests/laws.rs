@@ -3,11 +3,7 @@
 use haptic_core::friction::Friction;
 use haptic_ipc::{Request, RigState, SceneReply};
 use std::path::{Path, PathBuf};
-use system_tests::{Daemon, ctl, status, wait_for, wait_for_state};
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use system_tests::{Daemon, ctl_offline, ctl_offline_refused, status, wait_for, wait_for_state};
 
 fn ready_scenes() -> Vec<PathBuf> {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
@@ -26,16 +22,8 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
     assert!(scenes.len() >= 5, "{scenes:?}");
     for path in scenes {
         let scene = path.to_str().expect("a plain path");
-        let daemon = Daemon::start(&[
-            "--scene",
-            scene,
-            "--hand-amplitude-m",
-            "0.02",
-            "--hand-frequency-hz",
-            "1",
-            "--force-limit-n",
-            "15",
-        ]);
+        let hand = ["--hand-amplitude-m=0.02", "--hand-frequency-hz=1"];
+        let daemon = Daemon::start(&["--scene", scene, hand[0], hand[1], "--force-limit-n=15"]);
         let mut client = daemon.client();
         drop(daemon.ctl_ok(&["engage"]));
         wait_for_state(&mut client, RigState::Engaged);
@@ -43,9 +31,10 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
         // The hand comes up to its stroke.
         let some = test_run::extent(250, 1000);
         wait_for(&mut client, "its ticks", |status| status.tick > begun + some);
-        let watched = daemon.ctl_ok(&[
+        let follow = [
             "log", "--follow", "samples", "--rate", "all", "--json", "--count", "800",
-        ]);
+        ];
+        let watched = daemon.ctl_ok(&follow);
         let largest = watched
             .lines()
             .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
@@ -65,13 +54,8 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
         } else {
             "i"
         };
-        let refused = daemon.ctl(&["set", &format!("{absent}=1")]);
-        assert_eq!(refused.status.code(), Some(1), "{scene}");
-        let said = text(&refused.stderr);
-        assert!(
-            said.contains("does not apply here") && said.contains(reply.scene.friction.law()),
-            "{said}"
-        );
+        let said = daemon.ctl_refused(&["set", &format!("{absent}=1")], 1, "does not apply here");
+        assert!(said.contains(reply.scene.friction.law()), "{scene}: {said}");
         let described = daemon.ctl_ok(&["describe"]);
         let summary = Friction::summary(reply.scene.friction.law()).expect("a law of the list");
         assert!(
@@ -90,22 +74,12 @@ fn every_ready_scene_is_simulated_by_every_scheme() {
     let motion = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/haptic-core/tests/data/reference/paper.csv");
     for scene in ready_scenes() {
         for scheme in ["exact", "literal:20", "implicit"] {
-            let output = ctl(
-                Path::new("/nonexistent"),
-                &[
-                    "simulate",
-                    scene.to_str().expect("a plain path"),
-                    "--motion",
-                    motion.to_str().expect("a plain path"),
-                    "--out",
-                    out.to_str().expect("a plain path"),
-                    "--force",
-                    "--scheme",
-                    scheme,
-                ],
-            );
-            assert!(output.status.success(), "{scene:?} {scheme}: {}", text(&output.stderr));
-            let rows = std::fs::read_to_string(&out).expect("rows");
+            let [scene, motion, out] = [&scene, &motion, &out].map(|path| path.to_str().expect("a plain path"));
+            let files = [
+                "simulate", scene, "--motion", motion, "--out", out, "--force", "--scheme", scheme,
+            ];
+            drop(ctl_offline(&files));
+            let rows = std::fs::read_to_string(out).expect("rows");
             assert_eq!(rows.lines().count(), 3002);
             assert!(!rows.contains("NaN") && !rows.contains("inf"), "{scene:?} {scheme}");
         }
@@ -161,14 +135,7 @@ fn what_a_law_forbids_is_refused_with_the_reason() {
     ] {
         std::fs::write(&path, &scene).expect("written");
         let file = path.to_str().expect("a plain path");
-        let output = ctl(
-            Path::new("/nonexistent"),
-            &["simulate", file, "--motion", "/nonexistent.csv", "--out", "/dev/null"],
-        );
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{scene}: {said}");
-        for part in parts {
-            assert!(said.contains(part), "{scene}: `{said}` lacks `{part}`");
-        }
+        let simulate = ["simulate", file, "--motion", "/nonexistent.csv", "--out", "/dev/null"];
+        ctl_offline_refused(&simulate, 2, &parts);
     }
 }

@@ -1,10 +1,7 @@
 //! The library of scenes.
 
-use haptic_ipc::{
-    ChangeReply, Client, ClientError, ErrorCode, Request, SceneDiffReply, SceneListReply, SceneRef, SceneReply,
-    SceneSaveReply,
-};
-use system_tests::Daemon;
+use haptic_ipc::{ChangeReply, Client, ErrorCode, Request, SceneListReply, SceneRef, SceneReply, SceneSaveReply};
+use system_tests::{Daemon, refused};
 
 fn named(name: &str) -> SceneRef {
     SceneRef::Name(name.to_owned())
@@ -19,10 +16,7 @@ fn save(name: &str, replace: bool) -> Request {
 }
 
 fn code(client: &mut Client, request: Request) -> ErrorCode {
-    match client.request::<serde_json::Value>(request) {
-        Err(ClientError::Refused(error)) => error.code,
-        other => panic!("{other:?}"),
-    }
+    refused(client, request).code
 }
 
 #[test]
@@ -56,10 +50,6 @@ fn saved_scene_is_listed_and_starts_another_daemon() {
     let params = [("M", 2.5), ("Fs+", 6.0)].into_iter().collect();
     let _: ChangeReply = client.request(Request::set(params)).expect("a change");
     let saved: SceneSaveReply = client.request(save("my rig evening", false)).expect("it is saved");
-    assert_eq!(code(&mut client, save("my rig evening", false)), ErrorCode::SceneExists);
-    let _: SceneSaveReply = client
-        .request(save("my rig evening", true))
-        .expect("it may be replaced");
     let scene: SceneReply = client.request(Request::get()).expect("a scene");
 
     let directory = daemon.scene_dir();
@@ -88,27 +78,13 @@ fn what_cannot_be_a_scene_is_refused_by_its_own_code() {
             "{name:?}"
         );
     }
-    assert_eq!(code(&mut client, save("lugre", true)), ErrorCode::SceneExists);
-    assert_eq!(
-        code(&mut client, Request::load(named("nowhere"))),
-        ErrorCode::NoSuchScene
-    );
-    assert_eq!(
-        code(&mut client, Request::load(SceneRef::Revision(99))),
-        ErrorCode::NoSuchScene
-    );
     let directory = daemon.scene_dir();
     std::fs::create_dir_all(&directory).expect("a directory");
-    std::fs::write(
-        directory.join("broken.toml"),
-        "name = \"broken\"\n[friction]\nlaw = \"karnop\"\n",
-    )
-    .expect("a file");
-    std::fs::write(
-        directory.join("wild.toml"),
-        "[friction]\nlaw = \"viscous\"\nviscous = -1\n",
-    )
-    .expect("a file");
+    let broken = "name = \"broken\"\n[friction]\nlaw = \"karnop\"\n";
+    let wild = "[friction]\nlaw = \"viscous\"\nviscous = -1\n";
+    for (name, text) in [("broken.toml", broken), ("wild.toml", wild)] {
+        std::fs::write(directory.join(name), text).expect("a file");
+    }
     assert_eq!(code(&mut client, Request::load(named("broken"))), ErrorCode::SceneFile);
     assert_eq!(code(&mut client, Request::load(named("wild"))), ErrorCode::OutOfRange);
     let list: SceneListReply = client
@@ -124,22 +100,4 @@ fn what_cannot_be_a_scene_is_refused_by_its_own_code() {
         problems[0].contains("karnop") && problems[1].contains("viscous = -1"),
         "{problems:?}"
     );
-}
-
-#[test]
-fn a_difference_names_what_differs_and_nothing_else() {
-    let daemon = Daemon::start(&[]);
-    let mut client = daemon.client();
-    let params = [("M", 2.5)].into_iter().collect();
-    let _: ChangeReply = client.request(Request::set(params)).expect("a change");
-    let mut diff = |from, to| {
-        let reply: SceneDiffReply = client.request(Request::SceneDiff { from, to }).expect("both are there");
-        let said: Vec<String> = reply.differences.iter().map(ToString::to_string).collect();
-        said
-    };
-    assert_eq!(diff(SceneRef::Revision(1), None), ["mass: 0.5 kg -> 2.5 kg"]);
-    assert_eq!(diff(SceneRef::Revision(2), None), [""; 0]);
-    let laws = diff(named("simulated-friction"), Some(named("viscous-drag")));
-    assert!(laws.contains(&"law: karnopp -> viscous".to_owned()), "{laws:?}");
-    assert!(laws.contains(&"static_force: 4 N -> none".to_owned()), "{laws:?}");
 }

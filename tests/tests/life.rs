@@ -2,11 +2,10 @@
 
 use haptic_ipc::{Request, RigState, StateReply};
 use rustix::process::Signal;
-use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary, copy_binary, ctl, real_time_thread, status, wait_for, wait_for_state};
+use system_tests::{Daemon, binary, copy_binary, real_time_thread, status, stderr, wait_for, wait_for_state};
 
 /// Runs hapticd with arguments with which it cannot run; returns its exit code and what it said.
 fn refused(arguments: &[&str]) -> (Option<i32>, String) {
@@ -15,10 +14,7 @@ fn refused(arguments: &[&str]) -> (Option<i32>, String) {
         .stdin(Stdio::null())
         .output()
         .expect("hapticd starts");
-    (
-        output.status.code(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-    )
+    (output.status.code(), stderr(&output))
 }
 
 #[test]
@@ -61,14 +57,6 @@ fn a_socket_in_use_is_refused_and_a_stale_one_is_replaced() {
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("not a socket"), "{said}");
     assert_eq!(std::fs::read_to_string(&socket).expect("it is still there"), "precious");
-}
-
-#[test]
-fn only_the_owner_can_use_the_socket() {
-    let daemon = Daemon::start(&[]);
-    let mode = |path: &Path| std::fs::metadata(path).expect("it exists").permissions().mode() & 0o777;
-    assert_eq!(mode(daemon.socket()), 0o600);
-    assert_eq!(mode(daemon.socket().parent().expect("a directory")), 0o700);
 }
 
 // hazard: F19
@@ -179,30 +167,6 @@ fn advice_on_limits_fits_a_user_or_a_unit() {
     }
 }
 
-#[test]
-fn without_privileges_it_says_which_are_missing_and_runs() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let daemon = without_privileges(directory.path(), ("LANG", "C"));
-    let status = status(&mut daemon.client());
-    // What it said it could not have, it runs without: for a while, and with clients.
-    for _ in 0..20 {
-        assert_eq!(ctl(daemon.socket(), &["timing"]).status.code(), Some(0));
-    }
-    if status.real_time.fifo_priority.is_none() {
-        assert!(
-            status
-                .real_time
-                .problems
-                .iter()
-                .any(|problem| problem.what.contains("real-time priority")),
-            "{status:?}"
-        );
-    } else {
-        eprintln!("this user may use SCHED_FIFO: its refusal was not seen");
-    }
-    assert_eq!(ctl(daemon.socket(), &["status"]).status.code(), Some(0));
-}
-
 /// The scheduling policy of a thread, as the kernel has it.
 fn policy_of(process: u32, thread: u32) -> u32 {
     let text = std::fs::read_to_string(format!("/proc/{process}/task/{thread}/stat")).expect("it runs");
@@ -287,6 +251,6 @@ fn a_demo_whose_output_nobody_reads_goes_on_and_ends_in_order() {
     let pid = rustix::process::Pid::from_child(&demo);
     rustix::process::kill_process(pid, Signal::INT).expect("it runs");
     let output = demo.wait_with_output().expect("it ends");
-    let said = String::from_utf8_lossy(&output.stderr);
+    let said = stderr(&output);
     assert!(output.status.success() && !said.contains("panicked"), "{said}");
 }

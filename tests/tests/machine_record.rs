@@ -1,8 +1,8 @@
 //! A real machine's motion: the fake rig's hand follows its whole 1 kHz record while the scene
 //! changes under it.
 
-use haptic_ipc::{ChangeReply, Event, Request, RigState, StateReply, SubscribeReply, Timing, Topic};
-use system_tests::{Daemon, machine_record, wait_for_state};
+use haptic_ipc::{ChangeReply, Event, Request, RigState, StateReply, Timing, Topic};
+use system_tests::{Daemon, machine_record, subscribe, wait_for_state};
 
 #[test]
 fn every_tick_of_real_motion_reaches_subscriber() {
@@ -13,12 +13,7 @@ fn every_tick_of_real_motion_reaches_subscriber() {
     let hand = format!("file:{}", path.display());
     let daemon = Daemon::start(&["--hand", &hand, "--hand-scale", "0.5"]);
     let mut subscriber = daemon.client();
-    let subscribe = Request::Subscribe {
-        topics: vec![Topic::Samples],
-        rate_hz: None,
-        batch_ms: None,
-    };
-    let _: SubscribeReply = subscriber.request(subscribe).expect("a subscription");
+    subscribe(&mut subscriber, &[Topic::Samples]);
     let mut tuner = daemon.client();
     let _: StateReply = tuner.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut tuner, RigState::Engaged);

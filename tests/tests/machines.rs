@@ -4,7 +4,7 @@
 use std::ffi::OsStr;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{binary, package};
+use system_tests::{binary, package, stderr};
 
 /// What a script that lacks a program ends with.
 const SKIPPED: i32 = 77;
@@ -22,7 +22,7 @@ fn run(script: &str, arguments: &[&OsStr], need: &str, most_of: usize) {
         .output()
         .expect("bash runs");
     let said = String::from_utf8_lossy(&ran.stdout);
-    println!("{said}{}", String::from_utf8_lossy(&ran.stderr));
+    println!("{said}{}", stderr(&ran));
     if ran.status.code() == Some(SKIPPED) {
         let why = said.lines().rev().find(|line| line.starts_with("SKIPPED"));
         return test_run::skip(need, why.unwrap_or_default());

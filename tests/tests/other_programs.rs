@@ -2,12 +2,8 @@
 
 use serde_json::Value;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use system_tests::{binary, ctl, ctl_offline};
-
-/// Time between two samples, s.
-const PERIOD_S: f64 = 0.01;
+use std::path::Path;
+use system_tests::{ctl, ctl_offline, ctl_offline_refused, stderr, text};
 
 /// A record of time (s), position (m) and force (N), as every table below holds it.
 pub(crate) struct Base {
@@ -63,26 +59,9 @@ impl Base {
     }
 }
 
-/// A number that is whole and not negative.
-#[expect(clippy::cast_sign_loss, reason = "times are not negative")]
-fn whole(value: f64) -> u64 {
-    value as u64
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 fn of_program(name: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("other-programs");
     folder.join(name).display().to_string()
-}
-
-/// A wall clock that passes midnight 5 s after the first sample.
-fn clock(t_s: f64) -> String {
-    let of_day = (86_395.0 + t_s).rem_euclid(86_400.0);
-    let (hours, minutes) = ((of_day / 3600.0).floor(), (of_day % 3600.0 / 60.0).floor());
-    format!("{hours:02}:{minutes:02}:{:07.4}", of_day % 60.0)
 }
 
 #[test]
@@ -90,94 +69,13 @@ fn odd_but_legal_tables_hold_the_same_record() {
     let base = Base::new();
     let plain = base.plain();
     let german = |value: f64, digits: usize| format!("{value:.digits$}").replace('.', ",");
-    let utf16: Vec<u8> = std::iter::once(0xfeff)
-        .chain(plain.encode_utf16())
-        .flat_map(u16::to_le_bytes)
-        .collect();
-    let latin = base.lines("t_s,position_\u{b5}m,force_N\n", |_, [t, x, f]| {
-        format!("{t:.4},{:.2},{f:.6}", 1e6 * x)
+    let german = base.lines("Zeit (s);Weg [mm];Kraft (N)\n", |_, [t, x, f]| {
+        format!("{};{};{}", german(t, 4), german(1e3 * x, 4), german(f, 6))
     });
-    let latin: Vec<u8> = latin.chars().filter_map(|letter| u8::try_from(letter).ok()).collect();
-    let in_units = |heading: &str, [unit_t, unit_x, unit_f]: [f64; 3]| {
-        base.lines(heading, |_, [t, x, f]| {
-            format!("{:.6},{:.6},{:.8}", t / unit_t, x / unit_x, f / unit_f)
-        })
-    };
-    let tables: Vec<(&str, Vec<u8>)> = vec![
-        ("tabs.tsv", plain.replace(',', "\t").into()),
-        ("crlf.csv", plain.replace('\n', "\r\n").into()),
-        ("cr.csv", plain.replace('\n', "\r").into()),
-        ("bom.csv", format!("\u{feff}{plain}").into()),
-        ("utf16.csv", utf16),
-        ("latin1.csv", latin),
-        ("quoted.csv", {
-            let quoted = |line: &str| format!("\"{}\"\n", line.replace(',', "\",\""));
-            plain.lines().map(quoted).collect::<String>().into()
-        }),
-        (
-            "trailing-commas.csv",
-            plain.replace('\n', ",\n").replacen(",\n", "\n", 1).into(),
-        ),
-        (
-            "remarks.csv",
-            format!("% bench 3\n# probe 7\nRate: 100 Hz\n\n{plain}").into(),
-        ),
-        (
-            "german.csv",
-            base.lines("Zeit (s);Weg [mm];Kraft (N)\n", |_, [t, x, f]| {
-                format!("{};{};{}", german(t, 4), german(1e3 * x, 4), german(f, 6))
-            })
-            .into(),
-        ),
-        (
-            "units-row.csv",
-            in_units("time,position,force\ns,mm,mN\n", [1.0, 1e-3, 1e-3]).into(),
-        ),
-        (
-            "suffixes.csv",
-            in_units("time_ms,position_um,force_mN\n", [1e-3, 1e-6, 1e-3]).into(),
-        ),
-        ("gram-force.csv", base.of_force("force_gf", 9.806_65e-3).into()),
-        ("kilogram-force.csv", base.of_force("load [kgf]", 9.806_65).into()),
-        (
-            "ounce-force.csv",
-            base.of_force("force_ozf", 0.278_013_850_953_781).into(),
-        ),
-        ("micronewtons.csv", base.of_force("force (\u{b5}N)", 1e-6).into()),
-        (
-            "midnight.csv",
-            base.lines("time,position_m,force_N\n", |_, [t, x, f]| {
-                format!("{},{x:.7},{f:.6}", clock(t))
-            })
-            .into(),
-        ),
-        (
-            "dates.csv",
-            base.lines("timestamp,position_m,force_N\n", |_, [t, x, f]| {
-                format!(
-                    "2024-05-01T11:{:02}:{:07.4}Z,{x:.7},{f:.6}",
-                    whole((t / 60.0).floor()),
-                    t % 60.0
-                )
-            })
-            .into(),
-        ),
-        (
-            "epoch.csv",
-            base.lines("timestamp_ns,position_m,force_N\n", |_, [t, x, f]| {
-                format!("{},{x:.7},{f:.6}", 1_714_550_000_000_000_000 + whole((1e9 * t).round()))
-            })
-            .into(),
-        ),
-        (
-            "other-columns.csv",
-            base.lines(
-                "valve_V,Force (N),note,Elapsed Time (ms),x [um]\n",
-                |index, [t, x, f]| format!("0.{index},{f:.6},ok,{:.3},{:.2}", 1e3 * t, 1e6 * x),
-            )
-            .into(),
-        ),
-    ];
+    let others = base.lines(
+        "valve_V,Force (N),note,Elapsed Time (ms),x [um]\n",
+        |index, [t, x, f]| format!("0.{index},{f:.6},ok,{:.3},{:.2}", 1e3 * t, 1e6 * x),
+    );
     let real = base.put("plain.csv", &plain);
     let same = |path: &str| {
         let said = ctl_offline(&["compare", &real, path, "--json", "--align", "time"]);
@@ -185,55 +83,17 @@ fn odd_but_legal_tables_hold_the_same_record() {
         let rms = found["force_rms_difference_N"].as_f64().expect("a number");
         assert!(rms < 0.01, "{path}: {found}");
     };
-    for (name, bytes) in tables {
-        same(&base.put(name, bytes));
+    for (name, table) in [
+        ("tabs.tsv", plain.replace(',', "\t")),
+        ("remarks.csv", format!("% bench 3\n# probe 7\nRate: 100 Hz\n\n{plain}")),
+        ("german.csv", german),
+        ("ounce-force.csv", base.of_force("force_ozf", 0.278_013_850_953_781)),
+        ("other-columns.csv", others),
+    ] {
+        same(&base.put(name, table));
     }
     // pandas, with moments, single precision and whole numbers.
     same(&of_program("data-frame.parquet"));
-}
-
-#[test]
-fn another_rate_a_drifting_clock_and_gaps_are_aligned() {
-    let base = Base::new();
-    let real = base.put("plain.csv", base.plain());
-    // 43.7 Hz by straight lines, on a clock that is 3 s ahead and 200 ppm fast.
-    let at = |t: f64| {
-        let index = usize::try_from(whole(t / PERIOD_S)).map_or(0, |index| index.min(base.rows.len() - 2));
-        let share = t / PERIOD_S - index as f64;
-        let between = |place: usize| {
-            let (a, b) = (base.rows[index][place], base.rows[index + 1][place]);
-            a + share * (b - a)
-        };
-        (between(1), between(2))
-    };
-    let mut drifting = "t_s,position_m,force_N\n".to_owned();
-    for index in 0..690 {
-        let t = f64::from(index) / 43.7;
-        let (x, f) = at(t);
-        writeln!(drifting, "{:.7},{x:.8},{f:.6}", 3.0 + 1.0002 * t).expect("a string takes it");
-    }
-    let gaps: String = base
-        .plain()
-        .lines()
-        .enumerate()
-        .filter(|(index, _)| *index == 0 || index % 37 != 0 && !(500..540).contains(index))
-        .fold(String::new(), |text, (_, line)| text + line + "\n");
-    for (name, table, drift_ppm, note) in [
-        ("drifting.csv", drifting, Some(200.0), "ppm faster"),
-        ("gaps.csv", gaps, None, "gaps in the rendered record"),
-    ] {
-        let path = base.put(name, table);
-        let said = ctl_offline(&["compare", &real, &path, "--json"]);
-        let found: Value = serde_json::from_slice(&said.stdout).expect("JSON");
-        assert_eq!(found["aligned_by"], "time", "{found}");
-        assert!(found["notes"].to_string().contains(note), "{found}");
-        if let Some(drift_ppm) = drift_ppm {
-            let drift = found["clock_drift_ppm"].as_f64().expect("a drift");
-            assert!((drift - drift_ppm).abs() < 40.0, "{found}");
-            let interval = &found["intervals"]["clock_drift_ppm"];
-            assert!(interval[0].as_f64() < interval[1].as_f64(), "{found}");
-        }
-    }
 }
 
 #[test]
@@ -265,7 +125,7 @@ fn what_is_not_known_of_a_table_is_given_by_options() {
             &[&["identify", "--json"], &arguments[..]].concat(),
         );
         let found: Value = serde_json::from_slice(&output.stdout)
-            .unwrap_or_else(|error| panic!("{arguments:?}: {error}: {}", text(&output.stderr)));
+            .unwrap_or_else(|error| panic!("{arguments:?}: {error}: {}", stderr(&output)));
         let mass = found["mass_kg"].as_f64().expect("a mass");
         assert!((mass - 1.0).abs() < 0.05, "{arguments:?}: {found}");
     }
@@ -274,7 +134,7 @@ fn what_is_not_known_of_a_table_is_given_by_options() {
     let simulated = |arguments: &[&str]| {
         let begin = ["simulate", "no-friction", "--out", &out, "--force", "--motion"];
         let output = ctl(Path::new("/nonexistent"), &[&begin, arguments].concat());
-        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
         std::fs::read_to_string(&out).expect("rows")
     };
     let plain = simulated(&[&base.put("plain.csv", base.plain())]);
@@ -300,149 +160,64 @@ fn what_cannot_be_read_is_refused_with_the_place_and_what_to_do() {
         lines[number - 1] = text;
         lines.join("\n")
     };
-    let put = |name: &str, table: String| base.put(name, table);
-    let real = put("plain.csv", plain.clone());
-    let (tabs, zero) = (
-        put("tabs.tsv", plain.replace(',', "\t")),
-        put("zero.csv", String::new()),
-    );
-    let (nan, empty) = (
-        put("nan.csv", line(20, "0.18,nan,1")),
-        put("empty.csv", line(20, "0.18,0.001,")),
-    );
-    let (back, short) = (
-        put("back.csv", line(20, "0.01,0.001,1")),
-        put("short.csv", line(20, "0.18,0.001")),
-    );
-    let (volts, angle) = (
-        put("volts.csv", base.of_force("force_V", 4.0)),
-        put("angle.csv", plain.replacen("position_m", "position_deg", 1)),
-    );
-    let bare = put("bare.csv", plain.split_once('\n').expect("a heading").1.to_owned());
-    let json = put("json.json", "[{\"t_s\": 0.0}, {\"t_s\": 0.1}]\n".to_owned());
+    let real = base.put("plain.csv", &plain);
+    let volts = base.put("volts.csv", base.of_force("force_V", 4.0));
+    let bare = base.put("bare.csv", plain.split_once('\n').expect("a heading").1);
     let (frame, mcap) = (of_program("data-frame.parquet"), of_program("json.mcap"));
     let out = base.directory.path().join("out.csv").display().to_string();
-    let simulate = |path: &str| ["simulate", "no-friction", "--motion", path, "--out", &out].join("\n");
-    let refused: Vec<(String, Vec<&str>)> = vec![
+    for (arguments, parts) in [
+        (vec!["identify", &volts], ["unit of `force_V`", "--force-gain"]),
+        (vec!["identify", &bare], ["column among `1,2,3`", "--time-column"]),
         (
-            format!("identify\n{volts}"),
-            vec!["unit of `force_V`", "--force-gain", "newtons"],
+            vec!["identify", &mcap],
+            ["did not write this MCAP file", "CSV and Parquet"],
         ),
         (
-            format!("identify\n{angle}"),
-            vec!["unit of `position_deg`", "--position-gain", "radius"],
-        ),
-        (
-            format!("identify\n{bare}"),
-            vec!["no time, no position, no force column among `1,2,3`", "--time-column"],
-        ),
-        (format!("identify\n{json}"), vec!["no heading with rows of numbers"]),
-        (format!("identify\n{zero}"), vec!["is empty"]),
-        (
-            format!("identify\n{mcap}"),
-            vec!["did not write this MCAP file", "CSV and Parquet"],
-        ),
-        (
-            format!("identify\n{frame}\n--force-column\noperator"),
-            vec!["`operator`", "text", "numbers expected"],
+            vec!["identify", &frame, "--force-column", "operator"],
+            ["`operator`", "numbers expected"],
         ),
         // `compare` has no options for columns.
+        (vec!["compare", &real, &volts], ["unit of `force_V`", "heading"]),
         (
-            format!("compare\n{real}\n{volts}"),
-            vec!["unit of `force_V`", "heading"],
+            vec!["simulate", "no-friction", "--motion", &mcap, "--out", &out],
+            ["compressed by zstd", "without compression"],
         ),
-        (
-            format!("compare\n{real}\n{bare}"),
-            vec!["no time, no position, no force column among `1,2,3`", "heading"],
-        ),
-        (
-            format!("compare\n{real}\n{mcap}"),
-            vec!["did not write this MCAP file", "CSV and Parquet"],
-        ),
-        (simulate(&mcap), vec!["compressed by zstd", "without compression"]),
-        (
-            simulate(&bare),
-            vec!["no time, no position column among `1,2,3`", "--time-column"],
-        ),
-        (
-            simulate(&angle),
-            vec!["unit of `position_deg`", "--position-gain", "radius"],
-        ),
-        (simulate(&json), vec!["no heading with rows of numbers"]),
-        (simulate(&zero), vec!["is empty"]),
         // Without the inputs of the servo there is nothing to replay, convert or cut.
+        (vec!["replay", &real], ["not a recording", "haptic-ctl identify"]),
         (
-            format!("replay\n{real}"),
-            vec!["not a recording", "`t_s,position_m,force_N`", "haptic-ctl identify"],
+            vec!["recording", "info", &mcap],
+            ["did not write this MCAP file", "haptic-ctl identify"],
         ),
         (
-            format!("replay\n{frame}"),
-            vec!["hapticd did not write this Parquet file", "haptic-ctl identify"],
+            vec!["recording", "export", &frame, &out],
+            ["not a recording", "haptic-ctl identify"],
         ),
         (
-            format!("recording\ninfo\n{mcap}"),
-            vec!["hapticd did not write this MCAP file", "haptic-ctl identify"],
+            vec!["recording", "cut", &real, &out, "--from", "1s"],
+            ["not a recording", "haptic-ctl identify"],
         ),
-        (
-            format!("recording\nexport\n{frame}\n{out}"),
-            vec!["not a recording", "haptic-ctl identify"],
-        ),
-        (
-            format!("recording\ncut\n{tabs}\n{out}\n--from\n1s"),
-            vec!["not a recording", "haptic-ctl identify"],
-        ),
-    ];
-    for (arguments, parts) in refused {
-        let arguments: Vec<&str> = arguments.split('\n').collect();
-        let output = ctl(Path::new("/nonexistent"), &arguments);
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-        for part in parts {
-            assert!(said.contains(part), "{arguments:?}: {said} lacks {part}");
-        }
+    ] {
+        let said = ctl_offline_refused(&arguments, 2, &parts);
         assert!(
             !said.contains("repair"),
             "{arguments:?}: nothing of it can be repaired: {said}"
         );
     }
-    assert!(!PathBuf::from(&out).exists());
+    assert!(!Path::new(&out).exists());
     // What a row lacks is a gap, and a time that is wrong between its neighbours is left out.
-    for (file, part) in [
-        (&nan, "1 row lacks a number, the first in line 20"),
-        (&empty, "1 row lacks a number, the first in line 20"),
-        (&short, "1 row lacks a number, the first in line 20"),
-        (&back, "line 20: the time 0.01 s is wrong between its neighbours"),
+    for (name, table, part) in [
+        (
+            "nan.csv",
+            line(20, "0.18,nan,1"),
+            "1 row lacks a number, the first in line 20",
+        ),
+        (
+            "back.csv",
+            line(20, "0.01,0.001,1"),
+            "line 20: the time 0.01 s is wrong between its neighbours",
+        ),
     ] {
-        let told = text(&ctl(Path::new("/nonexistent"), &["identify", file]).stdout);
+        let told = text(&ctl(Path::new("/nonexistent"), &["identify", &base.put(name, table)]).stdout);
         assert!(told.contains(part), "{told} lacks {part}");
-    }
-    for (file, part) in [(&nan, "1 row lacks a number"), (&back, "wrong between its neighbours")] {
-        let simulate = simulate(file);
-        let told = text(
-            &ctl(
-                Path::new("/nonexistent"),
-                &simulate.split('\n').chain(["--force"]).collect::<Vec<_>>(),
-            )
-            .stdout,
-        );
-        assert!(told.contains(part), "{told} lacks {part}");
-    }
-}
-
-#[test]
-fn unreadable_hand_is_refused_at_start() {
-    let base = Base::new();
-    let degrees = base.put("degrees.csv", base.plain().replacen("position_m", "position_deg", 1));
-    let mcap = of_program("json.mcap");
-    for (file, part) in [(&degrees, "say so in its heading"), (&mcap, "without compression")] {
-        let output: Output = Command::new(binary("hapticd"))
-            .args(["--device", "fake", "--hand", &format!("file:{file}")])
-            .arg("--socket")
-            .arg(base.directory.path().join("control.sock"))
-            .output()
-            .expect("hapticd runs");
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(part), "{said} lacks {part}");
     }
 }

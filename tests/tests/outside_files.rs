@@ -1,16 +1,16 @@
 //! Files that anybody may have put where the daemon reads: none keeps it waiting, and none fills its memory.
 
-use haptic_ipc::{ClientError, ErrorCode, Request, RigState, SceneListReply, SceneRef, SceneSaveReply, StateReply};
+use haptic_ipc::{ErrorCode, Request, RigState, SceneListReply, SceneRef, SceneSaveReply, StateReply};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use rustix::process::Signal;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::os::unix::net::UnixListener;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 use system_tests::process::size_kib;
-use system_tests::{Daemon, PATIENCE, binary, ctl, stalled, wait_for_state};
+use system_tests::{Daemon, binary, ctl, is_refused, refused, stalled, wait_for_state};
 
 /// Each kind of file that is none to read, with what the refusal says of it.
 const TRAPS: [(&str, &str); 6] = [
@@ -50,9 +50,7 @@ fn bad_scene_files_are_refused_at_once() {
     let began = Instant::now();
     for (name, part) in TRAPS {
         let load = Request::load(SceneRef::Name(name.to_owned()));
-        let Err(ClientError::Refused(error)) = client.request::<serde_json::Value>(load) else {
-            panic!("{name} is no scene");
-        };
+        let error = refused(&mut client, load);
         assert_eq!(error.code, ErrorCode::SceneFile, "{error}");
         assert!(
             error.message.contains(part) && error.message.contains(&format!("{name}.toml")),
@@ -73,63 +71,6 @@ fn bad_scene_files_are_refused_at_once() {
     assert!(grown < 32 << 10, "{grown} KiB");
     let (ended, said) = daemon.end(Signal::TERM);
     assert!(ended.success(), "{said}");
-}
-
-/// Runs a program that must refuse soon; returns its exit code and what it said.
-fn refused(command: &mut Command) -> (Option<i32>, String) {
-    let mut child = command
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    let began = Instant::now();
-    while child.try_wait().expect("it is ours").is_none() {
-        if began.elapsed() > PATIENCE {
-            child.kill().expect("it runs");
-            panic!("{command:?} waits for ever");
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let output = child.wait_with_output().expect("it has ended");
-    (
-        output.status.code(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-    )
-}
-
-// hazard: H14
-#[test]
-fn what_is_no_configuration_scene_or_motion_is_refused_at_once() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let _socket = lay_traps(directory.path());
-    for (name, part) in TRAPS {
-        let path = directory.path().join(format!("{name}.toml"));
-        let hand = format!("file:{}", path.display());
-        for (option, value) in [
-            ("--config", path.as_os_str()),
-            ("--scene", path.as_os_str()),
-            ("--hand", hand.as_ref()),
-        ] {
-            if (option, name) == ("--hand", "huge") {
-                // A recording may be long.
-                continue;
-            }
-            let mut hapticd = Command::new(binary("hapticd"));
-            hapticd.args(["--device", "fake", option]).arg(value);
-            let (code, said) = refused(&mut hapticd);
-            assert_eq!(code, Some(2), "{option} {name}: {said}");
-            assert!(
-                said.contains(part) && said.contains(&format!("{name}.toml")),
-                "{option} {name}: {said}"
-            );
-        }
-        let mut load = Command::new(binary("haptic-ctl"));
-        load.args(["scene", "load"]).arg(&path);
-        let (code, said) = refused(&mut load);
-        assert_eq!(code, Some(2), "{name}: {said}");
-        assert!(said.contains(part), "{name}: {said}");
-    }
 }
 
 // hazard: H14
@@ -191,13 +132,11 @@ fn a_name_longer_than_the_history_may_hold_is_refused() {
     let long = format!("name = \"{}\"", "x".repeat(300));
     fs::write(&path, scene.replace(name, &long)).expect("a file");
     let path = path.to_str().expect("a plain path");
-    let loaded = daemon.ctl(&["scene", "load", path]);
-    let said = String::from_utf8_lossy(&loaded.stderr);
-    assert_eq!(loaded.status.code(), Some(1), "{said}");
-    assert!(said.contains("300 bytes") && said.contains("256"), "{said}");
-    let (code, said) = refused(Command::new(binary("hapticd")).args(["--device", "fake", "--scene", path]));
-    assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("300 bytes") && said.contains("256"), "{said}");
+    is_refused("load", &daemon.ctl(&["scene", "load", path]), 1, &["300 bytes", "256"]);
+    let begun = Command::new(binary("hapticd"))
+        .args(["--device", "fake", "--scene", path])
+        .output();
+    is_refused("begin", &begun.expect("it starts"), 2, &["300 bytes", "256"]);
     let saved: Result<SceneSaveReply, _> = daemon.client().request(Request::SceneSave {
         name: "short".to_owned(),
         scene: None,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Instant;
 use system_tests::pid1::{Machine, PACKAGE};
-use system_tests::{binary, package, pull_until, status, wait_for_state};
+use system_tests::{binary, package, pull_until, status, stderr, wait_for_state};
 
 const PACKAGING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging");
 
@@ -56,12 +56,7 @@ fn package_installs_in_one_command_and_first_client_starts_rig() {
         "its first client has engaged the rig after {} ms",
         began.elapsed().as_millis()
     );
-    assert!(
-        engaged.status.success(),
-        "{}{}",
-        String::from_utf8_lossy(&engaged.stderr),
-        machine.journal()
-    );
+    assert!(engaged.status.success(), "{}{}", stderr(&engaged), machine.journal());
     let shown = haptic_ctl(&machine, "alice", &["--json", "status"]);
     let shown: Status = serde_json::from_slice(&shown.stdout).expect("a status");
     assert_eq!(shown.state, RigState::Engaged);
@@ -73,7 +68,7 @@ fn package_installs_in_one_command_and_first_client_starts_rig() {
     println!("systemctl status: {words}");
     // Its directory is closed to others now, and they learn whose it is.
     let closed = haptic_ctl(&machine, "bob", &["status"]);
-    let said = String::from_utf8_lossy(&closed.stderr).into_owned();
+    let said = stderr(&closed);
     assert_eq!(closed.status.code(), Some(4), "{said}");
     assert!(said.contains("usermod -aG haptic $USER`, then log in again"), "{said}");
     // The socket is the manager's, and outlives the daemon.
@@ -96,7 +91,7 @@ fn client_learns_of_failed_start_and_does_not_repeat_it() {
         "{asked:?} {}",
         machine.journal()
     );
-    let said = String::from_utf8_lossy(&asked.stderr).into_owned();
+    let said = stderr(&asked);
     assert!(
         asked.status.code() == Some(5) || said.contains("`journalctl -u hapticd`"),
         "{said}"

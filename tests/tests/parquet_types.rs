@@ -1,4 +1,4 @@
-//! Tables in Parquet whose columns say by their types what their numbers stand for: no command scales them again.
+//! Tables in Parquet whose columns say by their types what their numbers stand for: they are not scaled again.
 
 use crate::other_programs::Base;
 use parquet::basic::{Compression, GzipLevel};
@@ -6,7 +6,6 @@ use parquet::data_type::{DoubleType, FixedLenByteArray, FixedLenByteArrayType, I
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
-use serde_json::Value;
 use std::sync::Arc;
 use system_tests::ctl_offline;
 
@@ -71,70 +70,6 @@ fn parquet(compression: Compression, columns: &[(&str, Cells)]) -> Vec<u8> {
     bytes
 }
 
-fn json(output: &[u8]) -> Value {
-    serde_json::from_slice(output).expect("JSON")
-}
-
-#[test]
-fn a_tables_times_and_decimals_are_what_their_types_say() {
-    /// 2026, as seconds since 1970.
-    const EPOCH_S: f64 = 1.78e9;
-    let base = Base::new();
-    let real = base.put("plain.csv", base.plain());
-    let rows = || base.rows.iter();
-    let times = |begin_s: f64, unit_s: f64| Cells::whole(rows().map(move |[t, ..]| begin_s + t), unit_s);
-    let plain_mass = json(&ctl_offline(&["identify", &real, "--json"]).stdout)["mass_kg"].as_f64();
-    let plain_mass = plain_mass.expect("a mass");
-    let (plain, gzip) = (Compression::UNCOMPRESSED, Compression::GZIP(GzipLevel::default()));
-    for (compression, time, cells) in [
-        (
-            plain,
-            "int64 timestamp_ns (TIMESTAMP(NANOS,true))",
-            times(EPOCH_S, 1e-9),
-        ),
-        // Its type counts, and not its title.
-        (gzip, "int64 time_ms (TIMESTAMP(MICROS,false))", times(EPOCH_S, 1e-6)),
-        (
-            Compression::SNAPPY,
-            "int32 time_us (TIME(MILLIS,true))",
-            times(60.0, 1e-3).halved(),
-        ),
-        (
-            Compression::LZ4_RAW,
-            "int64 time_s (TIMESTAMP_MILLIS)",
-            times(EPOCH_S, 1e-3),
-        ),
-        (plain, "int64 t_s (DECIMAL(18,6))", times(EPOCH_S, 1e-6)),
-        (plain, "int64 time_ms", times(0.0, 1e-3)),
-        // The counter of a microcontroller, which passes 2^31 on its way.
-        (plain, "int32 time_us (INTEGER(32,false))", times(2140.0, 1e-6).halved()),
-    ] {
-        // Nanometres are the last digits of such millimetres.
-        let position = Cells::whole(rows().map(|[_, x, _]| *x), 1e-9).bytes();
-        let force = Cells::whole(rows().map(|[.., f]| *f), 1e-6).halved();
-        let path = base.put(
-            "typed.parquet",
-            parquet(
-                compression,
-                &[
-                    (time, cells),
-                    ("fixed_len_byte_array(8) position_mm (DECIMAL(18,6))", position),
-                    ("int32 force_N (DECIMAL(9,6))", force),
-                ],
-            ),
-        );
-        let found = json(&ctl_offline(&["identify", &path, "--json"]).stdout);
-        let mass = found["mass_kg"].as_f64().unwrap_or_else(|| panic!("{time}: {found}"));
-        assert!(
-            (mass / plain_mass - 1.0).abs() < 1e-3,
-            "{time}: {mass} kg for {plain_mass} kg"
-        );
-        let found = json(&ctl_offline(&["compare", &real, &path, "--json", "--align", "time"]).stdout);
-        let rms = found["force_rms_difference_N"].as_f64().expect("a number");
-        assert!(rms < 0.01, "{time}: {found}");
-    }
-}
-
 #[test]
 fn a_motions_times_and_decimals_are_what_their_types_say() {
     let base = Base::new();
@@ -156,24 +91,32 @@ fn a_motions_times_and_decimals_are_what_their_types_say() {
                 .collect(),
         )
     };
-    for (name, time, cells) in [
-        ("ns", "int64 t_s (TIMESTAMP(NANOS,true))", times(1e-9)),
-        ("us", "int64 t_s (TIMESTAMP(MICROS,true))", times(1e-6)),
-        ("of-day", "int32 t_s (TIME(MILLIS,true))", times(1e-3).halved()),
-        ("decimal", "int64 t_s (DECIMAL(18,4))", times(1e-4)),
+    let (none, gzip) = (Compression::UNCOMPRESSED, Compression::GZIP(GzipLevel::default()));
+    for (compression, time, cells) in [
+        (none, "int64 t_s (TIMESTAMP(NANOS,true))", times(1e-9)),
+        // Its type counts, and not its title.
+        (
+            Compression::SNAPPY,
+            "int64 time_ms (TIMESTAMP(MICROS,false))",
+            times(1e-6),
+        ),
+        (Compression::LZ4_RAW, "int64 t_s (TIMESTAMP_MILLIS)", times(1e-3)),
+        (none, "int32 t_s (TIME(MILLIS,true))", times(1e-3).halved()),
+        (gzip, "int64 t_s (DECIMAL(18,4))", times(1e-4)),
     ] {
         let tables = [(time, cells), ("double position_m", positions())];
-        let path = base.put(&format!("{name}.parquet"), parquet(Compression::SNAPPY, &tables));
-        assert!(simulated(&path) == plain, "{name}: other rows than of {path}");
+        let path = base.put("times.parquet", parquet(compression, &tables));
+        assert!(simulated(&path) == plain, "{time}: other rows");
     }
-    let tables = [
-        ("int64 t_s (TIMESTAMP(MILLIS,true))", times(1e-3)),
-        (
-            "int64 position_m (DECIMAL(18,7))",
-            Cells::whole(rows().map(|[_, x, _]| *x), 1e-7),
-        ),
-    ];
-    assert!(simulated(&base.put("positions.parquet", parquet(Compression::SNAPPY, &tables))) == plain);
+    let whole = || Cells::whole(rows().map(|[_, x, _]| *x), 1e-7);
+    for (position, cells) in [
+        ("int64 position_m (DECIMAL(18,7))", whole()),
+        ("fixed_len_byte_array(8) position_m (DECIMAL(18,7))", whole().bytes()),
+    ] {
+        let tables = [("int64 t_s (TIMESTAMP(MILLIS,true))", times(1e-3)), (position, cells)];
+        let path = base.put("positions.parquet", parquet(Compression::SNAPPY, &tables));
+        assert!(simulated(&path) == plain, "{position}: other rows");
+    }
     // A title names another unit.
     let tables = [("int64 time_ms", times(1e-3)), ("double position_m", positions())];
     let other = simulated(&base.put("whole.parquet", parquet(Compression::SNAPPY, &tables)));

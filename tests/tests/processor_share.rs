@@ -2,7 +2,7 @@
 
 use haptic_ipc::{Client, Request, Status, Timing};
 use rustix::process::Signal;
-use system_tests::{Daemon, status, wait_for};
+use system_tests::{Daemon, status, text, wait_for};
 
 /// A processor that this process may use: the first, as daemons take the last one by themselves.
 fn processor() -> String {
@@ -46,7 +46,7 @@ fn two_daemons_on_one_processor_say_so_while_both_are_there() {
     wait_for(&mut second.client(), "the first daemon", is_told);
     for daemon in [&first, &second] {
         let doctor = daemon.ctl(&["doctor"]);
-        let found = String::from_utf8_lossy(&doctor.stdout).into_owned();
+        let found = text(&doctor.stdout);
         assert!(found.contains(&format!("on processor {cpu} too")), "{found}");
         assert!(found.contains("with --cpu"), "it says what helps: {found}");
     }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
-use system_tests::{ctl, ctl_offline};
+use system_tests::{ctl, ctl_offline, is_refused};
 
 /// All files of a set, by their places in it.
 fn files(set: &Path) -> Vec<String> {
@@ -58,13 +58,8 @@ fn recordings_are_collected_by_rig_and_date_never_replaced() {
     let new = directory.path().join("new.csv");
     fs::copy(&first, &new).expect("copied");
     let refused = collect(&["--as", "left", path(&new), path(&first)]);
-    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
-    assert!(
-        String::from_utf8_lossy(&refused.stderr).contains("nothing of a set is replaced"),
-        "{refused:?}"
-    );
-    let twice = collect(&[path(&new), path(&new)]);
-    assert_eq!(twice.status.code(), Some(2), "{twice:?}");
+    is_refused("left", &refused, 2, &["nothing of a set is replaced"]);
+    is_refused("twice", &collect(&[path(&new), path(&new)]), 2, &[]);
     assert_eq!(files(&set), names);
     let said = collect(&["--json", path(&new)]);
     let said: Vec<serde_json::Value> = serde_json::from_slice(&said.stdout).expect("a list");
@@ -76,10 +71,8 @@ fn recordings_are_collected_by_rig_and_date_never_replaced() {
         files(&set)
     );
 
-    for (rig, part) in [("a/b", "rig"), ("", "rig")] {
-        let refused = collect(&["--as", rig, path(&new)]);
-        assert_eq!(refused.status.code(), Some(2), "{refused:?}");
-        assert!(String::from_utf8_lossy(&refused.stderr).contains(part), "{refused:?}");
+    for rig in ["a/b", ""] {
+        is_refused(rig, &collect(&["--as", rig, path(&new)]), 2, &["rig"]);
     }
 }
 

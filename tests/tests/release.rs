@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use system_tests::stderr;
 
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
@@ -16,11 +17,7 @@ fn run(program: &str, arguments: &[&str], folder: &Path) -> Output {
 
 fn ok(program: &str, arguments: &[&str], folder: &Path) -> String {
     let output = run(program, arguments, folder);
-    assert!(
-        output.status.success(),
-        "{program} {arguments:?}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{program} {arguments:?}: {}", stderr(&output));
     String::from_utf8(output.stdout).expect("text")
 }
 

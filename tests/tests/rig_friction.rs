@@ -1,13 +1,9 @@
 //! The rig's own friction as the programs know it: identified, read again, used, compensated.
 
-use haptic_ipc::{
-    AdviceReply, Client, ErrorCode, LossSource, Request, RigState, Status, SubscribeReply, Topic, WireError,
-};
+use haptic_ipc::{AdviceReply, Client, ErrorCode, LossSource, Request, RigState, Status, Topic, WireError};
 use std::path::Path;
-use std::process::{Command, Stdio};
-use system_tests::commissioning::{daemon_at, refused};
-use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, binary, ctl_offline, engage, status, wait_for};
+use std::process::Command;
+use system_tests::{Daemon, binary, ctl_offline, engage, is_refused, refused, status, subscribe, text, wait_for};
 
 /// Leaves what was identified of a rig in a state directory, as the daemon does.
 fn identified(directory: &Path, key: &str, firmware: &str, friction: &str) {
@@ -112,20 +108,17 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
 // hazard: F21
 #[test]
 fn excessive_or_unidentified_compensation_share_is_refused() {
-    let refused_at_start = |share: &str| {
-        let output = Command::new(binary("hapticd"))
-            .args(["--device", "fake", "--compensate", share])
-            .output()
-            .expect("it runs");
-        assert_eq!(output.status.code(), Some(2));
-        String::from_utf8_lossy(&output.stderr).into_owned()
-    };
-    for share in ["0.81", "-0.1", "NaN"] {
-        let said = refused_at_start(share);
-        for part in ["compensate", share, "0.8", "of the rig's friction"] {
-            assert!(said.contains(part), "{said} lacks {part}");
-        }
-    }
+    let mut command = Command::new(binary("hapticd"));
+    let output = command
+        .args(["--device", "fake", "--compensate", "0.81"])
+        .output()
+        .expect("it runs");
+    is_refused(
+        "0.81",
+        &output,
+        2,
+        &["compensate", "0.81", "0.8", "of the rig's friction"],
+    );
     let directory = tempfile::tempdir().expect("a directory");
     let (daemon, mut client) = daemon(directory.path(), &["--compensate", "0.5"]);
     let error: WireError = refused(&mut client, Request::engage());
@@ -134,7 +127,7 @@ fn excessive_or_unidentified_compensation_share_is_refused() {
         (ErrorCode::NotIdentified, Some("compensate"))
     );
     assert!(error.message.contains("haptic-ctl identify --rig"), "{error}");
-    let checked = String::from_utf8_lossy(&daemon.ctl(&["doctor"]).stdout).into_owned();
+    let checked = text(&daemon.ctl(&["doctor"]).stdout);
     assert!(checked.contains("fail  engage: "), "{checked}");
     // A record that no rig can have is none.
     identified(
@@ -170,28 +163,11 @@ fn the_share_is_felt_told_and_recorded() {
         .expect("a basis");
     assert!((basis.friction_n - 0.4).abs() < 1e-12 && basis.compensated_share == Some(0.5));
     let file = directory.path().join("session.mcap");
-    let mut recorder = Command::new(binary("haptic-ctl"))
-        .arg("record")
-        .arg(&file)
-        .args(["--for", "2s", "--socket"])
-        .arg(daemon.socket())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("it starts");
-    while !haptic_recording::read(&file).is_ok_and(|recording| recording.rows.len() > 300) {
-        assert!(recorder.try_wait().expect("a child").is_none(), "it recorded nothing");
-        std::thread::yield_now();
-    }
+    let mut recorder = daemon.recorder(&file, &["--for", "2s"]);
+    system_tests::recorded::wait_for_rows(&file, 300);
     engage(&mut client);
     wait_for(&mut client, "engaged", |status| status.state == RigState::Engaged);
-    let reply: SubscribeReply = client
-        .request(Request::Subscribe {
-            topics: vec![Topic::Samples],
-            rate_hz: Some(1000.0),
-            batch_ms: None,
-        })
-        .expect("subscribed");
-    let compensation = reply
+    let compensation = subscribe(&mut client, &[Topic::Samples])
         .servo
         .expect("its settings")
         .settings
@@ -207,32 +183,4 @@ fn the_share_is_felt_told_and_recorded() {
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(report["differing"], 0, "{report}");
     assert!(report["compared"].as_u64() > Some(500), "{report}");
-}
-
-#[test]
-fn a_rig_that_is_plugged_in_is_known_by_its_own_record() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let rig = FakeRig::start_at(&directory.path().join("rig"), &[]);
-    let device = {
-        let (_daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
-        status(&mut client)
-            .device
-            .link
-            .and_then(|link| link.device)
-            .expect("it is there")
-    };
-    let key = device.rig.expect("its key");
-    let found = |firmware: &str, wait: &dyn Fn(&mut Client) -> Status| {
-        identified(directory.path(), &key, firmware, FRICTION);
-        let (_daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
-        wait(&mut client).device.rig_friction.expect("it is told")
-    };
-    let friction = found(&device.firmware, &known);
-    assert_eq!(
-        (friction.friction_n, friction.friction_from),
-        (0.7, LossSource::Identified)
-    );
-    // Without a serial number another firmware may be another rig.
-    let other = found("theirs 2", &|client| refused_for(client, "theirs 2"));
-    assert_eq!((other.friction_n, other.friction_from), (0.0, LossSource::Default));
 }

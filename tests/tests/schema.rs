@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::Command;
 use system_tests::schema::{Part, Validator};
 use system_tests::transcript::Transcript;
-use system_tests::{binary, reference};
+use system_tests::{binary, reference, text};
 
 #[test]
 fn haptic_ctl_prints_the_schema_of_the_types() {
@@ -19,7 +19,7 @@ fn haptic_ctl_prints_the_schema_of_the_types() {
     let output = output.expect("haptic-ctl starts");
     let printed: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(printed, haptic_ipc::schema::protocol());
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let text = text(&output.stdout);
     assert!(!text.contains("[`"), "a link that leads nowhere");
 }
 

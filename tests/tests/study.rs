@@ -4,11 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use system_tests::{binary, ctl, ctl_offline};
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use system_tests::{binary, ctl, ctl_offline, ctl_offline_refused, is_refused, process, stderr, text};
 
 fn plain(path: &Path) -> &str {
     path.to_str().expect("a plain path")
@@ -29,19 +25,8 @@ pub(crate) fn small_plan(folder: &Path, trials: u32) -> PathBuf {
 }
 
 fn study(plan: &str, out: &Path, more: &[&str]) -> Vec<String> {
-    let basic = [
-        "study",
-        "run",
-        plan,
-        "--operator",
-        "simulated",
-        "--subjects",
-        "2",
-        "--seed",
-        "4",
-        "--out",
-        plain(out),
-    ];
+    let two = ["--operator=simulated", "--subjects=2", "--seed=4"];
+    let basic = ["study", "run", plan, two[0], two[1], two[2], "--out", plain(out)];
     [&basic, more].concat().into_iter().map(str::to_owned).collect()
 }
 
@@ -106,7 +91,7 @@ fn a_study_that_is_killed_at_any_moment_resumes_at_that_trial() {
     let plan = small_plan(parent.path(), 3);
     let (whole, killed) = (parent.path().join("whole"), parent.path().join("killed"));
     let done = run(&study(plain(&plan), &whole, &[]));
-    assert!(done.status.success(), "{}", text(&done.stderr));
+    assert!(done.status.success(), "{}", stderr(&done));
     assert!(
         text(&done.stdout).contains("operator: simulated: 42 trials"),
         "{}",
@@ -143,7 +128,7 @@ fn a_study_that_is_killed_at_any_moment_resumes_at_that_trial() {
         }
     }
     let done = run(&resume);
-    assert!(done.status.success(), "{}", text(&done.stderr));
+    assert!(done.status.success(), "{}", stderr(&done));
     let (whole, killed) = (files(&whole), files(&killed));
     for (path, bytes) in &whole {
         if path.extension().is_none_or(|ending| ending != "mcap") {
@@ -163,17 +148,10 @@ fn interrupt_ends_study_cleanly_and_second_program_is_refused() {
         assert!(program.try_wait().expect("a state").is_none(), "it ended by itself");
         std::thread::yield_now();
     }
-    let second = ctl(Path::new("/nonexistent"), &["study", "resume", plain(&folder)]);
-    assert_eq!(second.status.code(), Some(2));
-    assert!(
-        text(&second.stderr).ends_with("another program is running this study\n"),
-        "{}",
-        text(&second.stderr)
-    );
-    let pid = rustix::process::Pid::from_child(&program);
-    rustix::process::kill_process(pid, rustix::process::Signal::INT).expect("it runs");
-    let ended = program.wait_with_output().expect("it ends");
-    assert_eq!(ended.status.code(), Some(130), "{}", text(&ended.stderr));
+    let second = ["study", "resume", plain(&folder)];
+    ctl_offline_refused(&second, 2, &["another program is running this study\n"]);
+    let ended = process::end(program, rustix::process::Signal::INT);
+    assert_eq!(ended.status.code(), Some(130), "{}", stderr(&ended));
     let said = text(&ended.stdout);
     assert!(
         said.contains("The study is interrupted; continue with `haptic-ctl study resume "),
@@ -200,10 +178,8 @@ fn a_wrong_study_is_refused_with_the_reason() {
                 "study",
                 "run",
                 "golf",
-                "--operator",
-                "simulated",
-                "--subjects",
-                "2",
+                "--operator=simulated",
+                "--subjects=2",
                 "--out",
                 plain(&folder),
             ],
@@ -211,9 +187,7 @@ fn a_wrong_study_is_refused_with_the_reason() {
         ),
         (vec!["study", "resume", plain(&folder)], "there is no study"),
     ] {
-        let refused = ctl(Path::new("/nonexistent"), &arguments);
-        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
-        assert!(text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
+        ctl_offline_refused(&arguments, 2, &[message]);
     }
     assert!(!folder.exists(), "nothing was made");
 }
@@ -225,36 +199,26 @@ fn human_study_is_made_by_one_command_and_reported_as_human() {
     let (people, model) = (parent.path().join("people"), parent.path().join("model"));
     let offline = |arguments: &[&str]| ctl(Path::new("/nonexistent"), arguments);
     let new = |more: &[&str]| offline(&[&["study", "new", plain(&plan), "--out", plain(&people)], more].concat());
-    for (more, message) in [
-        (vec![], "--subjects"),
-        (
-            vec!["--codes", "P1,p1"],
-            "subject `p1`: duplicate code (case is ignored)",
-        ),
-        (vec!["--codes", "../x"], "a code has 1 to 32 letters and digits"),
-    ] {
-        let refused = new(&more);
-        assert_eq!(refused.status.code(), Some(2), "{more:?}");
-        assert!(text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
-    }
+    is_refused(
+        "P1,p1",
+        &new(&["--codes", "P1,p1"]),
+        2,
+        &["subject `p1`: duplicate code (case is ignored)"],
+    );
     let made = new(&["--codes", "P1,P2"]);
-    assert!(made.status.success(), "{}", text(&made.stderr));
+    assert!(made.status.success(), "{}", stderr(&made));
     assert!(
         text(&made.stdout).contains("haptic-gui --page task --study "),
         "{}",
         text(&made.stdout)
     );
     assert!(!new(&["--subjects", "2"]).status.success(), "nothing is overwritten");
-    let asked = offline(&["study", "run", "fitts", "--subjects", "2", "--out", "x"]);
-    let asked = text(&asked.stderr);
-    assert!(
-        asked.contains("haptic-ctl study new fitts --subjects 2 --out x"),
-        "{asked}"
-    );
+    let run_by_people = ["study", "run", "fitts", "--subjects", "2", "--out", "x"];
+    ctl_offline_refused(&run_by_people, 2, &["haptic-ctl study new fitts --subjects 2 --out x"]);
 
     // Two rows of a model, as if people had done them.
     let done = run(&study(plain(&plan), &model, &["--no-recordings"]));
-    assert!(done.status.success(), "{}", text(&done.stderr));
+    assert!(done.status.success(), "{}", stderr(&done));
     let table = |folder: &Path, code: &str| {
         folder.join(format!(
             "data/subject-{code}/session-01/subject-{code}_session-01_task-fitts_data.csv"
@@ -269,21 +233,11 @@ fn human_study_is_made_by_one_command_and_reported_as_human() {
     assert_eq!(found["operator"], "human");
     assert!(!found["notes"].to_string().contains("model"), "{}", found["notes"]);
     fs::write(table(&people, "P1"), of_people.replacen("human", "simulated", 1)).expect("written");
-    let mixed = analyse();
-    assert_eq!(mixed.status.code(), Some(2));
-    assert!(
-        text(&mixed.stderr).contains("more than one kind of operator"),
-        "{}",
-        text(&mixed.stderr)
-    );
+    is_refused("mixed", &analyse(), 2, &["more than one kind of operator"]);
 
     // Practice is missing, so the rows are not those of the plan from its beginning.
     let resumed = offline(&["study", "resume", plain(&people)]);
-    assert!(
-        text(&resumed.stderr).contains("subject P1"),
-        "{}",
-        text(&resumed.stderr)
-    );
+    assert!(stderr(&resumed).contains("subject P1"), "{}", stderr(&resumed));
     fs::remove_dir_all(people.join("data")).expect("removed");
     let resumed = offline(&["study", "resume", plain(&people)]);
     let said = text(&resumed.stdout);

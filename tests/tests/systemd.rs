@@ -1,14 +1,16 @@
 //! The packaged unit under a real systemd as PID 1.
 
-use haptic_ipc::{Event, Request, RigState, Sample, SceneSaveReply, StateReply, SubscribeReply, Topic};
-use rustix::process::{Pid, Signal, kill_process};
+use haptic_ipc::{Event, Request, RigState, Sample, SceneSaveReply, StateReply, Topic};
+use rustix::process::Signal;
 use rustix::time::{ClockId, clock_gettime};
 use std::collections::HashMap;
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::time::Duration;
 use system_tests::pid1::{CONFIGURATION, Machine};
-use system_tests::{HeldThread, pull_until, real_time_thread, status, timed, wait_for, wait_for_state};
+use system_tests::{
+    HeldThread, process, pull_until, real_time_thread, status, stderr, subscribe, timed, wait_for, wait_for_state,
+};
 
 /// A machine on which the unit is up.
 fn machine_with_unit(configuration: &str) -> Option<Machine> {
@@ -34,11 +36,6 @@ fn is_back_without_force(machine: &Machine, restarts: u32) {
     for status in [began, later] {
         assert_eq!((status.state, status.command_force_n), (RigState::Idle, 0.0));
     }
-}
-
-fn send(daemon: u32, signal: Signal) {
-    let pid = Pid::from_raw(i32::try_from(daemon).expect("a process")).expect("not zero");
-    kill_process(pid, signal).expect("it runs");
 }
 
 #[test]
@@ -111,7 +108,7 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
     // unit good.
     let unit = "/usr/lib/systemd/system/hapticd.service";
     let verified = machine.run(&["systemd-analyze", "verify", "--man=no", "--recursive-errors=no", unit]);
-    let complaints = String::from_utf8_lossy(&verified.stderr).into_owned();
+    let complaints = stderr(&verified);
     assert!(
         !complaints.contains("hapticd") && verified.status.success(),
         "{complaints}"
@@ -125,7 +122,7 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
     )
     .expect("written");
     let verified = machine.run(&["systemd-analyze", "verify", "--man=no", "--recursive-errors=no", unit]);
-    let complaints = String::from_utf8_lossy(&verified.stderr).into_owned();
+    let complaints = stderr(&verified);
     assert!(
         !complaints.contains("hapticd") && verified.status.success(),
         "{complaints}"
@@ -195,12 +192,7 @@ fn stopped_along_its_ramp() {
     pull(&machine);
     // Not before, as nobody reads while it waits; what is not read for long is dropped.
     let mut subscriber = machine.client();
-    let all = Request::Subscribe {
-        topics: vec![Topic::Samples],
-        rate_hz: None,
-        batch_ms: None,
-    };
-    let _: SubscribeReply = subscriber.request(all).expect("a subscription");
+    subscribe(&mut subscriber, &[Topic::Samples]);
     let mut stop = machine
         .command(&["systemctl", "stop", "hapticd"])
         .spawn()
@@ -272,7 +264,7 @@ fn killed_it_comes_back() {
     pull(&machine);
     let killed = machine.daemon();
     let began_ms = monotonic_ms();
-    send(killed, Signal::KILL);
+    process::signal(killed, Signal::KILL);
     is_back_without_force(&machine, 1);
     assert_ne!(machine.daemon(), killed);
     let took_ms = away_ms(&machine, began_ms);
@@ -302,7 +294,7 @@ fn a_real_time_thread_that_hangs_is_restarted_by_the_watchdog() {
 
     // And so when the whole process stands still, after the manager's own time.
     pull(&machine);
-    send(machine.daemon(), Signal::STOP);
+    process::signal(machine.daemon(), Signal::STOP);
     is_back_without_force(&machine, 2);
     assert_eq!(said("Watchdog timeout"), 1, "{}", machine.journal());
 }

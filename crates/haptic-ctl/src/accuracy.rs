@@ -12,8 +12,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Directory for accuracy.html, a page with a plot and tables; the plot itself, speed-vs-error.svg;
-    /// accuracy.json; cases.csv; laws.csv
+    /// Folder for the page accuracy.html, its plot, and the tables (JSON, CSV)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

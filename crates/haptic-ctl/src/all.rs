@@ -24,11 +24,7 @@ struct RigAnswer {
     answer: Result<(Vec<String>, Value), Failure>,
 }
 
-/// Asks every rig, and that of a socket that is named besides.
-///
-/// # Errors
-/// The subcommand is meant for one rig, there is none, or one of them fails: the exit code is that of the first that
-/// does.
+/// Asks every rig, and that of a socket that is named besides; the exit code is that of the first that fails.
 pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> Result<(), Failure> {
     let Some(request) = request(command) else {
         let message = "--all goes with `status` and `stop` alone: everything else is meant for one rig, named by \
@@ -56,9 +52,6 @@ pub(crate) async fn engaged(sockets: Vec<NamedSocket>) -> Vec<String> {
 }
 
 /// Stops every rig, or asks for the status of each, and of that of a socket that is named besides.
-///
-/// # Errors
-/// There is none, or one of them fails.
 pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> Result<(), Failure> {
     let sockets = Environment::of_process().all(named);
     if sockets.is_empty() {

@@ -26,7 +26,7 @@ pub(crate) struct ChangeArguments {
     #[arg(long)]
     dry_run: bool,
 
-    /// Change in this very tick, which must lie ahead, and wait for it; an interrupt takes it back
+    /// Change in tick N, which must lie ahead, and wait; an interrupt cancels it
     #[arg(long, value_name = "N")]
     at_tick: Option<u64>,
 

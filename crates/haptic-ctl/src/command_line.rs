@@ -3,8 +3,8 @@
 use crate::change::ChangeArguments;
 use crate::failure::Failure;
 use crate::{
-    accuracy, advise, change, commission, compare, describe, devices, drive, examples, generated, get, identify, lease,
-    log, raw, record, recording, replay, scene, schedule, set, simulate, study, surface, wait,
+    accuracy, advise, change, commission, compare, describe, devices, drive, generated, get, identify, lease, log, raw,
+    record, recording, replay, scene, schedule, set, simulate, study, surface, wait,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;
@@ -24,8 +24,7 @@ pub(crate) struct Arguments {
     #[arg(long = "rig", value_name = "NAME", value_parser = rig_name, conflicts_with = "socket")]
     pub(crate) rig_name: Option<String>,
 
-    /// Every rig of this machine: those of the services hapticd and hapticd@NAME, of sockets that were forwarded to the
-    /// place of one, and of --socket. Only for `status` and `stop`
+    /// Every rig of this machine, and that of --socket. Only for `status` and `stop`
     #[arg(long, conflicts_with = "rig_name")]
     pub(crate) all: bool,
 
@@ -33,8 +32,7 @@ pub(crate) struct Arguments {
     #[arg(long, global = true, help_heading = GLOBAL)]
     pub(crate) json: bool,
 
-    /// Print only what was asked for, and errors: no advice, no progress, no heading, no word of an
-    /// action that was done
+    /// Print only what was asked for, and errors
     #[arg(long, short, global = true, help_heading = GLOBAL)]
     pub(crate) quiet: bool,
 
@@ -104,6 +102,7 @@ pub(crate) enum Command {
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
     /// Identify mass and friction from a record, or from the rig itself
+    #[command(after_help = "Examples:\n  haptic-ctl identify rig.csv --out found.toml\n  haptic-ctl identify --rig")]
     Identify(Box<identify::Arguments>),
     /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
@@ -127,10 +126,12 @@ pub(crate) enum Command {
     /// Check the scene against the rig: stability, passivity, chatter
     ///
     /// Each broken bound comes with a fix. Or compute the stick-slip of a scene at a speed.
+    #[command(after_help = "Example:\n  haptic-ctl advise high-stiction --at-speed 5mm/s --for-frequency 30Hz")]
     Advise(advise::Arguments),
     /// List the devices that are plugged in; needs no daemon
     ///
     /// With their addresses, and the problems that keep one from use.
+    #[command(after_help = "Example:\n  haptic-ctl devices --probe serial:/dev/ttyACM0")]
     Devices(devices::Arguments),
     /// Check everything between you and the rig, with a fix for each problem
     ///
@@ -139,6 +140,7 @@ pub(crate) enum Command {
     /// Send raw lines of the control protocol, and print the answers
     Raw(raw::Arguments),
     /// Render a scene along a recorded motion, with the daemon's code
+    #[command(after_help = "Example:\n  haptic-ctl simulate lugre --motion hand.csv --out felt.csv")]
     Simulate(simulate::Arguments),
     /// Measure cost and error of each scheme, on easy and hard scenes
     Accuracy(accuracy::Arguments),
@@ -196,20 +198,17 @@ pub(crate) fn command_line() -> clap::Command {
             let hide = option.is_hide_set() || option.get_help_heading() == Some(GLOBAL);
             option.hide(hide)
         });
-        examples::below(command, COMMON_OPTIONS).mut_subcommands(without_common_options)
+        let before = command.get_after_help().map(|before| format!("{before}\n\n"));
+        let after = before.unwrap_or_default() + COMMON_OPTIONS;
+        command.after_help(after).mut_subcommands(without_common_options)
     }
-    let mut command = complete_command_line();
+    let mut command = Arguments::command();
     // Hands the options to the subcommands.
     command.build();
     command
         .mut_subcommands(without_common_options)
         .mut_args(|option| option.hide_short_help(true))
         .after_help("Options, and exit codes: haptic-ctl --help")
-}
-
-/// The same with every option in every place, for what completes them.
-pub(crate) fn complete_command_line() -> clap::Command {
-    examples::add(Arguments::command())
 }
 
 /// Reads the name of a rig.
@@ -260,6 +259,38 @@ mod tests {
         for name in names {
             assert!(known.contains(&name), "there is no subcommand {name}");
         }
+    }
+
+    #[test]
+    fn every_example_can_be_typed() {
+        /// The words of a line, as a shell splits it.
+        fn words(line: &str) -> Vec<String> {
+            let quoted = line.split('\'').enumerate();
+            let parts = quoted.flat_map(|(index, part)| match index % 2 {
+                0 => part.split_whitespace().map(str::to_owned).collect(),
+                _ => vec![part.to_owned()],
+            });
+            parts.collect()
+        }
+        fn check(command: &clap::Command) -> usize {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let examples = help.lines().filter(|line| line.starts_with("  haptic-ctl "));
+            let mut count = 0;
+            for line in examples {
+                // What stands behind two spaces, or another program, is no part of it.
+                let typed = line.trim().split("  ").next().unwrap_or_default();
+                let read = Arguments::try_parse_from(words(typed.split(" | ").next().unwrap_or_default()));
+                assert!(read.is_ok(), "{line}: {read:?}");
+                assert!(
+                    line.contains(command.get_name()),
+                    "{line} stands below {}",
+                    command.get_name()
+                );
+                count += 1;
+            }
+            count + command.get_subcommands().map(check).sum::<usize>()
+        }
+        assert!(check(&Arguments::command()) >= 15);
     }
 
     #[test]

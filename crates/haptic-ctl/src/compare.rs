@@ -14,7 +14,10 @@ pub(crate) const HELP: &str = "\
 Both files are recordings of hapticd in any of its formats, or tables of other programs (CSV, Parquet) with the \
 columns t_s, position_m and force_N, where the force drives the moving mass, positive along the position. Of a \
 recording the block's motion and the coupling's force are taken while the rig was engaged. Exit code 1 where the two \
-have no motion in common.";
+have no motion in common.
+
+Example:
+  haptic-ctl compare real.csv rig.mcap --plot both.svg";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -29,7 +32,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
 
-    /// How the two are aligned [default: by time where the motions are the same, else by velocity]
+    /// Alignment [default: time where the motions are the same, else velocity]
     #[arg(long, value_name = "BY")]
     align: Option<Align>,
 

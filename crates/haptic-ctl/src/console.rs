@@ -12,8 +12,7 @@ pub(crate) struct Console {
 }
 
 impl Console {
-    /// # Errors
-    /// There is no terminal.
+    /// Fails where there is no terminal to ask at.
     pub(crate) fn new(command: &str, yes: bool) -> Result<Self, Failure> {
         if yes {
             return Ok(Self { lines: None });

@@ -21,8 +21,7 @@ pub(crate) struct WaitArguments {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct EngageArguments {
-    /// Say that the device is the rig that was commissioned; for one without a serial number, once
-    /// after each time it is connected
+    /// Say that the device is the rig that was commissioned, until it is reconnected
     #[arg(long)]
     same_rig: bool,
 
@@ -94,9 +93,6 @@ pub(crate) async fn engage(daemon: &mut Daemon, arguments: &EngageArguments, jso
 }
 
 /// Waits for as long as a device has to say that its motor is off.
-///
-/// # Errors
-/// It has not, and the rig is faulted.
 async fn stays_off(daemon: &mut Daemon) -> Result<(), Failure> {
     tokio::time::sleep(CONFIRMATION_TIME).await;
     let status: Status = daemon.ask(Request::Status {}).await?;

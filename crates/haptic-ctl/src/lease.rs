@@ -20,7 +20,8 @@ other end it is released. \
 SIGTERM, SIGHUP and a SIGINT that is not the terminal's are passed on to the command; a haptic-ctl that is killed takes \
 the command with it by SIGTERM.
 
-    haptic-ctl lease --timeout 200ms -- python3 experiment.py";
+Example:
+  haptic-ctl lease --timeout 200ms -- python3 experiment.py";
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {

@@ -14,7 +14,7 @@ pub(crate) const HELP: &str = "\
 Examples:
   haptic-ctl log -n 5                        the newest 5 entries of the journal
   haptic-ctl log -n 20 --follow              the newest 20, and then entries and states as they come
-  haptic-ctl log --follow samples --rate 100 a table of samples
+  haptic-ctl log --follow samples --rate 100  a table of samples
   haptic-ctl log --follow samples --rate all --json | head
 
 With --json each line is an object whose `event` is log, state, servo, timing or samples. A line of samples is one \
@@ -25,7 +25,7 @@ const DEFAULT_LIMIT: usize = 20;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Number of entries of the journal to begin with, the newest [default: 20; 0 with --follow]
+    /// Newest entries of the journal to begin with [default: 20; 0 with --follow]
     #[arg(short = 'n', long, value_name = "N")]
     limit: Option<usize>,
 

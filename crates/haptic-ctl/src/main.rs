@@ -15,7 +15,6 @@ mod describe;
 mod devices;
 mod doctor;
 mod drive;
-mod examples;
 mod failure;
 mod generated;
 mod get;
@@ -42,7 +41,6 @@ mod table_options;
 mod timing;
 mod top;
 mod units;
-mod usage;
 mod wait;
 mod words;
 
@@ -55,7 +53,7 @@ use std::process::ExitCode;
 use stop::NamedRig;
 
 fn main() -> ExitCode {
-    clap_complete::CompleteEnv::with_factory(command_line::complete_command_line).complete();
+    clap_complete::CompleteEnv::with_factory(Arguments::command).complete();
     let words = words::in_order(std::env::args_os().collect());
     let parse = |command: clap::Command| {
         let matches = command.try_get_matches_from(&words)?;
@@ -63,9 +61,12 @@ fn main() -> ExitCode {
     };
     let parsed = match parse(Arguments::command()) {
         Err(error) if error.use_stderr() && words::mean_a_stop(&words, &Arguments::command()) => {
-            let json = usage::wants_json();
+            let json = words::wants_json();
             return match tokio::runtime::Builder::new_current_thread().enable_all().build() {
-                Ok(runtime) => ended(runtime.block_on(stop::in_spite_of(&usage::text(&error), 2, json)), json),
+                Ok(runtime) => ended(
+                    runtime.block_on(stop::in_spite_of(&words::error_text(&error), 2, json)),
+                    json,
+                ),
                 Err(error) => Failure::from(error).report(json),
             };
         }
@@ -75,7 +76,7 @@ fn main() -> ExitCode {
     };
     let arguments = match parsed {
         Ok(arguments) => arguments,
-        Err(error) => return usage::end(error, &command_line()),
+        Err(error) => return words::end(&error),
     };
     let json = arguments.json;
     output::choose(arguments.quiet);

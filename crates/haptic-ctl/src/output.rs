@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use haptic_core::Directional;
-use haptic_ipc::quantity::{self, readable};
+use haptic_ipc::quantity;
 use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
 use rustix::termios::tcgetwinsize;
@@ -148,11 +148,7 @@ pub(crate) fn table(rows: &[Vec<String>]) -> String {
 
 /// A value that may differ by direction.
 pub(crate) fn directional(value: Directional) -> String {
-    if value.is_symmetric() {
-        readable(value.positive)
-    } else {
-        format!("+{} -{}", readable(value.positive), readable(value.negative))
-    }
+    haptic_ipc::Value::Number(value).to_string()
 }
 
 #[cfg(test)]

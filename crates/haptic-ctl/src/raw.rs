@@ -11,7 +11,7 @@ use tokio::net::unix::OwnedReadHalf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Requests, each a JSON object; a missing `id` is filled in [default: lines of standard input]
+    /// Requests, each a JSON object; `id` may be missing [default: lines of stdin]
     #[arg(value_name = "LINE")]
     lines: Vec<String>,
 

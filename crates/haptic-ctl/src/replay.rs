@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::output::count;
 use crate::recording::unreadable;
 use crate::scene::offline;
-use crate::table_file::TableFile;
+use crate::table_file::{self, TableFile};
 use crate::units::duration;
 use crate::{complete, output, progress, set};
 use clap::Args;
@@ -24,7 +24,11 @@ something was compared and nothing differs, and 1 otherwise. A recording holds t
 after every gap and every ten seconds: a replay begins at any of these snapshots.
 
 With one of them the recorded motion is rendered with something else: the hand moves as it did then, and does not react \
-to the other force.";
+to the other force.
+
+Examples:
+  haptic-ctl replay rig.mcap
+  haptic-ctl replay rig.mcap --set Fs=6 --out felt.csv";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -39,7 +43,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SCENE", add = ArgValueCompleter::new(complete::scenes))]
     scene: Option<String>,
 
-    /// Render with another value of a parameter, as `haptic-ctl set` takes it; repeatable
+    /// Render with another value of a parameter, as for `set`; repeatable
     #[arg(long, value_name = "NAME=VALUE", add = ArgValueCompleter::new(complete::assignments))]
     set: Vec<String>,
 
@@ -290,13 +294,7 @@ struct Forces<'a>(TableFile<'a>);
 
 impl<'a> Forces<'a> {
     fn create(path: &'a Path, recording: &Path, replace: bool) -> Result<Self, Failure> {
-        if path
-            .canonicalize()
-            .is_ok_and(|out| recording.canonicalize().is_ok_and(|read| read == out))
-        {
-            let path = path.display();
-            return Err(Failure::Usage(format!("{path} is the recording: name another file")));
-        }
+        table_file::refuse_overwriting(path, [recording].into_iter())?;
         let mut forces = Self(TableFile::create(path, replace)?);
         forces.0.line(format_args!(
             "tick,t_s,device_position_m,device_velocity_mps,recorded_force_N,what_if_force_N,recorded_contact,\

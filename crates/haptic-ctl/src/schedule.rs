@@ -19,7 +19,10 @@ pub(crate) const HELP: &str = r#"The file is JSON: a list of changes in the orde
    {"at_tick":6000,"scene":"viscous-drag"}]
 or an object with that list as `changes`, and the fields of `schedule` in docs/control.md.
 All of the changes are accepted or none. haptic-ctl waits until the last one is rendered;
-an interrupt cancels those that wait."#;
+an interrupt cancels those that wait.
+
+Example:
+  haptic-ctl schedule steps.json --name staircase"#;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -28,7 +31,7 @@ pub(crate) struct Arguments {
     #[arg(required = true)]
     file: Option<PathBuf>,
 
-    /// Name of the schedule, for `schedule cancel` [default: the file's, else the daemon's choice]
+    /// Name of the schedule, for `schedule cancel` [default: that in the file]
     #[arg(long)]
     name: Option<String>,
 
@@ -128,14 +131,7 @@ fn show(reply: &ScheduleReply, json: bool) -> Result<(), Failure> {
 
 /// Follows the journal, before changes are scheduled.
 pub(crate) async fn subscribe(daemon: &mut Daemon) -> Result<(), Failure> {
-    let topics = vec![Topic::Log];
-    let _: SubscribeReply = daemon
-        .ask(Request::Subscribe {
-            topics,
-            rate_hz: None,
-            batch_ms: None,
-        })
-        .await?;
+    let _: SubscribeReply = daemon.ask(Request::subscribe(vec![Topic::Log])).await?;
     Ok(())
 }
 

@@ -11,7 +11,7 @@ use haptic_ipc::{Changes, ParameterChange, RelativeChange, Request};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Parameters: `mass=500g Fs=5 Fd=3.5N b=2 DV=2mm/s`, one direction as `Fs+=5 Fs-=3`, times a factor as `mass*=2`
+    /// Parameters, as in mass=500g DV=2mm/s; one direction: Fs+=5; a factor: mass*=2
     #[arg(required = true, value_name = "NAME=VALUE", add = ArgValueCompleter::new(complete::assignments))]
     changes: Vec<String>,
 
@@ -99,7 +99,8 @@ pub(crate) fn parameter_help() -> String {
         })
         .collect();
     format!(
-        "Parameters, by name or symbol (`haptic-ctl describe` says what each feels like):\n{}\n\n{}",
+        "Examples:\n  haptic-ctl set mass=500g Fs=5 --ramp 50ms\n  haptic-ctl set --by Fs=0.5\n\n\
+         Parameters, by name or symbol (`haptic-ctl describe` says what each feels like):\n{}\n\n{}",
         output::table(&rows),
         units::help()
     )

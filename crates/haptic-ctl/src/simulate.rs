@@ -17,7 +17,7 @@ pub(crate) struct Arguments {
     #[arg(help = reference::HELP, add = ArgValueCompleter::new(complete::scenes))]
     scene: String,
 
-    /// Motion of the device: a recording, or a table of times, positions and perhaps velocities in CSV or Parquet
+    /// Motion of the device: a recording, or a table (CSV, Parquet)
     #[arg(id = "file", long = "motion", value_name = "MOTION")]
     motion: PathBuf,
 
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "EVENTS.csv")]
     events: Option<PathBuf>,
 
-    /// Scheme: exact, literal as the paper prints it, literal:N with N steps a tick, or implicit
+    /// Scheme: exact, implicit, literal (as in the paper), literal:N (N steps a tick)
     #[arg(long, value_name = "SCHEME", default_value = "exact")]
     scheme: Scheme,
 
@@ -173,28 +173,9 @@ fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary,
 fn refuse_overwriting(arguments: &Arguments) -> Result<(), Failure> {
     let scene = reference::path(&arguments.scene);
     let inputs: Vec<&Path> = scene.into_iter().chain([arguments.motion.as_path()]).collect();
-    for (output, others) in [
-        (Some(&arguments.out), inputs.clone()),
-        (
-            arguments.events.as_ref(),
-            [&inputs[..], &[arguments.out.as_path()]].concat(),
-        ),
-    ] {
-        let Some(output) = output else { continue };
-        if let Some(other) = others.into_iter().find(|other| same_file(output, other)) {
-            let (output, other) = (output.display(), other.display());
-            return Err(Failure::Usage(format!(
-                "{output} would be written over {other}: name another file"
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// Whether two paths lead to one file, existing or not.
-fn same_file(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => a == b,
+    table_file::refuse_overwriting(&arguments.out, inputs.iter().copied())?;
+    match &arguments.events {
+        Some(events) => table_file::refuse_overwriting(events, inputs.into_iter().chain([arguments.out.as_path()])),
+        None => Ok(()),
     }
 }

@@ -28,9 +28,6 @@ impl NamedRig<'_> {
     }
 
     /// Its socket, for a subcommand that is meant for one rig: where none is named, that of the only one in reach.
-    ///
-    /// # Errors
-    /// There are several.
     pub(crate) fn one_path(&self) -> Result<Option<PathBuf>, Failure> {
         self.path().map_or_else(only_one, |path| Ok(Some(path)))
     }
@@ -45,9 +42,6 @@ const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Stops the rig that is named, and tells which others are engaged; all in reach where none is named, or where what is
 /// named is not there.
-///
-/// # Errors
-/// One of them has not confirmed its stop, or the one that was named is not there.
 pub(crate) async fn run(named: &NamedRig<'_>, json: bool) -> Result<(), Failure> {
     let Some(path) = named.path() else {
         return every(json).await;
@@ -69,9 +63,6 @@ pub(crate) async fn run(named: &NamedRig<'_>, json: bool) -> Result<(), Failure>
 }
 
 /// Stops all rigs, where it is not clear which is meant; then fails with a code.
-///
-/// # Errors
-/// Always: what was asked for is not there.
 pub(crate) async fn in_spite_of(what: &str, code: u8, json: bool) -> Result<(), Failure> {
     eprintln!("haptic-ctl: {what}: every rig in reach is stopped");
     every(json).await?;
@@ -119,9 +110,6 @@ pub(crate) fn outcome(reply: &StateReply, status: Option<&Status>) -> String {
 }
 
 /// Asks a rig to stop. Where there is a prefix, a warning that begins with it says meanwhile what to do.
-///
-/// # Errors
-/// The daemon refuses, or cannot be asked in time.
 pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<StateReply, Failure> {
     // Where a crowd takes all places, a newcomer is heard for a moment, and may come again.
     let asked = async {

@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Scene of the surface, whose friction and mass of the block count: a name of the library, a revision as @42,
-    /// or a FILE.toml
+    /// Scene of the surface: a name of the library, a revision as @42, or FILE.toml
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     scene: String,
 
@@ -22,8 +21,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "REAL.csv")]
     out: PathBuf,
 
-    /// Motion of the hand that drives the mass: CSV with the columns t_s and position_m, as `hapticd
-    /// --hand file:` takes it
+    /// Output: motion of the hand that drives the mass, for `hapticd --hand file:`
     #[arg(long, value_name = "HAND.csv")]
     hand: Option<PathBuf>,
 

@@ -32,6 +32,21 @@ pub(crate) fn check(path: &Path, replace: bool) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Refuses an output that would take the place of one of these files, existing or not.
+pub(crate) fn refuse_overwriting<'a>(out: &Path, mut others: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
+    let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    };
+    let (shown, other) = (out.display(), others.find(|other| same(out, other)));
+    other.map_or(Ok(()), |other| {
+        let other = other.display();
+        Err(Failure::Usage(format!(
+            "{shown} would be written over {other}: name another file"
+        )))
+    })
+}
+
 impl<'a> TableFile<'a> {
     /// Creates a table.
     pub(crate) fn create(path: &'a Path, replace: bool) -> Result<Self, Failure> {

@@ -62,56 +62,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_are_read_in_the_units_that_people_use() {
+    fn values_are_read_in_the_units_of_their_parameters() {
         for (name, text, expected) in [
             ("mass", "500g", 0.5),
             ("M", "7g", 0.007),
-            ("mass", "1.1 kg", 1.1),
-            ("mass", "250000mg", 0.25),
             ("DV", "2mm/s", 0.002),
-            ("DV", "0.3cm/s", 0.003),
-            ("DV", "50µm/s", 50e-6),
             ("K", "25N/mm", 25_000.0),
-            ("K", "0.5kN/m", 500.0),
-            ("Fs", "4N", 4.0),
             ("Fs+", "4500mN", 4.5),
             ("Fs-", "+3e0N", 3.0),
-            ("b", "2Ns/m", 2.0),
-            ("b", "2 N s/m", 2.0),
-            ("b", "2N*s/m", 2.0),
             ("b", "2N·s/mm", 2000.0),
             ("gamma", "5/s", 5.0),
             ("zba", "70%", 0.7),
-            ("mass", "1.5e-1", 0.15),
             ("anything", "3", 3.0),
         ] {
             assert_eq!(value(name, text), Ok(expected), "{name}={text}");
         }
-    }
-
-    #[test]
-    fn wrong_unit_is_refused_with_the_accepted_ones() {
-        for (name, text, parts) in [
-            ("mass", "5N", vec!["kg, g or mg", "`N`"]),
-            ("Fs", "5kg", vec!["N, mN or kN"]),
-            ("K", "5N", vec!["N/mm"]),
-            ("mass", "5G", vec!["kg, g or mg"]),
-            ("Fs", "5MN", vec!["N, mN or kN"]),
-            ("zba", "0.5N", vec!["a bare number or %"]),
-            ("masss", "5kg", vec!["did you mean `mass`"]),
-            ("mass", "heavy", vec!["not a finite number"]),
-            ("mass", "inf", vec!["not a finite number"]),
-            ("mass", "nankg", vec!["not a finite number"]),
-            ("mass", "1e400kg", vec!["not a finite number"]),
-            ("mass", "", vec!["not a finite number"]),
-            ("K", "25,000", vec!["K = `25,000` has a comma", "decimal point"]),
-            ("K", "25,5N/mm", vec!["has a comma"]),
-            ("anything", "3,5", vec!["has a comma"]),
+        for (name, text, part) in [
+            ("mass", "5N", "mass is in kg, g or mg; `N`"),
+            ("zba", "0.5N", "a bare number or %"),
+            ("masss", "5kg", "did you mean `mass`"),
+            ("mass", "heavy", "not a finite number"),
+            ("K", "25,000", "K = `25,000` has a comma"),
+            ("anything", "3,5", "has a comma"),
         ] {
             let error = value(name, text).expect_err(text);
-            for part in parts {
-                assert!(error.contains(part), "{error} lacks {part}");
-            }
+            assert!(error.contains(part), "{error} lacks {part}");
         }
     }
 

@@ -11,8 +11,7 @@ use std::time::{Duration, Instant};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Condition: comparisons of a field with a value by = != < <= > >=, joined by `and`, as in
-    /// 'state=engaged and device_position_m>0.01'
+    /// Condition, as in 'state=engaged and device_position_m>0.01'
     #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
     until: Condition,
 
@@ -27,7 +26,8 @@ pub(crate) fn help() -> String {
         "Fields: {}; and the parameters of the scene by name or symbol. Numbers may have units \
          (device_position_m>1cm). A contact is a \
          number or one of {}. A word with spaces is put in quotes.\n\n\
-         Exits with 5 on a timeout, and with 6 if the rig is stopped or faulted while waiting for another state.",
+         Exits with 5 on a timeout, and with 6 if the rig is stopped or faulted while waiting for another state.\n\n\
+         Example:\n  haptic-ctl wait --until 'state=engaged and device_position_m>1cm' --timeout 5s",
         condition::fields(),
         condition::words("contact").join(", ")
     )
@@ -58,18 +58,10 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     ))
 }
 
-fn subscription(condition: &Condition) -> Request {
-    // Every tick: a condition that holds for one tick is not missed.
-    Request::Subscribe {
-        topics: condition.topics(),
-        rate_hz: None,
-        batch_ms: None,
-    }
-}
-
 /// Subscribes to what the condition needs. From here on nothing is missed.
 pub(crate) async fn subscribe(daemon: &mut Daemon, condition: &Condition) -> Result<(), Failure> {
-    let _: SubscribeReply = daemon.ask(subscription(condition)).await?;
+    // Every tick: a condition that holds for one tick is not missed.
+    let _: SubscribeReply = daemon.ask(Request::subscribe(condition.topics())).await?;
     Ok(())
 }
 
@@ -122,9 +114,6 @@ async fn wait(daemon: &mut Daemon, condition: &Condition, timeout: Option<Durati
 }
 
 /// Whether the condition holds after an event.
-///
-/// # Errors
-/// The rig has stopped, and another state is waited for.
 fn holds(known: &mut Observations, event: Event, condition: &Condition) -> Result<bool, Failure> {
     if known.take(event, condition) {
         return Ok(true);

@@ -1,8 +1,10 @@
 //! The words of the command line before they are parsed: which rig is meant may stand anywhere, and whoever types `stop`
-//! means a stop, whatever else is wrong.
+//! means a stop, whatever else is wrong. And how a line ends that cannot be parsed.
 
+use crate::failure::Failure;
 use clap::Command;
 use std::ffi::OsString;
+use std::process::ExitCode;
 
 /// Options of the whole line that take a value, and stand before or behind the subcommand.
 const WITH_VALUE: [&str; 2] = ["--socket", "--rig"];
@@ -61,6 +63,29 @@ pub(crate) fn mean_a_stop(words: &[OsString], commands: &Command) -> bool {
         .first()
         .is_some_and(|word| *word != "stop" && commands.find_subcommand(word).is_some());
     !is_other && words.iter().any(|word| word == "stop")
+}
+
+/// Ends with an error of the command line, or with its help.
+pub(crate) fn end(error: &clap::Error) -> ExitCode {
+    if wants_json() && error.use_stderr() {
+        return Failure::Usage(error_text(error)).report(true);
+    }
+    error.exit()
+}
+
+/// Whether JSON is wanted, on a line that cannot be parsed.
+pub(crate) fn wants_json() -> bool {
+    std::env::args()
+        .take_while(|word| word != "--")
+        .any(|word| word == "--json")
+}
+
+/// The error alone, without the summary of the options below it.
+pub(crate) fn error_text(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let text = text.split("\n\nUsage:").next().unwrap_or(&text);
+    let text = text.split("\n\nFor more information").next().unwrap_or(text);
+    text.trim_start_matches("error: ").trim().to_owned()
 }
 
 #[cfg(test)]

@@ -14,7 +14,6 @@ mod envelope;
 mod error;
 mod event;
 mod fields;
-mod hand;
 mod identification;
 mod journal;
 mod line;
@@ -37,7 +36,6 @@ pub mod socket_path;
 pub mod socket_permission;
 mod status;
 mod timing;
-mod unknown_word;
 mod values;
 
 pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
@@ -50,7 +48,6 @@ pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, ServoEvent, SnapshotEvent, StateEvent, SubscribeReply, Topic};
-pub use hand::HandReply;
 pub use identification::{ExcitationEnd, ExcitationReport, IdentificationReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
@@ -68,9 +65,10 @@ pub use schedule::{
     AcceptedChange, MAX_SCHEDULED_CHANGES, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduleStatus,
     ScheduledChange,
 };
-pub use status::{DeviceStatus, ForceLimitBy, LibraryScene, Problem, RealTimeStatus, RigState, StateReply, Status};
+pub use status::{
+    DeviceStatus, ForceLimitBy, HandReply, LibraryScene, Problem, RealTimeStatus, RigState, StateReply, Status,
+};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
-pub use unknown_word::meant_in;
 
 /// The protocol version that this crate speaks.
 pub const PROTOCOL_VERSION: u32 = 1;

@@ -316,6 +316,16 @@ impl Request {
         Self::Engage { anyway: false }
     }
 
+    /// Events of these topics, samples of every tick.
+    #[must_use]
+    pub const fn subscribe(topics: Vec<Topic>) -> Self {
+        Self::Subscribe {
+            topics,
+            rate_hz: None,
+            batch_ms: None,
+        }
+    }
+
     /// A whole scene, at once and whatever the revision.
     #[must_use]
     pub fn load(scene: SceneRef) -> Self {

@@ -210,3 +210,11 @@ pub struct StateReply {
     /// The tick that carried it out.
     pub tick: u64,
 }
+
+/// Answer to `hand`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct HandReply {
+    /// Time without another `hand` of this client after which the arm has let go of the handle, ms.
+    pub lets_go_after_ms: u32,
+}

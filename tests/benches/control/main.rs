@@ -208,11 +208,7 @@ fn subscribers() {
 }
 
 fn subscribe(client: &mut Client) {
-    let request = Request::Subscribe {
-        topics: vec![Topic::Samples],
-        rate_hz: None,
-        batch_ms: None,
-    };
+    let request = Request::subscribe(vec![Topic::Samples]);
     let _: Value = client.request(request).expect("a subscription");
 }
 

@@ -11,9 +11,6 @@ use std::sync::atomic::{AtomicI32, Ordering};
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 
 /// Hears these signals from now on.
-///
-/// # Panics
-/// The system does not let it.
 pub(super) fn listen() {
     for one in [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP] {
         // SAFETY: the handler stores a number or ends the process, which it may at any moment.

@@ -18,13 +18,12 @@ mod recordings;
 mod report;
 mod rig;
 mod round;
-mod seen;
 
 pub use report::{Claim, Report};
 
 use plan::Plan;
+use report::Seen;
 use rig::{Place, Rig};
-use seen::Seen;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -62,9 +61,6 @@ fn length(text: &str) -> Result<Duration, String> {
 ///
 /// # Errors
 /// A signal has asked it to end before its time: the exit code for that. Its daemons have ended.
-///
-/// # Panics
-/// A daemon does not start, or the report cannot be written.
 pub fn run(options: &Options) -> Result<Report, i32> {
     ending::listen();
     let folder = PathBuf::from(FOLDER);

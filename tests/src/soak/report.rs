@@ -5,7 +5,7 @@ use super::health::{MAX_DESCRIPTORS_MORE, MAX_GROWTH_KIB, MAX_MEMORY_KIB};
 use super::plan::Plan;
 use super::rig::{FORCE_LIMIT_N, FORCE_UNIT_N};
 use super::round::{End, Occurrence};
-use super::seen::Seen;
+use super::{health, load, recordings, rig};
 use haptic_lab::drawing::{Chart, Trace, svg};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,6 +19,20 @@ const TIMES: usize = 3;
 
 /// By how much even the quickest may be held up on a busy machine.
 const BUSY: Duration = Duration::from_millis(50);
+
+/// All that was seen of one daemon.
+#[derive(Debug)]
+pub(super) struct Seen {
+    pub(super) rig: &'static str,
+    pub(super) occurrences: Vec<Occurrence>,
+    pub(super) left_out: Vec<String>,
+    pub(super) load: load::Heard,
+    pub(super) recordings: recordings::Checked,
+    pub(super) health: health::History,
+    pub(super) force: rig::ForceRecord,
+    /// What never ended or ended in a panic.
+    pub(super) broken: Vec<String>,
+}
 
 /// Something that must hold.
 #[derive(Clone, Debug)]
@@ -56,13 +70,11 @@ impl Report {
     }
 
     /// Whether every claim holds.
-    #[must_use]
     pub fn holds(&self) -> bool {
         self.claims.iter().all(|claim| claim.holds)
     }
 
     /// The document, in Markdown.
-    #[must_use]
     pub fn markdown(&self) -> &str {
         &self.markdown
     }

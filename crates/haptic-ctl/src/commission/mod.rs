@@ -71,12 +71,11 @@ pub(crate) struct Arguments {
     #[arg(long, short)]
     yes: bool,
 
-    /// Only check by one push, of at most 1 N and 0.3 s, that this is the rig that was commissioned
+    /// Only check by one push (1 N, 0.3 s) that this is the commissioned rig
     #[arg(long, conflicts_with_all = ["max_force_n", "range"])]
     check: bool,
 
-    /// Largest force of a pulse, N, at most half of the force limit [default: a tenth of that, at
-    /// most 2]
+    /// Largest force of a pulse, N, up to half the force limit [default: a tenth, at most 2]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     max_force_n: Option<f64>,
 

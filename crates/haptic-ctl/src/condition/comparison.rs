@@ -1,6 +1,6 @@
 //! A condition and its comparisons, read from text.
 
-use super::field::{Field, REVISION, Value};
+use super::field::{Field, Value};
 use haptic_ipc::{RigState, Topic};
 use std::fmt;
 use std::str::FromStr;
@@ -57,7 +57,7 @@ impl Condition {
     pub(crate) fn topics(&self) -> Vec<Topic> {
         let mut topics = vec![Topic::State];
         let wants = |wanted: fn(&Field) -> bool| self.comparisons.iter().any(|one| wanted(&one.field));
-        if wants(|field| matches!(field, Field::Sample(column) if *column != REVISION)) {
+        if wants(|field| matches!(field, Field::Sample(column) if *column != "revision")) {
             topics.push(Topic::Samples);
         }
         if wants(|field| matches!(field, Field::Count(_))) {

@@ -4,7 +4,7 @@ use haptic_core::ParameterKey;
 use haptic_core::friction::LAWS;
 use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::parameters::TABLE;
-use haptic_ipc::{RigState, Sample, TimingWindow};
+use haptic_ipc::{RigState, SAMPLE_COLUMNS, TimingWindow};
 use std::str::FromStr;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,7 +12,8 @@ pub(super) enum Field {
     State,
     Scene,
     Law,
-    Sample(usize),
+    /// A column of a sample.
+    Sample(&'static str),
     Count(usize),
     Parameter(ParameterKey),
 }
@@ -24,42 +25,12 @@ pub(super) enum Value {
     Number(f64),
 }
 
-/// A name, and how its number is read.
-type Column<T> = (&'static str, fn(&T) -> f64);
-
-/// The columns of a sample that are numbers.
-#[expect(clippy::cast_precision_loss, reason = "counts and durations below 2^53")]
-pub(super) const COLUMNS: [Column<Sample>; 19] = [
-    ("tick", |sample| sample.tick as f64),
-    ("t_s", |sample| sample.t_s),
-    ("contact", |sample| f64::from(sample.contact)),
-    ("device_position_m", |sample| sample.device_position_m),
-    ("device_velocity_mps", |sample| sample.device_velocity_mps),
-    ("block_position_m", |sample| sample.block_position_m),
-    ("block_velocity_mps", |sample| sample.block_velocity_mps),
-    ("coupling_force_N", |sample| sample.coupling_force_n),
-    ("command_force_N", |sample| sample.command_force_n),
-    ("revision", |sample| sample.revision as f64),
-    ("wake_latency_ns", |sample| sample.wake_latency_ns as f64),
-    ("tick_ns", |sample| sample.tick_ns as f64),
-    ("device_round_trip_ns", |sample| sample.device_round_trip_ns as f64),
-    ("elapsed_ns", |sample| sample.elapsed_ns as f64),
-    ("device_sequence", |sample| f64::from(sample.device_sequence)),
-    ("device_time_ns", |sample| sample.device_time_ns as f64),
-    ("sample_position_m", |sample| sample.sample_position_m),
-    ("input_flags", |sample| f64::from(sample.input_flags)),
-    ("error_detail", |sample| f64::from(sample.error_detail)),
-];
-
-/// The place of the revision in [`COLUMNS`]; the state event has it as well.
-pub(super) const REVISION: usize = 9;
-
-/// The place of the contact in [`COLUMNS`]; it has words as well.
-const CONTACT: usize = 2;
+/// A name, and how its count is read.
+type Count = (&'static str, fn(&TimingWindow) -> f64);
 
 /// Counts since the loop began, sent once a second.
 #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
-pub(super) const COUNTS: [Column<TimingWindow>; 3] = [
+pub(super) const COUNTS: [Count; 3] = [
     ("overruns", |timing| timing.overruns as f64),
     ("missed_periods", |timing| timing.missed_periods as f64),
     ("telemetry_dropped", |timing| timing.telemetry_dropped as f64),
@@ -68,7 +39,7 @@ pub(super) const COUNTS: [Column<TimingWindow>; 3] = [
 /// All fields but the parameters, for messages and help.
 pub(crate) fn fields() -> String {
     let mut names = vec!["state", "scene", "law"];
-    names.extend(COLUMNS.iter().map(|(name, _)| *name));
+    names.extend(SAMPLE_COLUMNS.iter().filter(|name| **name != "state"));
     names.extend(COUNTS.iter().map(|(name, _)| *name));
     names.join(", ")
 }
@@ -101,7 +72,7 @@ impl FromStr for Field {
             "law" => return Ok(Self::Law),
             _ => {}
         }
-        if let Some(column) = COLUMNS.iter().position(|(column, _)| *column == name) {
+        if let Some(column) = SAMPLE_COLUMNS.iter().find(|column| **column == name) {
             return Ok(Self::Sample(column));
         }
         if let Some(count) = COUNTS.iter().position(|(count, _)| *count == name) {
@@ -170,11 +141,11 @@ impl Field {
             Self::Scene | Self::Law => Ok(Value::Word(word.to_owned())),
             // Units are accepted here as well.
             Self::Parameter(_) => crate::units::value(name, word).map(Value::Number),
-            Self::Sample(CONTACT) if contacts().iter().any(|(known, _)| *known == word) => {
+            Self::Sample("contact") if contacts().iter().any(|(known, _)| *known == word) => {
                 let found = contacts().into_iter().find(|(known, _)| *known == word);
                 Ok(Value::Number(found.map_or(0.0, |(_, direction)| direction.into())))
             }
-            Self::Sample(CONTACT) => word
+            Self::Sample("contact") => word
                 .parse()
                 .ok()
                 .filter(|number: &f64| number.is_finite())
@@ -185,19 +156,5 @@ impl Field {
                 }),
             Self::Sample(_) | Self::Count(_) => crate::units::value_in(name, word, unit(name)).map(Value::Number),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use haptic_ipc::SAMPLE_COLUMNS;
-
-    #[test]
-    fn every_column_of_a_sample_is_a_field() {
-        for column in SAMPLE_COLUMNS {
-            assert!(fields().split(", ").any(|field| field == *column), "{column}");
-        }
-        assert_eq!((COLUMNS[REVISION].0, COLUMNS[CONTACT].0), ("revision", "contact"));
     }
 }

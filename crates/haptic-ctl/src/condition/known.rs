@@ -1,8 +1,7 @@
 //! Whether a condition holds, by the events so far.
 
 use super::comparison::{Comparison, Condition};
-use super::field::{COLUMNS, COUNTS, Field, REVISION};
-
+use super::field::{COUNTS, Field};
 use haptic_core::Directional;
 use haptic_ipc::{Event, Sample, StateEvent, TimingWindow, Topic};
 
@@ -67,14 +66,17 @@ impl Observations {
                     .or(state.map(|state| state.state))?;
                 Some(comparison.matches_word(&found.to_string()))
             }
-            Field::Sample(REVISION) if self.sample.is_none() => {
+            Field::Sample("revision") if self.sample.is_none() => {
                 #[expect(clippy::cast_precision_loss, reason = "a count below 2^53")]
                 let revision = state?.revision as f64;
                 Some(comparison.number_holds(revision))
             }
             Field::Scene => Some(comparison.matches_word(&state?.scene)),
             Field::Law => Some(comparison.matches_word(&state?.law)),
-            Field::Sample(column) => Some(comparison.number_holds(COLUMNS[column].1(&self.sample?))),
+            Field::Sample(column) => {
+                let found = self.sample?.to_object().get(column)?.as_f64()?;
+                Some(comparison.number_holds(found))
+            }
             Field::Count(count) => Some(comparison.number_holds(COUNTS[count].1(self.counts.as_ref()?))),
             Field::Parameter(key) => {
                 let found: &Directional = state?.params.get(key.parameter.info().name)?;
@@ -111,20 +113,10 @@ mod tests {
 
     fn sample(position: f64, contact: i8) -> Sample {
         Sample {
-            tick: 9,
             t_s: 0.009,
             state: RigState::Engaged,
             contact,
             device_position_m: position,
-            device_velocity_mps: 0.0,
-            block_position_m: 0.0,
-            block_velocity_mps: 0.0,
-            coupling_force_n: 0.0,
-            command_force_n: 0.0,
-            revision: 42,
-            wake_latency_ns: 0,
-            tick_ns: 0,
-            device_round_trip_ns: 0,
             ..Sample::default()
         }
     }

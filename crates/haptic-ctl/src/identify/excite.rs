@@ -22,17 +22,16 @@ pub(crate) struct MotionArguments {
     #[arg(long, short, conflicts_with = "file")]
     yes: bool,
 
-    /// Largest force on the handle, N, at most half of the rig's force limit [default: two fifths of
-    /// that, or four times the friction that the commissioning found]
+    /// Largest force on the handle, N, up to half the force limit [default: two fifths of that, or four times
+    /// the friction found by commissioning]
     #[arg(long, value_name = "N", allow_hyphen_values = true, conflicts_with = "file")]
     max_force_n: Option<f64>,
 
-    /// Travel of the handle to either side, mm [default: 20, or four fifths of what the range
-    /// allows]
+    /// Travel of the handle to either side, mm [default: 20, or 80 % of the room]
     #[arg(long, value_name = "MM", allow_hyphen_values = true, conflicts_with = "file")]
     travel_mm: Option<f64>,
 
-    /// Range of the handle between its ends, mm [default: as the commissioning found it]
+    /// Range of the handle between its ends, mm [default: as commissioned]
     #[arg(long, value_name = "MM", allow_hyphen_values = true, value_parser = range_mm, conflicts_with = "file")]
     range_mm: Option<f64>,
 
@@ -50,7 +49,7 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "N", default_value_t = 2, conflicts_with = "file")]
     ramps: u32,
 
-    /// Retries after a timing fault while the handle lies still in its place, before you are asked
+    /// Retries after a timing fault, before you are asked
     #[arg(
         long,
         value_name = "N",

@@ -109,8 +109,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "MS|auto", allow_hyphen_values = true, requires = "file")]
     shift_ms: Option<ShiftMs>,
 
-    /// Moving mass of a recording: the block by its coupling, or the device by its motor [default: the device where
-    /// the recording is of identify --run, else the block]
+    /// Moving mass of a recording [default: device for `identify --run`, else block]
     #[arg(
         long,
         value_enum,

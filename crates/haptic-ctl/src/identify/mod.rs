@@ -26,8 +26,7 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "run")]
     whole: bool,
 
-    /// The device reports the same position at the same place after every start: cogging that --rig
-    /// finds can then be compensated
+    /// The device reports absolute positions: the cogging found can be compensated
     #[arg(long, requires = "rig")]
     absolute_position: bool,
 

@@ -1,7 +1,7 @@
 //! What was identified: a table for people, JSON for scripts, a scene to feel, and plots.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, table_file};
 use haptic_lab::drawing::{Page, PlotFormat, Table, UnknownEnding};
 use haptic_lab::identify::{self, FoundValue, Identified, Record, Refusal};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SCENE.toml", conflicts_with = "rig")]
     out: Option<PathBuf>,
 
-    /// Plot of force against velocity, position and time, and what the fit leaves: an image, or a page with the values
+    /// Plot of the force and of the residual: an image, or a page with the values
     #[arg(long, value_name = "FILE.svg|.html", value_parser = plot_file, conflicts_with = "rig")]
     plot: Option<(PathBuf, PlotFormat)>,
 }
@@ -27,18 +27,9 @@ fn plot_file(text: &str) -> Result<(PathBuf, PlotFormat), UnknownEnding> {
 
 impl Arguments {
     /// No output may take the place of an input.
-    pub(super) fn refuse_overwriting<'a>(&self, mut inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
-        let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
-            (Ok(a), Ok(b)) => a == b,
-            _ => a == b,
-        };
-        let Some(out) = &self.out else { return Ok(()) };
-        match inputs.find(|input| same(out, input)) {
-            Some(input) => Err(Failure::Usage(format!(
-                "{} would be written over {}: name another file",
-                out.display(),
-                input.display()
-            ))),
+    pub(super) fn refuse_overwriting<'a>(&self, inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
+        match &self.out {
+            Some(out) => table_file::refuse_overwriting(out, inputs),
             None => Ok(()),
         }
     }
@@ -99,7 +90,7 @@ pub(super) fn show(found: &Identified, json: bool) -> Result<(), Failure> {
     if json {
         output::json(found)?;
     } else {
-        output::line(&text(found))?;
+        output::line(&text(heading(found), &rows(found), found))?;
     }
     if found.missing().is_empty() {
         Ok(())
@@ -109,7 +100,7 @@ pub(super) fn show(found: &Identified, json: bool) -> Result<(), Failure> {
 }
 
 /// The values with their units and intervals, under the names of the columns.
-fn rows(found: &Identified) -> Vec<Vec<String>> {
+pub(super) fn rows(found: &Identified) -> Vec<Vec<String>> {
     let heading = ["", "value", "unit", "95 % interval"].map(str::to_owned).to_vec();
     let row = |found: FoundValue| vec![found.what, found.value, found.unit.to_owned(), found.interval];
     [heading]
@@ -125,13 +116,14 @@ fn heading(found: &Identified) -> String {
     format!("{model}, residual {:.4} N rms", found.residual_rms_n)
 }
 
-fn text(found: &Identified) -> String {
-    let (mut text, rows) = (heading(found), rows(found));
+/// The report for people: a heading, the values, and what the record does not determine.
+pub(super) fn text(heading: String, rows: &[Vec<String>], found: &Identified) -> String {
+    let mut text = heading;
     if let Some(why) = &found.chosen_because {
         text.push_str(&format!("\nchosen because {why}"));
     }
     if rows.len() > 1 {
-        text.push_str(&format!("\n\n{}", output::table(&rows)));
+        text.push_str(&format!("\n\n{}", output::table(rows)));
     }
     if !found.refused.is_empty() {
         text.push_str("\n\nThe record does not determine");
@@ -149,7 +141,7 @@ fn text(found: &Identified) -> String {
 }
 
 /// What was refused, each reason once with all that it concerns: parameters, reason, and what to record instead.
-pub(super) fn refusals(found: &Identified) -> Vec<(String, &str, &str)> {
+fn refusals(found: &Identified) -> Vec<(String, &str, &str)> {
     let mut rows: Vec<(String, &str, &str)> = Vec::new();
     for Refusal {
         parameter,
@@ -197,7 +189,7 @@ mod tests {
                 .to_vec(),
             ..Identified::empty(ModelKind::Karnopp)
         };
-        let text = text(&found);
+        let text = text(heading(&found), &rows(&found), &found);
         for part in [
             "karnopp, residual 0.0170 N rms",
             "mass                0.5006",

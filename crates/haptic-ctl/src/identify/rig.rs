@@ -87,82 +87,23 @@ pub(super) async fn run(
 }
 
 impl Findings {
-    /// The values with their intervals, as columns.
-    fn rows(&self) -> Vec<Vec<String>> {
-        let found = &self.identified;
-        let interval = |name: &str| {
-            found
-                .intervals
-                .get(name)
-                .map_or_else(String::new, |[least, most]| format!("{least:.4} to {most:.4}"))
-        };
-        let mut rows = vec![
-            ["  quantity", "value", "unit", "95 % interval"]
-                .map(str::to_owned)
-                .to_vec(),
-        ];
-        let mut add = |name: &str, key: &str, unit: &str, value: Option<f64>| {
-            if let Some(value) = value {
-                rows.push(vec![
-                    format!("  {name}"),
-                    format!("{value:.4}"),
-                    unit.to_owned(),
-                    interval(key),
-                ]);
-            }
-        };
-        add("moving mass", "mass_kg", "kg", found.mass_kg);
-        for (name, key, unit, value) in [
-            ("dynamic friction", "dynamic_force_N", "N", found.dynamic_force_n),
-            ("static friction", "static_force_N", "N", found.static_force_n),
-            ("viscous friction", "viscous_Ns_per_m", "N s/m", found.viscous_ns_per_m),
-        ] {
-            let key_of = |direction: &str| format!("{key}.{direction}");
-            add(
-                &format!("{name} +"),
-                &key_of("positive"),
-                unit,
-                value.map(|value| value.positive),
-            );
-            add(
-                &format!("{name} -"),
-                &key_of("negative"),
-                unit,
-                value.map(|value| value.negative),
-            );
-        }
-        if let Some(cogging) = &self.cogging {
-            let [least, most] = cogging.amplitude_interval_n;
-            rows.push(vec![
-                "  cogging".to_owned(),
-                format!("{:.4}", cogging.amplitude_n),
-                "N".to_owned(),
-                format!("{least:.4} to {most:.4}"),
-            ]);
-            let period = vec![
-                "  cogging period".to_owned(),
-                format!("{:.3}", 1e3 * cogging.cogging.period_m),
-                "mm".to_owned(),
-            ];
-            rows.push(period);
-        }
-        rows
-    }
-
     fn table(&self) -> String {
         let found = &self.identified;
-        let mut text = format!(
-            "{} itself, residual {:.4} N rms\n{}",
-            self.rig,
-            found.residual_rms_n,
-            output::table(&self.rows())
-        );
-        for (parameters, reason, instead) in report::refusals(found) {
-            text.push_str(&format!("\nrefused: {parameters}: {reason}; record instead: {instead}"));
+        let mut rows = report::rows(found);
+        if let Some(cogging) = &self.cogging {
+            let [least, most] = cogging.amplitude_interval_n;
+            let row = |what: &str, value: String, unit: &str, interval| vec![what.into(), value, unit.into(), interval];
+            rows.push(row(
+                "cogging",
+                format!("{:.4}", cogging.amplitude_n),
+                "N",
+                format!("{least:.4} to {most:.4}"),
+            ));
+            let period_mm = 1e3 * cogging.cogging.period_m;
+            rows.push(row("cogging period", format!("{period_mm:.3}"), "mm", String::new()));
         }
-        for note in &found.notes {
-            text.push_str(&format!("\nnote: {note}"));
-        }
+        let heading = format!("{} itself, residual {:.4} N rms", self.rig, found.residual_rms_n);
+        let mut text = report::text(heading, &rows, found);
         if let Some(path) = &self.path {
             text.push_str(&format!("\nkept in {path}"));
         }

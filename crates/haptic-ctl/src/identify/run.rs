@@ -97,31 +97,27 @@ fn subtract(found: &mut Identified, rig: &RigFriction) {
 /// What is no more than the rig's own is not a property of the sample.
 fn refuse_what_is_nothing(found: &mut Identified) {
     let least = |value: Option<Directional>| value.map(|value| value.positive.min(value.negative));
-    let refusal = |parameter: &str, value: f64, unit: &str| Refusal {
-        parameter: parameter.to_owned(),
-        reason: format!("no more than the rig's own is left: {value:.4} {unit}"),
-        instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it"
-            .to_owned(),
-    };
-    if let Some(mass_kg) = found.mass_kg.filter(|mass_kg| *mass_kg <= 0.0) {
-        found.refused.push(refusal("mass_kg", mass_kg, "kg"));
-        found.mass_kg = None;
+    for (name, value, unit) in [
+        ("mass_kg", found.mass_kg, "kg"),
+        ("dynamic_force_N", least(found.dynamic_force_n), "N"),
+        ("static_force_N", least(found.static_force_n), "N"),
+    ] {
+        let Some(value) = value.filter(|value| *value <= 0.0) else {
+            continue;
+        };
+        found.refused.push(Refusal {
+            parameter: name.to_owned(),
+            reason: format!("no more than the rig's own is left: {value:.4} {unit}"),
+            instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it"
+                .to_owned(),
+        });
+        found.intervals.retain(|of, _| !of.starts_with(name));
+        match name {
+            "mass_kg" => found.mass_kg = None,
+            "dynamic_force_N" => found.dynamic_force_n = None,
+            _ => found.static_force_n = None,
+        }
     }
-    if let Some(value) = least(found.dynamic_force_n).filter(|value| *value <= 0.0) {
-        found.refused.push(refusal("dynamic_force_N", value, "N"));
-        found.dynamic_force_n = None;
-    }
-    if let Some(value) = least(found.static_force_n).filter(|value| *value <= 0.0) {
-        found.refused.push(refusal("static_force_N", value, "N"));
-        found.static_force_n = None;
-    }
-    let kept = [
-        ("mass_kg", found.mass_kg.is_some()),
-        ("dynamic_force_N", found.dynamic_force_n.is_some()),
-        ("static_force_N", found.static_force_n.is_some()),
-    ];
-    let is_kept = |name: &str| kept.iter().all(|(of, is_kept)| *is_kept || !name.starts_with(of));
-    found.intervals.retain(|name, _| is_kept(name));
 }
 
 #[cfg(test)]

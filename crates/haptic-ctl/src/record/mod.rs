@@ -47,7 +47,7 @@ const MAX_NOTES: u64 = 1 << 16;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Recording: a new file whose name ends in .mcap, .csv or .parquet; or `-` for standard output
+    /// Recording: a new file in .mcap, .csv or .parquet; or `-` for standard output
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
 
@@ -71,8 +71,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "notes", value_hint = ValueHint::FilePath)]
     notes_file: Option<PathBuf>,
 
-    /// Set a marker for each line of standard input, with the line as its text; the end of the input ends
-    /// the recording, unless --for or --until does
+    /// Set a marker for each line of standard input; its end ends the recording, unless --for or --until does
     #[arg(long)]
     markers_from_stdin: bool,
 

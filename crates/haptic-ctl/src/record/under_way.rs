@@ -55,17 +55,11 @@ pub(crate) struct RecordingUnderWay {
 
 impl RecordingUnderWay {
     /// Creates a recording; the ending of its name says its format.
-    ///
-    /// # Errors
-    /// The file cannot be created, or no thread be started.
     pub(crate) fn create(path: &Path, metadata: &Metadata, replace: bool) -> Result<Self, Failure> {
         Self::begin(haptic_recording::create(path, metadata, replace).map_err(|error| not_created(&error))?)
     }
 
     /// Begins a recording on standard output.
-    ///
-    /// # Errors
-    /// It cannot be written to, or no thread be started.
     pub(crate) fn to_standard_output(format: Format, metadata: &Metadata) -> Result<Self, Failure> {
         let file = File::from(io::stdout().as_fd().try_clone_to_owned()?);
         Self::begin(Recorder::new(format, file, Path::new("-"), metadata)?)
@@ -118,10 +112,7 @@ impl RecordingUnderWay {
         *self.totals.borrow()
     }
 
-    /// Whether it can still be written.
-    ///
-    /// # Errors
-    /// It cannot. Nothing more is heard of it then.
+    /// Whether it can still be written; after an error nothing more is heard of it.
     pub(crate) fn check(&mut self) -> io::Result<()> {
         match self.ended.try_recv() {
             Err(TryRecvError::Empty) => Ok(()),
@@ -131,18 +122,12 @@ impl RecordingUnderWay {
     }
 
     /// Ends the recording, and waits until it is on the disk.
-    ///
-    /// # Errors
-    /// It cannot be written.
     pub(crate) async fn finish(self) -> io::Result<Totals> {
         self.thread.finish();
         self.ended.await.unwrap_or_else(|_| Err(gone()))
     }
 
     /// Closes the recording without an end.
-    ///
-    /// # Errors
-    /// It cannot be written.
     pub(crate) async fn break_off(self) -> io::Result<Totals> {
         drop(self.thread);
         self.ended.await.unwrap_or_else(|_| Err(gone()))

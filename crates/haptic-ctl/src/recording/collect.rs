@@ -15,7 +15,10 @@ pub(super) const HELP: &str = "\
 Each recording becomes a file rig=NAME/date=YYYY-MM-DD/HHMMSS-FILE.parquet of the set, by the moment (UTC) at which it was begun. Rig and \
 date are columns for programs that know this layout (DuckDB, Spark, pandas, Hive), and stand in no file. Numbers are written in encodings that \
 Spark's own reader knows, so the files are larger than those of `recording export`. Nothing is ever replaced: where one of the files is there \
-already, none is written.";
+already, none is written.
+
+Example:
+  haptic-ctl recording collect set --as left monday.mcap tuesday.mcap";
 
 /// Longest name of a rig, letters.
 const MAX_NAME: usize = 64;

@@ -17,7 +17,10 @@ use std::time::Duration;
 pub(super) const HELP: &str = "\
 Times are from the recording's first row; a row at the beginning is in the part, and one at the end is not. The part \
 begins with the scene and the state that its first row had, and with a snapshot of the servo's state there, as far as it \
-follows from the recording: `haptic-ctl replay` then computes its forces again to the last bit.";
+follows from the recording: `haptic-ctl replay` then computes its forces again to the last bit.
+
+Example:
+  haptic-ctl recording cut rig.mcap slide.csv --from-marker 1 --to 5s";
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {

@@ -15,13 +15,13 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Command {
-    /// Show what a recording holds: when, of which rig, scenes, states, gaps, markers, notes, and how it ends
+    /// Show what a recording holds, and how it ends
     Info(info::Arguments),
     /// Rewrite a recording that was broken off or is damaged, as far as it can be read
     Repair(copy::Arguments),
     /// Write a recording in another format
     Export(copy::Arguments),
-    /// Collect recordings of many rigs into one Parquet set, partitioned by rig and date
+    /// Collect recordings into one Parquet set, partitioned by rig and date
     #[command(after_help = collect::HELP)]
     Collect(collect::Arguments),
     /// Write a part of a recording

@@ -17,6 +17,7 @@ pub(crate) enum Command {
     /// List the scenes of the library: built in, and saved
     List,
     /// Load a scene
+    #[command(after_help = "Example:\n  haptic-ctl scene load viscous-drag --ramp 1s")]
     Load {
         #[arg(help = reference::HELP, add = ArgValueCompleter::new(complete::scenes))]
         scene: String,
@@ -35,6 +36,7 @@ pub(crate) enum Command {
         name: String,
     },
     /// Show the differences of two scenes
+    #[command(after_help = "Examples:\n  haptic-ctl scene diff lugre\n  haptic-ctl scene diff @3 @5")]
     Diff {
         #[arg(help = reference::HELP, add = ArgValueCompleter::new(complete::scenes))]
         from: String,
@@ -45,7 +47,7 @@ pub(crate) enum Command {
     },
     /// Print a scene as TOML, as `scene load` takes it
     Show {
-        /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]
+        /// Scene: a name of the library, a revision as @42, or FILE.toml [default: active]
         #[arg(add = ArgValueCompleter::new(complete::scenes))]
         scene: Option<String>,
     },

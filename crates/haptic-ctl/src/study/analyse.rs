@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "DIR|FILE", value_hint = ValueHint::AnyPath)]
     source: PathBuf,
 
-    /// Each movement of a targeting task begins at a place of its own, not where the one before ended
+    /// Each movement begins at a place of its own, not where the last one ended
     #[arg(long)]
     discrete: bool,
 

@@ -17,11 +17,11 @@ pub(crate) enum Command {
     /// Run a whole study unattended, by simulated operators, faster than real time
     #[command(after_help = run::HELP)]
     Run(run::Arguments),
-    /// Go on with a study that was interrupted, at the trial where it ended; of people's, show how far it is
+    /// Continue an interrupted study; of a study by people, show how far it is
     Resume(Resume),
     /// Print a plan, to be changed and run
     Plan(plan::Arguments),
-    /// Show what a study's trials say: the paper's tables and figures, throughput by ISO 9241-411, thresholds
+    /// Analyse trials: tables and figures, throughput by ISO 9241-411, thresholds
     #[command(after_help = analyse::HELP)]
     Analyse(analyse::Arguments),
 }

@@ -16,11 +16,14 @@ use std::path::PathBuf;
 
 pub(super) const HELP: &str = "\
 Continue in the panel: `haptic-gui --page task --study DIR` for targets, `haptic-gui --page perception --study DIR` for surfaces. Subjects are codes \
-of letters and digits; keep the list that ties them to people elsewhere.";
+of letters and digits; keep the list that ties them to people elsewhere.
+
+Example:
+  haptic-ctl study new perception --codes P1,P2,P3 --seed 7 --out study";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Plan: fitts, perception, or a PLAN.toml (`haptic-ctl study plan fitts` prints one)
+    /// Plan: fitts, perception, or a PLAN.toml (`study plan fitts` prints one)
     #[arg(value_name = "PLAN")]
     plan: String,
 

@@ -18,7 +18,10 @@ Each trial is on the disk before the next one begins. An interrupt ends the stud
 130: continue with `haptic-ctl study resume DIR`, after a crash as well.
 
 The data of a simulated operator show how a study runs and how its analysis reads. They say nothing about people, and every \
-row has operator = simulated.";
+row has operator = simulated.
+
+Example:
+  haptic-ctl study run perception --operator simulated --subjects 2 --seed 1 --out study";
 
 /// Who takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -29,7 +32,7 @@ pub(crate) enum Operator {
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Plan: fitts, perception, or a PLAN.toml (`haptic-ctl study plan fitts` prints one)
+    /// Plan: fitts, perception, or a PLAN.toml (`study plan fitts` prints one)
     #[arg(value_name = "PLAN")]
     plan: String,
 
