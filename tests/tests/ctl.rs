@@ -392,7 +392,7 @@ fn wrong_usage_has_a_json_form_too() {
 
 #[test]
 fn every_code_and_exit_code_of_its_own_is_documented() {
-    let page = include_str!("../../docs/control.md");
+    let page = include_str!("../../docs/reference/exit-codes.md");
     let help = text(&ctl(Path::new("/nonexistent"), &["--help"]).stdout).replace('\n', " ");
     for code in
         "usage no_daemon no_permission no_answer timed_out halted other_version bad_answer bad_rig bad_recording \

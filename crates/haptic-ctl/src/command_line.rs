@@ -24,8 +24,8 @@ pub(crate) struct Arguments {
     #[arg(long = "rig", value_name = "NAME", value_parser = rig_name, conflicts_with = "socket")]
     pub(crate) rig_name: Option<String>,
 
-    /// Every rig of this machine: those of the services hapticd and hapticd@NAME, of sockets that were forwarded to the
-    /// place of one, and of --socket. Only for `status` and `stop`
+    /// Every rig of this machine: those of the services hapticd and hapticd@NAME, of sockets forwarded to the place of
+    /// one, and of --socket. For `status` and `stop`
     #[arg(long, conflicts_with = "rig_name")]
     pub(crate) all: bool,
 
@@ -33,8 +33,7 @@ pub(crate) struct Arguments {
     #[arg(long, global = true, help_heading = GLOBAL)]
     pub(crate) json: bool,
 
-    /// Print only what was asked for, and errors: no advice, no progress, no heading, no word of an
-    /// action that was done
+    /// Print only what was asked for, and errors: no advice, progress, heading or report of an action
     #[arg(long, short, global = true, help_heading = GLOBAL)]
     pub(crate) quiet: bool,
 
@@ -55,7 +54,7 @@ Exit codes: 0 done, 1 refused by the daemon or not written, 2 wrong usage, 3 no 
 With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of \
 these: usage (exit code 2), \
 no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer, bad_rig, bad_recording, \
-not_comparable, no_device and cannot_write (1). docs/control.md says what the exit code of each subcommand means.";
+not_comparable, no_device and cannot_write (1). docs/reference/exit-codes.md has those of each subcommand.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -237,7 +236,7 @@ mod tests {
 
     #[test]
     fn every_subcommand_is_in_the_table_of_exit_codes() {
-        let page = include_str!("../../../docs/control.md");
+        let page = include_str!("../../../docs/reference/exit-codes.md");
         let (_, table) = page.split_once("| subcommand | asks the daemon |").expect("the table");
         let (table, _) = table.split_once("\n\n").expect("its end");
         let names: Vec<&str> = table

@@ -6,6 +6,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HandReply {
-    /// Time without another `hand` of this client after which the arm has let go of the handle, ms.
+    /// Time without another `hand` after which the arm has let go, ms.
     pub lets_go_after_ms: u32,
 }
