@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 pub(crate) const HELP: &str = "\
 Both files are recordings of hapticd in any of its formats, or tables of other programs (CSV, Parquet) with the \
 columns t_s, position_m and force_N, where the force drives the moving mass, positive along the position. Of a \
-recording the block's motion and the coupling's force are taken while the rig was engaged. Exit code 1 where the two \
-have no motion in common.";
+recording the block's motion and the coupling's force count, while the rig was engaged.";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {

@@ -21,8 +21,7 @@ pub(crate) struct WaitArguments {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct EngageArguments {
-    /// Say that the device is the rig that was commissioned; for one without a serial number, once
-    /// after each time it is connected
+    /// Say that the device is the rig that was commissioned; without a serial number, each time it is connected
     #[arg(long)]
     same_rig: bool,
 
@@ -42,13 +41,8 @@ impl EngageArguments {
 
 /// The help of `reload`.
 pub(crate) const RELOAD_HELP: &str = "\
-Force flows on. Only limits take effect: a higher limit of force along the ramp of engaging (`ramp-ms`); a lower one lets no force \
-grow beyond it at once, and takes a force that is beyond it down to it within that time, at most 200 ms. Options that need a restart are \
-named. Nothing changes where any value of the file is wrong.
-
-Scenes of the library are read whenever they are loaded; here files that hold none are named. The active scene never changes by itself.
-
-A SIGHUP to a daemon without a terminal does the same, as does `systemctl reload hapticd`.";
+Names the options that need a restart, and files of the library that hold no scene. A wrong value changes nothing. \
+docs/how-to/service.md says how each limit takes effect.";
 
 /// Time in which the daemon has faulted a rig whose motor is on after a release: 100 ms, and its way here.
 const CONFIRMATION_TIME: Duration = Duration::from_millis(150);

@@ -12,7 +12,7 @@ use serde_json::json;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]; or a parameter of the
+    /// Scene: NAME, @REVISION or FILE.toml [default: active]; or a parameter of the
     /// active scene, as in mass or Fs+, whose value alone is printed
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     scene: Option<String>,

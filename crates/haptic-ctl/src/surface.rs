@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Scene of the surface, whose friction and mass of the block count: a name of the library, a revision as @42,
-    /// or a FILE.toml
+    /// Scene of the surface, of which friction and mass of the block count: NAME, @REVISION or FILE.toml
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     scene: String,
 

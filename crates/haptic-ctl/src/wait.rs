@@ -27,7 +27,7 @@ pub(crate) fn help() -> String {
         "Fields: {}; and the parameters of the scene by name or symbol. Numbers may have units \
          (device_position_m>1cm). A contact is a \
          number or one of {}. A word with spaces is put in quotes.\n\n\
-         Exits with 5 on a timeout, and with 6 if the rig is stopped or faulted while waiting for another state.",
+         Exits with 5 on a timeout, and with 6 if the rig is stopped or faulted instead.",
         condition::fields(),
         condition::words("contact").join(", ")
     )

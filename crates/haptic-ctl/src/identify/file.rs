@@ -69,8 +69,8 @@ pub(super) struct Wanted {
     #[arg(long, value_name = "KG", allow_hyphen_values = true, conflicts_with = "rig")]
     mass: Option<f64>,
 
-    /// Known constant force, N: 0 for a zeroed sensor on a level axis. Without it a constant force and a difference
-    /// of friction by direction cannot be told apart
+    /// Known constant force, N: 0 for a zeroed sensor on a level axis. Without it a constant force cannot be
+    /// told from a difference of friction by direction
     #[arg(long, value_name = "N", allow_hyphen_values = true, conflicts_with = "rig")]
     offset: Option<f64>,
 
@@ -95,8 +95,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME", requires = "file")]
     force_column: Option<String>,
 
-    /// Newtons a unit of the force column; negative where the sensor points against the position [default: the
-    /// unit at the end of the column's name, as in load_kN, else 1]
+    /// Newtons a unit of the force column; negative where the sensor points against the position [default: as its
+    /// name ends, as in load_kN, else 1]
     #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "file")]
     force_gain: Option<f64>,
 
@@ -104,13 +104,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "OTHER.csv", requires = "file")]
     force_file: Option<PathBuf>,
 
-    /// How much later the force's times are than the position's for the same instant, ms, or `auto` to look for it
-    /// [default: 0 for one file, auto for two]
+    /// Lag of the force's times behind the position's, ms, or `auto` to look for it [default: 0 for one file, auto
+    /// for two]
     #[arg(long, value_name = "MS|auto", allow_hyphen_values = true, requires = "file")]
     shift_ms: Option<ShiftMs>,
 
-    /// Moving mass of a recording: the block by its coupling, or the device by its motor [default: the device where
-    /// the recording is of identify --run, else the block]
+    /// Moving mass of a recording: the block by its coupling, or the device by its motor [default: the device after
+    /// identify --run, else the block]
     #[arg(
         long,
         value_enum,

@@ -16,8 +16,8 @@ use std::time::Duration;
 /// For the help text.
 pub(super) const HELP: &str = "\
 Times are from the recording's first row; a row at the beginning is in the part, and one at the end is not. The part \
-begins with the scene and the state that its first row had, and with a snapshot of the servo's state there, as far as it \
-follows from the recording: `haptic-ctl replay` then computes its forces again to the last bit.";
+begins with the scene and the state of its first row, and with a snapshot of the servo where the recording allows it: \
+`haptic-ctl replay` then computes its forces again to the last bit.";
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {

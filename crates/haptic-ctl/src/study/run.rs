@@ -14,11 +14,10 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{SignalKind, signal};
 
 pub(super) const HELP: &str = "\
-Each trial is on the disk before the next one begins. An interrupt ends the study after the trials under way, with exit code \
-130: continue with `haptic-ctl study resume DIR`, after a crash as well.
+Each trial is on the disk before the next one begins. After an interrupt (exit code 130) or a crash continue with \
+`haptic-ctl study resume DIR`.
 
-The data of a simulated operator show how a study runs and how its analysis reads. They say nothing about people, and every \
-row has operator = simulated.";
+The data of a simulated operator say nothing about people; every row has operator = simulated.";
 
 /// Who takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
