@@ -61,10 +61,23 @@ fn without_list(help: &str) -> String {
 /// A help without what every subcommand's help says. Options that an earlier subcommand has in the same words are
 /// named by its name; `seen` has them by their words.
 fn own_help(subcommand: &str, help: &str, seen: &mut HashMap<String, String>) -> String {
-    let is_of_all = |line: &str| line.contains("Print help") || line.contains("-h, --help") || line.starts_with(COMMON);
+    // The heading and the list of arguments say it, but for `--` and options that must be given.
+    let usage = format!("haptic-ctl {subcommand}");
+    let is_plain_usage = |line: &str| {
+        let line = line.trim_start_matches("Usage:").trim_start();
+        line.starts_with(&usage) && !line.contains("--")
+    };
+    let is_of_all = |line: &str| {
+        let is_help = line.contains("Print help") || line.contains("-h, --help") || line.starts_with(COMMON);
+        is_help || is_plain_usage(line)
+    };
     let help = without_list(help);
     let kept: Vec<&str> = help.lines().filter(|line| !is_of_all(line)).collect();
     let kept = kept.join("\n").replace("Options:\n\n", "").replace("\n\n\n", "\n\n");
+    let is_here = |paragraph: &&str| !ELSEWHERE.iter().any(|begin| paragraph.starts_with(begin));
+    let kept: Vec<&str> = kept.split("\n\n").filter(is_here).collect();
+    let kept = kept.join("\n\n");
+    let kept = kept.trim_end().trim_end_matches("\nOptions:");
     // Each option with the lines of its text, and every other line by itself.
     let mut parts: Vec<String> = Vec::new();
     for line in kept.lines() {
@@ -77,7 +90,7 @@ fn own_help(subcommand: &str, help: &str, seen: &mut HashMap<String, String>) ->
     let mut own: Vec<String> = Vec::new();
     for run in parts.chunk_by(|a, b| origin(a, seen).is_some() && origin(a, seen) == origin(b, seen)) {
         match origin(&run[0], seen) {
-            Some(earlier) if run.len() > 1 => {
+            Some(earlier) if run.len() > 1 || run[0].split_whitespace().count() > MAX_REPEATED => {
                 let names: Vec<&str> = run.iter().filter_map(|part| part.split_whitespace().next()).collect();
                 let blank = if run[run.len() - 1].ends_with('\n') { "\n" } else { "" };
                 own.push(format!("      As in `{earlier}`: {}{blank}", names.join(", ")));
@@ -93,8 +106,17 @@ fn own_help(subcommand: &str, help: &str, seen: &mut HashMap<String, String>) ->
 
 const COMMON: &str = "Options of every subcommand:";
 
+/// What begins so has a page of its own: the parameters, and the how-to pages, whose commands a test runs.
+const ELSEWHERE: [&str; 2] = ["Parameters, by name or symbol", "Example"];
+
+/// Most words of a single option or argument that stands on the page again.
+const MAX_REPEATED: usize = 12;
+
+/// Whether a part of a help is an option or an argument.
 fn is_option(part: &str) -> bool {
-    part.starts_with("      --") || part.starts_with("  -")
+    ["      --", "  -", "  <", "  ["]
+        .iter()
+        .any(|begin| part.starts_with(begin))
 }
 
 fn words(part: &str) -> String {

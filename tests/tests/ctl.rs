@@ -230,7 +230,7 @@ fn interrupted_events_exit_130_and_closed_pipe_ends_quietly() {
 
 #[test]
 fn every_code_and_exit_code_of_its_own_is_documented() {
-    let page = include_str!("../../docs/control.md");
+    let page = include_str!("../../docs/reference/exit-codes.md");
     let help = text(&ctl(Path::new("/nonexistent"), &["--help"]).stdout).replace('\n', " ");
     for code in
         "usage no_daemon no_permission no_answer timed_out halted other_version bad_answer bad_rig bad_recording \

@@ -291,7 +291,7 @@ fn manual_pages_completions_and_schema_are_made() {
     for (page, text) in [
         ("haptic-ctl.1", "Rig of this name"),
         ("haptic-ctl-set.1", "Ramp to the change"),
-        ("haptic-ctl-scene-load.1", "a name of the library"),
+        ("haptic-ctl-scene-load.1", "NAME, @REVISION or FILE.toml"),
         ("hapticd.8", "Group, by name or number"),
     ] {
         let page = read(hapticd.join("man").join(page));

@@ -48,31 +48,6 @@ fn the_page_has_the_reference_of_the_types() {
 }
 
 #[test]
-fn the_page_lists_every_error_code_and_no_other() {
-    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/control.md")).expect("it is there");
-    let (_, table) = page
-        .split_once("| code | because | what to do |")
-        .expect("a table of the codes");
-    let mut listed: Vec<&str> = table
-        .lines()
-        .skip(2)
-        .take_while(|row| row.starts_with('|'))
-        .map(|row| row.split('`').nth(1).expect("a code"))
-        .collect();
-    let schema = haptic_ipc::schema::protocol();
-    let codes = schema["$defs"]["FromServer"]["ErrorCode"]["oneOf"]
-        .as_array()
-        .expect("codes");
-    let mut codes: Vec<&str> = codes
-        .iter()
-        .map(|code| code["const"].as_str().expect("a word"))
-        .collect();
-    listed.sort_unstable();
-    codes.sort_unstable();
-    assert_eq!(listed, codes);
-}
-
-#[test]
 fn schema_and_daemon_accept_the_same_requests() {
     let Some(request) = Validator::of(Part::Request) else {
         return;

@@ -268,9 +268,10 @@ fn a_device_with_two_axes_is_refused_by_name() {
         .lines()
         .find_map(|line| line.strip_prefix("frame"))
         .expect("a frame");
-    let frame: Vec<u8> = frame
-        .split_whitespace()
-        .map(|byte| u8::from_str_radix(byte, 16).expect("a byte"))
+    let digits: Vec<char> = frame.chars().filter(|letter| !letter.is_whitespace()).collect();
+    let frame: Vec<u8> = digits
+        .chunks(2)
+        .map(|byte| u8::from_str_radix(&byte.iter().collect::<String>(), 16).expect("a byte"))
         .collect();
     let [Ok(message)] = &decoded(&frame)[..] else {
         panic!("one message");
@@ -283,13 +284,8 @@ fn a_device_with_two_axes_is_refused_by_name() {
 
 #[test]
 fn the_documents_vectors_are_those_of_the_code() {
-    let hex = |bytes: &[u8]| {
-        bytes
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect::<Vec<_>>()
-            .join(" ")
-    };
+    let digits = |group: &[u8]| group.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+    let hex = |bytes: &[u8]| bytes.chunks(4).map(digits).collect::<Vec<_>>().join(" ");
     let written: String = vectors()
         .iter()
         .map(|(what, message)| {

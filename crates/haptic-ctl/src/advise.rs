@@ -9,7 +9,7 @@ use haptic_ipc::{AdviceBasis, AdviceReply, Request};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Scene, instead of the active one: a name, a revision as @42, or a FILE.toml
+    /// Scene: NAME, @REVISION or FILE.toml [default: active]
     #[arg(requires = "at_speed", add = ArgValueCompleter::new(complete::scenes))]
     pub(crate) scene: Option<String>,
 

@@ -53,7 +53,7 @@ Exit codes: 0 done, 1 refused by the daemon or not written, 2 wrong usage, 3 no 
 With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of \
 these: usage (exit code 2), \
 no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer, bad_rig, bad_recording, \
-not_comparable, no_device and cannot_write (1). docs/control.md says what the exit code of each subcommand means.";
+not_comparable, no_device and cannot_write (1). docs/reference/exit-codes.md has those of each subcommand.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn every_subcommand_is_in_the_table_of_exit_codes() {
-        let page = include_str!("../../../docs/control.md");
+        let page = include_str!("../../../docs/reference/exit-codes.md");
         let (_, table) = page.split_once("| subcommand | asks the daemon |").expect("the table");
         let (table, _) = table.split_once("\n\n").expect("its end");
         let names: Vec<&str> = table

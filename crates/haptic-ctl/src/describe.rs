@@ -12,7 +12,7 @@ use std::path::Path;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]; or a friction law
+    /// Scene: NAME, @REVISION or FILE.toml [default: active]; or a friction law
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     pub(crate) scene: Option<String>,
 }

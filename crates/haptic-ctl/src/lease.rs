@@ -15,8 +15,7 @@ use tokio::signal::unix::{SignalKind, signal};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The exit code is the command's. After a command that ends with 0 the rig stays as the command has left it; after any \
-other end it is released. \
+The exit code is the command's. After 0 the rig stays as it is. \
 SIGTERM, SIGHUP and a SIGINT that is not the terminal's are passed on to the command; a haptic-ctl that is killed takes \
 the command with it by SIGTERM.
 

@@ -28,8 +28,7 @@ impl TimeUnit {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Options of the table")]
 pub(crate) struct Arguments {
-    /// Column of times, in s or in the unit at the end of its name (ms, us, ns); without a heading the columns are
-    /// named by their numbers, from 1 [default: t_s, time, ...]
+    /// Column of times; without a heading the columns are named by their numbers, from 1 [default: t_s, time, ...]
     #[arg(long, value_name = "NAME", requires = "file")]
     time_column: Option<String>,
 
@@ -41,8 +40,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME", requires = "file")]
     position_column: Option<String>,
 
-    /// Metres a unit of the position column [default: the unit at the end of its name, as in x_mm or "x (um)", else
-    /// 1]
+    /// Metres a unit of the position column [default: as its name ends, as in x_mm or "x (um)", else 1]
     #[arg(long, value_name = "M", allow_hyphen_values = true, requires = "file")]
     position_gain: Option<f64>,
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Advice {
-    /// The parameter concerned: the one to change, where one change fixes it.
+    /// The parameter concerned, or the one to change.
     pub param: String,
     /// The remark.
     pub message: String,
@@ -32,7 +32,7 @@ pub struct Finding {
     pub bound: Option<f64>,
     /// Unit of both.
     pub unit: String,
-    /// How far inside the bound, as a ratio; below 1 it is broken.
+    /// Ratio to the bound; below 1 it is broken.
     pub margin: Option<f64>,
     /// The value of `param` that would fix it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -78,7 +78,7 @@ pub struct AdviceReply {
     pub revision: u64,
     /// Every check and every remark, kept or broken.
     pub advice: Vec<Advice>,
-    /// The facts of the rig that the advice is based on.
+    /// The facts that the advice is based on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basis: Option<AdviceBasis>,
 }
@@ -89,15 +89,14 @@ pub struct AdviceReply {
 pub struct AdviceBasis {
     /// Time between ticks of the loop, us.
     pub period_us: f64,
-    /// Time between two samples of the device, us; absent if it measures whenever it is read.
+    /// Time between two samples, us; absent if the device measures when it is read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_period_us: Option<f64>,
     /// Delay from a sample to its force on the motor, us.
     pub delay_us: f64,
-    /// Whether that delay was measured on the link; otherwise it is assumed.
+    /// Whether it was measured on the link.
     pub delay_measured: bool,
-    /// Mass of the rig's moving part, kg; absent where it was not identified: the rig then counts
-    /// as heavy.
+    /// Mass of the rig's moving part, kg; an absent one counts as heavy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
     /// Viscous damping of the rig itself, without what is compensated, N s/m.
@@ -112,7 +111,7 @@ pub struct AdviceBasis {
     /// The source of the friction.
     #[serde(default)]
     pub friction_from: LossSource,
-    /// Share of the identified friction that is compensated; absent if none is.
+    /// Compensated share of the identified friction; absent if none is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensated_share: Option<f64>,
     /// Distance between two counts of its encoder, m; 0 for a perfect one.

@@ -18,7 +18,7 @@ pub struct Changes(pub Vec<(String, ParameterChange)>);
 pub enum ParameterChange {
     /// The new value, in the parameter's unit.
     To(Directional),
-    /// A change by the value that the scene has.
+    /// A change by the value that the scene has; of two values both change.
     By(RelativeChange),
 }
 

@@ -12,11 +12,11 @@ pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 pub struct CommissionReply {
     /// The client that commissions the rig.
     pub by: Peer,
-    /// The rig: its serial number, or else its address.
+    /// The rig's serial number, or else its address.
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Whether a pulse is under way, until the rig is idle again.
+    /// Whether a pulse is under way.
     pub pulsing: bool,
     /// Why it has ended, if it has.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -36,9 +36,9 @@ pub struct CommissionReply {
     /// The newest pulse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last: Option<PulseReport>,
-    /// Whether a positive force has moved the handle in the positive direction.
+    /// Whether a positive force has moved the handle that way.
     pub positive_confirmed: bool,
-    /// Whether a negative force has moved the handle in the negative direction.
+    /// Whether a negative force has moved the handle that way.
     pub negative_confirmed: bool,
     /// Position of the handle, m.
     pub position_m: f64,
@@ -52,7 +52,7 @@ pub struct CommissionReply {
     /// File of the findings, after `commission.store`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
-    /// The stiffest coupling that this rig bears with a factor of two, after `commission.store`.
+    /// After `commission.store`: the stiffest coupling that the rig bears with a factor of two.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coupling: Option<haptic_core::scene::Coupling>,
 }
@@ -64,14 +64,14 @@ pub struct PulseReport {
     /// The requested force, N.
     #[serde(rename = "force_N")]
     pub force_n: f64,
-    /// The largest force commanded, N, with its sign.
+    /// Largest force commanded, N.
     #[serde(rename = "largest_force_N")]
     pub largest_force_n: f64,
     /// How the pulse ended.
     pub end: PulseEnd,
     /// Time from the first force to the last, ms.
     pub duration_ms: f64,
-    /// Displacement of the handle, m, with its sign.
+    /// Displacement of the handle, m.
     pub moved_m: f64,
     /// Largest displacement in the direction of the force, m.
     pub forward_m: f64,
@@ -79,12 +79,10 @@ pub struct PulseReport {
     pub backward_m: f64,
     /// Largest speed of the handle, m/s.
     pub largest_speed_mps: f64,
-    /// Friction of the rig, N: the motor's work over the handle's path until it rested. Absent if
-    /// the handle hardly moved.
+    /// Friction of the rig, N, by the motor's work; absent if the handle hardly moved.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
-    /// Moved mass, kg: from the motor's work less that of the friction, and the speed. Absent where
-    /// encoder or friction hide it.
+    /// Moved mass, kg, by the motor's work; absent where encoder, friction or a link of 5 ms hide it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
 }

@@ -16,7 +16,7 @@ pub struct Description {
     /// Names of all laws.
     #[serde(default)]
     pub laws: Vec<String>,
-    /// The parameters of the scene, in the order of the table.
+    /// The parameters of the scene.
     pub parameters: Vec<ParameterDescription>,
     /// Names of a sample's columns.
     pub sample_columns: Vec<String>,

@@ -5,109 +5,107 @@ use haptic_core::friction::SUDDEN_FALL_MPS;
 use haptic_core::scene::SceneError;
 use serde::{Deserialize, Serialize};
 
-/// What kind of refusal an error is.
+/// Programs use the code. After a refusal nothing has changed, except that a `stop` acts whatever its answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ErrorCode {
-    /// The line is not JSON.
+    /// The line is not JSON; nor are NaN and infinity.
     BadJson,
-    /// The line is longer than [`MAX_LINE_BYTES`](crate::MAX_LINE_BYTES).
+    /// The line has more than 65536 bytes (`max`).
     LineTooLong,
-    /// A field is missing or has the wrong type.
+    /// A field is missing or of the wrong type.
     BadRequest,
     /// The operation does not exist.
     UnknownOp,
-    /// The operation has no such field; `param` names it.
+    /// The operation has no such field.
     UnknownField,
-    /// No parameter has this name; `param` is the name.
+    /// No parameter has this name or symbol.
     UnknownParameter,
-    /// A direction was given to a parameter that has one value for both.
+    /// A direction for a parameter that has one value for both.
     NotDirectional,
-    /// A parameter lies outside `min..max`.
+    /// The value, or the length of a scene's name, lies outside `min` to `max`.
     OutOfRange,
-    /// A parameter is not a finite number.
+    /// The scene's file has a number that is infinite or NaN.
     NotFinite,
-    /// A line gives the same value twice, perhaps by name and by symbol.
+    /// A field is given twice, or a parameter by name and by symbol.
     GivenTwice,
-    /// Stiffness and damping of the coupling are both zero.
+    /// Stiffness and damping are both 0, so nothing holds the block.
     NoCoupling,
-    /// The scene does not have this parameter: its law lacks it, or there is no block.
+    /// The scene lacks this parameter: its law does, or there is no block.
     NotApplicable,
-    /// The scene's law forbids this combination of values.
+    /// The law does not allow this combination of values.
     LawForbids,
     /// A block without a coupling, or the other way round.
     BlockAndCoupling,
     /// The block would oscillate or settle too fast for the loop's rate.
     TooFastForRate,
-    /// The rig is stopped, by a person: reset it first.
+    /// A person has stopped the rig: check that it is safe, then `reset`.
     Stopped,
-    /// The rig is faulted, by a check: reset it first.
+    /// A check has taken the force away: fix the cause that `status` names, then `reset`.
     Faulted,
-    /// The rig's state does not allow the operation; the message says the state and the remedy.
+    /// The rig's state does not allow the operation.
     WrongState,
-    /// The scene is not at the revision that `if_revision` names, which is `value`; `min` and `max`
-    /// are the newest.
+    /// The scene has changed since `if_revision`: `get`, and try again.
     Conflict,
-    /// Scheduled changes wait for their tick, and this would come between; the message says whose.
+    /// Scheduled changes wait for their tick, and this would come between.
     Scheduled,
     /// No schedule has this name, or all of it is rendered.
     NoSuchSchedule,
     /// There is no change to undo.
     NothingToUndo,
-    /// There is no change to redo.
+    /// No change was undone, or the scene was changed since.
     NothingToRedo,
-    /// No scene has this name or revision.
+    /// The library has no scene of this name, or the revision is not kept.
     NoSuchScene,
-    /// The library already has a scene of this name.
+    /// The library has a scene of this name; `replace` replaces one that is not built in.
     SceneExists,
-    /// The name is not valid for a scene in the library.
+    /// A name has at most 64 letters, digits, `-`, `_`, `.` and spaces, the first a letter or digit.
     BadName,
-    /// A scene's file cannot be read or written; the message says why.
+    /// A scene's file cannot be read or written, is not a regular file, or is too large; or its disk does not answer.
     SceneFile,
-    /// A file of the daemon's own cannot be written; the message says why.
+    /// The record of a commissioning or of the rig's own friction cannot be written.
     StateFile,
-    /// The configuration file cannot be read, or a value in it is refused; nothing of it takes effect.
+    /// The configuration file cannot be read, or a value in it is refused; none of it takes effect.
     ConfigFile,
-    /// The daemon belongs to another user.
+    /// The daemon serves another user, or a group of which you are not a member.
     NotPermitted,
-    /// This socket only serves watching and `stop`.
+    /// The watchers' socket only reads and stops.
     ReadOnly,
-    /// The maximum of clients is connected.
+    /// All places for clients are taken: until one leaves, you may only `stop`.
     TooManyClients,
-    /// The rig is stopped, and no device is connected to take the zero force.
+    /// The rig is stopped, but no device is connected to take the zero force: if its motor pulls, cut its power.
     NoDevice,
-    /// The device was sent the zero force, and has not confirmed in time that its motor is off.
+    /// The rig is stopped, but the device has not confirmed within 100 ms that its motor is off: cut its power.
     NotConfirmed,
-    /// The device gives no force at all: its own limit is 0 N.
+    /// The device reports a force limit of 0 N.
     NoForce,
-    /// The device does not switch its motor off soon enough when the daemon falls silent; `value`
-    /// is its time, `max` the longest allowed.
+    /// The device does not switch its motor off within 200 ms (`max`) when the daemon falls silent.
     NoWatchdog,
-    /// The device lacks a button on which the configuration relies.
+    /// The device's hello does not name the button of `stop-button` or `enable-button`.
     NoButton,
-    /// The device confirms commands later than force may be.
+    /// Many of the last commands took longer than `stale-ms` and a sample period to the device and back.
     CommandsLate,
     /// The device sends samples and confirms no command.
     CommandsIgnored,
-    /// The rig was never commissioned, or has changed since.
+    /// The rig was never commissioned, or its resolution or direction has changed since.
     NotCommissioned,
-    /// The device may be another than the one that was commissioned, and nobody has said that it is the same.
+    /// The device has no serial number, or its hello has changed since the commissioning.
     MaybeAnotherRig,
-    /// The device's clock does not run as ours does.
+    /// The time stamps of the device stand still, run too fast or too slow, or jump again and again.
     DeviceClock,
-    /// On this rig the scene would chatter: the loop would oscillate by itself. `anyway` in the request goes on.
+    /// On this rig the loop would oscillate by itself; `param` = `max` would pass with a factor of 2, where one does.
     WouldChatter,
     /// `--compensate` needs the rig's own friction, which was never identified or has changed since.
     NotIdentified,
-    /// A client is commissioning or identifying the rig; the message says who.
+    /// A client is commissioning or identifying the rig; `stop` ends that.
     Commissioning,
-    /// No client moves the hand on this rig: it is a real device, or a fake one with another hand.
+    /// The rig is a real one, or a fake one without `--hand mouse`.
     NoHand,
-    /// Another client moves the hand; the message says who.
+    /// Another client has moved the hand within the last 200 ms.
     HandHeld,
-    /// The real-time thread did not answer in time.
+    /// The real-time thread has not answered for a second: if the motor still pulls, cut its power.
     NotResponding,
     /// The server is of a later version and uses a code that this client does not know.
     #[serde(other)]
@@ -119,9 +117,9 @@ pub enum ErrorCode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WireError {
-    /// What kind of refusal it is.
+    /// Why the request was refused.
     pub code: ErrorCode,
-    /// The whole error, for people.
+    /// The whole error with its remedy, for people.
     pub message: String,
     /// The parameter or field concerned.
     #[serde(default, skip_serializing_if = "Option::is_none")]

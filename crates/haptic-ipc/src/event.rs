@@ -93,12 +93,12 @@ pub struct StateEvent {
     /// Its friction law.
     #[serde(default)]
     pub law: String,
-    /// Its parameters; while they ramp, those that they ramp to.
+    /// Its parameters, or those that they ramp to.
     pub params: BTreeMap<String, Directional>,
-    /// Number of changes that `undo` can undo.
+    /// Changes that `undo` can undo.
     #[serde(default)]
     pub undo_depth: usize,
-    /// Number of changes that `redo` can redo.
+    /// Changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
     /// The whole scene, and how it took effect.

@@ -15,11 +15,11 @@ use serde::{Deserialize, Serialize};
 pub struct IdentificationReply {
     /// The client that identifies the rig.
     pub by: Peer,
-    /// The rig: its serial number, or else its address.
+    /// The rig's serial number, or else its address.
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Whether an excitation is under way, until the rig is idle again.
+    /// Whether an excitation is under way.
     pub moving: bool,
     /// Why it has ended, if it has.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -29,9 +29,9 @@ pub struct IdentificationReply {
     pub force_limit_n: f64,
     /// Travel of the handle between its ends, m.
     pub range_m: f64,
-    /// Place of the handle when the identification began, m: the middle of its range.
+    /// Middle of its range, m: its place when the identification began.
     pub middle_m: f64,
-    /// Farthest that an excitation may let the handle go from where it is now, m.
+    /// Largest travel of an excitation from here, m.
     pub travel_limit_m: f64,
     /// Friction that the commissioning found, N.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
@@ -47,7 +47,7 @@ pub struct IdentificationReply {
     pub position_m: f64,
     /// Excitations that have ended.
     pub excitations: u64,
-    /// Time since the beginning of the excitation that is under way, s.
+    /// Time since the excitation under way began, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gone_s: Option<f64>,
     /// The newest excitation that has ended.
@@ -76,7 +76,7 @@ pub struct ExcitationReport {
     pub greatest_m: f64,
     /// Largest speed of the handle, m/s.
     pub largest_speed_mps: f64,
-    /// Largest force commanded, N, with its sign.
+    /// Largest force commanded, N.
     #[serde(rename = "largest_force_N")]
     pub largest_force_n: f64,
 }

@@ -19,15 +19,15 @@ pub struct JournalEntry {
     /// The client that did it; absent for the daemon's own entries.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
-    /// The operation, or the daemon's own `fault`, `lease_lapsed`, `disconnected`, `connected`,
-    /// `schedule_cancelled`, `reload_refused`, and `reload` by a signal.
+    /// The operation, or the daemon's `fault`, `lease_lapsed`, `disconnected`, `connected`, `schedule_cancelled`,
+    /// `reload_refused`, `reload` by a signal.
     pub op: String,
     /// The newest revision after it.
     pub revision: u64,
-    /// Change of the rig's state, for an operation that changes it.
+    /// Change of the rig's state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<StateChange>,
-    /// The fault's code, of a `fault` or of a `stop` by the rig's own button: `too_fast`, `stale`, ...
+    /// Code of a `fault`, or of a `stop` by the rig's own button.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<String>,
     /// Changes of the scene.
@@ -36,13 +36,13 @@ pub struct JournalEntry {
     /// Duration of the scene's ramp, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ms: Option<f64>,
-    /// The tick that was asked for, of a scheduled change.
+    /// The requested tick of a scheduled change.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_tick: Option<u64>,
-    /// Name of the schedule that it belongs to.
+    /// Its schedule.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<String>,
-    /// Further text: a reason, a device, a file, or the changes of a reload.
+    /// A reason, a device, a file, or the changes of a reload.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
 }
@@ -156,7 +156,7 @@ impl fmt::Display for Peer {
 pub struct LogReply {
     /// The entries, oldest first.
     pub entries: Vec<JournalEntry>,
-    /// Number of the oldest entry that is kept.
+    /// The oldest entry that is kept.
     pub oldest_kept: u64,
 }
 

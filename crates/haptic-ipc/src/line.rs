@@ -27,9 +27,9 @@ pub enum Rights {
     /// Every operation.
     #[default]
     All,
-    /// Reading, and `stop`: this is the watchers' socket.
+    /// Reading and `stop`: the watchers' socket.
     Watch,
-    /// Only `stop`, for two seconds: all places for clients are taken.
+    /// Only `stop`: all places for clients are taken.
     Stop,
     /// A right that only a later server knows.
     #[serde(other)]

@@ -14,21 +14,20 @@ pub struct LinkStatus {
     /// Why no device is connected, and the remedy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waiting: Option<String>,
-    /// Newest round trip, from a command to the first sample that acknowledges it, us.
+    /// Newest time from a command to the first sample that names it, us.
     pub round_trip_us: f64,
     /// The longest round trip, us.
     pub round_trip_max_us: f64,
     /// Age of the newest sample when it was used, beyond the shortest transmission, us.
     pub age_us: f64,
-    /// Drift of the device's clock, parts in a million, positive if it is fast; absent until it is
-    /// measured.
+    /// Drift of the device's clock, parts in a million, positive if fast; absent until measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_drift_ppm: Option<f64>,
     /// Buttons pressed, one bit each.
     pub buttons: u64,
     /// Counts since the daemon began.
     pub counts: LinkCounts,
-    /// The last error: reported by the device, or the reason why the link was given up.
+    /// The last error: the device's, or why the link was given up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_error: Option<LinkErrorStatus>,
 }
@@ -37,7 +36,7 @@ pub struct LinkStatus {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkErrorStatus {
-    /// The error, with the system's message, or the device's code and detail.
+    /// The system's message, or the device's code and detail.
     pub message: String,
     /// Its age, s.
     pub age_s: f64,
@@ -56,11 +55,10 @@ pub struct LinkedDevice {
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m.
     pub resolution_m: f64,
-    /// Time without a command after which the device switches its motor off, ms; absent if unknown.
+    /// Time without a command after which the motor is off, ms; absent if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ms: Option<u32>,
-    /// The rig's key, under which its commissioning is stored: its serial number, or else its
-    /// address.
+    /// The rig's serial number, or else its address.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig: Option<String>,
 }
@@ -71,7 +69,7 @@ pub struct LinkedDevice {
 pub struct LinkCounts {
     /// Samples taken.
     pub samples: u64,
-    /// Samples that never came, or came after a newer one.
+    /// Samples that never came, or after a newer one.
     pub lost: u64,
     /// Jumps of the device's sequence that are too long for lost samples.
     #[serde(default)]
@@ -84,7 +82,7 @@ pub struct LinkCounts {
     pub out_of_sequence: u64,
     /// Samples that came more than a period later than they should.
     pub late: u64,
-    /// Commands that the link had no room for.
+    /// Commands for which the link had no room.
     pub not_sent: u64,
     /// Commands cut to the device's own force limit.
     pub clipped: u64,
@@ -98,7 +96,7 @@ pub struct LinkCounts {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DevicesReply {
-    /// The devices that are plugged in, or the probed one.
+    /// The devices found, or the probed one.
     pub devices: Vec<FoundDevice>,
 }
 
@@ -118,7 +116,7 @@ pub struct FoundDevice {
     /// Its greeting, if it was probed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<LinkedDevice>,
-    /// What was identified of its own friction, if it was probed.
+    /// Its own friction, if it was probed and identified.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFriction>,
 }

@@ -8,7 +8,7 @@ use std::fmt;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReloadReply {
-    /// The configuration file; absent where the daemon was started without one.
+    /// The configuration file, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// The limits that changed, if one did.
@@ -16,10 +16,10 @@ pub struct ReloadReply {
     pub limits: Option<LimitsChange>,
     /// Changed options that wait for a restart.
     pub needs_restart: Vec<String>,
-    /// The scene of the library that the active one comes from, if its file has changed since.
+    /// The scene of the library that the active one comes from, if its file has changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub changed_scene: Option<String>,
-    /// Files of the library that hold no scene, the first twenty, and why.
+    /// The first twenty files of the library that hold no scene, and why.
     pub scene_problems: Vec<String>,
 }
 

@@ -118,7 +118,7 @@ operations! {
     Describe "describe" {} -> crate::Description;
     /// A scene.
     Get "get" {} optional {
-        /// Which one; the active one when absent.
+        /// The active one when absent.
         scene: Option<SceneRef>,
     } -> crate::SceneReply;
     /// Change parameters.
@@ -132,7 +132,7 @@ operations! {
     } with options -> crate::ChangeReply;
     /// Load a whole scene.
     SceneLoad "scene.load" {
-        /// Which one.
+        /// The scene.
         scene: SceneRef,
     } with options -> crate::ChangeReply;
     /// Save a scene in the library.
@@ -140,9 +140,9 @@ operations! {
         /// Its name there.
         name: String,
     } optional {
-        /// Which one; the active one when absent.
+        /// The active one when absent.
         scene: Option<SceneRef>,
-        /// Whether it may replace a scene of this name.
+        /// Replace a scene of this name.
         replace: bool,
     } -> crate::SceneSaveReply;
     /// Delete a saved scene from the library.
@@ -157,7 +157,7 @@ operations! {
         /// Its new name.
         to: String,
     } optional {
-        /// Whether it may replace a scene of the new name.
+        /// Replace a scene of the new name.
         replace: bool,
     } -> crate::SceneSaveReply;
     /// The scenes in the library.
@@ -176,7 +176,7 @@ operations! {
     Redo "redo" {} with options -> crate::ChangeReply;
     /// Change the scene in ticks to come: all of these changes, or none.
     Schedule "schedule" {
-        /// The changes, in the order of their ticks.
+        /// In the order of their ticks.
         changes: Vec<ScheduledChange>,
     } optional {
         /// Name of the schedule, for `schedule.cancel`; the daemon's choice when absent.
@@ -185,9 +185,9 @@ operations! {
         keep: bool,
         /// Refuse unless this is the newest revision.
         if_revision: Option<u64>,
-        /// Answer with what would happen, and schedule nothing.
+        /// Only answer with what would happen.
         dry_run: bool,
-        /// Change also to scenes that would chatter on this rig.
+        /// Accept scenes that would chatter.
         anyway: bool,
     } -> crate::ScheduleReply;
     /// Take scheduled changes back before their tick, of any client.
@@ -197,7 +197,7 @@ operations! {
     } -> crate::ScheduleCancelReply;
     /// Ramp the force up.
     Engage "engage" {} optional {
-        /// Engage also a scene that would chatter on this rig.
+        /// Accept a scene that would chatter.
         anyway: bool,
     } -> crate::StateReply;
     /// Ramp the force down.
@@ -214,8 +214,7 @@ operations! {
     Advise "advise" {} -> crate::AdviceReply;
     /// The devices that are plugged in.
     Devices "devices" {} optional {
-        /// Only the device at this address, which is opened and identified. That resets many
-        /// boards.
+        /// Open and identify the device at this address, which resets many boards.
         probe: Option<String>,
     } -> crate::DevicesReply;
     /// Send events from now on.
@@ -232,7 +231,7 @@ operations! {
     Log "log" {} optional {
         /// Only entries after this number.
         after: Option<u64>,
-        /// Number of entries, the newest; 100 when absent.
+        /// Number of entries, the newest; default 100.
         limit: Option<usize>,
     } -> crate::LogReply;
     /// Read the configuration's limits again, and look through the library. Force flows on.
@@ -274,7 +273,7 @@ operations! {
     CommissionConfirm "commission.confirm" {} -> crate::StateReply;
     /// Take the rig alone, to identify it.
     IdentifyBegin "identify.begin" {} optional {
-        /// Travel of the handle between its ends, m; as its commissioning found it when absent.
+        /// Travel of the handle between its ends, m; when absent as commissioned.
         range_m: Option<f64> where FOUND,
     } -> crate::IdentificationReply;
     /// Move the handle along a course.
@@ -394,13 +393,13 @@ fields! {
     pub struct ChangeOptions {} optional {
         /// Refuse unless this is the newest revision.
         if_revision: Option<u64>,
-        /// Time over which to change, ms; at once when absent.
+        /// Duration of the change, ms; 0 when absent.
         ramp_ms: Option<f64> where RAMP,
-        /// Answer with what would happen, and change nothing.
+        /// Only answer with what would happen.
         dry_run: bool,
-        /// The tick that is to render it first; the next one when absent.
+        /// The tick that renders it first; the next one when absent.
         at_tick: Option<u64>,
-        /// Change also to a scene that would chatter on this rig.
+        /// Accept a scene that would chatter.
         anyway: bool,
     }
 }

@@ -13,7 +13,7 @@ pub struct RigFrictionStatus {
     pub friction_n: f64,
     /// The source of that.
     pub friction_from: LossSource,
-    /// Viscous damping that counts as taken up by the rig, N s/m: the smaller of both directions.
+    /// Viscous damping likewise, N s/m.
     #[serde(rename = "damping_Ns_per_m")]
     pub damping_ns_per_m: f64,
     /// The source of that.
@@ -24,7 +24,7 @@ pub struct RigFrictionStatus {
     /// Why what was identified is not used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
-    /// Share of the identified friction that is compensated below the scene; absent if none is.
+    /// Compensated share of the identified friction; absent if none is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensated_share: Option<f64>,
 }

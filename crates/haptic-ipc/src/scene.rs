@@ -153,9 +153,9 @@ impl schemars::JsonSchema for SceneRef {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneReply {
-    /// Revision of the newest scene; it grows by one with every change.
+    /// Revision of the newest scene.
     pub revision: u64,
-    /// The parameters of the scene asked for, by name.
+    /// Its parameters, by name.
     pub params: BTreeMap<String, Directional>,
     /// That scene, as its file holds it.
     pub scene: Scene,
@@ -174,19 +174,18 @@ pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChangeReply {
-    /// Revision of the changed scene; after a dry run or a no-op, the newest revision.
+    /// Its revision; without a change the newest one.
     pub revision: u64,
-    /// Whether it changes the scene: false after a no-op or a dry run.
+    /// False after a no-op or a dry run.
     #[serde(default = "assumed")]
     pub changed: bool,
-    /// The first tick that rendered it, or began to ramp to it; absent after a dry run or a no-op,
-    /// and with `at_tick`.
+    /// The first tick that rendered it or its ramp; absent without a change, and with `at_tick`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
     /// The requested tick, which will render it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_tick: Option<u64>,
-    /// The tick at which the ramp ends, if no tick is missed. The force follows within 50 ms.
+    /// The tick at which the ramp ends, if none is missed. The force follows within 50 ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ends_tick: Option<u64>,
     /// Whether it was a dry run.
@@ -197,7 +196,7 @@ pub struct ChangeReply {
     /// Differences from the previous scene.
     #[serde(default)]
     pub changes: Vec<Difference>,
-    /// Remarks on the changed scene, and the bounds that it breaks.
+    /// Remarks on the changed scene and its broken bounds.
     pub advice: Vec<Advice>,
 }
 
@@ -210,15 +209,15 @@ const fn assumed() -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Difference {
-    /// A parameter, or `name`, `law`, `reseat`.
+    /// A parameter, `name`, `law` or `reseat`.
     pub param: String,
     /// Unit of a parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// The value before; absent if the scene did not have it.
+    /// Absent if the scene did not have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub before: Option<Value>,
-    /// The value after; absent if the scene does not have it.
+    /// Absent if the scene does not have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after: Option<Value>,
 }

@@ -21,10 +21,10 @@ fields! {
     #[derive(Clone, Debug, PartialEq)]
     #[cfg_attr(feature = "schema", schemars(deny_unknown_fields))]
     pub struct ScheduledChange {
-        /// The tick that is to render it first.
+        /// The tick that renders it first.
         at_tick: u64,
     } optional {
-        /// Time over which to change, ms; at once when absent.
+        /// Duration of the change, ms; 0 when absent.
         ramp_ms: Option<f64> where RAMP,
     } with {
         /// The change.
@@ -86,14 +86,14 @@ impl Field for Vec<ScheduledChange> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ScheduleReply {
-    /// Name of the schedule, for `schedule.cancel`.
+    /// Its name.
     pub name: String,
-    /// Its changes, in the order of their ticks.
+    /// In the order of their ticks.
     pub changes: Vec<AcceptedChange>,
-    /// Whether it was a dry run: nothing is scheduled.
+    /// Whether it was a dry run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub dry_run: bool,
-    /// Remarks on the scenes, and the bounds that they break, each once.
+    /// Remarks on the scenes and their broken bounds, each once.
     pub advice: Vec<Advice>,
 }
 
@@ -113,7 +113,7 @@ pub struct AcceptedChange {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ScheduleCancelReply {
-    /// Number of changes that were cancelled before their tick.
+    /// Number of cancelled changes.
     pub cancelled: usize,
     /// Whether anything was cancelled.
     pub changed: bool,
@@ -127,11 +127,11 @@ pub struct ScheduleStatus {
     pub by: Peer,
     /// Names of the schedules, in the order of their ticks.
     pub names: Vec<String>,
-    /// Number of changes that wait.
+    /// Number of changes.
     pub waiting: usize,
-    /// The tick of the first of them.
+    /// Tick of the first.
     pub next_tick: u64,
-    /// The tick of the last of them.
+    /// Tick of the last.
     pub last_tick: u64,
 }
 

@@ -26,13 +26,13 @@ pub struct Status {
     pub rate_hz: f64,
     /// Integration of the block: `exact`, `literal` or `literal:N`.
     pub scheme: String,
-    /// Estimator of the device's velocity from its positions.
+    /// Estimator of the velocity.
     pub velocity_estimator: String,
     /// Revision of the active scene.
     pub revision: u64,
     /// Name of the active scene.
     pub scene: String,
-    /// The bounds of the adviser that it breaks on this rig, by name; `advise` says how. Up to a second old.
+    /// Names of the adviser's bounds that it breaks; up to a second old.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub broken_bounds: Vec<String>,
     /// The scene of the library that it was loaded from, or saved as.
@@ -49,15 +49,15 @@ pub struct Status {
     pub energy_excess_j: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
-    /// Number of changes that `undo` can undo.
+    /// Changes that `undo` can undo.
     #[serde(default)]
     pub undo_depth: usize,
-    /// Number of changes that `redo` can redo.
+    /// Changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
-    /// Number of clients connected.
+    /// Connected clients.
     pub clients: usize,
-    /// Number of clients that hold a lease.
+    /// Clients with a lease.
     #[serde(default)]
     pub leases: usize,
     /// The client that commissions or identifies the rig.
@@ -75,7 +75,7 @@ pub struct Status {
 pub struct LibraryScene {
     /// Its name there.
     pub name: String,
-    /// Whether the active scene was changed since.
+    /// Whether it was changed since.
     pub changed: bool,
 }
 
@@ -85,13 +85,13 @@ pub struct LibraryScene {
 pub struct DeviceStatus {
     /// Its description.
     pub description: String,
-    /// Largest force sent to it, N: the smaller of the configured limit and the device's own.
+    /// Largest force sent to it, N: the smaller of the daemon's limit and the device's.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
-    /// Which of the two limits is the smaller one.
+    /// Whose limit that is.
     #[serde(default)]
     pub force_limit_by: ForceLimitBy,
-    /// Samples that were discarded, because no hand can have made them.
+    /// Discarded samples, which no hand can have made.
     #[serde(default)]
     pub samples_forgotten: u64,
     /// Fastest change of that force, N/s.
@@ -103,7 +103,7 @@ pub struct DeviceStatus {
     /// Acceleration that counts as a jump of its position and takes the force away, m/s^2.
     #[serde(default)]
     pub acceleration_limit_mps2: f64,
-    /// Why the daemon would refuse to engage it now, each with its remedy.
+    /// Why an `engage` would be refused now.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub engage_refused: Vec<Problem>,
     /// Whether `hand` moves the hand on it.
@@ -112,7 +112,7 @@ pub struct DeviceStatus {
     /// Its own friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFrictionStatus>,
-    /// The link to it; absent for a rig simulated in the daemon.
+    /// The link to it; absent for a rig in the daemon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
@@ -123,10 +123,10 @@ pub struct DeviceStatus {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ForceLimitBy {
-    /// The daemon's, by its configuration.
+    /// The daemon's configuration.
     #[default]
     Configuration,
-    /// The device's own, from its hello.
+    /// The device's hello.
     Device,
     /// A name that only a later server knows.
     #[serde(other)]
@@ -138,10 +138,10 @@ pub enum ForceLimitBy {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RealTimeStatus {
-    /// Its SCHED_FIFO priority, absent when it runs at an ordinary one.
+    /// SCHED_FIFO priority; absent at an ordinary one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fifo_priority: Option<u8>,
-    /// The processor that it is pinned to, absent when it is not.
+    /// The processor that it is pinned to, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cpu: Option<usize>,
     /// Whether it is scheduled by SCHED_DEADLINE.
@@ -152,7 +152,7 @@ pub struct RealTimeStatus {
     /// Whether the processors are kept from sleeping deeply.
     #[serde(default)]
     pub cpus_kept_awake: bool,
-    /// Time before its deadline at which a tick wakes up to spin, us.
+    /// Time before a deadline from which the thread spins, us.
     #[serde(default)]
     pub spin_us: u64,
     /// Whether numbers below the normal range count as zero.

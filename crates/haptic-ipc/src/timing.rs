@@ -14,10 +14,10 @@ pub struct Timing {
     pub since_start: TimingWindow,
     /// The same over the last ten seconds.
     pub last_10_s: TimingWindow,
-    /// Duration of stops since the daemon began.
+    /// Duration of stops since the daemon began, from the reading of the client's line.
     #[serde(default)]
     pub stops: StopTimes,
-    /// The link to the rig; absent for a rig simulated in the daemon.
+    /// The link to the rig; absent for a rig in the daemon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
@@ -38,7 +38,7 @@ pub struct TimingWindow {
     pub wake_latency_ns: Percentiles,
     /// Duration of a tick, with the device's read and write.
     pub tick_ns: Percentiles,
-    /// Duration of the device's read and write; zero for a rig simulated in the daemon.
+    /// Duration of the device's read and write; 0 for a rig in the daemon.
     pub device_round_trip_ns: Percentiles,
     /// Time from one tick to the next.
     pub period_ns: Percentiles,
@@ -51,17 +51,15 @@ pub struct TimingWindow {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StopTimes {
-    /// Stops after which the device confirmed that its motor is off.
+    /// Stops that the device confirmed: its motor is off.
     pub confirmed: u64,
-    /// Stops after which the device was sent zero force and did not confirm within 100 ms that its
-    /// motor is off.
+    /// Stops that the device did not confirm within 100 ms.
     pub unconfirmed: u64,
     /// Stops without a connected device.
     pub without_device: u64,
     /// Time until zero force was written.
     pub to_written_ns: Percentiles,
-    /// Time until the device confirmed that its motor is off, or, if it does not report that, had
-    /// taken the zero force.
+    /// Time until the device confirmed that, or, if it cannot, had taken the zero force.
     pub to_confirmed_ns: Percentiles,
 }
 
@@ -79,7 +77,7 @@ pub struct TimingHistogram {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Bucket {
-    /// Its longest duration, ns; its shortest is above that of the previous bucket.
+    /// Its longest duration, ns.
     pub up_to: u64,
     /// Number of durations.
     pub count: u64,

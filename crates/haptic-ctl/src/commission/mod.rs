@@ -13,19 +13,16 @@ use std::time::{Duration, Instant};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The rig must be idle. It is moved by pulses of at most 300 ms, 20 mm and 0.3 m/s, each within all limits of the \
-daemon, and is released after each. Meanwhile no other client can engage it or change the scene; everybody can stop \
-it, which ends the commissioning, as does the end of this program. A handle that moves against the force ends it at \
+Move the handle to the middle of its range, take your hand off it, and keep a hand on the switch of the motor's \
+supply.
+
+The rig must be idle. Pulses of at most 300 ms, 20 mm and 0.3 m/s move it, within all limits of the daemon. Any stop \
+ends the commissioning, as does the end of this program. A handle that moves against the force ends it at \
 once: the motor or the encoder is wired the other way, and nothing is stored.
 
-The daemon stores the findings for this rig, by its serial number. A rig that was never commissioned, or whose \
-resolution or direction has changed since, engages only with `hapticd --uncommissioned`. One without a serial number \
-may be another that was plugged in instead: each time it is connected, it engages only after `commission --check`, \
-which gives its handle a single push, or `engage --same-rig`. So does one whose firmware, force limit, sample rate, \
-watchdog or buttons have changed, once.
-
-Move the handle to the middle of its range, take your hand off it, and keep a hand on the switch of the motor's \
-supply.";
+The findings are kept by the rig's serial number. A rig without one engages only after `commission --check` or \
+`engage --same-rig`, each time it is connected; one whose firmware, force limit, sample rate, watchdog or buttons have \
+changed, once. After a change of resolution or direction it must be commissioned again.";
 
 /// Force of the first pulse, as a share of the largest.
 const FIRST_SHARE: f64 = 0.1;

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// The help of an argument that names a scene.
-pub(crate) const HELP: &str = "Scene: a name of the library, a revision as @42, or a FILE.toml";
+pub(crate) const HELP: &str = "Scene: NAME, @REVISION or FILE.toml";
 
 /// Reads which scene is meant; a file is read here, and sent whole.
 pub(crate) fn read(text: &str) -> Result<SceneRef, Failure> {
