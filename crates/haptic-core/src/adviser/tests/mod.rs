@@ -38,6 +38,11 @@ fn scene(changes: &[(&str, f64)]) -> Scene {
     Scene::paper().with(&changes).expect("a valid scene")
 }
 
+/// A block that nothing moves.
+fn wall(stiffness: f64, damping: f64) -> Scene {
+    scene(&[("Fs", 1000.0), ("Fd", 1000.0), ("K", stiffness), ("B", damping)])
+}
+
 /// Numbers from -1 to 1 (xorshift, Marsaglia 2003).
 fn random(seed: u64) -> impl Iterator<Item = f64> {
     core::iter::successors(Some(seed | 1), |state| {

@@ -5,24 +5,25 @@ use crate::control::compile::Compiled;
 use crate::control::history::Move;
 use crate::control::journal::Completion;
 use haptic_core::servo::CompiledScene;
-use haptic_core::{Renderer, Scene};
+use haptic_core::{OwnMotion, Renderer, Scene};
 use haptic_ipc::{JournalEntry, WireError};
 use std::rc::Rc;
 
 impl RigHandle {
-    /// Makes the loop render something that is not a scene. For clients the newest scene stays the
-    /// same.
-    pub(in crate::control) fn lend_loop(&self, renderer: Renderer) {
+    /// Makes the loop render a motion of the rig's own instead of the newest scene, which for clients stays the same.
+    pub(in crate::control) fn lend_loop(&self, motion: OwnMotion) {
         // A ramp to the newest scene ends here: the loop will get its end back.
         *self.ramp.borrow_mut() = None;
-        let lent = CompiledScene::at_once(renderer, self.revision());
-        self.inbox.borrow_mut().post(lent);
+        self.inbox.borrow_mut().post_motion(motion);
     }
 
     /// Makes the loop render the newest scene again.
     pub(in crate::control) fn give_loop_back(&self) {
         match Renderer::new(&self.scene(), self.facts.scheme, self.facts.period_s()) {
-            Ok(renderer) => self.lend_loop(renderer),
+            Ok(renderer) => {
+                let scene = CompiledScene::at_once(renderer, self.revision());
+                self.inbox.borrow_mut().post(scene);
+            }
             // It was rendered before.
             Err(error) => crate::say(&format!("the scene cannot be rendered any more: {error}")),
         }
