@@ -231,21 +231,22 @@ proptest! {
 
 #[test]
 fn what_is_beyond_the_bounds_is_refused_by_its_field() {
-    let with_course = |course| Excitation { course, ..chirp() };
     let of_chirp = |amplitude_m, to_hz, duration_s| {
-        with_course(Course::Chirp {
+        let course = Course::Chirp {
             amplitude_m,
             from_hz: 0.5,
             to_hz,
             duration_s,
-        })
+        };
+        Excitation { course, ..chirp() }
     };
     let of_sweep = |travel_m, speed_mps, rounds| {
-        with_course(Course::Sweep {
+        let course = Course::Sweep {
             travel_m,
             speed_mps,
             rounds,
-        })
+        };
+        Excitation { course, ..sweep() }
     };
     let with = |change: fn(&mut Excitation)| {
         let mut excitation = chirp();

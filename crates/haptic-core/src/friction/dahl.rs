@@ -404,16 +404,6 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn stroke(direction: Direction, distance: f64) -> Stroke {
-        Stroke {
-            direction,
-            distance,
-            from_speed: 0.0,
-            to_speed: 0.0,
-            elapsed_s: 1e-3,
-        }
-    }
-
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -433,7 +423,9 @@ mod tests {
             let mut contact = law.contact();
             let mut force = 0.0_f64;
             for direction in [Direction::Positive, Direction::Negative, Direction::Positive] {
-                YieldingContact::advance(&mut contact, &stroke(direction, distance));
+                let (from_speed, to_speed, elapsed_s) = (0.0, 0.0, 1e-3);
+                let stroke = Stroke { direction, distance, from_speed, to_speed, elapsed_s };
+                YieldingContact::advance(&mut contact, &stroke);
                 let limit = law.dynamic_force.get(direction);
                 let steps = 20_000;
                 for _ in 0..steps {

@@ -173,6 +173,12 @@ fn scaled(scene: &Scene, units: Units) -> Option<Scene> {
     })
 }
 
+/// Ticks whose forces are so many times as large.
+fn measured_in(unit: f64, mut ticks: Vec<Tick>) -> Vec<Tick> {
+    ticks.iter_mut().for_each(|(force, _)| *force /= unit);
+    ticks
+}
+
 /// Whether its limit depends on the time at rest.
 fn rises(scene: &Scene) -> bool {
     scene
@@ -272,10 +278,7 @@ fn both(property: Property, case: &mut Case, random: &mut Random) -> Option<(Vec
                 (sample.position, sample.velocity) = (-sample.position, -sample.velocity);
             }
             let ticks = follow(renderer(&mirrored(scene)?, *period_s)?, &hand, |_, _| {});
-            ticks
-                .into_iter()
-                .map(|(force, exhausted)| (-force, exhausted))
-                .collect()
+            measured_in(-1.0, ticks)
         }
         Property::Scale => {
             let mut power = || random.one_of(&[-2, -1, 0, 1, 2]);
@@ -291,10 +294,7 @@ fn both(property: Property, case: &mut Case, random: &mut Random) -> Option<(Vec
             // Its own least error is that of newtons.
             times *= (1.0 / by).max(1.0);
             let ticks = follow(renderer(&scaled(scene, units)?, period_s * time)?, &hand, |_, _| {});
-            ticks
-                .into_iter()
-                .map(|(force, exhausted)| (force / by, exhausted))
-                .collect()
+            measured_in(by, ticks)
         }
         Property::Move => {
             let mut hand = hand.clone();
