@@ -282,9 +282,10 @@ mod tests {
 
     #[test]
     fn a_pulse_rises_holds_falls_and_ends_for_ever() {
-        for force_n in [2.0, -2.0] {
+        // A device that sends nothing new does not prolong it.
+        for (force_n, elapsed_s) in [(2.0, PERIOD_S), (-2.0, PERIOD_S), (2.0, 0.0), (2.0, f64::NAN)] {
             let mut pulse = placed(shape(force_n), 0.3);
-            let forces: Vec<f64> = (0..400).map(|_| on_hand(&mut pulse, 0.3, 0.0)).collect();
+            let forces: Vec<f64> = (0..400).map(|_| -pulse.tick(elapsed_s, 0.3, 0.0)).collect();
             assert_eq!((forces[0], forces[100]), (0.0, force_n));
             assert!((forces[25] - force_n / 2.0).abs() < 1e-12, "{}", forces[25]);
             assert!(forces[199].abs() > 0.0 && forces[200..].iter().all(|force| *force == 0.0));
