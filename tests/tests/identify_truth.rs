@@ -3,9 +3,8 @@
 
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, RigProperties};
-use haptic_core::block::Contact;
 use haptic_core::velocity::{Estimator, Method};
-use haptic_core::{Excitation, PulseShape, Renderer};
+use haptic_core::{Excitation, OwnMotion};
 use haptic_ipc::{IdentificationReply, Peer};
 use haptic_lab::identify::cogging::{SweepSample, at_speed};
 use haptic_lab::identify::plan::Bounds;
@@ -40,11 +39,11 @@ impl Loop {
         }
     }
 
-    /// A tick of a renderer; returns position and force.
-    fn tick(&mut self, renderer: &mut Renderer) -> (f64, f64) {
+    /// A tick of a motion; returns position and force.
+    fn tick(&mut self, motion: &mut OwnMotion) -> (f64, f64) {
         let sample = self.rig.read(self.now_ns).expect("it is there");
         let speed = self.velocity.update(1e-3, sample.position_m);
-        let force_n = -renderer.tick(1e-3, sample.position_m, speed).coupling_force;
+        let force_n = -motion.tick(1e-3, sample.position_m, speed);
         self.rig.write(force_n, true).expect("it is there");
         self.record.t_s.push(self.now_ns as f64 * 1e-9);
         self.record.position_m.push(sample.position_m);
@@ -56,21 +55,20 @@ impl Loop {
 
     /// A motion from rest to rest: what a sweep is judged by.
     fn excite(&mut self, excitation: Excitation) -> Vec<SweepSample> {
-        let mut rest = Renderer::pulse(PulseShape::REST, 1e-3).expect("bounded");
-        rest.start_at(self.rig.plant().position_m(), 0.0);
+        let (mut rest, mut place_m) = (OwnMotion::REST, 0.0);
         for _ in 0..REST_TICKS {
-            self.tick(&mut rest);
+            (place_m, _) = self.tick(&mut rest);
         }
-        let mut renderer = Renderer::excitation(excitation, 1e-3).expect("bounded");
-        renderer.take_over(&rest);
+        let mut motion = OwnMotion::excitation(excitation, 1e-3).expect("bounded");
+        motion.place(place_m, 0.0);
         let mut ticks = Vec::new();
         loop {
-            let (position_m, force_n) = self.tick(&mut renderer);
-            let reference = renderer.state();
-            if reference.contact == Contact::Stuck {
+            let (position_m, force_n) = self.tick(&mut motion);
+            if motion.end().is_some() {
                 return at_speed(&ticks, 1e-3);
             }
-            ticks.push((position_m, reference.velocity, force_n));
+            let (_, reference_mps) = motion.reference();
+            ticks.push((position_m, reference_mps, force_n));
         }
     }
 }

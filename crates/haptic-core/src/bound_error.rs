@@ -1,8 +1,8 @@
-//! The refusal of a motion that is not bounded as it must be.
+//! The refusal of a quantity that is out of range.
 
 use core::fmt;
 
-/// A quantity of a pulse or of an excitation that is out of range.
+/// A quantity that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundError {
     /// The quantity.

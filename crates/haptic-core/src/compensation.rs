@@ -119,7 +119,7 @@ pub(crate) struct Compensator {
 }
 
 /// What there was at the sample before.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Before {
     position: f64,
     /// The position without noise: it is dragged along by the measured one with slack.
@@ -132,12 +132,7 @@ impl Compensator {
     /// Saves or loads the account.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("account_J", &mut self.account_j);
-        let blank = Before {
-            position: 0.0,
-            dragged: 0.0,
-            motor_n: 0.0,
-        };
-        archive.option("has_sample", &mut self.before, blank, |archive, before| {
+        archive.option("has_sample", &mut self.before, Before::default(), |archive, before| {
             archive.number("sample_m", &mut before.position);
             archive.number("dragged_m", &mut before.dragged);
             archive.number("motor_N", &mut before.motor_n);
@@ -167,10 +162,8 @@ impl Compensator {
 
     /// No force flows: the account is empty.
     pub(crate) fn rest(&mut self) {
-        self.account_j = 0.0;
-        self.before = None;
-        self.still_s = 0.0;
-        self.sample_s = 0.0;
+        (self.account_j, self.before) = (0.0, None);
+        (self.still_s, self.sample_s) = (0.0, 0.0);
     }
 
     /// All force of the motor until the next sample, N.

@@ -13,13 +13,16 @@ pub struct Directional {
 }
 
 impl Directional {
+    /// A value for each direction.
+    #[must_use]
+    pub const fn new(positive: f64, negative: f64) -> Self {
+        Self { positive, negative }
+    }
+
     /// The same value in both directions.
     #[must_use]
     pub const fn both(value: f64) -> Self {
-        Self {
-            positive: value,
-            negative: value,
-        }
+        Self::new(value, value)
     }
 
     /// The value for one direction.
@@ -45,9 +48,7 @@ impl Directional {
     pub fn is_symmetric(self) -> bool {
         self.positive == self.negative || (self.positive.is_nan() && self.negative.is_nan())
     }
-}
 
-impl Directional {
     /// The larger of the two.
     #[must_use]
     pub fn greatest(self) -> f64 {
@@ -69,10 +70,10 @@ impl Directional {
     /// A value for each direction from the values of both.
     #[must_use]
     pub(crate) fn zip(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            positive: combine(self.positive, other.positive),
-            negative: combine(self.negative, other.negative),
-        }
+        Self::new(
+            combine(self.positive, other.positive),
+            combine(self.negative, other.negative),
+        )
     }
 }
 
@@ -139,10 +140,7 @@ mod wire {
                 negative: f64,
             }
             let pair = Pair::deserialize(de::value::MapAccessDeserializer::new(map))?;
-            Ok(Directional {
-                positive: pair.positive,
-                negative: pair.negative,
-            })
+            Ok(Directional::new(pair.positive, pair.negative))
         }
     }
 }

@@ -39,8 +39,8 @@
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
 //! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions
 //!   against what a hand can do, before anything is made of them.
-//! * [`pulse`] takes the place of a scene while a rig is commissioned, and [`excitation`] while it
-//!   is identified.
+//! * [`own_motion`] moves the handle by the rig's own motor: by a pulse while a rig is commissioned, and along an
+//!   [`excitation`] while it is identified.
 //! * [`snapshot`] is the state of a servo, from which another one goes on.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
 //!   the motor, and [`passivity`] watches the energy that sampling makes.
@@ -73,10 +73,10 @@ pub mod friction;
 pub mod limiter;
 mod math;
 pub mod nearest;
+pub mod own_motion;
 pub mod parameters;
 pub mod passivity;
 pub mod position_guard;
-pub mod pulse;
 mod render;
 mod renderer;
 pub mod rig_friction;
@@ -92,8 +92,8 @@ pub mod velocity;
 pub use bound_error::BoundError;
 pub use directional::{Direction, Directional};
 pub use excitation::{Course, Excitation};
+pub use own_motion::{MotionEnd, OwnMotion, PulseShape};
 pub use parameters::{Parameter, ParameterKey};
-pub use pulse::PulseShape;
 pub use renderer::{FARTHEST_RESEAT_M, Renderer};
 pub use scene::{Scene, SceneError};
 pub use scheme::{Scheme, UnknownScheme};

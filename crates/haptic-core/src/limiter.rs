@@ -164,22 +164,18 @@ impl SafetyLimiter {
         if !wanted.is_finite() {
             return Err(NonFiniteForce(wanted));
         }
-        let wanted = self.cut(wanted);
+        let mut wanted = self.cut(wanted);
         let step = self.step_n(elapsed_s.max(0.0));
         // Zero is safe at any rate; more force, or force the other way, is not. A change of sign is one change: were
         // each side of zero allowed a step of its own, 20 N could become -5 N at once. By comparisons and not by
         // `clamp`, which panics: without a limit on the slew the step of no time is not a number.
         let (least, most) = (self.last_n - step, self.last_n + step);
-        let wanted = if wanted < least && wanted < 0.0 {
-            least.min(0.0)
-        } else {
-            wanted
-        };
-        let wanted = if wanted > most && wanted > 0.0 {
-            most.max(0.0)
-        } else {
-            wanted
-        };
+        if wanted < least && wanted < 0.0 {
+            wanted = least.min(0.0);
+        }
+        if wanted > most && wanted > 0.0 {
+            wanted = most.max(0.0);
+        }
         // The sum may round to beyond the limit.
         Ok(self.cut(wanted))
     }
@@ -231,6 +227,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    const LIMITS: Limits = Limits {
+        force_n: 20.0,
+        slew_n_per_s: 1000.0,
+        speed_mps: 5.0,
+        acceleration_mps2: 2000.0,
+    };
+
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -241,7 +244,7 @@ mod tests {
             steps in prop::collection::vec((prop::num::f64::ANY, prop::num::f64::ANY, -1e-3..0.1f64), 1..40),
             force_n in 0.1..100.0, slew_n_per_s in 1.0..1e6,
         ) {
-            let mut limiter = SafetyLimiter::new(Limits { force_n, slew_n_per_s, speed_mps: 1.0, acceleration_mps2: 1000.0 });
+            let mut limiter = SafetyLimiter::new(Limits { force_n, slew_n_per_s, ..LIMITS });
             let mut last = 0.0_f64;
             for (force, gain, elapsed_s) in steps {
                 match limiter.limit(force, gain, elapsed_s) {
@@ -266,35 +269,12 @@ mod tests {
         }
     }
 
-    #[test]
-    fn force_is_let_in_slowly_and_out_at_once() {
-        let mut limiter = SafetyLimiter::new(Limits {
-            force_n: 20.0,
-            slew_n_per_s: 1000.0,
-            speed_mps: 1.0,
-            acceleration_mps2: 1000.0,
-        });
-        let mut limit = |force| limiter.limit(force, 1.0, 1e-3).expect("a number");
-        assert_eq!([limit(5.0), limit(5.0), limit(5.0)], [1.0, 2.0, 3.0]);
-        assert_eq!(limit(0.5), 0.5, "less is let out at once");
-        assert_eq!(limit(-5.0), -0.5, "beyond zero by what the way there has left");
-        assert_eq!([limit(-5.0), limit(-5.0)], [-1.5, -2.5]);
-        assert_eq!(
-            [limit(5.0), limit(5.0)],
-            [0.0, 1.0],
-            "to zero, where that is all, and on slowly"
-        );
-        assert_eq!(limit(0.0), 0.0, "and to zero at once");
-    }
-
     // hazard: H8
     #[test]
     fn the_smaller_of_the_two_force_limits_holds() {
         let mut limiter = SafetyLimiter::new(Limits {
-            force_n: 20.0,
             slew_n_per_s: 1e9,
-            speed_mps: 1.0,
-            acceleration_mps2: 1000.0,
+            ..LIMITS
         });
         let mut limit = |device_n: f64, force: f64| {
             limiter.set_device_force(device_n);
@@ -358,9 +338,10 @@ mod tests {
         assert_eq!(step(&mut limiter, 12.0), 4.0);
         // A ramp of no time is none.
         for force_n in [4.0, 2.0, 9.0, 9.0] {
+            let speed_mps = force_n;
             limiter.set_limits(
                 Limits {
-                    speed_mps: force_n,
+                    speed_mps,
                     ..with(force_n)
                 },
                 0.0,
@@ -377,12 +358,7 @@ mod tests {
 
     #[test]
     fn a_motion_is_told_from_a_jump_of_the_encoder() {
-        let limiter = SafetyLimiter::new(Limits {
-            force_n: 20.0,
-            slew_n_per_s: 1000.0,
-            speed_mps: 5.0,
-            acceleration_mps2: 2000.0,
-        });
+        let limiter = SafetyLimiter::new(LIMITS);
         let allows = |moved, velocity, elapsed_s| limiter.allows_step(moved, velocity, 0.0, elapsed_s, 1e-5);
         assert!(allows(1e-3, 1.0, 1e-3) && allows(1.9e-3, 1.0, 1e-3) && allows(0.1e-3, 1.0, 1e-3));
         assert!(!allows(3e-3, 1.0, 1e-3) && !allows(-1e-3, 1.0, 1e-3));
@@ -393,18 +369,9 @@ mod tests {
         assert!(!allows(f64::NAN, 0.0, 1e-3) && !allows(0.0, f64::INFINITY, 1e-3));
     }
 
-    fn rig() -> SafetyLimiter {
-        SafetyLimiter::new(Limits {
-            force_n: 20.0,
-            slew_n_per_s: 1000.0,
-            speed_mps: 5.0,
-            acceleration_mps2: 2000.0,
-        })
-    }
-
     /// A gate that a force has passed.
     fn at(force: f64) -> SafetyLimiter {
-        let mut limiter = rig();
+        let mut limiter = SafetyLimiter::new(LIMITS);
         assert_eq!(limiter.limit(force, 1.0, 1.0), Ok(force));
         limiter
     }
@@ -412,7 +379,7 @@ mod tests {
     #[test]
     fn the_gain_is_a_share_and_never_more_than_all() {
         for (gain, expected) in [(0.0, 0.0), (0.25, 2.0), (1.0, 8.0), (2.0, 8.0), (-1.0, 0.0)] {
-            assert_eq!(rig().limit(8.0, gain, 1.0), Ok(expected), "{gain}");
+            assert_eq!(SafetyLimiter::new(LIMITS).limit(8.0, gain, 1.0), Ok(expected), "{gain}");
         }
     }
 
@@ -434,6 +401,7 @@ mod tests {
             );
             assert_eq!(next(sign * 3.0, sign * 1.0), sign * 1.0, "less the same way");
             assert_eq!([next(sign * 3.0, 0.0), next(sign * 3.0, -0.0)], [0.0, 0.0], "none");
+            assert_eq!(next(0.0, sign * 5.0), sign * 0.1, "some from none");
         }
     }
 
@@ -450,7 +418,7 @@ mod tests {
 
     #[test]
     fn a_speed_is_allowed_up_to_the_limit_either_way() {
-        let allows = |velocity| rig().allows_speed(velocity);
+        let allows = |velocity| SafetyLimiter::new(LIMITS).allows_speed(velocity);
         assert!(allows(0.0) && allows(5.0) && allows(-5.0));
         assert!(!allows(5.1) && !allows(-5.1) && !allows(f64::INFINITY) && !allows(f64::NAN));
     }

@@ -17,8 +17,8 @@
 use crate::math::{NOTHING, copysign};
 use crate::snapshot::Archive;
 
-/// What the rig itself takes up.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What the rig itself takes up; by default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RigLosses {
@@ -41,7 +41,7 @@ pub struct PassivityObserver {
 }
 
 /// What there was at the last sample.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Sample {
     position: f64,
     /// The surface's force on the hand, N.
@@ -54,12 +54,7 @@ impl PassivityObserver {
     /// Saves or loads the account.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("excess_J", &mut self.excess_j);
-        let blank = Sample {
-            position: 0.0,
-            force: 0.0,
-            applied: 0.0,
-        };
-        archive.option("has_sample", &mut self.last, blank, |archive, last| {
+        archive.option("has_sample", &mut self.last, Sample::default(), |archive, last| {
             archive.number("sample_m", &mut last.position);
             archive.number("surface_N", &mut last.force);
             archive.number("applied_N", &mut last.applied);
@@ -170,34 +165,27 @@ mod tests {
         (energy(position, velocity) / begun, largest)
     }
 
-    const NONE: RigLosses = RigLosses {
-        damping: 0.0,
-        friction: 0.0,
-    };
-
     #[test]
     fn a_sampled_spring_makes_energy_which_is_seen_and_taken_out() {
-        let (grown, seen) = swing(NONE, 0.0);
+        let (grown, seen) = swing(RigLosses::default(), 0.0);
         assert!(grown > 100.0, "sampling drives the swing: {grown}");
         assert!(seen > 0.05, "{seen} J");
-        let (held, left) = swing(NONE, 5.0);
+        let (held, left) = swing(RigLosses::default(), 5.0);
         assert!(held < 1.5 && left < 1e-3, "{held}, {left} J");
     }
 
     #[test]
     fn a_rig_that_damps_enough_has_no_excess() {
         // Colgate's bound: b > K T/2.
-        let damped = RigLosses {
-            damping: 1.5,
-            friction: 0.0,
-        };
+        let (damping, friction) = (1.5, 0.0);
+        let damped = RigLosses { damping, friction };
         let (held, seen) = swing(damped, 0.0);
         assert!(held < 1.0 && seen < 1e-5, "{held}, {seen} J");
     }
 
     #[test]
     fn passivity_force_is_capped_and_opposes_motion() {
-        let mut observer = PassivityObserver::new(NONE, 2.0);
+        let mut observer = PassivityObserver::new(RigLosses::default(), 2.0);
         assert_eq!(observer.observe(T, 0.0, 0.3, 10.0), 0.0, "nothing is known of what was");
         let added = observer.observe(T, 0.01, 0.3, -10.0);
         assert_eq!(added, -2.0);
@@ -209,7 +197,7 @@ mod tests {
     #[test]
     fn what_the_limits_kept_back_was_not_taken_out() {
         let begun = || {
-            let mut observer = PassivityObserver::new(NONE, 2.0);
+            let mut observer = PassivityObserver::new(RigLosses::default(), 2.0);
             observer.observe(T, 0.0, 0.3, 10.0);
             assert_eq!(observer.observe(T, 0.01, 0.3, -10.0), -2.0);
             observer

@@ -41,7 +41,7 @@ pub enum Verdict {
 }
 
 /// The sample that is held back.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Held {
     position: f64,
     elapsed_s: f64,
@@ -97,12 +97,7 @@ impl Motion {
 impl PositionGuard {
     /// Saves or loads what it doubts.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
-        let blank = Held {
-            position: 0.0,
-            elapsed_s: 0.0,
-            too_far: false,
-        };
-        archive.option("holds_back", &mut self.held, blank, |archive, held| {
+        archive.option("holds_back", &mut self.held, Held::default(), |archive, held| {
             archive.number("held_back_m", &mut held.position);
             archive.number("held_back_s", &mut held.elapsed_s);
             archive.flag("held_back_too_far", &mut held.too_far);
@@ -187,13 +182,16 @@ mod tests {
 
     const TICK_S: f64 = 1e-3;
 
+    const AT_REST: Motion = Motion {
+        position: 0.0,
+        velocity: 0.0,
+        seen_over_s: TICK_S,
+        resolution: 1e-5,
+        felt: f64::INFINITY,
+    };
+
     fn limits() -> SafetyLimiter {
-        SafetyLimiter::new(Limits {
-            force_n: 20.0,
-            slew_n_per_s: 5000.0,
-            speed_mps: 5.0,
-            acceleration_mps2: 2000.0,
-        })
+        SafetyLimiter::new(Limits::default())
     }
 
     /// What is rendered of positions at 1 kHz, by a device that moves at a steady speed before
@@ -211,9 +209,7 @@ mod tests {
         let mut motion = Motion {
             position: -speed * TICK_S,
             velocity: speed,
-            seen_over_s: TICK_S,
-            resolution: 1e-5,
-            felt: f64::INFINITY,
+            ..AT_REST
         };
         let mut seen = Vec::new();
         for (k, (elapsed_s, position)) in samples.into_iter().enumerate() {
@@ -314,14 +310,7 @@ mod tests {
     #[test]
     fn after_a_gap_a_hand_may_be_farther_away() {
         // 5 mm in 10 ms from rest are 100 m/s^2.
-        let at_rest = Motion {
-            position: 0.0,
-            velocity: 0.0,
-            seen_over_s: TICK_S,
-            resolution: 1e-5,
-            felt: f64::INFINITY,
-        };
-        let judged = |elapsed_s| PositionGuard::default().judge(at_rest, 5e-3, elapsed_s, &limits());
+        let judged = |elapsed_s| PositionGuard::default().judge(AT_REST, 5e-3, elapsed_s, &limits());
         assert_eq!(judged(0.01), Verdict::Believed { elapsed_s: 0.01 });
         assert_eq!(judged(TICK_S), Verdict::Held);
     }
@@ -331,11 +320,9 @@ mod tests {
     fn stiff_surface_doubts_samples_making_a_force_step() {
         let judged = |felt: f64, resolution: f64, moved: f64, elapsed_s: f64| {
             let at_rest = Motion {
-                position: 0.0,
-                velocity: 0.0,
-                seen_over_s: TICK_S,
                 resolution,
                 felt,
+                ..AT_REST
             };
             PositionGuard::default().judge(at_rest, moved, elapsed_s, &limits()) == Verdict::Held
         };
@@ -368,13 +355,8 @@ mod tests {
     fn held_sample_is_believed_when_next_roughly_agrees() {
         // A hand that hits something: 0.25 mm aside, and from there nearly as far aside again.
         for second in [0.0, 0.2e-3, 0.29e-3] {
-            let at_rest = Motion {
-                position: 0.0,
-                velocity: 0.0,
-                seen_over_s: TICK_S,
-                resolution: 1e-5,
-                felt: 0.14e-3,
-            };
+            let felt = 0.14e-3;
+            let at_rest = Motion { felt, ..AT_REST };
             let mut guard = PositionGuard::default();
             assert_eq!(guard.judge(at_rest, 0.25e-3, TICK_S, &limits()), Verdict::Held);
             let elapsed_s = 2.0 * TICK_S;
@@ -397,20 +379,13 @@ mod tests {
 
     #[test]
     fn a_guard_at_rest_has_forgotten_the_held_sample_and_the_score() {
-        let at_rest = Motion {
-            position: 0.0,
-            velocity: 0.0,
-            seen_over_s: TICK_S,
-            resolution: 1e-5,
-            felt: f64::INFINITY,
-        };
         let mut guard = PositionGuard::default();
         assert_eq!(guard.forgotten(), 0);
         for _ in 0..20 {
-            assert_eq!(guard.judge(at_rest, 0.01, TICK_S, &limits()), Verdict::Held);
+            assert_eq!(guard.judge(AT_REST, 0.01, TICK_S, &limits()), Verdict::Held);
             guard.rest();
             assert_eq!(
-                guard.judge(at_rest, 0.0, TICK_S, &limits()),
+                guard.judge(AT_REST, 0.0, TICK_S, &limits()),
                 Verdict::Believed { elapsed_s: TICK_S }
             );
         }

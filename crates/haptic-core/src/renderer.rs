@@ -1,13 +1,10 @@
 //! The compiled form of a scene: its own parts and no others, behind one interface.
 
 use crate::block::{BlockState, Coupling, EventSink, Rendered};
-use crate::bound_error::BoundError;
 use crate::contact::{Contact, ContactMemory};
 use crate::directional::Directional;
-use crate::excitation::{Excitation, Follower};
 use crate::math::sqrt;
 use crate::parameters::{Parameter, SceneError};
-use crate::pulse::{Pulse, PulseShape};
 use crate::render::{BlockSetup, Shown, Surface};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
@@ -19,24 +16,12 @@ use alloc::boxed::Box;
 pub const FARTHEST_RESEAT_M: f64 = 0.02;
 
 /// A scene, ready to be rendered.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Renderer {
     surface: Box<dyn Surface>,
     /// The block's mass and its coupling, where there is one.
     held: Option<(f64, Coupling)>,
     stiffness: f64,
-    is_motion: bool,
-}
-
-impl Clone for Renderer {
-    fn clone(&self) -> Self {
-        Self {
-            surface: self.surface.boxed(),
-            held: self.held,
-            stiffness: self.stiffness,
-            is_motion: self.is_motion,
-        }
-    }
 }
 
 impl Renderer {
@@ -76,44 +61,7 @@ impl Renderer {
             surface,
             held,
             stiffness: stiffness + damping / period_s,
-            is_motion: false,
         })
-    }
-
-    /// A single pulse of force instead of a scene, for ticks of about `period_s` seconds. It begins
-    /// with the tick after it has [taken over](Self::take_over), and at no other time: set to
-    /// another state before its end, it gives no force any more.
-    ///
-    /// # Errors
-    /// The pulse is not bounded as it must be.
-    pub fn pulse(shape: PulseShape, period_s: f64) -> Result<Self, BoundError> {
-        shape.check()?;
-        Ok(Self::motion(Box::new(Pulse::new(shape, period_s))))
-    }
-
-    /// An excitation instead of a scene, for ticks of about `period_s` seconds. It begins and ends
-    /// as a [pulse](Self::pulse) does. Its block is the reference, which is stuck once it has ended.
-    ///
-    /// # Errors
-    /// The excitation is not bounded as it must be.
-    pub fn excitation(excitation: Excitation, period_s: f64) -> Result<Self, BoundError> {
-        excitation.check()?;
-        Ok(Self::motion(Box::new(Follower::new(excitation, period_s))))
-    }
-
-    fn motion(surface: Box<dyn Surface>) -> Self {
-        Self {
-            surface,
-            held: None,
-            stiffness: 0.0,
-            is_motion: true,
-        }
-    }
-
-    /// Whether it is a pulse or an excitation instead of a scene.
-    #[must_use]
-    pub fn is_motion(&self) -> bool {
-        self.is_motion
     }
 
     /// The force that a step of the device makes within a tick, N/m: `K + B/T` of the coupling, or of the contact without

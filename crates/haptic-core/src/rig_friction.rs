@@ -5,20 +5,23 @@
 //! mass a = motor + hand - dynamic sgn(v) - viscous v - cogging(x)
 //! ```
 
+use crate::bound_error::BoundError;
 use crate::directional::Directional;
 use crate::math::{floor, sin_cos};
 use crate::passivity::RigLosses;
 use core::f64::consts::TAU;
-use thiserror::Error;
 
 /// Harmonics of a rig's cogging.
 pub const COGGING_HARMONICS: usize = 4;
 
 /// What was identified of a rig without a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct RigFriction {
     /// Mass of the moving part, kg.
     #[cfg_attr(feature = "serde", serde(rename = "mass_kg"))]
@@ -38,9 +41,12 @@ pub struct RigFriction {
 /// `cosine cos(k p) + sine sin(k p)` over the harmonics `k = 1, 2, ...`, with
 /// `p = 2 pi position / period`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Cogging {
     /// Way after which it repeats itself, m.
     pub period_m: f64,
@@ -53,9 +59,12 @@ pub struct Cogging {
 
 /// One harmonic of the cogging.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Harmonic {
     /// Amplitude of the cosine, N.
     #[cfg_attr(feature = "serde", serde(rename = "cosine_N"))]
@@ -65,28 +74,13 @@ pub struct Harmonic {
     pub sine: f64,
 }
 
-/// A value of a rig's friction that no rig has.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[error("{field} = {value} {unit} is out of range: it must be from {min} to {max} {unit}")]
-pub struct RigFrictionError {
-    /// The field.
-    pub field: &'static str,
-    /// The value.
-    pub value: f64,
-    /// The smallest value accepted.
-    pub min: f64,
-    /// The largest value accepted.
-    pub max: f64,
-    /// The unit of all three.
-    pub unit: &'static str,
-}
-
 impl RigFriction {
     /// Whether every value is one that a rig can have.
     ///
     /// # Errors
     /// The first field that is out of range or NaN.
-    pub fn validate(&self) -> Result<(), RigFrictionError> {
+    pub fn validate(&self) -> Result<(), BoundError> {
+        let within = BoundError::check;
         let (dynamic, viscous) = (self.dynamic_force, self.viscous);
         within("mass_kg", self.mass, 1e-3, 1000.0, "kg")?;
         within("dynamic_force_N.positive", dynamic.positive, 0.0, 1000.0, "N")?;
@@ -129,20 +123,6 @@ impl Cogging {
     }
 }
 
-/// NaN is in no range.
-fn within(field: &'static str, value: f64, min: f64, max: f64, unit: &'static str) -> Result<(), RigFrictionError> {
-    if (min..=max).contains(&value) {
-        return Ok(());
-    }
-    Err(RigFrictionError {
-        field,
-        value,
-        min,
-        max,
-        unit,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -150,37 +130,23 @@ mod tests {
 
     const RIG: RigFriction = RigFriction {
         mass: 1.4,
-        dynamic_force: Directional {
-            positive: 0.8,
-            negative: 0.7,
-        },
-        viscous: Directional {
-            positive: 1.5,
-            negative: 2.0,
-        },
+        dynamic_force: Directional::new(0.8, 0.7),
+        viscous: Directional::new(1.5, 2.0),
         cogging: None,
     };
+
+    const fn harmonic(cosine: f64, sine: f64) -> Harmonic {
+        Harmonic { cosine, sine }
+    }
 
     const COGGING: Cogging = Cogging {
         period_m: 0.02,
         absolute_position: true,
         harmonics: [
-            Harmonic {
-                cosine: 0.1,
-                sine: -0.2,
-            },
-            Harmonic {
-                cosine: 0.0,
-                sine: 0.05,
-            },
-            Harmonic {
-                cosine: 0.01,
-                sine: 0.0,
-            },
-            Harmonic {
-                cosine: 0.0,
-                sine: -0.02,
-            },
+            harmonic(0.1, -0.2),
+            harmonic(0.0, 0.05),
+            harmonic(0.01, 0.0),
+            harmonic(0.0, -0.02),
         ],
     };
 
@@ -192,45 +158,32 @@ mod tests {
 
     #[test]
     fn impossible_rig_value_is_refused_with_field_and_limits() {
-        let cogging = |change: fn(&mut Cogging)| {
-            let mut cogging = COGGING;
-            change(&mut cogging);
-            Some(cogging)
+        let rig = |change: fn(&mut RigFriction, &mut Cogging)| {
+            let (mut rig, mut cogging) = (RIG, COGGING);
+            change(&mut rig, &mut cogging);
+            rig.cogging = Some(cogging);
+            rig
         };
         assert_eq!(RIG.validate(), Ok(()));
-        let mut both = Directional::both(0.5);
-        both.negative = -0.1;
         for (wrong, parts) in [
             (
-                RigFriction { mass: 0.0, ..RIG },
+                rig(|rig, _| rig.mass = 0.0),
                 ["mass_kg = 0 kg", "from 0.001 to 1000 kg"],
             ),
             (
-                RigFriction {
-                    dynamic_force: both,
-                    ..RIG
-                },
+                rig(|rig, _| rig.dynamic_force.negative = -0.1),
                 ["dynamic_force_N.negative = -0.1 N", "from 0 to 1000 N"],
             ),
             (
-                RigFriction {
-                    viscous: Directional::both(f64::NAN),
-                    ..RIG
-                },
+                rig(|rig, _| rig.viscous.positive = f64::NAN),
                 ["viscous_Ns_per_m.positive = NaN N s/m", "from 0 to 10000 N s/m"],
             ),
             (
-                RigFriction {
-                    cogging: cogging(|cogging| cogging.period_m = 0.0),
-                    ..RIG
-                },
+                rig(|_, cogging| cogging.period_m = 0.0),
                 ["cogging.period_m = 0 m", "from 0.00001 to 10 m"],
             ),
             (
-                RigFriction {
-                    cogging: cogging(|cogging| cogging.harmonics[3].sine = f64::INFINITY),
-                    ..RIG
-                },
+                rig(|_, cogging| cogging.harmonics[3].sine = f64::INFINITY),
                 ["cogging.harmonics.sine_N = inf N", "from -1000 to 1000 N"],
             ),
         ] {

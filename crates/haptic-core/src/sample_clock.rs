@@ -65,22 +65,15 @@ impl ClockError {
 }
 
 /// How the clocks stood to each other at the quickest sample of a window.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Quickest {
     host_ns: u64,
     /// Our time less the device's, ns.
     offset_ns: i64,
 }
 
-impl Quickest {
-    const BLANK: Self = Self {
-        host_ns: 0,
-        offset_ns: 0,
-    };
-}
-
 /// A window that is being filled.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Window {
     first_sequence: u32,
     samples: u32,
@@ -91,7 +84,7 @@ struct Window {
 }
 
 /// What is known of a clock that has sent a sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Running {
     last_sequence: u32,
     equal: u32,
@@ -141,42 +134,29 @@ impl SampleClock {
 
     /// Saves or loads what is known of the device's clock.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
-        let blank = Running {
-            last_sequence: 0,
-            equal: 0,
-            last_device_ns: 0,
-            last_host_ns: 0,
-            window: Window {
-                first_sequence: 0,
-                samples: 0,
-                first_host_ns: 0,
-                end_host_ns: 0,
-                quickest: Quickest::BLANK,
-            },
-            before: None,
-        };
-        archive.option("clock_runs", &mut self.running, blank, |archive, running| {
-            archive.count_u32("clock_sequence", &mut running.last_sequence);
-            archive.count_u32("clock_equal", &mut running.equal);
-            archive.count("clock_device_ns", &mut running.last_device_ns, u64::MAX);
-            archive.count("clock_host_ns", &mut running.last_host_ns, u64::MAX);
-            let window = &mut running.window;
-            archive.count_u32("clock_window_sequence", &mut window.first_sequence);
-            archive.count_u32("clock_window_samples", &mut window.samples);
-            archive.count("clock_window_host_ns", &mut window.first_host_ns, u64::MAX);
-            archive.count("clock_window_end_ns", &mut window.end_host_ns, u64::MAX);
-            archive.count("clock_quickest_ns", &mut window.quickest.host_ns, u64::MAX);
-            archive.difference("clock_quickest_offset_ns", &mut window.quickest.offset_ns);
-            archive.option(
-                "clock_had_window",
-                &mut running.before,
-                Quickest::BLANK,
-                |archive, before| {
+        archive.option(
+            "clock_runs",
+            &mut self.running,
+            Running::default(),
+            |archive, running| {
+                archive.count_u32("clock_sequence", &mut running.last_sequence);
+                archive.count_u32("clock_equal", &mut running.equal);
+                archive.count("clock_device_ns", &mut running.last_device_ns, u64::MAX);
+                archive.count("clock_host_ns", &mut running.last_host_ns, u64::MAX);
+                let window = &mut running.window;
+                archive.count_u32("clock_window_sequence", &mut window.first_sequence);
+                archive.count_u32("clock_window_samples", &mut window.samples);
+                archive.count("clock_window_host_ns", &mut window.first_host_ns, u64::MAX);
+                archive.count("clock_window_end_ns", &mut window.end_host_ns, u64::MAX);
+                archive.count("clock_quickest_ns", &mut window.quickest.host_ns, u64::MAX);
+                archive.difference("clock_quickest_offset_ns", &mut window.quickest.offset_ns);
+                let blank = Quickest::default();
+                archive.option("clock_had_window", &mut running.before, blank, |archive, before| {
                     archive.count("clock_before_ns", &mut before.host_ns, u64::MAX);
                     archive.difference("clock_before_offset_ns", &mut before.offset_ns);
-                },
-            );
-        });
+                });
+            },
+        );
         archive.number("clock_period_s", &mut self.period_s);
     }
 
@@ -333,6 +313,14 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
+    fn at(sequence: u64, device_ns: u64, host_ns: u64) -> Stamp {
+        Stamp {
+            sequence: u32::try_from(sequence).expect("a short run"),
+            device_ns,
+            host_ns,
+        }
+    }
+
     /// Stamps of a device at 1 kHz whose clock shows, at a time of ours in ns, what `clock` says,
     /// in us as 32 bits.
     fn run(ticks: u64, clock: impl Fn(u64) -> u32) -> Vec<Result<f64, ClockError>> {
@@ -345,11 +333,7 @@ mod tests {
                 last_us = now_us;
                 // The link's jitter: up to 0.3 ms.
                 let late_ns = (k * 7919) % 300_000;
-                compared.elapsed_s(Stamp {
-                    sequence: u32::try_from(k).expect("a short run"),
-                    device_ns,
-                    host_ns: 5_000 * MS + k * MS + late_ns,
-                })
+                compared.elapsed_s(at(k, device_ns, 5_000 * MS + k * MS + late_ns))
             })
             .collect()
     }
@@ -444,11 +428,7 @@ mod tests {
             if k % 50 == 0 {
                 continue;
             }
-            let elapsed = clock.elapsed_s(Stamp {
-                sequence: u32::try_from(k).expect("a short run"),
-                device_ns: k * MS,
-                host_ns: 1000 * MS + k * MS + late,
-            });
+            let elapsed = clock.elapsed_s(at(k, k * MS, 1000 * MS + k * MS + late));
             let exact = if taken == 0 { 0.0 } else { (k - taken) as f64 * 1e-3 };
             assert!(
                 (elapsed.expect("honest") - exact).abs() < 1e-12,
@@ -466,26 +446,17 @@ mod tests {
 
     /// A sample of a device whose clock runs as ours does, which comes late by a time.
     fn stamp(sequence: u64, period_ns: u64, late_ns: u64) -> Stamp {
-        Stamp {
-            sequence: u32::try_from(sequence).expect("a short run"),
-            device_ns: sequence * period_ns,
-            host_ns: 5_000 * MS + sequence * period_ns + late_ns,
-        }
+        let device_ns = sequence * period_ns;
+        at(sequence, device_ns, 5_000 * MS + device_ns + late_ns)
     }
 
     // hazard: H3
     #[test]
     fn three_samples_may_have_one_stamp_and_a_fourth_may_not() {
         let mut clock = SampleClock::new(20 * MS);
-        let mut at = |k: u32| {
-            clock.elapsed_s(Stamp {
-                sequence: k,
-                device_ns: 7 * MS,
-                host_ns: u64::from(k) * MS,
-            })
-        };
-        assert_eq!([at(0), at(1), at(2)], [Ok(0.0); 3]);
-        assert_eq!(at(3), Err(ClockError::StoodStill));
+        let elapsed = [0, 1, 2, 3].map(|k| clock.elapsed_s(at(k, 7 * MS, k * MS)));
+        assert_eq!(elapsed[..3], [Ok(0.0); 3]);
+        assert_eq!(elapsed[3], Err(ClockError::StoodStill));
     }
 
     #[test]
@@ -568,14 +539,7 @@ mod tests {
     #[test]
     fn after_an_error_it_begins_anew() {
         let mut clock = SampleClock::new(20 * MS);
-        let stamp = |k: u64, device_ns| Stamp {
-            sequence: u32::try_from(k).expect("a short run"),
-            device_ns,
-            host_ns: k * MS,
-        };
-        assert_eq!(clock.elapsed_s(stamp(1, MS)), Ok(0.0));
-        assert_eq!(clock.elapsed_s(stamp(2, 900 * MS)), Err(ClockError::Jumped));
-        assert_eq!(clock.elapsed_s(stamp(3, 901 * MS)), Ok(0.0));
-        assert_eq!(clock.elapsed_s(stamp(4, 902 * MS)), Ok(1e-3));
+        let elapsed = [(1, 1), (2, 900), (3, 901), (4, 902)].map(|(k, ms)| clock.elapsed_s(at(k, ms * MS, k * MS)));
+        assert_eq!(elapsed, [Ok(0.0), Err(ClockError::Jumped), Ok(0.0), Ok(1e-3)]);
     }
 }

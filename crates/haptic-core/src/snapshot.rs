@@ -35,20 +35,14 @@ mod wire {
     use serde::de::{Error, Visitor};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    /// Of numbers that are none in JSON.
-    const WORDS: [(&str, f64); 3] = [("inf", f64::INFINITY), ("-inf", f64::NEG_INFINITY), ("nan", f64::NAN)];
-
     /// A count is a whole number, a number has a point or an exponent, and what is no number is a word.
     impl Serialize for FieldValue {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             match *self {
                 Self::Count(count) => serializer.serialize_u64(count),
                 Self::Number(number) if number.is_finite() => serializer.serialize_f64(number),
-                Self::Number(number) => {
-                    let same = |other: f64| number == other || (number.is_nan() && other.is_nan());
-                    let word = WORDS.iter().find(|(_, other)| same(*other));
-                    serializer.serialize_str(word.map_or("nan", |(word, _)| word))
-                }
+                Self::Number(number) if number.is_nan() => serializer.serialize_str("nan"),
+                Self::Number(number) => serializer.serialize_str(if number > 0.0 { "inf" } else { "-inf" }),
             }
         }
     }
@@ -73,9 +67,12 @@ mod wire {
                 }
 
                 fn visit_str<E: Error>(self, text: &str) -> Result<FieldValue, E> {
-                    let word = WORDS.iter().find(|(word, _)| *word == text);
-                    word.map(|(_, number)| FieldValue::Number(*number))
-                        .ok_or_else(|| E::invalid_value(serde::de::Unexpected::Str(text), &self))
+                    Ok(FieldValue::Number(match text {
+                        "inf" => f64::INFINITY,
+                        "-inf" => f64::NEG_INFINITY,
+                        "nan" => f64::NAN,
+                        _ => return Err(E::invalid_value(serde::de::Unexpected::Str(text), &self)),
+                    }))
                 }
             }
 

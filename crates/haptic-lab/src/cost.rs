@@ -15,17 +15,17 @@ use crate::accuracy::cases::{self, Case, OscillatingHand};
 use crate::accuracy::{Extent, INSTRUCTIONS_ON, LawCase, law_cases, schemes_by_law};
 use crate::motion::{DeviceSample, median_period_s, per_tick};
 use crate::simulate::{Start, measure_cost, renderer};
-use haptic_core::{BoundError, Excitation, Renderer, SceneError, Scheme};
+use haptic_core::{BoundError, Excitation, OwnMotion, Renderer, SceneError, Scheme};
 use std::fmt;
 use std::str::FromStr;
 use std::time::Instant;
 
 /// An excitation at the beginning of a motion.
-fn follower(excitation: Excitation, motion: &[DeviceSample]) -> Result<Renderer, BoundError> {
+fn begun(excitation: Excitation, motion: &[DeviceSample]) -> Result<OwnMotion, BoundError> {
     let first = motion.first().copied().unwrap_or_default();
-    let mut renderer = Renderer::excitation(excitation, median_period_s(motion))?;
-    renderer.start_at(first.position_m, first.velocity_mps);
-    Ok(renderer)
+    let mut own = OwnMotion::excitation(excitation, median_period_s(motion))?;
+    own.place(first.position_m, first.velocity_mps);
+    Ok(own)
 }
 
 /// Times that a motion is gone through; the median counts.
@@ -41,18 +41,18 @@ pub fn measure_excitations(instructions: Option<&[u64]>) -> Result<Vec<SceneCost
         .into_iter()
         .enumerate()
         .map(|(index, (name, excitation))| {
-            let renderer = follower(excitation, &motion)?;
+            let begun = begun(excitation, &motion)?;
             let mut times_ns: Vec<u64> = (0..TIMES)
                 .map(|_| {
-                    let (mut renderer, began) = (renderer.clone(), Instant::now());
-                    measured_ticks(&mut renderer, &motion);
+                    let (mut own, began) = (begun, Instant::now());
+                    measured_motion(&mut own, &motion);
                     u64::try_from(began.elapsed().as_nanos()).unwrap_or(u64::MAX)
                 })
                 .collect();
             times_ns.sort_unstable();
             Ok(SceneCost {
                 scene: name,
-                state_bytes: renderer.state_bytes(),
+                state_bytes: size_of_val(&begun),
                 instructions: instructions
                     .and_then(|totals| totals.get(index))
                     .map(|total| per_tick(*total, &motion)),
@@ -118,6 +118,15 @@ pub fn measured_ticks(renderer: &mut Renderer, motion: &[DeviceSample]) {
     }
 }
 
+/// The same of a motion of the rig's own.
+#[inline(never)]
+pub fn measured_motion(own: &mut OwnMotion, motion: &[DeviceSample]) {
+    for pair in motion.windows(2) {
+        let (from, to) = (&pair[0], &pair[1]);
+        std::hint::black_box(own.tick(to.t_s - from.t_s, to.position_m, to.velocity_mps));
+    }
+}
+
 /// What a probe runs through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Probe {
@@ -177,8 +186,8 @@ impl Probe {
                 let motion = hand();
                 for (_, excitation) in excitations() {
                     // They are bounded, which a test runs through.
-                    if let Ok(mut renderer) = follower(excitation, &motion) {
-                        measured_ticks(&mut renderer, &motion);
+                    if let Ok(mut own) = begun(excitation, &motion) {
+                        measured_motion(&mut own, &motion);
                     }
                 }
             }
@@ -233,9 +242,9 @@ mod tests {
     fn excitation_lasts_through_the_measured_motion() {
         let motion = hand();
         for (name, excitation) in excitations() {
-            let mut renderer = follower(excitation, &motion).expect("bounded");
-            measured_ticks(&mut renderer, &motion);
-            assert_ne!(renderer.state().contact, haptic_core::block::Contact::Stuck, "{name}");
+            let mut own = begun(excitation, &motion).expect("bounded");
+            measured_motion(&mut own, &motion);
+            assert_eq!(own.end(), None, "{name}");
         }
     }
 

@@ -11,9 +11,12 @@ use core::fmt::Debug;
 
 /// The block that the hand drags.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Block {
     /// `M`, kg.
     #[cfg_attr(feature = "serde", serde(alias = "M"))]
@@ -22,9 +25,12 @@ pub struct Block {
 
 /// The virtual coupling between device and block (Colgate, Stanley and Brown 1995).
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Coupling {
     /// `K`, N/m.
     #[cfg_attr(feature = "serde", serde(alias = "K"))]
@@ -251,13 +257,7 @@ impl<F: FnMut(f64, Contact, Contact)> EventSink for F {
 pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
     /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity`
     /// (m/s).
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered;
+    fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered;
 
     /// The same in one backward-Euler step.
     fn advance_implicitly(
@@ -265,7 +265,7 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
         elapsed_s: f64,
         position: f64,
         velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
+        sink: &mut impl EventSink,
     ) -> Rendered {
         self.advance(elapsed_s, position, velocity, sink)
     }

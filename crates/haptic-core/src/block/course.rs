@@ -4,8 +4,11 @@
 //! next event or to where a series no longer converges. The work of a tick is bounded; when the
 //! bound is reached, a few backward-Euler steps do the rest.
 
-use super::body::{BlockState, Coupling, EventSink, Load, Rendered, rounding};
+use super::body::{BlockState, Coupling, EventSink, Load, Moving, Rendered, rounding};
+use crate::contact::{Contact, ContactMemory};
+use crate::snapshot::Archive;
 use core::f64::consts::PI;
+use core::fmt::Debug;
 
 /// Backward-Euler steps that do the rest of a tick whose work is used up.
 const FALLBACK_STEPS: u32 = 8;
@@ -38,7 +41,7 @@ impl CoupledBlock {
 }
 
 /// How far a tick has come.
-pub(super) struct Course {
+pub(crate) struct Course {
     /// Duration of the tick, s.
     pub(super) elapsed_s: f64,
     pub(super) load: Load,
@@ -103,7 +106,7 @@ pub(super) enum Outcome {
 }
 
 /// A block that is solved piece by piece.
-pub(super) trait PiecewiseBlock {
+pub(super) trait PiecewiseBlock: Clone + Debug + Send + Sync + 'static {
     fn coupled(&self) -> &CoupledBlock;
     fn coupled_mut(&mut self) -> &mut CoupledBlock;
 
@@ -112,15 +115,15 @@ pub(super) trait PiecewiseBlock {
 
     /// The common tick without any event in it. Returns false, with nothing changed, where an event
     /// may lie in it.
-    fn steady(&mut self, _elapsed_s: f64, _load: &Load, _sink: &mut (impl EventSink + ?Sized)) -> bool {
+    fn steady(&mut self, _elapsed_s: f64, _load: &Load, _sink: &mut impl EventSink) -> bool {
         false
     }
 
     /// The next piece.
-    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome;
+    fn piece(&mut self, course: &mut Course, sink: &mut impl EventSink) -> Outcome;
 
     /// One backward-Euler step: stable and dissipative whatever its length.
-    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut (impl EventSink + ?Sized));
+    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut impl EventSink);
 
     /// Whether the contact's own state is a finite number.
     fn has_finite_contact(&self) -> bool {
@@ -129,32 +132,77 @@ pub(super) trait PiecewiseBlock {
 
     /// The block starts over from rest at the device.
     fn restarted(&mut self) {}
+
+    /// See [`Moving::memory`].
+    fn memory(&self) -> ContactMemory;
+    /// See [`Moving::set_state`].
+    fn set_state(&mut self, state: BlockState);
+    /// See [`Moving::at_rest`].
+    fn at_rest(&self) -> Contact;
+    /// Saves or loads what the contact goes by.
+    fn archive_contact(&mut self, archive: &mut Archive<'_>);
 }
 
-/// Moves a block on by `elapsed_s` seconds, piece by piece. With `elapsed_s` of zero or less the
-/// block stands still and only the force is new.
-pub(super) fn advance<B: PiecewiseBlock>(
-    block: &mut B,
-    elapsed_s: f64,
-    sample: (f64, f64),
-    sink: &mut (impl EventSink + ?Sized),
-) -> Rendered {
-    tick(block, elapsed_s, sample, |block, load| {
-        if block.steady(elapsed_s, &load, sink) {
-            return Rendered::default();
-        }
-        in_pieces(block, elapsed_s, load, sink)
-    })
+impl<B: PiecewiseBlock> Moving for B {
+    /// With `elapsed_s` of zero or less the block stands still and only the force is new.
+    fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
+        tick(self, elapsed_s, (position, velocity), |block, load| {
+            if block.steady(elapsed_s, &load, sink) {
+                return Rendered::default();
+            }
+            in_pieces(block, elapsed_s, load, sink)
+        })
+    }
+
+    fn advance_implicitly(
+        &mut self,
+        elapsed_s: f64,
+        position: f64,
+        velocity: f64,
+        sink: &mut impl EventSink,
+    ) -> Rendered {
+        tick(self, elapsed_s, (position, velocity), |block, load| {
+            let mut course = Course::new(block.coupled(), elapsed_s, load, 0);
+            let from = block.coupled().state.contact;
+            block.implicit_step(&mut course, elapsed_s, sink);
+            let state = &mut block.coupled_mut().state;
+            state.advance(course.moved);
+            Rendered {
+                events: u32::from(from != state.contact),
+                ..Rendered::default()
+            }
+        })
+    }
+
+    fn state(&self) -> BlockState {
+        self.coupled().state
+    }
+
+    fn memory(&self) -> ContactMemory {
+        PiecewiseBlock::memory(self)
+    }
+
+    fn set_state(&mut self, state: BlockState) {
+        PiecewiseBlock::set_state(self, state);
+    }
+
+    fn at_rest(&self) -> Contact {
+        PiecewiseBlock::at_rest(self)
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.coupled_mut().state.archive(archive);
+        self.archive_contact(archive);
+    }
+
+    fn coupling_force(&self) -> f64 {
+        self.coupled().coupling_force()
+    }
 }
 
 /// The pieces of a tick. Apart from a steady tick, which then saves no registers for it.
 #[inline(never)]
-fn in_pieces<B: PiecewiseBlock>(
-    block: &mut B,
-    elapsed_s: f64,
-    load: Load,
-    sink: &mut (impl EventSink + ?Sized),
-) -> Rendered {
+fn in_pieces<B: PiecewiseBlock>(block: &mut B, elapsed_s: f64, load: Load, sink: &mut impl EventSink) -> Rendered {
     let mut course = Course::new(block.coupled(), elapsed_s, load, block.budget(elapsed_s));
     while course.time < elapsed_s {
         let then = if course.is_exhausted() {
@@ -177,26 +225,6 @@ fn in_pieces<B: PiecewiseBlock>(
     }
     block.coupled_mut().state.advance(course.moved);
     course.rendered
-}
-
-/// The same in one backward-Euler step.
-pub(super) fn advance_implicitly<B: PiecewiseBlock>(
-    block: &mut B,
-    elapsed_s: f64,
-    sample: (f64, f64),
-    sink: &mut (impl EventSink + ?Sized),
-) -> Rendered {
-    tick(block, elapsed_s, sample, |block, load| {
-        let mut course = Course::new(block.coupled(), elapsed_s, load, 0);
-        let from = block.coupled().state.contact;
-        block.implicit_step(&mut course, elapsed_s, sink);
-        let state = &mut block.coupled_mut().state;
-        state.advance(course.moved);
-        Rendered {
-            events: u32::from(from != state.contact),
-            ..Rendered::default()
-        }
-    })
 }
 
 /// A tick to a sample of position and velocity, moved on by `motion`, with what holds for every

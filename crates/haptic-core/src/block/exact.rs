@@ -24,8 +24,9 @@
 //! no energy and the block does not creep. Work per tick is bounded; what is left when the bound is
 //! reached is done in a few implicit steps.
 
-use super::body::{BlockState, Coupling, EventSink, Load, Moving, Rendered};
-use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
+use super::body::{BlockState, Coupling, EventSink, Load};
+use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
+use super::expansion::Piece;
 use super::linear_slide::FallLevel;
 use super::oscillator::Motion;
 use crate::contact::{Contact, ContactMemory, StaticLimit};
@@ -33,20 +34,26 @@ use crate::directional::Direction;
 use crate::snapshot::Archive;
 use core::fmt::Debug;
 
-/// The exact scheme for one scene: `S` is how its slides differ by direction, `R` how its static
-/// limit goes with the time at rest.
+/// The exact scheme for one scene: `S` is its slide, of which there are `N`, `R` how its static limit goes with the time
+/// at rest.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ExactBlock<S, R> {
+pub(crate) struct ExactBlock<S, R, const N: usize> {
     coupled: CoupledBlock,
     velocity_threshold: f64,
-    slides: S,
+    slides: Slides<S, N>,
     static_limit: R,
 }
 
-impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
+impl<S: Slide, R: StaticLimit, const N: usize> ExactBlock<S, R, N> {
     /// `velocity_threshold` is `DV`, m/s; `slides` and `static_limit` are those of a law that
     /// [`Scene::validate`](crate::Scene::validate) accepts.
-    pub(crate) fn new(mass: f64, coupling: Coupling, velocity_threshold: f64, slides: S, static_limit: R) -> Self {
+    pub(crate) fn new(
+        mass: f64,
+        coupling: Coupling,
+        velocity_threshold: f64,
+        slides: Slides<S, N>,
+        static_limit: R,
+    ) -> Self {
         let mut block = Self {
             coupled: CoupledBlock::new(mass, coupling),
             velocity_threshold,
@@ -86,7 +93,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
     }
 
     /// Rests until the contact lets go, or until the end of the tick.
-    fn rest(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
+    fn rest(&mut self, course: &mut Course, sink: &mut impl EventSink) -> Outcome {
         let (remaining, at_rest) = (course.remaining(), course.at_rest(&self.coupled.coupling));
         let breakaway = self.breakaway(at_rest, course.load.slope, course.rounding);
         let Some((delay, direction)) = breakaway.filter(|(delay, _)| *delay < remaining) else {
@@ -110,7 +117,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
     }
 
     /// Slides until the slide has fallen, until its piece ends, or until the end of the tick.
-    fn slide(&mut self, direction: Direction, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
+    fn slide(&mut self, direction: Direction, course: &mut Course, sink: &mut impl EventSink) -> Outcome {
         let (remaining, at_rest) = (course.remaining(), course.at_rest(&self.coupled.coupling));
         let sign = direction.sign();
         let level = self.fall_level();
@@ -124,46 +131,23 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
                 .unwrap_or_else(|| sign * at_rest - slide.friction_at(0.0)),
             g1: sign * course.load.slope,
         };
-        let bounds = SlideBounds {
-            remaining_s: remaining,
-            level,
-            most_work: course.budget - course.work,
-            listens: sink.listens(),
+        let Some(SlidePiece { piece, armed, falls }) = slide.piece(&motion, level, course, sink.listens()) else {
+            return Outcome::Exhausted;
         };
-        let (end, work) = slide.piece(&motion, &bounds);
-        course.work += work;
-        match end {
-            PieceEnd::Lasts {
-                lasted_s,
-                moved,
-                speed,
-                armed,
-                dissipated,
-            } => {
-                sink.dissipated(dissipated);
-                course.moved += sign * moved;
-                self.coupled.state.velocity = sign * speed;
-                self.coupled.state.armed = armed;
-                course.time += lasted_s;
-                if lasted_s >= remaining {
-                    Outcome::TickEnds
-                } else {
-                    Outcome::NextPiece
-                }
-            }
-            PieceEnd::Falls {
-                at_s,
-                moved,
-                armed,
-                dissipated,
-            } => {
-                sink.dissipated(dissipated);
-                course.moved += sign * moved;
-                course.time += at_s;
-                course.net_force = self.fall(direction, armed, course, sink);
-                Outcome::NextPiece
-            }
-            PieceEnd::Exhausted => Outcome::Exhausted,
+        sink.dissipated(piece.dissipated);
+        course.work += piece.work;
+        course.moved += sign * piece.distance;
+        course.time += piece.lasted_s;
+        if falls {
+            course.net_force = self.fall(direction, armed, course, sink);
+            return Outcome::NextPiece;
+        }
+        self.coupled.state.velocity = sign * piece.speed;
+        self.coupled.state.armed = armed;
+        if piece.lasted_s >= remaining {
+            Outcome::TickEnds
+        } else {
+            Outcome::NextPiece
         }
     }
 
@@ -195,7 +179,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         direction: Direction,
         armed: bool,
         course: &mut Course,
-        sink: &mut (impl EventSink + ?Sized),
+        sink: &mut impl EventSink,
     ) -> Option<f64> {
         let (rounding, slope) = (course.rounding, course.load.slope);
         let at_rest = course.at_rest(&self.coupled.coupling);
@@ -227,7 +211,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         Some((towards.sign() * at_rest - friction).max(0.0))
     }
 
-    fn change_contact(&mut self, to: Contact, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
+    fn change_contact(&mut self, to: Contact, course: &mut Course, sink: &mut impl EventSink) {
         let state = &mut self.coupled.state;
         let from = state.contact;
         state.contact = to;
@@ -240,7 +224,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
     }
 }
 
-impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
+impl<S: Slide, R: StaticLimit, const N: usize> PiecewiseBlock for ExactBlock<S, R, N> {
     fn coupled(&self) -> &CoupledBlock {
         &self.coupled
     }
@@ -252,11 +236,11 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
     fn budget(&self, elapsed_s: f64) -> u32 {
         let half_turns = |direction| self.slides.get(direction).half_turns(elapsed_s);
         let half_turns = half_turns(Direction::Positive).max(half_turns(Direction::Negative));
-        work_budget(half_turns, 2.0, S::Slide::EXTRA_WORK)
+        work_budget(half_turns, 2.0, S::EXTRA_WORK)
     }
 
     /// Stuck to its end, or sliding to its end.
-    fn steady(&mut self, elapsed_s: f64, load: &Load, sink: &mut (impl EventSink + ?Sized)) -> bool {
+    fn steady(&mut self, elapsed_s: f64, load: &Load, sink: &mut impl EventSink) -> bool {
         match self.coupled.state.contact {
             Contact::Stuck => {
                 let at_end = load.at_start + load.slope * elapsed_s;
@@ -289,14 +273,14 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
         }
     }
 
-    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
+    fn piece(&mut self, course: &mut Course, sink: &mut impl EventSink) -> Outcome {
         match self.coupled.state.contact {
             Contact::Stuck => self.rest(course, sink),
             Contact::Sliding(direction) => self.slide(direction, course, sink),
         }
     }
 
-    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut (impl EventSink + ?Sized)) {
+    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut impl EventSink) {
         let CoupledBlock { mass, coupling, .. } = self.coupled;
         let at_rest = course.at_rest_after(step_s, &coupling);
         let impulse = mass * self.coupled.state.velocity / step_s + at_rest;
@@ -332,32 +316,6 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
             sink.contact_changed(course.time, from, self.coupled.state.contact);
         }
     }
-}
-
-impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
-        course::advance(self, elapsed_s, (position, velocity), sink)
-    }
-
-    fn advance_implicitly(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
-        course::advance_implicitly(self, elapsed_s, (position, velocity), sink)
-    }
-
-    fn state(&self) -> BlockState {
-        self.coupled.state
-    }
 
     fn memory(&self) -> ContactMemory {
         let state = &self.coupled.state;
@@ -378,7 +336,7 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
     }
 
     fn set_state(&mut self, state: BlockState) {
-        for direction in [Direction::Positive, Direction::Negative] {
+        for direction in Direction::BOTH {
             self.slides.get_mut(direction).rest();
         }
         self.static_limit.begin(state.memory.dwell_s);
@@ -399,48 +357,21 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
         }
     }
 
-    fn archive(&mut self, archive: &mut Archive<'_>) {
-        self.coupled.state.archive(archive);
-        self.slides.archive(archive);
+    fn archive_contact(&mut self, archive: &mut Archive<'_>) {
+        for direction in Direction::BOTH {
+            self.slides.get_mut(direction).archive(direction, archive);
+        }
         self.static_limit.archive(archive);
     }
-
-    fn coupling_force(&self) -> f64 {
-        self.coupled.coupling_force()
-    }
 }
 
-/// End of a piece of a slide, in the coordinate in which it goes forwards.
-pub(crate) enum PieceEnd {
-    /// It went on for a time; whether it is armed at the end, and the energy that its friction took,
-    /// J, its viscous part left out.
-    Lasts {
-        lasted_s: f64,
-        moved: f64,
-        speed: f64,
-        armed: bool,
-        dissipated: f64,
-    },
-    /// It fell to the velocity at which it ends.
-    Falls {
-        at_s: f64,
-        moved: f64,
-        armed: bool,
-        dissipated: f64,
-    },
-    /// The search met more extrema than a tick may work through.
-    Exhausted,
-}
-
-/// Limits of a piece.
-pub(crate) struct SlideBounds {
-    /// Time to the end of the tick, s.
-    pub(crate) remaining_s: f64,
-    pub(crate) level: FallLevel,
-    /// Work that it may take.
-    pub(crate) most_work: u32,
-    /// Whether a listener wants the energy.
-    pub(crate) listens: bool,
+/// A piece of a slide, in the coordinate in which it goes forwards. The viscous part is not in its energy.
+pub(crate) struct SlidePiece {
+    pub(crate) piece: Piece,
+    /// Whether it is armed at the end.
+    pub(crate) armed: bool,
+    /// Whether it fell to the velocity at which it ends.
+    pub(crate) falls: bool,
 }
 
 /// One direction of sliding, compiled.
@@ -463,7 +394,7 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     /// Saves or loads what it keeps from tick to tick, under names that end in a direction.
     fn archive(&mut self, direction: Direction, archive: &mut Archive<'_>);
     /// The contact lets go at a limit, N.
-    fn set_off(&mut self, limit: f64);
+    fn set_off(&mut self, _limit: f64) {}
     /// The limit at which it did, N, where that matters to the slide.
     fn peak(&self) -> f64 {
         self.static_force()
@@ -475,71 +406,30 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     /// `motion.f0` is the force on the block at rest, less the friction at no speed.
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)>;
 
-    /// The next piece of a slide, and the work that it took.
-    fn piece(&mut self, motion: &Motion, bounds: &SlideBounds) -> (PieceEnd, u32);
+    /// The next piece of a slide, with its energy if a listener wants that; `None` where it met more extrema than a tick
+    /// may work through.
+    fn piece(&mut self, motion: &Motion, level: FallLevel, course: &Course, listens: bool) -> Option<SlidePiece>;
 }
 
-/// The slides of both directions.
-pub(crate) trait Sides: Clone + Debug + Send + Sync + 'static {
-    type Slide: Slide;
-    fn get(&self, direction: Direction) -> &Self::Slide;
-    fn get_mut(&mut self, direction: Direction) -> &mut Self::Slide;
-
-    /// Saves or loads what the slides keep.
-    fn archive(&mut self, archive: &mut Archive<'_>) {
-        for direction in Direction::BOTH {
-            self.get_mut(direction).archive(direction, archive);
-        }
-    }
-}
-
-/// A surface that is the same either way: one slide, and no question which.
+/// The slides by direction: one where the surface is the same either way, else two.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SymmetricSlides<S>(pub(crate) S);
+pub(crate) struct Slides<S, const N: usize>([S; N]);
 
-impl<S: Slide> Sides for SymmetricSlides<S> {
-    type Slide = S;
-
-    fn get(&self, _direction: Direction) -> &S {
-        &self.0
-    }
-
-    fn get_mut(&mut self, _direction: Direction) -> &mut S {
-        &mut self.0
-    }
-}
-
-/// A surface that differs by direction.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DirectionalSlides<S> {
-    positive: S,
-    negative: S,
-}
-
-impl<S> DirectionalSlides<S> {
+impl<S: Slide, const N: usize> Slides<S, N> {
     /// The slides that `slide` makes.
     pub(crate) fn new(slide: impl Fn(Direction) -> S) -> Self {
-        Self {
-            positive: slide(Direction::Positive),
-            negative: slide(Direction::Negative),
-        }
+        Self(core::array::from_fn(|place| slide(Direction::BOTH[place])))
     }
-}
 
-impl<S: Slide> Sides for DirectionalSlides<S> {
-    type Slide = S;
+    fn place(direction: Direction) -> usize {
+        usize::from(N > 1 && direction == Direction::Negative)
+    }
 
     fn get(&self, direction: Direction) -> &S {
-        match direction {
-            Direction::Positive => &self.positive,
-            Direction::Negative => &self.negative,
-        }
+        &self.0[Self::place(direction)]
     }
 
     fn get_mut(&mut self, direction: Direction) -> &mut S {
-        match direction {
-            Direction::Positive => &mut self.positive,
-            Direction::Negative => &mut self.negative,
-        }
+        &mut self.0[Self::place(direction)]
     }
 }

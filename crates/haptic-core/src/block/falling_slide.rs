@@ -1,12 +1,12 @@
 //! A slide against friction that falls with speed (Stribeck's curve): power series of the motion
 //! where the curve is felt, and a slide against constant friction above.
 
-use super::exact::{PieceEnd, Slide, SlideBounds};
+use super::course::Course;
+use super::exact::{Slide, SlidePiece};
 use super::expansion::{Held, Piece, Start};
 use super::linear_slide::{FallLevel, LinearSlide};
 use super::oscillator::Motion;
-use super::straight::LineEnd;
-use crate::contact::{Fall, FallSeries, LOOK_BACK_ON_CURVE, Line, MIN_ON_CURVE, fallen_from};
+use crate::contact::{Fall, FallSeries, LOOK_BACK_ON_CURVE, MIN_ON_CURVE, fallen_from};
 use crate::directional::Direction;
 use crate::series::{Newest, Path, Recurrence, integral_of_product};
 use crate::snapshot::Archive;
@@ -104,20 +104,14 @@ impl FallingSlide {
 
     /// A piece above the curve, of a slide that does not have to be armed any more.
     fn above_curve(&self, start: &Start, stop: f64) -> (Piece, Ends) {
-        let dynamic_force = self.dynamic_force();
-        let line = Line {
-            force: dynamic_force,
-            stiffness: 0.0,
-            damping: self.viscous,
-            kink: f64::INFINITY,
-        };
         let slow = self.fall.fallen_from;
-        let (mut piece, end) = start.on_line(&line, stop.max(slow));
-        piece.dissipated = dynamic_force * piece.distance;
-        let ends = match end {
-            LineEnd::Lasts | LineEnd::Kink => Ends::Lasts,
-            LineEnd::Falls if slow > stop => Ends::Slows,
-            LineEnd::Falls => Ends::Stops,
+        let (piece, falls) = start.slide(self.dynamic_force(), self.viscous, stop.max(slow));
+        let ends = if !falls {
+            Ends::Lasts
+        } else if slow > stop {
+            Ends::Slows
+        } else {
+            Ends::Stops
         };
         (piece, ends)
     }
@@ -229,8 +223,8 @@ impl Slide for FallingSlide {
             .flatten()
     }
 
-    fn piece(&mut self, motion: &Motion, bounds: &SlideBounds) -> (PieceEnd, u32) {
-        let FallLevel { armed, threshold } = bounds.level;
+    fn piece(&mut self, motion: &Motion, level: FallLevel, course: &Course, listens: bool) -> Option<SlidePiece> {
+        let FallLevel { armed, threshold } = level;
         let armed = armed || motion.w0 > threshold;
         let stop = FallLevel { armed, threshold }.speed();
         let start = Start {
@@ -240,8 +234,8 @@ impl Slide for FallingSlide {
             at_rest: motion.f0 + self.peak,
             slope: motion.g1,
             net: (motion.w0 == 0.0).then_some(motion.f0),
-            remaining_s: bounds.remaining_s,
-            listens: bounds.listens,
+            remaining_s: course.remaining(),
+            listens,
         };
         let arms_at = (!armed && threshold > 0.0).then_some(threshold);
         let (piece, ends) = if self.is_fallen(motion.w0) && arms_at.is_none() {
@@ -249,22 +243,10 @@ impl Slide for FallingSlide {
         } else {
             self.by_series(&start, stop, arms_at)
         };
-        let end = if ends == Ends::Stops {
-            PieceEnd::Falls {
-                at_s: piece.lasted_s,
-                moved: piece.distance,
-                armed,
-                dissipated: piece.dissipated,
-            }
-        } else {
-            PieceEnd::Lasts {
-                lasted_s: piece.lasted_s,
-                moved: piece.distance,
-                speed: piece.speed,
-                armed: armed || ends == Ends::Arms,
-                dissipated: piece.dissipated,
-            }
-        };
-        (end, piece.work)
+        Some(SlidePiece {
+            piece,
+            armed: armed || ends == Ends::Arms,
+            falls: ends == Ends::Stops,
+        })
     }
 }

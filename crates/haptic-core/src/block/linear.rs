@@ -40,7 +40,7 @@ impl LinearBlock {
         elapsed_s: f64,
         sample: (f64, f64),
         motion: Option<&Motion>,
-        sink: &mut (impl EventSink + ?Sized),
+        sink: &mut impl EventSink,
     ) -> Rendered {
         self.state = self.state.flushed();
         (self.state.device_position, self.state.device_velocity) = sample;
@@ -81,13 +81,7 @@ impl LinearBlock {
 }
 
 impl Moving for LinearBlock {
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
+    fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
         if elapsed_s <= 0.0 {
             return self.arrive(0.0, (position, velocity), None, sink);
         }
@@ -109,7 +103,7 @@ impl Moving for LinearBlock {
         elapsed_s: f64,
         position: f64,
         velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
+        sink: &mut impl EventSink,
     ) -> Rendered {
         if elapsed_s > 0.0 {
             let load = Load::new(&self.coupling, &self.state, elapsed_s, position, velocity);

@@ -4,7 +4,9 @@
 //! them it is monotone, so the first one at or below the level brackets the fall, and a safeguarded
 //! Newton iteration finds it.
 
-use super::exact::{PieceEnd, Slide, SlideBounds};
+use super::course::Course;
+use super::exact::{Slide, SlidePiece};
+use super::expansion::Piece;
 use super::oscillator::{Motion, Oscillator, Propagator};
 use crate::block::oscillator::Response;
 use crate::directional::Direction;
@@ -69,8 +71,6 @@ impl Slide for LinearSlide {
         self.propagator.archive(name, &self.oscillator, archive);
     }
 
-    fn set_off(&mut self, _limit: f64) {}
-
     #[inline(always)]
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
         let r = self.propagator.at(&self.oscillator, elapsed_s);
@@ -78,40 +78,26 @@ impl Slide for LinearSlide {
         Some((y.max(0.0), w))
     }
 
-    fn piece(&mut self, motion: &Motion, bounds: &SlideBounds) -> (PieceEnd, u32) {
+    fn piece(&mut self, motion: &Motion, level: FallLevel, course: &Course, _listens: bool) -> Option<SlidePiece> {
         let oscillator = &self.oscillator;
-        let SlideBounds {
-            remaining_s,
-            level,
-            most_work,
-            ..
-        } = *bounds;
+        let (remaining_s, most_work) = (course.remaining(), course.budget - course.work);
         let (end, extrema) = first_fall(oscillator, motion, remaining_s, level, most_work);
-        let end = match end {
-            SlideEnd::None { armed } => {
-                let (y, w) = oscillator.advance(motion, &oscillator.response(remaining_s));
-                let moved = y.max(0.0);
-                PieceEnd::Lasts {
-                    lasted_s: remaining_s,
-                    moved,
-                    // Rounding may leave a hair of backward motion at the end of the interval.
-                    speed: w.max(0.0),
-                    armed,
-                    dissipated: self.dynamic_force * moved,
-                }
-            }
-            SlideEnd::Falls { at, armed } => {
-                let moved = oscillator.advance(motion, &oscillator.response(at)).0.max(0.0);
-                PieceEnd::Falls {
-                    at_s: at,
-                    moved,
-                    armed,
-                    dissipated: self.dynamic_force * moved,
-                }
-            }
-            SlideEnd::Exhausted => PieceEnd::Exhausted,
+        let (lasted_s, armed, falls) = match end {
+            SlideEnd::None { armed } => (remaining_s, armed, false),
+            SlideEnd::Falls { at, armed } => (at, armed, true),
+            SlideEnd::Exhausted => return None,
         };
-        (end, extrema)
+        let (y, w) = oscillator.advance(motion, &oscillator.response(lasted_s));
+        let distance = y.max(0.0);
+        let piece = Piece {
+            lasted_s,
+            distance,
+            // Rounding may leave a hair of backward motion at the end of the interval.
+            speed: w.max(0.0),
+            dissipated: self.dynamic_force * distance,
+            work: extrema,
+        };
+        Some(SlidePiece { piece, armed, falls })
     }
 }
 

@@ -36,7 +36,7 @@ pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
     /// Friction in motion, N, signed; from rest in the direction of `pull`.
     fn friction(&self, velocity: f64, pull: f64) -> f64;
     /// After the step.
-    fn moved(&mut self, displacement: f64, from: f64, to: f64, step_s: f64);
+    fn moved(&mut self, _displacement: f64, _from: f64, _to: f64, _step_s: f64) {}
     /// The contact.
     fn contact(&self, velocity: f64) -> Contact;
     /// The contact of a block at rest.
@@ -44,7 +44,9 @@ pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
     /// Saves or loads its state.
     fn archive(&mut self, archive: &mut Archive<'_>);
     /// Energy that the deflection holds, J.
-    fn stored_energy(&self) -> f64;
+    fn stored_energy(&self) -> f64 {
+        0.0
+    }
     /// Goes on from what a contact remembers, at a speed, m/s.
     fn recall(&mut self, memory: &ContactMemory, speed: f64);
     /// What it remembers, at a velocity, m/s, under the coupling force `pull`, N.
@@ -54,33 +56,15 @@ pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
 /// Karnopp's law, rigid when stuck.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RigidLaw<L, R> {
-    static_force: Directional,
-    static_limit: R,
-    level: L,
-    viscous: Directional,
-    velocity_threshold: f64,
-    stuck: bool,
-}
-
-impl<L: Level, R: StaticLimit> RigidLaw<L, R> {
-    /// `static_force` is the static limit after a long rest, N; `viscous` is `b`, N s/m;
-    /// `velocity_threshold` is `DV`, m/s.
-    pub(crate) fn new(
-        static_force: Directional,
-        static_limit: R,
-        level: L,
-        viscous: Directional,
-        velocity_threshold: f64,
-    ) -> Self {
-        Self {
-            static_force,
-            static_limit,
-            level,
-            viscous,
-            velocity_threshold,
-            stuck: true,
-        }
-    }
+    /// The static limit after a long rest, N.
+    pub(crate) static_force: Directional,
+    pub(crate) static_limit: R,
+    pub(crate) level: L,
+    /// `b`, N s/m.
+    pub(crate) viscous: Directional,
+    /// `DV`, m/s.
+    pub(crate) velocity_threshold: f64,
+    pub(crate) stuck: bool,
 }
 
 impl<L: Level, R: StaticLimit> SteppedLaw for RigidLaw<L, R> {
@@ -117,8 +101,6 @@ impl<L: Level, R: StaticLimit> SteppedLaw for RigidLaw<L, R> {
         direction.sign() * self.level.at(direction, velocity.abs()) + self.viscous.get(direction) * velocity
     }
 
-    fn moved(&mut self, _displacement: f64, _from: f64, _to: f64, _step_s: f64) {}
-
     fn contact(&self, velocity: f64) -> Contact {
         if self.stuck {
             Contact::Stuck
@@ -139,10 +121,6 @@ impl<L: Level, R: StaticLimit> SteppedLaw for RigidLaw<L, R> {
         archive.flag("stuck", &mut self.stuck);
         self.level.archive(archive);
         self.static_limit.archive(archive);
-    }
-
-    fn stored_energy(&self) -> f64 {
-        0.0
     }
 
     fn recall(&mut self, memory: &ContactMemory, _speed: f64) {
@@ -243,7 +221,7 @@ impl<L: SteppedLaw> LiteralBlock<L> {
         }
     }
 
-    fn step(&mut self, step_s: f64, sink: &mut (impl EventSink + ?Sized)) {
+    fn step(&mut self, step_s: f64, sink: &mut impl EventSink) {
         // A block that is slow enough to stick is pulled as one at rest.
         let still = BlockState {
             velocity: 0.0,
@@ -273,13 +251,7 @@ impl<L: SteppedLaw> LiteralBlock<L> {
 impl<L: SteppedLaw> Moving for LiteralBlock<L> {
     /// Takes the Euler steps over the `elapsed_s` seconds that ended with the device at `position`
     /// and `velocity`.
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
+    fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
         let mut events = 0;
         if elapsed_s > 0.0 {
             let from = self.state;

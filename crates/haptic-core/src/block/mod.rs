@@ -25,7 +25,7 @@ pub use body::{Block, BlockState, Coupling, EventSink, Rendered};
 pub use course::MAX_PHASE_PER_TICK_RAD;
 
 pub(crate) use body::Moving;
-pub(crate) use exact::{DirectionalSlides, ExactBlock, SymmetricSlides};
+pub(crate) use exact::{ExactBlock, Slides};
 pub(crate) use expansion::{Expansion, Held, Piece, Start};
 pub(crate) use falling_slide::FallingSlide;
 pub(crate) use linear::LinearBlock;

@@ -94,7 +94,20 @@ impl Start {
         (piece, end)
     }
 
-    /// The same as the oscillator that it is, whatever its length.
+    /// A slide against a force, N, and a drag, N s/m, down to a speed, m/s; whether it comes to that.
+    pub(crate) fn slide(&self, force: f64, drag: f64, falls_to: f64) -> (Piece, bool) {
+        let line = Line {
+            force,
+            stiffness: 0.0,
+            damping: drag,
+            kink: f64::INFINITY,
+        };
+        let (mut piece, end) = self.on_line(&line, falls_to);
+        piece.dissipated = force * piece.distance;
+        (piece, end == LineEnd::Falls)
+    }
+
+    /// A piece on a line as the oscillator that it is, whatever its length.
     pub(crate) fn on_line_in_closed_form(&self, line: &Line, level: FallLevel) -> (Piece, LineEnd) {
         let (mass, coupling) = (self.held.mass, self.held.coupling);
         let oscillator = Oscillator::new(

@@ -6,8 +6,8 @@
 //! as in the [exact](super::exact) scheme, with other numbers: one piece is the exact solution,
 //! however stiff the contact. Where it is curved, a piece is a power series of the motion.
 
-use super::body::{BlockState, Coupling, EventSink, Moving, Rendered};
-use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
+use super::body::{BlockState, Coupling, EventSink, Rendered};
+use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
 use super::expansion::{Held, Piece, Start};
 use super::straight::straight_piece;
 use crate::contact::{Contact, ContactMemory, SpringContact, StaticLimit, Stroke, YieldingContact};
@@ -83,7 +83,7 @@ impl<C: PiecewiseContact> YieldingBlock<C> {
         Some((Direction::of(net), Some(net.abs())))
     }
 
-    fn change_contact(&mut self, at_s: f64, sink: &mut (impl EventSink + ?Sized), rendered: &mut Rendered) {
+    fn change_contact(&mut self, at_s: f64, sink: &mut impl EventSink, rendered: &mut Rendered) {
         let from = self.coupled.state.contact;
         let to = self.contact.contact_at(self.coupled.state.velocity);
         if from != to {
@@ -97,7 +97,7 @@ impl<C: PiecewiseContact> YieldingBlock<C> {
     /// returns the displacement.
     ///
     /// The residual grows with the displacement, so its root is bracketed, and found by secants.
-    fn step_implicitly(&mut self, step_s: f64, at_rest: f64, sink: &mut (impl EventSink + ?Sized)) -> f64 {
+    fn step_implicitly(&mut self, step_s: f64, at_rest: f64, sink: &mut impl EventSink) -> f64 {
         let CoupledBlock { mass, coupling, .. } = self.coupled;
         let inertia = mass / (step_s * step_s);
         let push = mass * self.coupled.state.velocity / step_s + at_rest;
@@ -184,7 +184,7 @@ impl<C: PiecewiseContact> PiecewiseBlock for YieldingBlock<C> {
         )
     }
 
-    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
+    fn piece(&mut self, course: &mut Course, sink: &mut impl EventSink) -> Outcome {
         let CoupledBlock { coupling, state, .. } = self.coupled;
         let (remaining_s, at_rest) = (course.remaining(), course.at_rest(&coupling));
         let Some((direction, net)) = self.direction(at_rest, course.load.slope, course.rounding) else {
@@ -214,7 +214,7 @@ impl<C: PiecewiseContact> PiecewiseBlock for YieldingBlock<C> {
         }
     }
 
-    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut (impl EventSink + ?Sized)) {
+    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut impl EventSink) {
         let at_rest = course.at_rest_after(step_s, &self.coupled.coupling);
         course.moved += self.step_implicitly(step_s, at_rest, sink);
         course.time += step_s;
@@ -227,32 +227,6 @@ impl<C: PiecewiseContact> PiecewiseBlock for YieldingBlock<C> {
 
     fn restarted(&mut self) {
         self.contact.recall(&ContactMemory::RESTED, 0.0);
-    }
-}
-
-impl<C: PiecewiseContact> Moving for YieldingBlock<C> {
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
-        course::advance(self, elapsed_s, (position, velocity), sink)
-    }
-
-    fn advance_implicitly(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
-        course::advance_implicitly(self, elapsed_s, (position, velocity), sink)
-    }
-
-    fn state(&self) -> BlockState {
-        self.coupled.state
     }
 
     fn memory(&self) -> ContactMemory {
@@ -269,12 +243,7 @@ impl<C: PiecewiseContact> Moving for YieldingBlock<C> {
         self.contact.contact_at(0.0)
     }
 
-    fn archive(&mut self, archive: &mut Archive<'_>) {
-        self.coupled.state.archive(archive);
+    fn archive_contact(&mut self, archive: &mut Archive<'_>) {
         self.contact.archive(archive);
-    }
-
-    fn coupling_force(&self) -> f64 {
-        self.coupled.coupling_force()
     }
 }

@@ -11,14 +11,8 @@ const RESOLUTION: f64 = 1e-5;
 
 const RIG: RigFriction = RigFriction {
     mass: 1.4,
-    dynamic_force: Directional {
-        positive: 0.8,
-        negative: 0.6,
-    },
-    viscous: Directional {
-        positive: 1.0,
-        negative: 2.0,
-    },
+    dynamic_force: Directional::new(0.8, 0.6),
+    viscous: Directional::new(1.0, 2.0),
     cogging: None,
 };
 
@@ -157,16 +151,9 @@ fn without_a_surface_it_gives_no_more_than_the_assured_share() {
     assert!(given_j > 0.9 * assured_j, "{given_j} J of {assured_j} J");
 }
 
-/// What a device may say from one sample to the next.
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    moved: f64,
-    velocity: f64,
-    surface_n: f64,
-    elapsed_s: f64,
-}
-
-fn any_step() -> impl Strategy<Value = Step> {
+/// What a device may say from one sample to the next: the motion, m, the velocity, m/s, the surface's force, N, and the
+/// time, s.
+fn any_step() -> impl Strategy<Value = (f64, f64, f64, f64)> {
     let moved = prop_oneof![
         4 => -1e-3..1e-3f64,
         4 => Just(0.0),
@@ -175,12 +162,7 @@ fn any_step() -> impl Strategy<Value = Step> {
     ];
     let velocity = prop_oneof![4 => -1.0..1.0f64, 1 => Just(0.0), 1 => -100.0..100.0f64];
     let elapsed_s = prop_oneof![8 => Just(T), 1 => Just(0.0), 1 => 0.0..0.05f64];
-    (moved, velocity, -20.0..20.0f64, elapsed_s).prop_map(|(moved, velocity, surface_n, elapsed_s)| Step {
-        moved,
-        velocity,
-        surface_n,
-        elapsed_s,
-    })
+    (moved, velocity, -20.0..20.0f64, elapsed_s)
 }
 
 proptest! {
@@ -198,16 +180,16 @@ proptest! {
         // Since the last rest: what the motor gave beyond the assured friction, and the least of it.
         let (mut beyond_j, mut least_j) = (0.0_f64, 0.0_f64);
         let mut moved = 0.0;
-        for (count, step) in steps.iter().enumerate() {
-            let velocity = if swing { copysign(0.2, libm::sin(count as f64)) } else { step.velocity };
-            let force = compensator.force(Motion { elapsed_s: step.elapsed_s, ..motion(position, velocity) });
+        for (count, &(moves, velocity, surface_n, elapsed_s)) in steps.iter().enumerate() {
+            let velocity = if swing { copysign(0.2, libm::sin(count as f64)) } else { velocity };
+            let force = compensator.force(Motion { elapsed_s, ..motion(position, velocity) });
             let most_n = MAX_SHARE.min(share) * (0.8 + 2.0 * velocity.abs()) + 1e-12;
             prop_assert!(force * velocity >= 0.0 && force.abs() <= most_n, "{} N at {} m/s", force, velocity);
             if compensator.still_s > REST_S {
                 (beyond_j, least_j) = (0.0, 0.0);
             } else {
                 let way = f64::abs(moved);
-                let speed = if step.elapsed_s > 0.0 { way / step.elapsed_s } else { 0.0 };
+                let speed = if elapsed_s > 0.0 { way / elapsed_s } else { 0.0 };
                 let assured_n = ASSURED_SHARE * (0.6 + 1.0 * speed);
                 beyond_j += motor_n * moved - assured_n * way;
                 least_j = least_j.min(beyond_j);
@@ -215,9 +197,9 @@ proptest! {
             if force != 0.0 {
                 prop_assert!(beyond_j - least_j <= compensator.reserve_j + 1e-9, "{} J", beyond_j - least_j);
             }
-            motor_n = step.surface_n + force;
+            motor_n = surface_n + force;
             compensator.applied(motor_n);
-            moved = step.moved;
+            moved = moves;
             position += moved;
         }
     }

@@ -142,7 +142,7 @@ pub(crate) trait LawContact: Clone + Debug + Send + Sync + 'static {
 }
 
 /// The static limit of a contact at rest. Limits are given for one direction: what the contact
-/// comes to hold after a long rest, and what it holds just after a slide.
+/// comes to hold after a long rest, and what it holds just after a slide. By default it keeps no time at rest.
 pub(crate) trait StaticLimit: Clone + Copy + Debug + Send + Sync + 'static {
     /// The limit after some more rest, N.
     fn after(&self, rested: f64, fresh: f64, wait_s: f64) -> f64;
@@ -156,19 +156,21 @@ pub(crate) trait StaticLimit: Clone + Copy + Debug + Send + Sync + 'static {
     fn delay(&self, rested: f64, fresh: f64, force: f64, slope: f64) -> f64;
 
     /// The contact rests on.
-    fn rest(&mut self, elapsed_s: f64);
+    fn rest(&mut self, _elapsed_s: f64) {}
 
     /// The contact begins to rest again.
-    fn begin(&mut self, dwell_s: f64);
+    fn begin(&mut self, _dwell_s: f64) {}
 
     /// The contact begins to rest again with a limit, or as near to it as it can.
-    fn begin_at(&mut self, rested: f64, fresh: f64, limit: f64);
+    fn begin_at(&mut self, _rested: f64, _fresh: f64, _limit: f64) {}
 
     /// For how long it has rested, s; infinite where that is not kept.
-    fn dwell_s(&self) -> f64;
+    fn dwell_s(&self) -> f64 {
+        f64::INFINITY
+    }
 
     /// Saves or loads that.
-    fn archive(&mut self, archive: &mut Archive<'_>);
+    fn archive(&mut self, _archive: &mut Archive<'_>) {}
 }
 
 /// The whole limit is there at once.
@@ -182,18 +184,6 @@ impl StaticLimit for ConstantLimit {
 
     fn delay(&self, rested: f64, _fresh: f64, force: f64, slope: f64) -> f64 {
         ((rested - force) / slope).max(0.0)
-    }
-
-    fn rest(&mut self, _elapsed_s: f64) {}
-
-    fn begin(&mut self, _dwell_s: f64) {}
-
-    fn begin_at(&mut self, _rested: f64, _fresh: f64, _limit: f64) {}
-
-    fn archive(&mut self, _archive: &mut Archive<'_>) {}
-
-    fn dwell_s(&self) -> f64 {
-        f64::INFINITY
     }
 }
 

@@ -1,25 +1,20 @@
-//! The motion of a rig by its own motor, from which it is identified.
-//!
-//! A reference goes along a [`Course`], and a virtual spring and damper draw the handle after it.
+//! The motion of a rig by its own motor from which it is identified: a reference goes along a [`Course`], and a virtual
+//! spring and damper draw the handle after it.
 //!
 //! ```text
 //! F = K (r - x) + B (r' - v),   |F| <= limit,   |F(k) - F(k-1)| <= slew * period
 //! ```
 //!
-//! It is rendered in the place of a scene, and is bounded by itself in force, slew, time, travel,
-//! speed and distance from its reference. It gives zero force for ever once it has ended, been
-//! interrupted, or been given more energy by the handle than a handle gives that the motor moves. It
-//! is a function of the elapsed time and the samples alone. The limits of the rig hold behind it as
-//! behind every scene.
+//! It is a function of the elapsed time and the samples alone. It ends at the bounds of its
+//! [`OwnMotion`](crate::OwnMotion), and where it is given more energy by the handle than a handle gives that the motor
+//! moves.
 
 mod course;
 
 pub use course::Course;
 
-use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
 use crate::bound_error::BoundError;
-use crate::directional::Direction;
-use crate::snapshot::Archive;
+use crate::own_motion::{MotionEnd, broken};
 
 /// Range of the distance from its first place within which a handle is kept, m.
 pub const TRAVEL_M: (f64, f64) = (1e-5, 0.25);
@@ -45,8 +40,11 @@ const MIN_SHARE_OF_A_TICK: f64 = 0.5;
 
 /// A course, and the bounds within which the handle is drawn along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Excitation {
     /// The course of the reference.
@@ -109,32 +107,11 @@ impl Excitation {
         )?;
         self.course.check(self.travel_limit_m, self.speed_limit_mps)
     }
-
-    /// Whether a sample this far from the first place, at this speed, so far from the reference (m,
-    /// m/s) lets it continue. NaN does not.
-    fn allows(&self, way_m: f64, velocity_mps: f64, lag_m: f64) -> bool {
-        way_m.abs() <= self.travel_limit_m
-            && velocity_mps.abs() <= self.speed_limit_mps
-            && lag_m.abs() <= self.lag_limit_m
-    }
 }
 
 /// A tick counts for this many periods at most: after a stall the reference goes on where the handle still is, and is not
 /// out of its reach at once.
 const MAX_STEP_PERIODS: f64 = 5.0;
-
-/// How far an excitation has come.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Phase {
-    /// Nobody has said yet where the handle is.
-    Unplaced,
-    /// It begins with the next tick.
-    Armed,
-    /// It is under way.
-    Running,
-    /// It gives no force any more, whatever happens.
-    Spent,
-}
 
 /// Whether the handle moves with the force.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,45 +122,79 @@ enum Sign {
     Right,
 }
 
-/// An excitation on the device itself.
+/// An excitation under way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Follower {
     excitation: Excitation,
-    /// Nominal time of a tick, s.
-    period_s: f64,
-    phase: Phase,
     sign: Sign,
     /// Time since the beginning by the device's clock, and the least that the ticks count for, s.
     elapsed_s: f64,
     least_s: f64,
-    origin: f64,
-    position: f64,
-    velocity: f64,
     reference: (f64, f64),
     force: f64,
 }
 
 impl Follower {
-    pub(crate) fn new(excitation: Excitation, period_s: f64) -> Self {
+    pub(crate) fn new(excitation: Excitation) -> Self {
         Self {
             excitation,
-            period_s,
-            phase: Phase::Unplaced,
             sign: Sign::Unknown(0.0),
             elapsed_s: 0.0,
             least_s: 0.0,
-            origin: 0.0,
-            position: 0.0,
-            velocity: 0.0,
             reference: (0.0, 0.0),
             force: 0.0,
         }
     }
 
-    fn end(&mut self) {
-        self.phase = Phase::Spent;
-        self.force = 0.0;
-        self.reference = (self.position, self.velocity);
+    /// Position (m) and speed (m/s) of the reference.
+    pub(crate) fn reference(&self) -> (f64, f64) {
+        self.reference
+    }
+
+    /// Ends the force, with the reference at a place (m) and a speed (m/s).
+    pub(crate) fn rest(&mut self, reference: (f64, f64)) {
+        (self.reference, self.force) = (reference, 0.0);
+    }
+
+    /// Lets a time go by, s, since the tick before; `None` in the first one.
+    pub(crate) fn go_on(&mut self, elapsed_s: Option<f64>, period_s: f64) {
+        if let Some(elapsed_s) = elapsed_s {
+            self.elapsed_s += elapsed_s.clamp(0.0, MAX_STEP_PERIODS * period_s);
+            self.least_s += MIN_SHARE_OF_A_TICK * period_s;
+        }
+    }
+
+    /// The force (N) on a handle at a position (m) and velocity (m/s) that has moved since the tick before (m), or why
+    /// the excitation ends there.
+    pub(crate) fn force(
+        &mut self,
+        origin: f64,
+        moved: f64,
+        handle: (f64, f64),
+        period_s: f64,
+    ) -> Result<f64, MotionEnd> {
+        let Excitation { course, .. } = self.excitation;
+        let gone_s = self.elapsed_s.max(self.least_s);
+        let (place, speed) = course.at(gone_s.min(course.duration_s()));
+        self.reference = (origin + place, speed);
+        let (position, velocity) = handle;
+        let limits = self.excitation;
+        let bounds = [
+            (!self.goes_the_wrong_way(moved), MotionEnd::WrongWay),
+            ((position - origin).abs() <= limits.travel_limit_m, MotionEnd::Travel),
+            (velocity.abs() <= limits.speed_limit_mps, MotionEnd::Speed),
+            (
+                (self.reference.0 - position).abs() <= limits.lag_limit_m,
+                MotionEnd::Lag,
+            ),
+            (gone_s < limits.duration_s(), MotionEnd::Time),
+        ];
+        if let Some(end) = broken(bounds) {
+            self.rest(handle);
+            return Err(end);
+        }
+        self.force = self.draw(gone_s, handle, period_s);
+        Ok(self.force)
     }
 
     /// Whether the handle has moved against the force, by the force's work on a motion, m.
@@ -202,88 +213,15 @@ impl Follower {
     }
 
     /// The force that draws the handle after the reference, N.
-    fn draw(&self, gone_s: f64) -> f64 {
+    fn draw(&self, gone_s: f64, (position, velocity): (f64, f64), period_s: f64) -> f64 {
         let shape = &self.excitation;
         let (place, speed) = self.reference;
-        let drawn =
-            shape.stiffness_n_per_m * (place - self.position) + shape.damping_ns_per_m * (speed - self.velocity);
+        let drawn = shape.stiffness_n_per_m * (place - position) + shape.damping_ns_per_m * (speed - velocity);
         let left = ((shape.duration_s() - gone_s) / FADE_S).clamp(0.0, 1.0);
-        let most = shape.slew_limit_n_per_s * self.period_s;
+        let most = shape.slew_limit_n_per_s * period_s;
         (left * drawn)
             .clamp(-shape.force_limit_n, shape.force_limit_n)
             .clamp(self.force - most, self.force + most)
-    }
-}
-
-impl Moving for Follower {
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        _sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
-        let moved = position - self.position;
-        (self.position, self.velocity) = (position, velocity);
-        match self.phase {
-            Phase::Armed => self.phase = Phase::Running,
-            Phase::Running => {
-                self.elapsed_s += elapsed_s.clamp(0.0, MAX_STEP_PERIODS * self.period_s);
-                self.least_s += MIN_SHARE_OF_A_TICK * self.period_s;
-            }
-            Phase::Unplaced | Phase::Spent => return Rendered::default(),
-        }
-        let gone_s = self.elapsed_s.max(self.least_s);
-        let (place, speed) = self
-            .excitation
-            .course
-            .at(gone_s.min(self.excitation.course.duration_s()));
-        self.reference = (self.origin + place, speed);
-        let (way, lag) = (position - self.origin, self.reference.0 - position);
-        let is_over = gone_s >= self.excitation.duration_s() || !self.excitation.allows(way, velocity, lag);
-        if is_over || self.goes_the_wrong_way(moved) {
-            self.end();
-            return Rendered::default();
-        }
-        self.force = self.draw(gone_s);
-        Rendered {
-            // The hand feels the coupling force the other way round.
-            coupling_force: -self.force,
-            ..Rendered::default()
-        }
-    }
-
-    /// Its block is the reference, which slides; stuck, it has ended.
-    fn state(&self) -> BlockState {
-        let (place, speed) = self.reference;
-        let mut state = BlockState::new(place, speed, self.position, self.velocity);
-        state.contact = match self.phase {
-            Phase::Spent => Contact::Stuck,
-            Phase::Unplaced | Phase::Armed | Phase::Running => Contact::Sliding(Direction::of(speed)),
-        };
-        state
-    }
-
-    /// The first call says where it begins. After that it has been interrupted: no force
-    /// flowed, or another motion was meant.
-    fn set_state(&mut self, state: BlockState) {
-        (self.position, self.velocity) = (state.device_position, state.device_velocity);
-        self.origin = self.position;
-        if self.phase == Phase::Unplaced {
-            self.phase = Phase::Armed;
-            self.reference = (self.position, 0.0);
-        } else {
-            self.end();
-        }
-    }
-
-    /// None, for whatever follows: the force of an excitation that is replaced ends at once and does
-    /// not fade.
-    /// A motion of its own is never gone on with.
-    fn archive(&mut self, _archive: &mut Archive<'_>) {}
-
-    fn coupling_force(&self) -> f64 {
-        0.0
     }
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::{PulseShape, Renderer, Scene, Scheme};
+use crate::own_motion::OwnMotion;
 use alloc::vec::Vec;
 use proptest::prelude::*;
 
@@ -35,31 +35,25 @@ fn sweep() -> Excitation {
     }
 }
 
-/// An excitation as the loop takes it, in the place of a pulse without force, at a position.
-fn armed(excitation: Excitation, position: f64) -> Renderer {
-    let mut rest = Renderer::pulse(PulseShape::REST, PERIOD_S).expect("bounded");
-    rest.start_at(position, 0.0);
-    let mut renderer = Renderer::excitation(excitation, PERIOD_S).expect("bounded");
-    assert_eq!(renderer.take_over(&rest), 0.0);
-    renderer
+/// An excitation that begins at a position with the next tick.
+fn placed(excitation: Excitation, position: f64) -> OwnMotion {
+    let mut motion = OwnMotion::excitation(excitation, PERIOD_S).expect("bounded");
+    motion.place(position, 0.0);
+    motion
 }
 
-fn on_hand(renderer: &mut Renderer, position: f64, velocity: f64) -> f64 {
-    -renderer.tick(PERIOD_S, position, velocity).coupling_force
-}
-
-fn has_ended(renderer: &Renderer) -> bool {
-    renderer.state().contact == Contact::Stuck
+fn on_hand(motion: &mut OwnMotion, position: f64, velocity: f64) -> f64 {
+    -motion.tick(PERIOD_S, position, velocity)
 }
 
 /// A handle of 1 kg with 0.5 N of friction, whose motor has a sign: where it was after each tick,
 /// and the force.
-fn driven(excitation: Excitation, sign: f64) -> (Vec<(f64, f64)>, Renderer) {
-    let mut renderer = armed(excitation, 0.1);
+fn driven(excitation: Excitation, sign: f64) -> (Vec<(f64, f64)>, OwnMotion) {
+    let mut motion = placed(excitation, 0.1);
     let (mut position, mut velocity): (f64, f64) = (0.1, 0.0);
     let mut seen = Vec::new();
-    while !has_ended(&renderer) {
-        let force = on_hand(&mut renderer, position, velocity);
+    while motion.end().is_none() {
+        let force = on_hand(&mut motion, position, velocity);
         seen.push((position, force));
         for _ in 0..10 {
             let free = velocity + 1e-4 * sign * force;
@@ -72,13 +66,14 @@ fn driven(excitation: Excitation, sign: f64) -> (Vec<(f64, f64)>, Renderer) {
         }
         assert!(seen.len() < 20_000, "it never ends");
     }
-    (seen, renderer)
+    (seen, motion)
 }
 
 #[test]
 fn a_free_handle_follows_the_reference_to_the_end() {
     for excitation in [chirp(), sweep()] {
-        let (seen, _) = driven(excitation, 1.0);
+        let (seen, motion) = driven(excitation, 1.0);
+        assert_eq!(motion.end(), Some(MotionEnd::Time));
         let ticks = excitation.duration_s() / PERIOD_S;
         assert!((seen.len() as f64 - ticks).abs() < 3.0, "{} of {ticks}", seen.len());
         let farthest = seen.iter().map(|(at, _)| (at - 0.1).abs()).fold(0.0, f64::max);
@@ -88,56 +83,15 @@ fn a_free_handle_follows_the_reference_to_the_end() {
     }
 }
 
-#[test]
-fn course_has_declared_duration_and_speed() {
-    let short = Excitation {
-        course: Course::Chirp {
-            amplitude_m: 5e-3,
-            from_hz: 1.0,
-            to_hz: 1.0,
-            duration_s: 1.0,
-        },
-        ..chirp()
-    };
-    for (excitation, course_s, fastest_mps) in [
-        (chirp(), 4.0, core::f64::consts::TAU * 5e-3 * 3.0),
-        // So short that it has its amplitude in the middle alone.
-        (short, 1.0, core::f64::consts::TAU * 5e-3),
-        // A tenth of a second until it has its speed.
-        (sweep(), 2.1, 8e-3),
-    ] {
-        let course = excitation.course;
-        assert!(
-            (course.duration_s() - course_s).abs() < 1e-12,
-            "{} s",
-            course.duration_s()
-        );
-        assert!((excitation.duration_s() - course_s - FADE_S).abs() < 1e-12);
-        assert!(
-            (course.fastest_mps() - fastest_mps).abs() < 1e-12,
-            "{} m/s",
-            course.fastest_mps()
-        );
-        let ticks = (1..1000).map(|k| f64::from(k) * course_s / 1000.0);
-        let fastest = ticks.fold(0.0, |fastest: f64, at_s| {
-            let (_, speed) = course.at(at_s);
-            let way = course.at(at_s + 1e-6).0 - course.at(at_s - 1e-6).0;
-            assert!((way / 2e-6 - speed).abs() < 1e-4, "{speed} m/s at {at_s} s");
-            fastest.max(speed.abs())
-        });
-        assert!((0.8..1.2).contains(&(fastest / fastest_mps)), "{fastest} m/s");
-    }
-}
-
 // hazard: F20
 #[test]
 fn stopped_device_clock_doubles_excitation_duration() {
-    let mut renderer = armed(sweep(), 0.1);
+    let mut motion = placed(sweep(), 0.1);
     let (mut ticks, mut greatest) = (0, 0.0_f64);
-    while !has_ended(&renderer) {
-        let position = renderer.state().position;
+    while motion.end().is_none() {
+        let position = motion.reference().0;
         greatest = greatest.max(position - 0.1);
-        renderer.tick(0.0, position, 0.0);
+        motion.tick(0.0, position, 0.0);
         ticks += 1;
         assert!(ticks < 20_000, "it never ends");
         assert!(
@@ -154,7 +108,8 @@ fn stopped_device_clock_doubles_excitation_duration() {
 #[test]
 fn reversed_motor_ends_excitation_after_short_travel() {
     for excitation in [chirp(), sweep()] {
-        let (seen, _) = driven(excitation, -1.0);
+        let (seen, motion) = driven(excitation, -1.0);
+        assert_eq!(motion.end(), Some(MotionEnd::WrongWay));
         let farthest = seen.iter().map(|(at, _)| (at - 0.1).abs()).fold(0.0, f64::max);
         assert!(farthest < 1.5e-3, "{farthest} m");
         assert!(seen.len() < 1500, "{} ticks", seen.len());
@@ -164,72 +119,51 @@ fn reversed_motor_ends_excitation_after_short_travel() {
 // hazard: F20
 #[test]
 fn held_handle_meets_force_limit_and_ends_excitation() {
-    let mut renderer = armed(
-        Excitation {
-            lag_limit_m: 4.5e-3,
-            ..chirp()
-        },
-        0.0,
-    );
-    let forces: Vec<f64> = (0..4000).map(|_| on_hand(&mut renderer, 0.0, 0.0)).collect();
+    let mut excitation = chirp();
+    excitation.lag_limit_m = 4.5e-3;
+    let mut motion = placed(excitation, 0.0);
+    let forces: Vec<f64> = (0..4000).map(|_| on_hand(&mut motion, 0.0, 0.0)).collect();
     let largest = forces.iter().fold(0.0, |most: f64, force| most.max(force.abs()));
     assert_eq!(largest, 4.0, "held at the limit");
-    assert!(has_ended(&renderer));
+    assert!(motion.end().is_some());
     let last = forces.iter().rposition(|force| *force != 0.0).expect("a force");
     assert!(last < 1500, "held until tick {last}");
 }
 
 #[test]
 fn exceeded_bound_or_nan_ends_excitation_for_good() {
-    for (position, velocity) in [
-        (0.0081, 0.0),
-        (-0.0081, 0.0),
-        (0.0, 0.31),
-        (0.0, -0.31),
-        (0.0065, 0.0),
-        (f64::NAN, 0.0),
-        (0.0, f64::NEG_INFINITY),
+    for (position, velocity, end) in [
+        (0.0081, 0.0, MotionEnd::Travel),
+        (-0.0081, 0.0, MotionEnd::WrongWay),
+        (0.0, 0.31, MotionEnd::Speed),
+        (0.0, -0.31, MotionEnd::Speed),
+        (0.0065, 0.0, MotionEnd::Lag),
+        (f64::NAN, 0.0, MotionEnd::Travel),
+        (0.0, f64::NEG_INFINITY, MotionEnd::Speed),
     ] {
-        let mut renderer = armed(chirp(), 0.0);
+        let mut motion = placed(chirp(), 0.0);
         for _ in 0..100 {
-            on_hand(&mut renderer, 0.0, 0.0);
+            on_hand(&mut motion, 0.0, 0.0);
         }
-        assert!(on_hand(&mut renderer, 0.0, 0.0) != 0.0);
+        assert!(on_hand(&mut motion, 0.0, 0.0) != 0.0);
         assert_eq!(
-            on_hand(&mut renderer, position, velocity),
+            on_hand(&mut motion, position, velocity),
             0.0,
             "{position} m, {velocity} m/s"
         );
-        assert!(has_ended(&renderer));
-        assert_eq!(on_hand(&mut renderer, 0.0, 0.0), 0.0, "and stays so");
+        assert_eq!(motion.end(), Some(end));
+        assert_eq!(on_hand(&mut motion, 0.0, 0.0), 0.0, "and stays so");
     }
-}
-
-#[test]
-fn interrupted_excitation_does_not_restart() {
-    let mut renderer = armed(chirp(), 0.0);
-    for _ in 0..100 {
-        on_hand(&mut renderer, 0.0, 0.0);
-    }
-    let mut scene = Renderer::new(&Scene::paper(), Scheme::Exact, PERIOD_S).expect("it is sound");
-    assert_eq!(scene.take_over(&renderer), 0.0);
-    assert_eq!(scene.tick(0.0, 0.0, 0.0).coupling_force, 0.0);
-    // As the loop does it while no force flows.
-    renderer.start_at(0.0, 0.0);
-    assert_eq!(on_hand(&mut renderer, 0.0, 0.0), 0.0);
-    let mut late = armed(chirp(), 0.0);
-    late.start_at(0.0, 0.0);
-    assert!((0..200).all(|_| on_hand(&mut late, 0.0, 0.0) == 0.0));
 }
 
 #[test]
 fn a_device_of_half_the_rate_has_the_same_course() {
     let place_after = |elapsed: &dyn Fn(u32) -> f64| {
-        let mut renderer = armed(sweep(), 0.0);
+        let mut motion = placed(sweep(), 0.0);
         for tick in 0..=1000 {
-            renderer.tick(elapsed(tick), 0.0, 0.0);
+            motion.tick(elapsed(tick), 0.0, 0.0);
         }
-        renderer.state().position
+        motion.reference().0
     };
     let whole = place_after(&|tick| if tick == 0 { 0.0 } else { PERIOD_S });
     let halves = place_after(&|tick| if tick % 2 == 0 && tick > 0 { 2.0 * PERIOD_S } else { 0.0 });
@@ -249,14 +183,14 @@ proptest! {
         calm in 0..1000_usize,
     ) {
         let excitation = if is_chirp { chirp() } else { sweep() };
-        let mut renderer = armed(excitation, start);
+        let mut motion = placed(excitation, start);
         let quiet = core::iter::repeat_n((PERIOD_S, 0.0, 0.0), calm);
         let last = core::iter::repeat_n((0.0, 0.0, 0.0), 9000);
         let all = quiet.chain(samples).chain(wild).chain(last);
         let mut before = 0.0;
         for (elapsed_s, way, velocity) in all {
             let position = start + way;
-            let force = -renderer.tick(elapsed_s, position, velocity).coupling_force;
+            let force = -motion.tick(elapsed_s, position, velocity);
             prop_assert!(force.abs() <= excitation.force_limit_n, "{force} N");
             let step = f64::abs(force - before);
             prop_assert!(
@@ -269,8 +203,8 @@ proptest! {
             prop_assert!(is_within || force == 0.0, "{force} N at {way} m, {velocity} m/s");
             before = force;
         }
-        prop_assert!(has_ended(&renderer));
-        prop_assert_eq!(on_hand(&mut renderer, start, 0.0), 0.0);
+        prop_assert!(motion.end().is_some());
+        prop_assert_eq!(on_hand(&mut motion, start, 0.0), 0.0);
     }
 
     #[test]
@@ -278,12 +212,12 @@ proptest! {
         mass in 0.1..5.0f64, friction in 0.0..1.0f64, is_chirp in any::<bool>(),
     ) {
         let excitation = Excitation { speed_limit_mps: 0.5, travel_limit_m: 0.2, lag_limit_m: 0.2, ..if is_chirp { chirp() } else { sweep() } };
-        let mut renderer = armed(excitation, 0.0);
+        let mut motion = placed(excitation, 0.0);
         let (mut position, mut velocity): (f64, f64) = (0.0, 0.0);
         let mut ticks = 0;
-        while !has_ended(&renderer) {
+        while motion.end().is_none() {
             let counted = libm::round(position / 1e-5) * 1e-5;
-            let force = on_hand(&mut renderer, counted, velocity);
+            let force = on_hand(&mut motion, counted, velocity);
             let free = velocity + 1e-3 * force / mass;
             let most = 1e-3 * friction / mass;
             velocity = if free.abs() <= most { 0.0 } else { free - most * free.signum() };
@@ -297,86 +231,38 @@ proptest! {
 
 #[test]
 fn what_is_beyond_the_bounds_is_refused_by_its_field() {
-    let with_course = |course| Excitation { course, ..chirp() };
     let of_chirp = |amplitude_m, to_hz, duration_s| {
-        with_course(Course::Chirp {
+        let course = Course::Chirp {
             amplitude_m,
             from_hz: 0.5,
             to_hz,
             duration_s,
-        })
+        };
+        Excitation { course, ..chirp() }
     };
     let of_sweep = |travel_m, speed_mps, rounds| {
-        with_course(Course::Sweep {
+        let course = Course::Sweep {
             travel_m,
             speed_mps,
             rounds,
-        })
+        };
+        Excitation { course, ..sweep() }
+    };
+    let with = |change: fn(&mut Excitation)| {
+        let mut excitation = chirp();
+        change(&mut excitation);
+        excitation
     };
     for (excitation, field) in [
-        (
-            Excitation {
-                force_limit_n: f64::NAN,
-                ..chirp()
-            },
-            "force_limit_N",
-        ),
-        (
-            Excitation {
-                force_limit_n: 0.0,
-                ..chirp()
-            },
-            "force_limit_N",
-        ),
-        (
-            Excitation {
-                slew_limit_n_per_s: 1e5,
-                ..chirp()
-            },
-            "slew_limit_N_per_s",
-        ),
-        (
-            Excitation {
-                stiffness_n_per_m: 1e6,
-                ..chirp()
-            },
-            "stiffness_N_per_m",
-        ),
-        (
-            Excitation {
-                damping_ns_per_m: -1.0,
-                ..chirp()
-            },
-            "damping_Ns_per_m",
-        ),
-        (
-            Excitation {
-                travel_limit_m: 0.3,
-                ..chirp()
-            },
-            "travel_limit_m",
-        ),
-        (
-            Excitation {
-                speed_limit_mps: 0.6,
-                ..chirp()
-            },
-            "speed_limit_mps",
-        ),
-        (
-            Excitation {
-                lag_limit_m: f64::INFINITY,
-                ..chirp()
-            },
-            "lag_limit_m",
-        ),
-        (
-            Excitation {
-                wrong_way_limit_m: 0.1,
-                ..chirp()
-            },
-            "wrong_way_limit_m",
-        ),
+        (with(|chirp| chirp.force_limit_n = f64::NAN), "force_limit_N"),
+        (with(|chirp| chirp.force_limit_n = 0.0), "force_limit_N"),
+        (with(|chirp| chirp.slew_limit_n_per_s = 1e5), "slew_limit_N_per_s"),
+        (with(|chirp| chirp.stiffness_n_per_m = 1e6), "stiffness_N_per_m"),
+        (with(|chirp| chirp.damping_ns_per_m = -1.0), "damping_Ns_per_m"),
+        (with(|chirp| chirp.travel_limit_m = 0.3), "travel_limit_m"),
+        (with(|chirp| chirp.speed_limit_mps = 0.6), "speed_limit_mps"),
+        (with(|chirp| chirp.lag_limit_m = f64::INFINITY), "lag_limit_m"),
+        (with(|chirp| chirp.wrong_way_limit_m = 0.1), "wrong_way_limit_m"),
         (of_chirp(9e-3, 3.0, 4.0), "amplitude_m"),
         (of_chirp(5e-3, 11.0, 4.0), "to_hz"),
         (of_chirp(5e-3, 9.9, 4.0), "to_hz"),
@@ -389,7 +275,7 @@ fn what_is_beyond_the_bounds_is_refused_by_its_field() {
         (of_sweep(5e-3, 1e-3, 0), "rounds"),
         (of_sweep(5e-3, 1e-3, 7), "duration_s"),
     ] {
-        let error = Renderer::excitation(excitation, PERIOD_S).expect_err(field);
+        let error = OwnMotion::excitation(excitation, PERIOD_S).expect_err(field);
         assert_eq!(error.field, field, "{error}");
     }
     assert_eq!(chirp().check(), Ok(()));
@@ -398,15 +284,15 @@ fn what_is_beyond_the_bounds_is_refused_by_its_field() {
 
 #[test]
 fn a_stall_does_not_put_the_reference_out_of_reach() {
-    let mut renderer = armed(chirp(), 0.1);
+    let mut motion = placed(chirp(), 0.1);
     // A handle that is always where the reference is.
     for _ in 0..3500 {
-        let reference = renderer.state();
-        renderer.tick(PERIOD_S, reference.position, reference.velocity);
+        let (position, velocity) = motion.reference();
+        motion.tick(PERIOD_S, position, velocity);
     }
-    let before = renderer.state();
-    renderer.tick(0.15, before.position, before.velocity);
-    let moved_m = (renderer.state().position - before.position).abs();
+    let (position, velocity) = motion.reference();
+    motion.tick(0.15, position, velocity);
+    let moved_m = (motion.reference().0 - position).abs();
     // Half a period of 3 Hz would be 10 mm, and the lag's limit is 6 mm.
-    assert!(!has_ended(&renderer) && moved_m < 6.0 * PERIOD_S * 0.1, "{moved_m}");
+    assert!(motion.end().is_none() && moved_m < 6.0 * PERIOD_S * 0.1, "{moved_m}");
 }

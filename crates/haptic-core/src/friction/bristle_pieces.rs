@@ -32,15 +32,7 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     pub(super) fn slide(&mut self, start: &Start, falls_to: f64) -> Piece {
         let kinetic = self.level.kinetic(start.direction);
         self.set_force(start, kinetic);
-        let line = Line {
-            force: kinetic,
-            stiffness: 0.0,
-            damping: self.viscous.get(start.direction),
-            kink: f64::INFINITY,
-        };
-        let (mut piece, _) = start.on_line(&line, falls_to);
-        piece.dissipated = kinetic * piece.distance;
-        piece
+        start.slide(kinetic, self.viscous.get(start.direction), falls_to).0
     }
 
     /// A motion that the bristle takes up whole, until it has a force along it, N, or falls to a

@@ -8,9 +8,8 @@
 //! alpha = 0 up to zba and wherever z and v are opposed, 1 from zmax on, and half a sine wave in between
 //! ```
 
-use super::defaults;
 use super::forces::StribeckForces;
-use super::law::{Law, LawKind};
+use super::law::{self, Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, DeviceElastoPlastic, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level, MIN_ON_CURVE, MasterLaw,
@@ -26,9 +25,12 @@ use core::f64::consts::PI;
 
 /// Elasto-plastic friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ElastoPlastic {
     /// `Fs`, N: the most that the bristle holds at rest.
     #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
@@ -49,7 +51,7 @@ pub struct ElastoPlastic {
     /// flows.
     #[cfg_attr(
         feature = "serde",
-        serde(alias = "zba", alias = "zs", default = "crate::friction::defaults::elastic_fraction")
+        serde(alias = "zba", alias = "zs", default = "crate::friction::law::elastic_fraction")
     )]
     pub elastic_fraction: f64,
     /// `b` (`sigma2`), N s/m.
@@ -87,12 +89,12 @@ impl LawKind for ElastoPlastic {
 
     fn defaults() -> Self {
         Self {
-            static_force: Directional::both(defaults::STATIC_FORCE),
-            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
-            stribeck_velocity: defaults::STRIBECK_VELOCITY_MPS,
-            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
-            contact_damping: defaults::CONTACT_DAMPING,
-            elastic_fraction: defaults::ELASTIC_FRACTION,
+            static_force: Directional::both(law::STATIC_FORCE),
+            dynamic_force: Directional::both(law::DYNAMIC_FORCE),
+            stribeck_velocity: law::STRIBECK_VELOCITY_MPS,
+            contact_stiffness: law::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: law::CONTACT_DAMPING,
+            elastic_fraction: law::ELASTIC_FRACTION,
             viscous: Directional::both(0.0),
         }
     }
@@ -144,10 +146,9 @@ impl Law for ElastoPlastic {
     }
 
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
-        let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
         match self.forces().curve() {
-            None => block.yielding(self.contact(self.dynamic_force), stiffness, holds),
-            Some(curve) => block.yielding(self.contact(curve), stiffness, holds),
+            None => self.yielding(block, self.contact(self.dynamic_force)),
+            Some(curve) => self.yielding(block, self.contact(curve)),
         }
     }
 
@@ -435,12 +436,6 @@ impl Recurrence for DelayedSeries {
 
 /// Over `X`, by the recurrences of sine and cosine.
 impl MasterLaw for DelayedPlasticity {
-    const UNLOADS_ELASTICALLY: bool = true;
-
-    fn rate(&self, u: f64) -> f64 {
-        1.0 - self.alpha(u, 1.0) * u
-    }
-
     fn series(&self, start: f64) -> PathSeries {
         let angle = PI / (1.0 - self.fraction);
         let mut u = [0.0; ORDER + 1];

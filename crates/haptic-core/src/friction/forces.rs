@@ -1,6 +1,6 @@
 //! Rules between the static and the dynamic force that several laws share.
 
-use super::defaults;
+use super::law;
 use crate::contact::{SUDDEN_FALL_MPS, Stribeck};
 use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, SceneError};
@@ -125,7 +125,7 @@ impl StribeckForces {
         raise(&mut self.static_force, self.dynamic_force);
         limit_stiction(&mut self.static_force, self.dynamic_force);
         if self.velocity < SUDDEN_FALL_MPS {
-            self.velocity = defaults::STRIBECK_VELOCITY_MPS;
+            self.velocity = law::STRIBECK_VELOCITY_MPS;
         }
         self
     }

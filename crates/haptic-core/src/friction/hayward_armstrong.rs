@@ -12,8 +12,7 @@
 //! `x -+ zmax` where that would overshoot; here the same equation is followed within the sample,
 //! and ends there by itself.
 
-use super::defaults;
-use super::law::{Law, LawKind};
+use super::law::{self, Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, TowardsLimit, flow_in_pieces,
@@ -28,9 +27,12 @@ use alloc::boxed::Box;
 
 /// Hayward-Armstrong friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct HaywardArmstrong {
     /// `Fd`, N: the force of a long slide, `sigma zmax`.
     #[cfg_attr(feature = "serde", serde(alias = "Fd"))]
@@ -41,7 +43,7 @@ pub struct HaywardArmstrong {
     /// `zs/zmax`: the share of the greatest deflection around which the contact begins to flow.
     #[cfg_attr(
         feature = "serde",
-        serde(alias = "zba", alias = "zs", default = "crate::friction::defaults::elastic_fraction")
+        serde(alias = "zba", alias = "zs", default = "crate::friction::law::elastic_fraction")
     )]
     pub elastic_fraction: f64,
     /// `b`, N s/m: viscous friction on top.
@@ -76,9 +78,9 @@ impl LawKind for HaywardArmstrong {
 
     fn defaults() -> Self {
         Self {
-            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
-            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
-            elastic_fraction: defaults::ELASTIC_FRACTION,
+            dynamic_force: Directional::both(law::DYNAMIC_FORCE),
+            contact_stiffness: law::DEFAULT_CONTACT_STIFFNESS,
+            elastic_fraction: law::ELASTIC_FRACTION,
             viscous: Directional::both(0.0),
         }
     }
@@ -112,11 +114,7 @@ impl Law for HaywardArmstrong {
     }
 
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
-        block.yielding(
-            self.contact(),
-            self.contact_stiffness(false),
-            self.holding_force().greatest(),
-        )
+        self.yielding(block, self.contact())
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
@@ -319,12 +317,6 @@ impl Recurrence for AdhesionSeries {
 
 /// Over `X`, by products and a quotient: `alpha u = (1 + o)(u - o u/(o + u^8))`.
 impl MasterLaw for AdhesionPlasticity {
-    const UNLOADS_ELASTICALLY: bool = false;
-
-    fn rate(&self, u: f64) -> f64 {
-        1.0 - self.alpha(u, 1.0) * u
-    }
-
     fn series(&self, start: f64) -> PathSeries {
         let onset = if self.onset > NO_ONSET { self.onset } else { 0.0 };
         let mut u = [0.0; ORDER + 1];
@@ -352,10 +344,6 @@ impl MasterLaw for AdhesionPlasticity {
             u[n + 1] = (elastic - (1.0 + onset) * (u[n] - delayed)) / order;
         }
         u
-    }
-
-    fn elastic_up_to(&self) -> Option<f64> {
-        None
     }
 
     /// Nothing flows around a deflection of zero, on a part as narrow as the onset is low.

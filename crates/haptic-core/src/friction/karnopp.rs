@@ -17,12 +17,9 @@
 //! `Fs` to `Fd` as the slide picks up speed, and with a [`rising_rate`](Karnopp::rising_rate) the
 //! static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
 
-use super::defaults::{self, DEFAULT_CONTACT_STIFFNESS};
 use super::forces::{check_static_not_below, raise};
-use super::law::{Law, LawKind};
-use crate::block::{
-    Coupling, DirectionalSlides, ExactBlock, FallingSlide, Held, LinearSlide, RigidLaw, SymmetricSlides,
-};
+use super::law::{self, DEFAULT_CONTACT_STIFFNESS, Law, LawKind};
+use crate::block::{Coupling, ExactBlock, FallingSlide, Held, LinearSlide, RigidLaw, Slides};
 use crate::contact::{
     ConstantLimit, Level, Reseat, RisingLimit, SUDDEN_FALL_MPS, SpringContact, SpringState, StaticLimit, Stribeck,
 };
@@ -40,9 +37,12 @@ use alloc::vec::Vec;
 /// once by the kinetic friction, so the law's own solution in the sense of Filippov is to stay at
 /// rest up to the dynamic limit: see [`Karnopp::breakaway_force`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Karnopp {
     /// `Fs`, N: the force that a block at rest withstands.
     #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
@@ -129,13 +129,14 @@ impl Karnopp {
 
     /// The law as Euler's step sees it.
     pub(super) fn stepped<L: Level, R: StaticLimit>(&self, level: L, static_limit: R) -> RigidLaw<L, R> {
-        RigidLaw::new(
-            self.breakaway_force(),
+        RigidLaw {
+            static_force: self.breakaway_force(),
             static_limit,
             level,
-            self.viscous,
-            self.velocity_threshold,
-        )
+            viscous: self.viscous,
+            velocity_threshold: self.velocity_threshold,
+            stuck: true,
+        }
     }
 
     fn linear_slide(&self, mass: f64, coupling: &Coupling, direction: Direction) -> LinearSlide {
@@ -166,13 +167,13 @@ impl Karnopp {
         let symmetric =
             self.static_force.is_symmetric() && self.dynamic_force.is_symmetric() && self.viscous.is_symmetric();
         if self.curve().is_some() {
-            let slides = DirectionalSlides::new(|direction| self.falling_slide(mass, &coupling, direction));
+            let slides = Slides::<_, 2>::new(|direction| self.falling_slide(mass, &coupling, direction));
             block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
         } else if symmetric {
-            let slides = SymmetricSlides(self.linear_slide(mass, &coupling, Direction::Positive));
+            let slides = Slides::<_, 1>::new(|direction| self.linear_slide(mass, &coupling, direction));
             block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
         } else {
-            let slides = DirectionalSlides::new(|direction| self.linear_slide(mass, &coupling, direction));
+            let slides = Slides::<_, 2>::new(|direction| self.linear_slide(mass, &coupling, direction));
             block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
         }
     }
@@ -199,7 +200,7 @@ impl LawKind for Karnopp {
         "Holds rigidly up to the static force, then slides at the dynamic force (Karnopp 1985)";
 
     fn defaults() -> Self {
-        Self::new(defaults::STATIC_FORCE, defaults::DYNAMIC_FORCE)
+        Self::new(law::STATIC_FORCE, law::DYNAMIC_FORCE)
     }
 }
 

@@ -10,9 +10,8 @@
 //! `b < sigma1 (Fs/Fd - 1)` (Barabanov and Ortega 2000), which the [adviser](crate::adviser)
 //! checks.
 
-use super::defaults;
 use super::forces::StribeckForces;
-use super::law::{Law, LawKind};
+use super::law::{self, Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, DeviceLugre, FallSeries, FlowLevel, FullPlasticity, Level, RatioSeries, TowardsLimit,
@@ -26,9 +25,12 @@ use alloc::boxed::Box;
 
 /// LuGre friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Lugre {
     /// `Fs`, N: the most that the bristle holds at rest.
     #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
@@ -88,11 +90,11 @@ impl LawKind for Lugre {
 
     fn defaults() -> Self {
         Self {
-            static_force: Directional::both(defaults::STATIC_FORCE),
-            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
-            stribeck_velocity: defaults::STRIBECK_VELOCITY_MPS,
-            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
-            contact_damping: defaults::CONTACT_DAMPING,
+            static_force: Directional::both(law::STATIC_FORCE),
+            dynamic_force: Directional::both(law::DYNAMIC_FORCE),
+            stribeck_velocity: law::STRIBECK_VELOCITY_MPS,
+            contact_stiffness: law::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: law::CONTACT_DAMPING,
             viscous: Directional::both(0.0),
         }
     }
@@ -143,10 +145,9 @@ impl Law for Lugre {
     }
 
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
-        let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
         match self.forces().curve() {
-            None => block.yielding(self.contact(self.dynamic_force), stiffness, holds),
-            Some(curve) => block.yielding(self.contact(curve), stiffness, holds),
+            None => self.yielding(block, self.contact(self.dynamic_force)),
+            Some(curve) => self.yielding(block, self.contact(curve)),
         }
     }
 

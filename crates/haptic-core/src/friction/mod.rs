@@ -16,7 +16,6 @@
 
 mod bristle_pieces;
 mod dahl;
-mod defaults;
 mod elasto_plastic;
 mod forces;
 mod hayward_armstrong;
@@ -30,8 +29,8 @@ mod smooth_coulomb;
 mod viscous;
 
 pub use crate::contact::{Reseat, SUDDEN_FALL_MPS};
-pub use defaults::DEFAULT_CONTACT_STIFFNESS;
 pub use forces::MAX_STICTION;
+pub use law::DEFAULT_CONTACT_STIFFNESS;
 
 pub(crate) use law::Law;
 
@@ -196,13 +195,7 @@ mod tests {
 
     #[test]
     fn a_steady_slide_has_the_force_that_its_law_says() {
-        let mut law = Karnopp::new(
-            4.0,
-            Directional {
-                positive: 3.0,
-                negative: 2.0,
-            },
-        );
+        let mut law = Karnopp::new(4.0, Directional::new(3.0, 2.0));
         law.viscous = Directional::both(10.0);
         let plain = Friction::Karnopp(law);
         assert_eq!(plain.steady_force(0.1), 4.0);
@@ -212,14 +205,8 @@ mod tests {
         assert_eq!(forces.steady_force(0.0), 4.0);
         assert!((forces.steady_force(0.01) - (3.0 + exp(-1.0) + 0.1)).abs() < 1e-12);
         assert_eq!(forces.steady_force(1.0), 13.0);
-    }
-
-    #[test]
-    fn drag_alone_is_a_straight_line() {
-        let drag = Friction::Viscous(Viscous {
-            viscous: Directional::both(2.0),
-        });
-        assert_eq!([drag.steady_force(-1.5), drag.steady_force(0.0)], [-3.0, 0.0]);
+        let viscous = Directional::both(2.0);
+        assert_eq!(Friction::Viscous(Viscous { viscous }).steady_force(-1.5), -3.0);
     }
 
     #[test]

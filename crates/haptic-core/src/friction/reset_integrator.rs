@@ -11,9 +11,8 @@
 //! `reseat = "continuous"`, the default, keeps the force instead, and `reseat = "slides"` (or
 //! `"published"`) is the model as it was printed.
 
-use super::defaults;
 use super::forces::{check_static_not_below, check_stiction, limit_stiction, raise};
-use super::law::{Law, LawKind};
+use super::law::{self, Law, LawKind};
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::directional::{Direction, Directional};
 use crate::parameters::{Parameter, SceneError, Slot};
@@ -22,9 +21,12 @@ use alloc::boxed::Box;
 
 /// The reset integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ResetIntegrator {
     /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MAX_STICTION`](super::MAX_STICTION)
     /// times it.
@@ -78,10 +80,10 @@ impl LawKind for ResetIntegrator {
 
     fn defaults() -> Self {
         Self {
-            static_force: Directional::both(defaults::STATIC_FORCE),
-            dynamic_force: Directional::both(defaults::DYNAMIC_FORCE),
-            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
-            contact_damping: defaults::CONTACT_DAMPING,
+            static_force: Directional::both(law::STATIC_FORCE),
+            dynamic_force: Directional::both(law::DYNAMIC_FORCE),
+            contact_stiffness: law::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: law::CONTACT_DAMPING,
             viscous: Directional::both(0.0),
             reseat: Reseat::Continuous,
         }
@@ -123,11 +125,7 @@ impl Law for ResetIntegrator {
     }
 
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
-        block.yielding(
-            self.contact(),
-            self.contact_stiffness(false),
-            self.holding_force().greatest(),
-        )
+        self.yielding(block, self.contact())
     }
 
     fn on_device(&self) -> Box<dyn Surface> {

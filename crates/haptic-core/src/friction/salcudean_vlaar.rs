@@ -9,8 +9,7 @@
 //!
 //! With `DV` a stop creates energy of `(b DV)^2/2 Kp`, as the spring did not store the force that it then holds.
 
-use super::defaults;
-use super::law::{Law, LawKind};
+use super::law::{self, Law, LawKind};
 use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::directional::{Direction, Directional};
 use crate::parameters::{Note, NoteKind, Parameter, Slot};
@@ -20,9 +19,12 @@ use alloc::vec::Vec;
 
 /// Salcudean-Vlaar friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SalcudeanVlaar {
     /// `Fs`, N: what the spring holds.
     #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
@@ -61,8 +63,8 @@ impl LawKind for SalcudeanVlaar {
 
     fn defaults() -> Self {
         Self {
-            static_force: Directional::both(defaults::STATIC_FORCE),
-            contact_stiffness: defaults::DEFAULT_CONTACT_STIFFNESS,
+            static_force: Directional::both(law::STATIC_FORCE),
+            contact_stiffness: law::DEFAULT_CONTACT_STIFFNESS,
             viscous: Directional::both(0.0),
             velocity_threshold: 0.0,
         }
@@ -111,11 +113,7 @@ impl Law for SalcudeanVlaar {
     }
 
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
-        block.yielding(
-            self.contact(),
-            self.contact_stiffness(false),
-            self.holding_force().greatest(),
-        )
+        self.yielding(block, self.contact())
     }
 
     fn on_device(&self) -> Box<dyn Surface> {

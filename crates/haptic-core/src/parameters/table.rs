@@ -2,6 +2,25 @@
 
 use super::parameter::{Parameter, ParameterInfo, Scale};
 use alloc::string::String;
+use alloc::vec::Vec;
+
+/// What most rows have.
+const ROW: ParameterInfo = ParameterInfo {
+    parameter: Parameter::Mass,
+    name: "",
+    symbol: "",
+    aliases: &[],
+    unit: "",
+    group: "friction",
+    min: 0.0,
+    max: 0.0,
+    slider_min: 0.0,
+    slider_max: 0.0,
+    step: 0.01,
+    scale: Scale::Linear,
+    directional: false,
+    feel: "",
+};
 
 /// The parameter table, in the order in which people read a scene.
 pub const TABLE: [ParameterInfo; 13] = [
@@ -9,7 +28,6 @@ pub const TABLE: [ParameterInfo; 13] = [
         parameter: Parameter::Mass,
         name: "mass",
         symbol: "M",
-        aliases: &[],
         unit: "kg",
         group: "block",
         min: 1e-6,
@@ -18,40 +36,30 @@ pub const TABLE: [ParameterInfo; 13] = [
         slider_max: 10.0,
         step: 0.001,
         scale: Scale::Logarithmic,
-        directional: false,
         feel: "a heavier block: slower to set off and harder to stop",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::StaticForce,
         name: "static_force",
         symbol: "Fs",
-        aliases: &[],
         unit: "N",
-        group: "friction",
-        min: 0.0,
         max: 1e3,
-        slider_min: 0.0,
         slider_max: 20.0,
-        step: 0.01,
-        scale: Scale::Linear,
         directional: true,
         feel: "a harder pull before the block lets go",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::DynamicForce,
         name: "dynamic_force",
         symbol: "Fd",
-        aliases: &[],
         unit: "N",
-        group: "friction",
-        min: 0.0,
         max: 1e3,
-        slider_min: 0.0,
         slider_max: 20.0,
-        step: 0.01,
-        scale: Scale::Linear,
         directional: true,
         feel: "a steady drag while the block slides, the same at every speed",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::Viscous,
@@ -59,31 +67,22 @@ pub const TABLE: [ParameterInfo; 13] = [
         symbol: "b",
         aliases: &["sigma2"],
         unit: "N s/m",
-        group: "friction",
-        min: 0.0,
         max: 1e4,
-        slider_min: 0.0,
         slider_max: 50.0,
-        step: 0.01,
-        scale: Scale::Linear,
         directional: true,
         feel: "a drag that grows with speed, as in oil",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::VelocityThreshold,
         name: "velocity_threshold",
         symbol: "DV",
-        aliases: &[],
         unit: "m/s",
-        group: "friction",
-        min: 0.0,
         max: 1.0,
-        slider_min: 0.0,
         slider_max: 0.05,
         step: 0.0001,
-        scale: Scale::Linear,
-        directional: false,
         feel: "a block that sticks again earlier: more stick-slip at low speed",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::StribeckVelocity,
@@ -91,31 +90,22 @@ pub const TABLE: [ParameterInfo; 13] = [
         symbol: "ws",
         aliases: &["vs"],
         unit: "m/s",
-        group: "friction",
-        min: 0.0,
         max: 1.0,
-        slider_min: 0.0,
         slider_max: 0.1,
         step: 0.0001,
-        scale: Scale::Linear,
-        directional: false,
         feel: "friction that falls off more gently as the block picks up speed",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::RisingRate,
         name: "rising_rate",
         symbol: "gamma",
-        aliases: &[],
         unit: "1/s",
-        group: "friction",
-        min: 0.0,
         max: 1e4,
-        slider_min: 0.0,
         slider_max: 50.0,
         step: 0.1,
-        scale: Scale::Linear,
-        directional: false,
         feel: "stiction that is back sooner after a stop; 0 has it back at once",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::ContactStiffness,
@@ -123,15 +113,14 @@ pub const TABLE: [ParameterInfo; 13] = [
         symbol: "Kp",
         aliases: &["sigma", "sigma0"],
         unit: "N/m",
-        group: "friction",
         min: 1.0,
         max: 1e7,
         slider_min: 100.0,
         slider_max: 100_000.0,
         step: 1.0,
         scale: Scale::Logarithmic,
-        directional: false,
         feel: "a surface that gives way less before it slips; too much and the rig buzzes",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::ContactDamping,
@@ -139,31 +128,21 @@ pub const TABLE: [ParameterInfo; 13] = [
         symbol: "sigma1",
         aliases: &["beta"],
         unit: "N s/m",
-        group: "friction",
-        min: 0.0,
         max: 1e4,
-        slider_min: 0.0,
         slider_max: 100.0,
-        step: 0.01,
-        scale: Scale::Linear,
-        directional: false,
         feel: "a contact that rings less while it sticks",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::Exponent,
         name: "exponent",
         symbol: "i",
-        aliases: &[],
         unit: "1",
-        group: "friction",
-        min: 0.0,
         max: 10.0,
-        slider_min: 0.0,
         slider_max: 3.0,
         step: 0.1,
-        scale: Scale::Linear,
-        directional: false,
         feel: "a rounder, earlier yielding from stuck to sliding; 0 yields all at once",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::ElasticFraction,
@@ -171,47 +150,36 @@ pub const TABLE: [ParameterInfo; 13] = [
         symbol: "zba",
         aliases: &["zs"],
         unit: "1",
-        group: "friction",
-        min: 0.0,
         max: 0.99,
         slider_min: 0.1,
         slider_max: 0.95,
-        step: 0.01,
-        scale: Scale::Linear,
-        directional: false,
         feel: "a contact that springs back farther before it begins to slip",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::Stiffness,
         name: "stiffness",
         symbol: "K",
-        aliases: &[],
         unit: "N/m",
         group: "coupling",
-        min: 0.0,
         max: 3e6,
         slider_min: 100.0,
         slider_max: 100_000.0,
         step: 1.0,
         scale: Scale::Logarithmic,
-        directional: false,
         feel: "a crisper grip on the block; too much and the rig buzzes",
+        ..ROW
     },
     ParameterInfo {
         parameter: Parameter::Damping,
         name: "damping",
         symbol: "B",
-        aliases: &[],
         unit: "N s/m",
         group: "coupling",
-        min: 0.0,
         max: 1e4,
-        slider_min: 0.0,
         slider_max: 100.0,
-        step: 0.01,
-        scale: Scale::Linear,
-        directional: false,
         feel: "a grip that rings less; too much and encoder noise is felt",
+        ..ROW
     },
 ];
 
@@ -220,28 +188,22 @@ impl Parameter {
     #[must_use]
     pub fn info(self) -> &'static ParameterInfo {
         // The table holds every parameter (a test counts them), so the search always ends on a row.
-        let mut row = &TABLE[0];
-        for candidate in &TABLE {
-            if candidate.parameter == self {
-                row = candidate;
-            }
-        }
-        row
+        TABLE.iter().find(|row| row.parameter == self).unwrap_or(&TABLE[0])
     }
 }
 
 /// All names and symbols, as a list for messages.
 #[must_use]
 pub fn known_names() -> String {
-    let mut names = String::new();
-    for row in &TABLE {
-        if !names.is_empty() {
-            names.push_str(", ");
-        }
-        names.push_str(row.name);
-        names.push_str(" (");
-        names.push_str(row.symbol);
-        names.push(')');
-    }
-    names
+    names(&TABLE.map(|row| row.parameter))
+}
+
+/// The names and symbols of some parameters.
+pub(super) fn names(parameters: &[Parameter]) -> String {
+    let with_symbol = |parameter: &Parameter| {
+        let info = parameter.info();
+        alloc::format!("{} ({})", info.name, info.symbol)
+    };
+    let names: Vec<String> = parameters.iter().map(with_symbol).collect();
+    names.join(", ")
 }

@@ -48,13 +48,7 @@ impl BlockSetup {
 struct ImplicitScheme<M>(M);
 
 impl<M: Moving> Moving for ImplicitScheme<M> {
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
+    fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
         self.0.advance_implicitly(elapsed_s, position, velocity, sink)
     }
 

@@ -27,13 +27,7 @@ impl ViscousSurface {
 }
 
 impl Moving for ViscousSurface {
-    fn advance(
-        &mut self,
-        _elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        _sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
+    fn advance(&mut self, _elapsed_s: f64, position: f64, velocity: f64, _sink: &mut impl EventSink) -> Rendered {
         (self.position, self.velocity) = (position, velocity);
         Rendered {
             coupling_force: self.coupling_force(),
@@ -114,13 +108,7 @@ impl<C: DeviceContact> DeviceSurface<C> {
 }
 
 impl<C: DeviceContact> Moving for DeviceSurface<C> {
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
+    fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
         let (mut events, mut work_exhausted) = (0, false);
         if elapsed_s > 0.0 {
             let motion = Motion {

@@ -69,25 +69,15 @@ impl Motion {
         let beyond = self.beyond();
         let (there, back) = (beyond + along.max(0.0), beyond + (-along).max(0.0));
         if there == 0.0 && back == 0.0 {
-            return (
-                None,
-                Leg {
-                    from_speed: 0.0,
-                    ..whole
-                },
-            );
+            let from_speed = 0.0;
+            return (None, Leg { from_speed, ..whole });
         }
+        let alone = |leg: Leg, distance: f64| (None, Leg { distance, ..leg });
         if there == 0.0 {
-            return (None, Leg { distance: back, ..last });
+            return alone(last, back);
         }
         if back == 0.0 {
-            return (
-                None,
-                Leg {
-                    distance: there,
-                    ..first
-                },
-            );
+            return alone(first, there);
         }
         // Constant acceleration takes the time that the way over the mean speed is.
         let (there_s, back_s) = (there / first.from_speed, back / last.to_speed);

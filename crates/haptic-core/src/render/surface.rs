@@ -40,13 +40,36 @@ pub(crate) trait Surface: Debug + Send + Sync {
     fn boxed(&self) -> Box<dyn Surface>;
 }
 
+impl Clone for Box<dyn Surface> {
+    fn clone(&self) -> Self {
+        (**self).boxed()
+    }
+}
+
+/// A sink whose type is not known.
+struct Listener<'a>(&'a mut dyn EventSink);
+
+impl EventSink for Listener<'_> {
+    fn contact_changed(&mut self, at_s: f64, from: Contact, to: Contact) {
+        self.0.contact_changed(at_s, from, to);
+    }
+
+    fn dissipated(&mut self, energy_j: f64) {
+        self.0.dissipated(energy_j);
+    }
+
+    fn listens(&self) -> bool {
+        self.0.listens()
+    }
+}
+
 impl<M: Moving> Surface for M {
     fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
         self.advance(elapsed_s, position, velocity, &mut ())
     }
 
     fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered {
-        self.advance(elapsed_s, position, velocity, sink)
+        self.advance(elapsed_s, position, velocity, &mut Listener(sink))
     }
 
     fn state(&self) -> BlockState {

@@ -37,14 +37,14 @@ impl Scene {
         Some(changed.validate().map(|()| changed))
     }
 
-    fn keep(&mut self, parameter: Parameter, value: Directional) {
+    /// Sets a parameter, in both directions, where the scene has it.
+    pub(super) fn keep(&mut self, parameter: Parameter, value: Directional) {
         for direction in Direction::BOTH {
             let key = if parameter.info().directional {
                 parameter.in_direction(direction)
             } else {
                 parameter.into()
             };
-            // The new law may lack it.
             self.set_value(key, value.get(direction)).unwrap_or(());
         }
     }
@@ -91,10 +91,7 @@ mod tests {
     #[test]
     fn directions_and_block_are_carried_over() {
         let mut scene = Scene::paper();
-        let uneven = Directional {
-            positive: 5.0,
-            negative: 3.0,
-        };
+        let uneven = Directional::new(5.0, 3.0);
         scene.keep(Parameter::DynamicForce, uneven);
         let dahl = scene.with_law("dahl").expect("a law").expect("a scene");
         assert_eq!(dahl.value(Parameter::DynamicForce), Some(uneven));
@@ -107,18 +104,9 @@ mod tests {
     #[test]
     fn a_law_that_forbids_weak_stiction_gets_it_raised_and_no_more() {
         let mut scene = Scene::paper();
-        scene.keep(
-            Parameter::StaticForce,
-            Directional {
-                positive: 3.0,
-                negative: 4.0,
-            },
-        );
+        scene.keep(Parameter::StaticForce, Directional::new(3.0, 4.0));
         let lugre = scene.with_law("lugre").expect("a law").expect("a scene");
-        let raised = Directional {
-            positive: 3.5,
-            negative: 4.0,
-        };
+        let raised = Directional::new(3.5, 4.0);
         assert_eq!(lugre.value(Parameter::StaticForce), Some(raised));
         assert_eq!(lugre.value(Parameter::StribeckVelocity), Some(Directional::both(0.01)));
     }

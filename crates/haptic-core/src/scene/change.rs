@@ -50,9 +50,12 @@ impl Scene {
 /// A scene is plain data and may hold anything; [`Scene::validate`] says whether it can be
 /// rendered, and [`Renderer::new`](crate::Renderer::new) takes no scene that cannot.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Scene {
     /// What people call it.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -102,27 +105,16 @@ impl Scene {
 
     /// The place of a parameter's value; `None` where the scene lacks the parameter.
     pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
-        let on_device = self.is_on_device();
-        match parameter {
-            Parameter::Mass => self.block.as_mut().map(|block| Slot::One(&mut block.mass)),
-            Parameter::Stiffness => self.coupling.as_mut().map(|held| Slot::One(&mut held.stiffness)),
-            Parameter::Damping => self.coupling.as_mut().map(|held| Slot::One(&mut held.damping)),
-            _ => self.friction.slot(parameter, on_device),
-        }
+        place(parameter, &mut self.block, &mut self.coupling, &mut self.friction)
     }
 
     /// The value of a parameter; `None` where the scene lacks it. A parameter without directions
     /// holds the same number in both.
     #[must_use]
     pub fn value(&self, parameter: Parameter) -> Option<Directional> {
-        let (mut friction, mut block, mut coupling) = (self.friction, self.block, self.coupling);
-        let slot = match parameter {
-            Parameter::Mass => block.as_mut().map(|block| Slot::One(&mut block.mass)),
-            Parameter::Stiffness => coupling.as_mut().map(|held| Slot::One(&mut held.stiffness)),
-            Parameter::Damping => coupling.as_mut().map(|held| Slot::One(&mut held.damping)),
-            _ => friction.slot(parameter, self.is_on_device()),
-        };
-        slot.map(|slot| match slot {
+        let (mut block, mut coupling, mut friction) = (self.block, self.coupling, self.friction);
+        let slot = place(parameter, &mut block, &mut coupling, &mut friction)?;
+        Some(match slot {
             Slot::One(value) => Directional::both(*value),
             Slot::Two(value) => *value,
         })
@@ -169,6 +161,21 @@ impl Scene {
             }
         }
         Ok(())
+    }
+}
+
+/// The place of a parameter's value in the parts of a scene.
+fn place<'a>(
+    parameter: Parameter,
+    block: &'a mut Option<Block>,
+    coupling: &'a mut Option<Coupling>,
+    friction: &'a mut Friction,
+) -> Option<Slot<'a>> {
+    match parameter {
+        Parameter::Mass => block.as_mut().map(|block| Slot::One(&mut block.mass)),
+        Parameter::Stiffness => coupling.as_mut().map(|held| Slot::One(&mut held.stiffness)),
+        Parameter::Damping => coupling.as_mut().map(|held| Slot::One(&mut held.damping)),
+        _ => friction.slot(parameter, block.is_none()),
     }
 }
 

@@ -1,9 +1,9 @@
 //! The way from one scene to another with the same law and the same parts.
 
 use super::change::Scene;
-use crate::directional::Direction;
+use crate::directional::{Direction, Directional};
 use crate::math::powf;
-use crate::parameters::{Parameter, Scale, Slot, TABLE};
+use crate::parameters::{Scale, TABLE};
 
 impl Scene {
     /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every
@@ -36,29 +36,17 @@ impl Scene {
                     even
                 }
             };
-            set_value(
-                &mut between,
-                row.parameter,
-                at(Direction::Positive),
-                at(Direction::Negative),
-            );
+            let (positive, negative) = (at(Direction::Positive), at(Direction::Negative));
+            between.keep(row.parameter, Directional { positive, negative });
         }
         Some(between)
-    }
-}
-
-fn set_value(scene: &mut Scene, parameter: Parameter, positive: f64, negative: f64) {
-    match scene.slot(parameter) {
-        Some(Slot::One(value)) => *value = positive,
-        Some(Slot::Two(value)) => (value.positive, value.negative) = (positive, negative),
-        None => {}
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::ParameterKey;
+    use crate::parameters::{Parameter, ParameterKey};
 
     fn paper_with(changes: &[(&str, f64)]) -> Scene {
         let changes: alloc::vec::Vec<(ParameterKey, f64)> = changes

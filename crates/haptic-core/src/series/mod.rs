@@ -23,11 +23,11 @@ pub(crate) const ORDER: usize = 20;
 /// Coefficients of a series.
 pub(crate) const ROOM: usize = ORDER + 1;
 
-/// `1/n`, so that a recurrence divides nothing.
-pub(crate) const RECIPROCAL: [f64; ORDER + 2] = {
-    let mut table = [0.0; ORDER + 2];
+/// `1/n`, so that a recurrence divides nothing; as far as the longest one needs.
+pub(crate) const RECIPROCAL: [f64; 25] = {
+    let mut table = [0.0; 25];
     let mut n = 1;
-    while n < ORDER + 2 {
+    while n < 25 {
         table[n] = 1.0 / n as f64;
         n += 1;
     }

@@ -35,7 +35,7 @@ pub(super) enum Sensed {
 }
 
 /// The newest sample of the device.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Newest {
     sequence: u32,
     /// When it was first read, on our clock, ns.
@@ -56,11 +56,13 @@ pub(super) struct Sensing {
     /// Nominal time between two steps, s.
     step_s: f64,
     estimator: Estimator,
-    position_m: f64,
-    velocity_mps: f64,
+    /// Of the hand.
+    pub(super) position_m: f64,
+    pub(super) velocity_mps: f64,
     /// Time over which that was seen, s.
     seen_over_s: f64,
-    motor: Motor,
+    /// What the device says of its motor.
+    pub(super) motor: Motor,
     buttons: u8,
     /// Share of the force that is left while no new sample comes, 0 to 1.
     share: f64,
@@ -87,23 +89,9 @@ impl Sensing {
         }
     }
 
-    /// Position of the hand, m.
-    pub(super) fn position_m(&self) -> f64 {
-        self.position_m
-    }
-
-    /// Velocity of the hand, m/s.
-    pub(super) fn velocity_mps(&self) -> f64 {
-        self.velocity_mps
-    }
-
     /// Saves or loads what is known of the hand.
     pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
-        let blank = Newest {
-            sequence: 0,
-            read_ns: 0,
-        };
-        archive.option("has_device", &mut self.newest, blank, |archive, newest| {
+        archive.option("has_device", &mut self.newest, Newest::default(), |archive, newest| {
             archive.count_u32("sequence", &mut newest.sequence);
             archive.count("read_ns", &mut newest.read_ns, u64::MAX);
         });
@@ -119,11 +107,6 @@ impl Sensing {
         archive.count("buttons", &mut buttons, u8::MAX.into());
         self.buttons = u8::try_from(buttons).unwrap_or_default();
         archive.number("share", &mut self.share);
-    }
-
-    /// What the device says of its motor.
-    pub(super) fn motor(&self) -> Motor {
-        self.motor
     }
 
     /// Whether a button is pressed.

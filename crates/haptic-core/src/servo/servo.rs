@@ -6,6 +6,7 @@ use super::state::{Fault, RigState};
 use super::transition::{CompiledScene, FadingScene, ForceOffset};
 use crate::compensation::{Compensation, Compensator};
 use crate::limiter::{Limits, SafetyLimiter};
+use crate::own_motion::OwnMotion;
 use crate::passivity::{PassivityObserver, RigLosses};
 use crate::sample::Motor;
 use crate::sample_clock::ClockError;
@@ -23,6 +24,8 @@ pub struct Servo {
     /// Our own clock, from the first step on, ns.
     pub(super) now_ns: u64,
     pub(super) scene: Box<CompiledScene>,
+    /// What is rendered instead of the scene.
+    pub(super) own_motion: Option<OwnMotion>,
     /// The scene before, while its force fades out.
     pub(super) fading: Option<FadingScene>,
     /// Scenes that are no longer rendered. They are freed elsewhere: a step frees nothing.
@@ -47,6 +50,7 @@ impl Servo {
             settings,
             now_ns: 0,
             scene,
+            own_motion: None,
             fading: None,
             retired: [None, None],
             rig: Rig::new(settings.ramp_s, MAX_RAMP_STEP_PERIODS * settings.period_s),
@@ -101,7 +105,7 @@ impl Servo {
     /// Its state after the step before, from which a [`restored`](Self::restored) one goes on; `None` while a motion of
     /// the rig's own takes the place of a scene.
     pub fn snapshot(&mut self) -> Option<Snapshot> {
-        if self.scene.renderer.is_motion() || self.fading.as_ref().is_some_and(FadingScene::is_motion) {
+        if self.own_motion.is_some() {
             return None;
         }
         let mut snapshot = Snapshot::EMPTY;
@@ -174,7 +178,7 @@ impl Servo {
     /// What the device says of its motor.
     #[must_use]
     pub fn motor(&self) -> Motor {
-        self.sensing.motor()
+        self.sensing.motor
     }
 
     /// Samples so far that no hand can have made, and that were not rendered.
@@ -183,10 +187,16 @@ impl Servo {
         self.sensing.forgotten()
     }
 
-    /// The scene that is rendered.
+    /// The scene that is rendered, or was before a motion of the rig's own.
     #[must_use]
     pub fn scene(&self) -> &CompiledScene {
         &self.scene
+    }
+
+    /// The motion of the rig's own that is rendered instead of the scene.
+    #[must_use]
+    pub fn own_motion(&self) -> Option<&OwnMotion> {
+        self.own_motion.as_ref()
     }
 
     /// Whether there is a scene that is no longer rendered.

@@ -54,13 +54,16 @@ impl Servo {
             on_hand,
             enabled,
         } = self.render(elapsed_s, our_elapsed_s, inputs.device_resolution_m);
-        let block = self.scene.renderer.shown();
+        let block = match &self.own_motion {
+            None => self.scene.renderer.shown(),
+            Some(motion) => motion.shown(),
+        };
         Outputs {
             force_n: on_hand,
             enabled,
             coupling_force_n: coupling,
-            device_position_m: self.sensing.position_m(),
-            device_velocity_mps: self.sensing.velocity_mps(),
+            device_position_m: self.sensing.position_m,
+            device_velocity_mps: self.sensing.velocity_mps,
             block_position_m: block.position,
             block_velocity_mps: block.velocity,
             // Without force there is no surface to touch.
@@ -129,12 +132,17 @@ impl Servo {
     fn sense(&mut self, inputs: &Inputs) -> f64 {
         // Only with force on the hand does it matter whether a hand can move so.
         let live = self.rig.is_live() && self.was_live;
+        // A motion of the rig's own makes no step of force of a step of the device.
+        let stiffness = match &self.own_motion {
+            None => self.scene.renderer.stiffness(),
+            Some(_) => 0.0,
+        };
         let sensed = self.sensing.sense(
             inputs.sample,
             self.now_ns,
             inputs.device_resolution_m,
             live,
-            self.scene.renderer.stiffness(),
+            stiffness,
             &self.limiter,
         );
         match sensed {
@@ -176,7 +184,7 @@ impl Servo {
         )]
         let samples_ns = (OFF_TIMEOUT_SAMPLES * self.sensing.period_s() * 1e9) as u64;
         let told_for_ns = self.now_ns.saturating_sub(since_ns);
-        if self.sensing.motor() == Motor::Enabled && told_for_ns > OFF_TIMEOUT_NS.max(samples_ns) {
+        if self.sensing.motor == Motor::Enabled && told_for_ns > OFF_TIMEOUT_NS.max(samples_ns) {
             self.rig.alarm(Fault::StillEnabled);
         }
     }
@@ -233,11 +241,11 @@ impl Servo {
         if self.is_changing() {
             self.carry_on_change(our_elapsed_s);
         }
-        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
+        let (position, velocity) = (self.sensing.position_m, self.sensing.velocity_mps);
         if !self.was_live || !self.rig.is_live() {
             // Without force the block goes with the hand. So force begins wherever the hand has
             // come to meanwhile, and at the very bottom of the ramp.
-            self.scene.renderer.start_at(position, velocity);
+            self.start_at(position, velocity);
             self.offset = ForceOffset::default();
             self.sensing.rest();
             self.rest();
@@ -256,12 +264,15 @@ impl Servo {
             if elapsed_s > 0.0 && self.sensing.is_silent() {
                 // All force had decayed: the surface grips the hand again where it is, without the force
                 // that the way there would have built up.
-                self.scene.renderer.start_at(position, velocity);
+                self.start_at(position, velocity);
                 elapsed_s = 0.0;
             }
             gain *= self.sensing.share(self.now_ns, our_elapsed_s);
         }
-        let mut coupling_force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
+        let mut coupling_force = match &mut self.own_motion {
+            None => self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force,
+            Some(motion) => motion.tick(elapsed_s, position, velocity),
+        };
         if let Some(fading) = &mut self.fading {
             coupling_force += fading.tick(elapsed_s, position, velocity, coupling_force);
         }
@@ -274,7 +285,7 @@ impl Servo {
             };
         }
         let on_hand = -(coupling_force + self.offset.fade(elapsed_s));
-        let limited = if self.scene.renderer.is_motion() {
+        let limited = if self.own_motion.is_some() {
             self.limit_motion(on_hand, gain, our_elapsed_s)
         } else {
             let compensation = if self.compensator.is_some() {
@@ -297,6 +308,14 @@ impl Servo {
         }
     }
 
+    /// The block begins anew at the hand, m and m/s, and a motion of the rig's own ends.
+    fn start_at(&mut self, position: f64, velocity: f64) {
+        self.scene.renderer.start_at(position, velocity);
+        if let Some(motion) = &mut self.own_motion {
+            motion.interrupt(position, velocity);
+        }
+    }
+
     /// The force of a pulse or an excitation, N. It is bounded by itself and gives energy on purpose:
     /// nothing is added to it.
     #[inline(never)]
@@ -313,8 +332,8 @@ impl Servo {
     fn compensate(&mut self, elapsed_s: f64, resolution: f64) -> f64 {
         let motion = Motion {
             elapsed_s,
-            position: self.sensing.position_m(),
-            velocity: self.sensing.velocity_mps(),
+            position: self.sensing.position_m,
+            velocity: self.sensing.velocity_mps,
             resolution,
             // Not the device's own, which is measured: a replay does not know what was before it.
             period_s: self.settings.period_s,
@@ -346,7 +365,7 @@ impl Servo {
         our_elapsed_s: f64,
     ) -> Result<f64, NonFiniteForce> {
         let surface = self.limiter.limited(on_hand, gain, our_elapsed_s)?;
-        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
+        let (position, velocity) = (self.sensing.position_m, self.sensing.velocity_mps);
         // The energy of the compensation counts as made: it is not a part of the surface.
         let added = compensation + self.passivity.observe(elapsed_s, position, velocity, surface);
         let force = if added == 0.0 {

@@ -1,4 +1,4 @@
-//! The servo as a value: stepped twice through the same inputs it gives the same outputs, to the last bit.
+//! The servo as a value: stepped through the same inputs it gives the same outputs, to the last bit.
 
 extern crate std;
 
@@ -8,6 +8,7 @@ mod motion;
 mod script;
 mod states;
 
+use self::script::Script;
 use super::*;
 use crate::friction::LAWS;
 use crate::limiter::Limits;
@@ -198,17 +199,6 @@ fn run_with(
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
-    #[test]
-    fn same_inputs_give_bit_identical_force_on_any_thread(seed in any::<u64>()) {
-        let elsewhere = std::thread::spawn(move || run(seed, 1500));
-        let here = run(seed, 1500);
-        prop_assert_eq!(here, elsewhere.join().expect("it ends"));
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
-
     /// Whatever its scenes, its estimate of velocity and its state are.
     #[test]
     fn a_servo_goes_on_from_a_snapshot_to_the_last_bit(seed in any::<u64>()) {
@@ -251,9 +241,9 @@ proptest! {
 /// What is missing or cannot be is named.
 #[test]
 fn damaged_snapshot_is_refused_by_the_name_of_its_field() {
-    let mut bench = Bench::new();
-    bench.step(Events::default(), None, None);
-    let snapshot = bench.servo.snapshot().expect("no motion of its own");
+    let mut script = Script::new(SETTINGS);
+    script.next();
+    let snapshot = script.servo.snapshot().expect("no motion of its own");
     let restored = |name: &str, value: Option<FieldValue>| {
         let mut fields: BTreeMap<_, _> = snapshot.fields().collect();
         assert!(fields.remove(name).is_some(), "there is no {name}");
@@ -289,84 +279,6 @@ fn every_build_gives_the_same_force_to_the_last_bit() {
     assert_eq!(digest, 0x654b_ebe1_81d1_e691, "{digest:#018x}");
 }
 
-/// A servo on the paper's scene, and a hand.
-struct Bench {
-    servo: Servo,
-    sequence: u32,
-    motor: Motor,
-    /// The hand trembles by this much instead of going on at 0.1 m/s.
-    amplitude_m: f64,
-}
-
-impl Bench {
-    fn new() -> Self {
-        Self::with(SETTINGS)
-    }
-
-    fn with(settings: Settings) -> Self {
-        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
-        Self {
-            servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
-            sequence: 0,
-            motor: Motor::Unreported,
-            amplitude_m: 0.0,
-        }
-    }
-
-    /// A step a millisecond after the one before, with a new sample.
-    fn step(&mut self, events: Events, command: Option<Command>, scene: Option<Box<CompiledScene>>) -> Outputs {
-        self.sequence += 1;
-        self.step_after(MS, events, command, scene)
-    }
-
-    /// A step a time after the one before, with the newest sample.
-    fn step_after(
-        &mut self,
-        elapsed_ns: u64,
-        events: Events,
-        command: Option<Command>,
-        scene: Option<Box<CompiledScene>>,
-    ) -> Outputs {
-        let time_ms = f64::from(self.sequence);
-        let position_m = if self.amplitude_m > 0.0 {
-            self.amplitude_m * libm::sin(0.8 * time_ms)
-        } else {
-            1e-4 * time_ms
-        };
-        let inputs = Inputs {
-            elapsed_ns,
-            sample: Ok(Measurement {
-                motor: self.motor,
-                ..Measurement::new(self.sequence, u64::from(self.sequence) * MS, position_m)
-            }),
-            device_resolution_m: 0.0,
-            device_force_limit_n: f64::INFINITY,
-            events,
-            command,
-        };
-        self.servo.step(&inputs, scene)
-    }
-
-    /// Lets a time go by, step by step, without a new sample.
-    fn repeat(&mut self, steps: u64) -> Outputs {
-        (0..steps).fold(self.step_after(MS, Events::default(), None, None), |_, _| {
-            self.step_after(MS, Events::default(), None, None)
-        })
-    }
-
-    fn engage(&mut self) {
-        self.step(Events::default(), Some(Command::Engage), None);
-        self.steps(100);
-        assert_eq!(self.servo.state(), RigState::Engaged);
-    }
-
-    fn steps(&mut self, count: usize) -> Outputs {
-        (0..count).fold(self.step(Events::default(), None, None), |_, _| {
-            self.step(Events::default(), None, None)
-        })
-    }
-}
-
 fn soft(revision: u64, transition: Transition) -> Box<CompiledScene> {
     let mut scene = Scene::paper();
     scene.coupling.as_mut().expect("a coupling").stiffness = 100.0;
@@ -380,61 +292,55 @@ fn soft(revision: u64, transition: Transition) -> Box<CompiledScene> {
 // hazard: P9
 #[test]
 fn a_step_of_force_that_was_fading_is_gone_after_a_stop() {
-    let mut bench = Bench::new();
-    bench.steps(50);
-    bench.step(Events::default(), Some(Command::Engage), None);
-    bench.steps(200);
+    let mut script = Script::engaged(SETTINGS);
     // Too soft to hold within 20 mm what the one before held.
-    bench.step(Events::default(), None, Some(soft(2, Transition::AtOnce)));
-    bench.steps(5);
-    assert!(bench.servo.offset.fade(0.0) != 0.0, "a step of force is fading");
-    assert_eq!(bench.step(Event::Stop.into(), None, None).force_n, 0.0);
-    assert_eq!(bench.servo.offset.fade(0.0), 0.0);
+    script.once.scene = Some(soft(2, Transition::AtOnce));
+    script.go_on(6);
+    assert!(script.servo.offset.fade(0.0) != 0.0, "a step of force is fading");
+    script.once.events = Event::Stop.into();
+    assert_eq!(script.next().force_n, 0.0);
+    assert_eq!(script.servo.offset.fade(0.0), 0.0);
 }
 
 #[test]
 fn every_scene_that_goes_is_handed_back_once() {
-    let mut bench = Bench::new();
-    bench.steps(50);
-    bench.step(Events::default(), Some(Command::Engage), None);
-    bench.steps(100);
+    let mut script = Script::engaged(SETTINGS);
     let fade = || Transition::Fade { over_s: 0.01 };
     let mut back = Vec::new();
-    bench.step(Events::default(), None, Some(soft(2, fade())));
-    assert!(bench.servo.take_retired().is_none(), "the first one still fades out");
-    bench.step(Events::default(), None, Some(soft(3, fade())));
-    back.extend(bench.servo.take_retired().map(|scene| scene.revision));
-    bench.step(Events::default(), None, Some(soft(4, Transition::AtOnce)));
-    while let Some(scene) = bench.servo.take_retired() {
+    let bring = |script: &mut Script, scene| {
+        script.once.scene = Some(scene);
+        script.next();
+    };
+    bring(&mut script, soft(2, fade()));
+    assert!(script.servo.take_retired().is_none(), "the first one still fades out");
+    bring(&mut script, soft(3, fade()));
+    back.extend(script.servo.take_retired().map(|scene| scene.revision));
+    bring(&mut script, soft(4, Transition::AtOnce));
+    while let Some(scene) = script.servo.take_retired() {
         back.push(scene.revision);
     }
-    bench.step(Events::default(), None, Some(soft(5, fade())));
-    bench.steps(12);
-    back.extend(bench.servo.take_retired().map(|scene| scene.revision));
+    bring(&mut script, soft(5, fade()));
+    script.go_on(13);
+    back.extend(script.servo.take_retired().map(|scene| scene.revision));
     assert_eq!(back, [1, 2, 3, 4]);
-    assert_eq!(
-        (bench.servo.scene().revision, bench.servo.take_retired().is_none()),
-        (5, true)
-    );
+    assert_eq!(script.servo.scene().revision, 5);
+    assert!(!script.servo.has_retired());
 }
 
 // hazard: H16
 #[test]
 fn after_silence_decays_force_scene_restarts_at_hand() {
-    let mut bench = Bench::new();
-    bench.steps(50);
-    bench.engage();
-    assert!(
-        bench.steps(100).coupling_force_n.abs() > 3.0,
-        "the hand drags the block"
-    );
-    assert_eq!(bench.repeat(40).force_n, 0.0, "all force has decayed");
+    let mut script = Script::engaged(SETTINGS);
+    assert!(script.next().coupling_force_n.abs() > 3.0, "the hand drags the block");
+    let last = (0..41).map(|_| script.repeat().force_n).last();
+    assert_eq!(last, Some(0.0), "all force has decayed");
     // The hand has moved on by 4 mm meanwhile.
-    bench.sequence += 40;
-    let outputs = bench.step(Events::default(), None, None);
+    script.once.device_elapsed_ns = 41 * MS;
+    let outputs = script.next();
     assert_eq!((outputs.coupling_force_n, outputs.force_n), (0.0, 0.0), "{outputs:?}");
-    assert_eq!(bench.servo.state(), RigState::Engaged);
-    let next = bench.steps(5);
+    assert_eq!(script.servo.state(), RigState::Engaged);
+    script.go_on(5);
+    let next = script.next();
     assert!(
         next.force_n != 0.0 && next.force_n.abs() < 1.0,
         "it comes back slowly: {next:?}"
@@ -443,21 +349,20 @@ fn after_silence_decays_force_scene_restarts_at_hand() {
 
 #[test]
 fn an_engagement_after_a_silence_is_as_any_other() {
-    let force = |silent: bool| {
-        let mut bench = Bench::new();
-        bench.steps(50);
-        bench.engage();
-        if silent {
-            bench.repeat(30);
-            bench.sequence += 30;
+    let force = |silent: u64| {
+        let mut script = Script::engaged(SETTINGS);
+        for _ in 0..silent {
+            script.repeat();
         }
-        bench.step(Events::default(), Some(Command::Release), None);
-        bench.steps(100);
-        assert_eq!(bench.servo.state(), RigState::Idle);
-        bench.step(Events::default(), Some(Command::Engage), None);
-        bench.steps(21).force_n
+        script.once.device_elapsed_ns = (silent + 1) * MS;
+        script.command(Command::Release);
+        script.go_on(100);
+        assert_eq!(script.servo.state(), RigState::Idle);
+        script.command(Command::Engage);
+        script.go_on(21);
+        script.next().force_n
     };
-    let (usual, after_silence) = (force(false), force(true));
+    let (usual, after_silence) = (force(0), force(30));
     assert!(
         (usual / after_silence - 1.0).abs() < 1e-6,
         "{usual} N, {after_silence} N"
@@ -467,12 +372,12 @@ fn an_engagement_after_a_silence_is_as_any_other() {
 #[test]
 fn a_device_may_repeat_itself_for_the_stale_time_and_no_longer() {
     for (longer_ns, state) in [(0, RigState::Engaged), (1, RigState::Faulted)] {
-        let mut bench = Bench::new();
-        bench.steps(50);
-        bench.engage();
-        bench.step_after(49 * MS, Events::default(), None, None);
-        bench.step_after(MS + longer_ns, Events::default(), None, None);
-        assert_eq!(bench.servo.state(), state, "{longer_ns} ns longer");
+        let mut script = Script::engaged(SETTINGS);
+        for elapsed_ns in [49 * MS, MS + longer_ns] {
+            script.once.elapsed_ns = elapsed_ns;
+            script.repeat();
+        }
+        assert_eq!(script.servo.state(), state, "{longer_ns} ns longer");
     }
 }
 
@@ -484,41 +389,15 @@ fn motor_still_on_after_timeout_raises_alarm() {
         (1, Some(Fault::StillEnabled)),
         (7 * MS, Some(Fault::StillEnabled)),
     ] {
-        let mut bench = Bench::new();
-        bench.motor = Motor::Enabled;
-        bench.steps(90);
+        let mut script = Script::new(SETTINGS);
+        script.sample.motor = Motor::Enabled;
+        script.go_on(91);
         // A release is not a reset: the time goes on.
-        bench.step(Events::default(), Some(Command::Release), None);
-        bench.steps(7);
-        assert_eq!(bench.servo.fault(), None);
-        bench.sequence += 1;
-        bench.step_after(MS + longer_ns, Events::default(), None, None);
-        assert_eq!(bench.servo.fault(), fault, "{longer_ns} ns longer");
+        script.command(Command::Release);
+        script.go_on(8);
+        assert_eq!(script.servo.fault(), None);
+        script.once.elapsed_ns = MS + longer_ns;
+        script.next();
+        assert_eq!(script.servo.fault(), fault, "{longer_ns} ns longer");
     }
-}
-
-#[test]
-fn the_passivity_controller_pulls_against_the_motion() {
-    let run = |control_n: f64| {
-        let mut bench = Bench::with(Settings {
-            passivity_control_n: control_n,
-            ..SETTINGS
-        });
-        bench.amplitude_m = 1e-4;
-        bench.steps(50);
-        bench.engage();
-        let outputs: Vec<Outputs> = (0..200).map(|_| bench.steps(0)).collect();
-        outputs
-    };
-    let (watched, controlled) = (run(0.0), run(3.0));
-    let (watched, controlled) = watched
-        .iter()
-        .zip(&controlled)
-        .find(|(watched, controlled)| watched.force_n != controlled.force_n)
-        .expect("there is energy to take out");
-    let added_n = controlled.force_n - watched.force_n;
-    assert!(
-        added_n * controlled.device_velocity_mps < 0.0,
-        "{watched:?} {controlled:?}"
-    );
 }

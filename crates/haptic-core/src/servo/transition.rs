@@ -7,9 +7,9 @@
 //! The step of force that a new scene makes is taken back at once and let in slowly; what the scene
 //! replaces fades out.
 
-use crate::Renderer;
 use crate::servo::servo::Servo;
 use crate::snapshot::Archive;
+use crate::{OwnMotion, Renderer};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
@@ -147,10 +147,6 @@ pub(super) struct FadingScene {
 }
 
 impl FadingScene {
-    pub(super) fn is_motion(&self) -> bool {
-        self.scene.renderer.is_motion()
-    }
-
     /// Saves or loads how far it has faded.
     pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("left_s", &mut self.left_s);
@@ -196,8 +192,27 @@ impl FadingScene {
 }
 
 impl Servo {
-    /// Replaces the scene that is rendered.
+    /// Moves the handle by the rig's own motor instead of rendering the scene, from the next step on until a scene
+    /// arrives. Whatever force there was ends at once.
+    pub fn begin_own_motion(&mut self, mut motion: OwnMotion) {
+        motion.place(self.sensing.position_m, self.sensing.velocity_mps);
+        self.own_motion = Some(motion);
+        self.offset = ForceOffset::default();
+        if let Transition::Steps(steps) = &mut self.scene.transition {
+            steps.finish(&mut self.scene.renderer);
+        }
+        if let Some(fading) = self.fading.take() {
+            self.retire(fading.into_scene());
+        }
+    }
+
+    /// Replaces the scene that is rendered, or the motion of the rig's own.
     pub(super) fn change_scene(&mut self, mut new: Box<CompiledScene>) {
+        if self.own_motion.take().is_some() {
+            // The scene from which the new one takes over was not rendered meanwhile.
+            let (position, velocity) = (self.sensing.position_m, self.sensing.velocity_mps);
+            self.scene.renderer.start_at(position, velocity);
+        }
         let step = new.renderer.take_over(&self.scene.renderer);
         let fade_s = match new.transition {
             Transition::Fade { over_s } => over_s,
@@ -281,23 +296,5 @@ impl ForceOffset {
         }
         self.left_s = (self.left_s - elapsed_s).max(0.0);
         self.now()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn force_offset_fades_evenly_and_later_steps_add_up() {
-        let mut offset = ForceOffset::default();
-        assert_eq!(offset.fade(0.01), 0.0, "nothing was taken back");
-        offset.add(2.0);
-        assert!((offset.fade(0.025) - 1.0).abs() < 1e-12);
-        offset.add(0.0);
-        assert!((offset.fade(0.0125) - 0.5).abs() < 1e-12, "no step changes nothing");
-        offset.add(-1.5);
-        assert!((offset.fade(0.0) + 1.0).abs() < 1e-12);
-        assert_eq!([offset.fade(0.06), offset.fade(0.01)], [0.0, 0.0]);
     }
 }

@@ -1,6 +1,9 @@
-//! The difference to the sample before: no lag to speak of, and all of the encoder's noise.
+//! The difference to the sample before: no lag to speak of, and all of the encoder's noise. And the same behind a
+//! first-order low-pass: less noise, and a lag of `1 / (2 pi cutoff)` seconds.
 
+use crate::math::{exp_m1, flush};
 use crate::snapshot::Archive;
+use core::f64::consts::TAU;
 
 /// Estimates velocity as the difference of two positions over the time between them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,6 +36,51 @@ impl FiniteDifference {
             self.velocity = (position - last) / elapsed_s;
             self.last = Some(position);
         }
+        self.velocity
+    }
+}
+
+/// Cutoff of the default filter, Hz.
+pub const DEFAULT_CUTOFF_HZ: f64 = 100.0;
+
+/// Estimates velocity as a smoothed finite difference.
+#[derive(Clone, Copy, Debug)]
+pub struct LowPass {
+    difference: FiniteDifference,
+    rate: f64,
+    velocity: f64,
+}
+
+impl LowPass {
+    /// `cutoff_hz` (Hz, > 0) is where the filter has taken away 3 dB.
+    #[must_use]
+    pub fn new(cutoff_hz: f64) -> Self {
+        Self {
+            difference: FiniteDifference::default(),
+            rate: TAU * cutoff_hz,
+            velocity: 0.0,
+        }
+    }
+
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.difference.archive(archive);
+        archive.number("filtered_mps", &mut self.velocity);
+    }
+
+    /// Forgets the past: the next sample is at rest.
+    pub fn reset(&mut self) {
+        self.difference.reset();
+        self.velocity = 0.0;
+    }
+
+    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
+    /// velocity, m/s.
+    pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
+        let raw = self.difference.update(elapsed_s, position);
+        // The exact response to a velocity held since the last sample, so that an early sample
+        // counts for less.
+        let nearer = -exp_m1(-self.rate * elapsed_s.max(0.0)) * (raw - self.velocity);
+        self.velocity = flush(self.velocity + nearer);
         self.velocity
     }
 }

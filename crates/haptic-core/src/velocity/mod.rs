@@ -8,12 +8,10 @@
 mod alpha_beta_gamma;
 mod finite_difference;
 mod foaw;
-mod low_pass;
 
 pub use alpha_beta_gamma::{AlphaBetaGamma, DEFAULT_MEMORY};
-pub use finite_difference::FiniteDifference;
+pub use finite_difference::{DEFAULT_CUTOFF_HZ, FiniteDifference, LowPass};
 pub use foaw::{Fit, Foaw, MAX_WINDOW};
-pub use low_pass::{DEFAULT_CUTOFF_HZ, LowPass};
 
 use crate::nearest::meant_or_semicolon;
 use crate::snapshot::Archive;
@@ -220,13 +218,6 @@ mod tests {
                     "{method} at {frequency} Hz: {error:.2} for {known} mm/s"
                 );
             }
-        }
-        for frequency in [0.5, 2.0, 3.0] {
-            std::println!(
-                "{:18} {frequency:3} Hz: {:.2} mm/s",
-                Method::FoawBestFit,
-                rms_error(Method::FoawBestFit, frequency)
-            );
         }
         let (best, end) = (rms_error(Method::FoawBestFit, 0.5), rms_error(Method::FoawEndFit, 0.5));
         assert!(best < 1.2 * end, "best fit {best:.2}, end fit {end:.2} mm/s");

@@ -1,6 +1,7 @@
 //! Scenes of every law, and a hand that explores them.
 
 use crate::random::Random;
+use haptic_core::block::{Contact, EventSink};
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{ParameterKey, Renderer, Scene, Scheme};
@@ -27,6 +28,31 @@ pub(crate) fn behind_block(friction: Friction, mass: f64) -> Scene {
             damping: 10.0,
         }),
         ..on_device(friction)
+    }
+}
+
+/// A scene with other values; the scene itself where one is refused or it lacks a parameter.
+pub(crate) fn changed(scene: &Scene, changes: &[(&str, f64)]) -> Scene {
+    let keys = changes
+        .iter()
+        .map(|&(name, value)| (name.parse().expect("a parameter"), value));
+    let changes: Vec<(ParameterKey, f64)> = keys.collect();
+    scene.with(&changes).unwrap_or_else(|_| scene.clone())
+}
+
+/// The energy that friction took, J, and what it gave back.
+#[derive(Default)]
+pub(crate) struct Meter {
+    pub(crate) taken: f64,
+    pub(crate) created: f64,
+}
+
+impl EventSink for Meter {
+    fn contact_changed(&mut self, _at_s: f64, _from: Contact, _to: Contact) {}
+
+    fn dissipated(&mut self, energy_j: f64) {
+        self.taken += energy_j;
+        self.created += (-energy_j).max(0.0);
     }
 }
 
@@ -105,10 +131,9 @@ pub(crate) fn scenes() -> Vec<(String, Scene)> {
                     (scene.block, scene.coupling) = (None, None);
                 }
                 let mut scene = scene.with_law(law).expect("a law").expect("a scene");
-                for &(name, value) in *changes {
-                    let key: ParameterKey = name.parse().expect("a parameter");
+                for change in *changes {
                     // A law without the parameter goes without it.
-                    scene = scene.with(&[(key, value)]).unwrap_or(scene);
+                    scene = changed(&scene, &[*change]);
                 }
                 scenes.push((format!("{law}, {setting}, {way}"), scene));
             }

@@ -1,7 +1,7 @@
 //! Invariants of every law, for all parameters and all hands.
 
 use crate::explore::{T, on_device};
-use haptic_core::block::BlockState;
+use haptic_core::block::{BlockState, Contact};
 use haptic_core::friction::{
     Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, LAWS, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar,
     Viscous,
@@ -42,10 +42,7 @@ prop_compose! {
         velocity_threshold in prop_oneof![Just(0.0), 0.0..0.3f64],
         slides in any::<bool>(),
     ) -> Friction {
-        let dynamic_force = Directional {
-            positive: share * static_force.positive,
-            negative: share * static_force.negative,
-        };
+        let dynamic_force = Directional::new(share * static_force.positive, share * static_force.negative);
         let reseat = if slides { Reseat::Slides } else { Reseat::Continuous };
         match LAWS[law] {
             "viscous" => Friction::Viscous(Viscous { viscous }),
@@ -143,6 +140,15 @@ proptest! {
             prop_assert!(rendered.coupling_force.is_finite(), "{scene:?}: {rendered:?}");
             prop_assert!(after.position.is_finite() && after.velocity.is_finite(), "{scene:?}: {after:?}");
             prop_assert!(rendered.events <= MAX_EVENTS, "{scene:?}: {rendered:?}");
+            if let (Friction::Karnopp(law), Some(_)) = (&scene.friction, scene.block) {
+                let goes_as_said = match after.contact {
+                    Contact::Stuck => after.velocity == 0.0,
+                    Contact::Sliding(direction) => direction.sign() * after.velocity >= 0.0,
+                };
+                prop_assert!(goes_as_said, "{scene:?}: {after:?}");
+                // 16, and two for each half-turn.
+                prop_assert!(law.stribeck_velocity > 0.0 || rendered.events <= 271, "{scene:?}: {rendered:?}");
+            }
         }
     }
 }

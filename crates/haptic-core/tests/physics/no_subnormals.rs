@@ -60,12 +60,7 @@ fn no_propagator_keeps_a_subnormal_number() {
         let keys = ["M", "K", "B", "b"].map(|name| name.parse::<ParameterKey>().expect("a parameter"));
         let scene = haptic_core::Scene::paper();
         for (mass, stiffness) in [(1e-3, 0.0), (1e-6, 10.0), (1e-6, damping * 7.2e5), (1e-6, 5.5e5)] {
-            let changes = [
-                (keys[0], mass),
-                (keys[1], stiffness),
-                (keys[2], damping),
-                (keys[3], 0.0),
-            ];
+            let changes: Vec<_> = keys.into_iter().zip([mass, stiffness, damping, 0.0]).collect();
             let Ok(scene) = scene.with(&changes) else { continue };
             let Ok(mut surface) = Renderer::new(&scene, Scheme::Exact, 1e-3) else {
                 continue;

@@ -1,15 +1,13 @@
-//! Laws on the device itself: the force is that of the law along the hand's motion, however the
-//! motion is cut into samples.
+//! Laws on the device itself: the force is that of the law along the hand's motion.
 //!
 //! A hand here has constant acceleration between two samples, so that positions and velocities of
 //! any finer samples are known, turns included.
 
-use crate::explore::{on_device, renderer};
+use crate::explore::{Meter, changed, on_device, renderer};
 use crate::random::Random;
 use crate::random_laws;
-use haptic_core::block::{Contact, EventSink};
 use haptic_core::friction::{Dahl, Friction, LAWS, SalcudeanVlaar};
-use haptic_core::{Directional, Renderer, Scene};
+use haptic_core::{Direction, Directional, Renderer, Scene};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -78,53 +76,6 @@ fn begun(scene: &Scene, random: &mut Random) -> Renderer {
     surface
 }
 
-/// Worst difference of the forces, N, when each tick is cut into ten, up to the first tick whose
-/// bounded work ran out; and whether there was one.
-fn cut_into_ten(scene: &Scene, random: &mut Random) -> (f64, bool) {
-    let mut whole = begun(scene, random);
-    let mut cut = whole.clone();
-    let mut at = whole.state().device_position;
-    let mut worst: f64 = 0.0;
-    for tick in hand(random) {
-        for k in 1..=10 {
-            let (velocity, by) = tick.at(f64::from(k) / 10.0);
-            cut.tick(tick.elapsed_s / 10.0, at + by, velocity);
-        }
-        at += tick.at(1.0).1;
-        let rendered = whole.tick(tick.elapsed_s, at, tick.to);
-        if rendered.work_exhausted {
-            return (worst, true);
-        }
-        let in_ten = cut.tick(0.0, at, tick.to).coupling_force;
-        worst = worst.max((rendered.coupling_force - in_ten).abs());
-    }
-    (worst, false)
-}
-
-#[test]
-fn a_tick_cut_into_ten_gives_the_same_force() {
-    let mut random = Random(88_172_645_463_325_252);
-    let mut failed = Vec::new();
-    for law in LAWS {
-        let (mut worst, mut worst_scene, mut ran_out) = (0.0, None, 0);
-        for _ in 0..test_run::extent(60, 600) {
-            let scene = on_device(friction(law, &mut random));
-            let (error, at_bound) = cut_into_ten(&scene, &mut random);
-            ran_out += u32::from(at_bound);
-            if error > worst {
-                (worst, worst_scene) = (error, Some(scene));
-            }
-        }
-        println!("{law:26} {worst:8.1e} N, {ran_out} scenes with a tick at its bound");
-        // A spring that slides and holds on in turn, below its threshold, many times in a tick.
-        let springs = law.starts_with("karnopp") || law.starts_with("salcudean");
-        if worst > TOLERANCE || (ran_out > 0 && !springs) {
-            failed.push((law, worst, worst_scene));
-        }
-    }
-    assert!(failed.is_empty(), "{failed:#?}");
-}
-
 /// A velocity that does not agree with the positions says nothing of where the hand turned.
 #[test]
 fn an_estimated_velocity_takes_no_turn() {
@@ -132,10 +83,7 @@ fn an_estimated_velocity_takes_no_turn() {
     for law in ["dahl", "hayward-armstrong", "elasto-plastic"] {
         let omega = TAU * 60.0;
         let scene = on_device(friction(law, &mut random));
-        let scene = ["b", "sigma1"].iter().fold(scene, |scene, name| {
-            let key = name.parse().expect("a parameter");
-            scene.with(&[(key, 0.0)]).unwrap_or(scene)
-        });
+        let scene = changed(&changed(&scene, &[("b", 0.0)]), &[("sigma1", 0.0)]);
         let (mut estimated, mut without) = (renderer(&scene), renderer(&scene));
         for tick in 0..500 {
             let t = 1.3e-4 + f64::from(tick) * 1e-3;
@@ -158,12 +106,9 @@ fn a_limit_that_falls_to_nothing_gives_numbers() {
     for law in ["lugre", "elasto-plastic"] {
         for _ in 0..test_run::extent(300, 3000) {
             let scene = on_device(friction(law, &mut random));
-            let falls = |name: &str, value: f64| (name.parse().expect("a parameter"), value);
             let ws = random.decades(1e-3, 0.1);
             let held = random.decades(1e-3, 10.0);
-            let scene = scene
-                .with(&[falls("Fs", held), falls("Fd", held / 99.0), falls("ws", ws)])
-                .expect("a scene");
+            let scene = changed(&scene, &[("Fs", held), ("Fd", held / 99.0), ("ws", ws)]);
             let mut surface = renderer(&scene);
             for tick in hand(&mut random) {
                 let at = surface.state().device_position + tick.at(1.0).1;
@@ -200,13 +145,7 @@ fn hand_at_rest_moves_no_contact_at_any_velocity_estimate() {
 
 /// A law as its authors write it: `g`, N, and `dF/dx` over `sigma`, along the direction.
 fn equation(friction: &Friction, direction: f64, force: f64, speed: f64) -> (f64, f64) {
-    let of = |limits: Directional| {
-        if direction < 0.0 {
-            limits.negative
-        } else {
-            limits.positive
-        }
-    };
+    let of = |limits: Directional| limits.get(Direction::of(direction));
     let gauss =
         |held: f64, sliding: f64, velocity: f64| sliding + (held - sliding) * (-(speed / velocity).powi(2)).exp();
     match friction {
@@ -247,13 +186,7 @@ fn equation(friction: &Friction, direction: f64, force: f64, speed: f64) -> (f64
 
 /// `sigma1` and `b` of a law in a direction.
 fn dampings(friction: &Friction, direction: f64) -> (f64, f64) {
-    let of = |limits: Directional| {
-        if direction < 0.0 {
-            limits.negative
-        } else {
-            limits.positive
-        }
-    };
+    let of = |limits: Directional| limits.get(Direction::of(direction));
     match friction {
         Friction::Dahl(law) => (0.0, of(law.viscous)),
         Friction::HaywardArmstrong(law) => (0.0, of(law.viscous)),
@@ -328,21 +261,6 @@ impl Fine {
         let (_, elastic) = equation(friction, direction, direction * self.force, velocity.abs());
         let (contact, drag) = dampings(friction, direction);
         self.force + (contact * elastic + drag) * velocity
-    }
-}
-
-#[derive(Default)]
-struct Meter {
-    taken: f64,
-    created: f64,
-}
-
-impl EventSink for Meter {
-    fn contact_changed(&mut self, _at_s: f64, _from: Contact, _to: Contact) {}
-
-    fn dissipated(&mut self, energy_j: f64) {
-        self.taken += energy_j;
-        self.created += (-energy_j).max(0.0);
     }
 }
 

@@ -110,10 +110,9 @@ fn the_literal_scheme_does_not() {
 #[test]
 fn slow_ramp_breakaway_comes_at_static_limit() {
     // K v t + B v = Fs with v = 1 mm/s: t = (4 - 0.002)/0.5 s, up to the rounding of the data.
-    let (scene, state) = scene("slow-ramp-stick-slip");
+    let (scene, mut state) = scene("slow-ramp-stick-slip");
     let rows = rows("slow-ramp-stick-slip");
     let mut renderer = Renderer::new(&scene, Scheme::Exact, 1e-3).expect("a valid scene");
-    let mut state = state;
     state.device_velocity = rows[0][2];
     renderer.set_state(state);
     let mut events = Vec::new();

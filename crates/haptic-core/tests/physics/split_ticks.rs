@@ -5,10 +5,10 @@
 //! The device goes on straight lines of position and velocity within the tick, as the tick itself
 //! takes `K p + B v`.
 
-use crate::explore::T;
+use crate::explore::{Meter, T};
 use crate::random::Random;
 use crate::random_laws::friction;
-use haptic_core::block::{BlockState, Contact, EventSink};
+use haptic_core::block::{BlockState, Contact};
 use haptic_core::friction::{Friction, Karnopp, LAWS, Lugre};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Directional, Renderer, Scene, Scheme};
@@ -22,18 +22,6 @@ const PARTS: u32 = 10;
 /// A device's motion, and the tick that it does: position (m) and velocity (m/s) at its ends.
 type Ends = [(f64, f64); 2];
 
-/// The energy that friction took, J.
-#[derive(Default)]
-struct Taken(f64);
-
-impl EventSink for Taken {
-    fn contact_changed(&mut self, _at_s: f64, _from: Contact, _to: Contact) {}
-
-    fn dissipated(&mut self, energy_j: f64) {
-        self.0 += energy_j;
-    }
-}
-
 /// The end of a tick.
 struct After {
     force_n: f64,
@@ -43,7 +31,7 @@ struct After {
 
 /// Does a tick in so many parts.
 fn tick_in(parts: u32, block: &mut Renderer, elapsed_s: f64, [from, to]: Ends) -> After {
-    let (mut force_n, mut exhausted, mut taken) = (0.0, false, Taken::default());
+    let (mut force_n, mut exhausted, mut taken) = (0.0, false, Meter::default());
     for part in 1..=parts {
         let share = f64::from(part) / f64::from(parts);
         let on_the_way = |from: f64, to: f64| if part == parts { to } else { from + share * (to - from) };
@@ -58,7 +46,7 @@ fn tick_in(parts: u32, block: &mut Renderer, elapsed_s: f64, [from, to]: Ends) -
     }
     After {
         force_n,
-        taken_j: taken.0,
+        taken_j: taken.taken,
         exhausted,
     }
 }
@@ -171,7 +159,6 @@ fn explore(name: &str) -> Found {
 fn tick_cut_into_ten_gives_same_force_and_energy() {
     let mut wrong = Vec::new();
     for name in LAWS {
-        let found = explore(name);
         let Found {
             worst_n,
             worst_j,
@@ -181,7 +168,7 @@ fn tick_cut_into_ten_gives_same_force_and_energy() {
             worst_exhausted_n,
             ticks,
             where_worst,
-        } = found;
+        } = explore(name);
         println!(
             "{name:30} {worst_n:.1e} N, {worst_j:.0e} J at worst, {ticks_wrong} wrong of {ticks} ticks, {sensitive} \
              that a push of 1e-11 N decides; {exhausted} at their bound, {worst_exhausted_n:.0e} N"

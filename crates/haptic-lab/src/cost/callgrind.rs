@@ -19,19 +19,20 @@ pub enum CountError {
     Failed(String),
 }
 
-/// Counts the instructions of each call of [`measured_ticks`](super::measured_ticks) that `program` makes when it is
-/// run with `arguments`. `directory` takes callgrind's files.
+/// Counts the instructions of each call of [`measured_ticks`](super::measured_ticks) and
+/// [`measured_motion`](super::measured_motion) that `program` makes when it is run with `arguments`. `directory` takes callgrind's files.
 ///
 /// # Errors
 /// There is no valgrind, or the program fails under it.
 pub fn count(program: &Path, arguments: &[&str], directory: &Path) -> Result<Vec<u64>, CountError> {
     // Whole: a pattern would do for the toggle, and not for the dump.
-    const MEASURED: &str = "haptic_lab::cost::measured_ticks";
+    const MEASURED: [&str; 2] = ["measured_ticks", "measured_motion"];
+    let of_each = |option: &str| MEASURED.map(|function| format!("--{option}=haptic_lab::cost::{function}"));
     let out = directory.join("callgrind.out");
     let ran = Command::new("valgrind")
         .arg("--tool=callgrind")
-        .arg(format!("--toggle-collect={MEASURED}"))
-        .arg(format!("--dump-after={MEASURED}"))
+        .args(of_each("toggle-collect"))
+        .args(of_each("dump-after"))
         .arg(format!("--callgrind-out-file={}", out.display()))
         .arg(program)
         .args(arguments)

@@ -3,8 +3,8 @@
 //!
 //! | what | how | why it is wait-free for the real-time side |
 //! |---|---|---|
-//! | scenes, commands, limits, scheduled changes | the [inbox](super::inbox), a ring | a ring of rtrb waits for nobody |
-//! | records, answers, replaced scenes, snapshots | the [outbox](super::outbox), a ring | likewise |
+//! | scenes, commands, limits, scheduled changes | the inbox, a ring | a ring of rtrb waits for nobody |
+//! | records, answers, replaced scenes, snapshots | the outbox, a ring | likewise |
 //! | stop, end, withdrawal, lease, heartbeat | words in [`Shared`] | one load each |
 //!
 //! A full inbox is refused on the control side. In the outbox only records are dropped, and counted: the loop takes

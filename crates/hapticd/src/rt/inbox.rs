@@ -7,6 +7,7 @@
 use crate::rt::handoff::ANY_CONNECTION;
 use crate::rt::outbox::TickSnapshot;
 use crate::rt::schedule::ScheduledScene;
+use haptic_core::OwnMotion;
 use haptic_core::compensation::Compensation;
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
@@ -42,8 +43,10 @@ impl SentCommand {
 /// What the loop is sent.
 #[derive(Debug)]
 pub(crate) enum ToLoop {
-    /// Of several scenes between two ticks the last is rendered.
+    /// Of several scenes and motions between two ticks the last is rendered.
     Scene(Box<CompiledScene>),
+    /// A motion of the rig's own instead of the scene.
+    OwnMotion(OwnMotion),
     /// A change of scene in a tick to come.
     Scheduled(ScheduledScene),
     /// A command, and what is known of the rig if it is to engage it.
@@ -68,8 +71,8 @@ pub(crate) type Receiver = rtrb::Consumer<ToLoop>;
 #[derive(Debug)]
 pub(crate) struct Sender {
     entries: rtrb::Producer<ToLoop>,
-    /// The newest scene, while the ring has no room for it.
-    waiting: Option<Box<CompiledScene>>,
+    /// The newest scene or motion, while the ring has no room for it.
+    waiting: Option<ToLoop>,
 }
 
 /// The two ends.
@@ -82,11 +85,17 @@ pub(crate) fn inbox() -> (Sender, Receiver) {
 impl Sender {
     /// Sends a scene. While there is no room for it, it waits for [`flush`](Self::flush), and a newer one replaces it.
     pub(crate) fn post(&mut self, scene: CompiledScene) {
-        self.waiting = Some(Box::new(scene));
+        self.waiting = Some(ToLoop::Scene(Box::new(scene)));
         self.flush();
     }
 
-    /// Sends the scene that waits, if there is room by now.
+    /// Sends a motion of the rig's own likewise.
+    pub(crate) fn post_motion(&mut self, motion: OwnMotion) {
+        self.waiting = Some(ToLoop::OwnMotion(motion));
+        self.flush();
+    }
+
+    /// Sends the scene or motion that waits, if there is room by now.
     pub(crate) fn flush(&mut self) {
         if self.waiting.is_some() && self.entries.slots() > ENTRIES - MAX_SCENES {
             self.send_all(Vec::new());
@@ -98,13 +107,13 @@ impl Sender {
         self.send_all(vec![entry])
     }
 
-    /// Sends entries, after the scene that waits; the loop sees all of them or none. Returns whether there was room.
+    /// Sends entries, after what waits; the loop sees all of them or none. Returns whether there was room.
     pub(crate) fn send_all(&mut self, entries: Vec<ToLoop>) -> bool {
         let count = entries.len() + usize::from(self.waiting.is_some());
         let Ok(room) = self.entries.write_chunk_uninit(count) else {
             return false;
         };
-        let waiting = self.waiting.take().map(ToLoop::Scene);
+        let waiting = self.waiting.take();
         room.fill_from_iter(waiting.into_iter().chain(entries));
         true
     }

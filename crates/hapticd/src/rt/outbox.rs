@@ -7,6 +7,7 @@
 
 use crate::rt::handoff::{Outcome, Stopped};
 use crate::rt::schedule::ScheduledScene;
+use haptic_core::MotionEnd;
 use haptic_core::sample_clock::ClockError;
 use haptic_core::servo::{CompiledScene, Fault, InputWord};
 use haptic_core::snapshot::Snapshot;
@@ -49,6 +50,8 @@ pub(crate) struct TickRecord {
     /// Energy that sampling made and the rig did not take up, J.
     pub(crate) energy_excess: f64,
     pub(crate) contact: i8,
+    /// How a motion of the rig's own has ended, for as long as it takes the place of the scene.
+    pub(crate) motion_end: Option<MotionEnd>,
     pub(crate) state: RigState,
     pub(crate) fault: Option<Fault>,
 }
@@ -253,6 +256,7 @@ pub(crate) mod tests {
             command_force: 0.0,
             energy_excess: 0.0,
             contact: 0,
+            motion_end: None,
             state: RigState::Idle,
             fault: None,
         }

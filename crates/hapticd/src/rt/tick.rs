@@ -12,6 +12,7 @@ use crate::rt::outbox::{FromLoop, Producer, ROOM_OF_ONE, TickRecord, TickSnapsho
 use crate::rt::schedule::ScheduledScenes;
 use crate::rt::shared::Shared;
 use device_io::{Device, DeviceBounds, DeviceError, Written};
+use haptic_core::OwnMotion;
 use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
     Command, CompiledScene, Event, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
@@ -98,13 +99,13 @@ impl<D: Device + ?Sized> Tick<D> {
         let stops = self.shared.stops();
         let events = self.events(wake, missed_periods, stops);
         self.hand_back_retired();
-        let (posted, command) = if self.inbox.is_empty() {
-            (None, None)
+        let (posted, new_motion, command) = if self.inbox.is_empty() {
+            (None, false, None)
         } else {
             self.receive()
         };
         let scene = self.new_scene(posted);
-        let new_scene = scene.is_some();
+        let new_scene = scene.is_some() || new_motion;
         let is_quiet = events.is_empty() && !new_scene && command.is_none() && self.new_limits.is_none();
         let (inputs, read_ns) = self.read(wake, events, command, stops);
         let is_linked = self.bounds.is_linked;
@@ -117,7 +118,7 @@ impl<D: Device + ?Sized> Tick<D> {
         } else {
             self.word_of_happenings(&inputs, new_scene)
         };
-        if self.servo.scene().renderer.is_motion() {
+        if self.servo.own_motion().is_some() {
             input_word = input_word.with_motion();
         }
         if written.is_err() {
@@ -158,6 +159,7 @@ impl<D: Device + ?Sized> Tick<D> {
             command_force: outputs.force_n,
             energy_excess: outputs.energy_excess_j,
             contact: outputs.contact,
+            motion_end: self.servo.own_motion().and_then(OwnMotion::end),
             state: self.servo.state(),
             fault: self.servo.fault(),
         });
@@ -298,18 +300,26 @@ impl<D: Device + ?Sized> Tick<D> {
         self.outbox.room() >= ROOM_OF_ONE * (self.scheduled.len() + 2)
     }
 
-    /// Takes what has come since the tick before, of several scenes the last, and one command a tick. Without room for
-    /// the answers it waits in the inbox.
+    /// Takes what has come since the tick before, of several scenes and motions of the rig's own the last, and one command
+    /// a tick; says whether it was a motion. Without room for the answers it waits in the inbox.
     #[inline(never)]
-    fn receive(&mut self) -> (Option<Box<CompiledScene>>, Option<SentCommand>) {
-        let (mut scene, mut command) = (None, None);
+    fn receive(&mut self) -> (Option<Box<CompiledScene>>, bool, Option<SentCommand>) {
+        let (mut scene, mut new_motion, mut command) = (None, false, None);
         for _ in 0..ENTRIES {
             let is_second = command.is_some() && matches!(self.inbox.peek(), Ok(ToLoop::Command { .. }));
             if is_second || !self.has_room() {
                 break;
             }
             let handed_back = match self.inbox.pop() {
-                Ok(ToLoop::Scene(newer)) => scene.replace(newer).map(FromLoop::Retired),
+                Ok(ToLoop::Scene(newer)) => {
+                    new_motion = false;
+                    scene.replace(newer).map(FromLoop::Retired)
+                }
+                Ok(ToLoop::OwnMotion(motion)) => {
+                    self.servo.begin_own_motion(motion);
+                    new_motion = true;
+                    scene.take().map(FromLoop::Retired)
+                }
                 Ok(ToLoop::Scheduled(change)) => self.scheduled.add(change).map(FromLoop::Decided),
                 Ok(ToLoop::Snapshot(room)) => self.snapshot.replace(room).map(FromLoop::Snapshot),
                 Ok(ToLoop::Command { sent, rig }) => {
@@ -331,7 +341,7 @@ impl<D: Device + ?Sized> Tick<D> {
                 self.outbox.send(handed_back);
             }
         }
-        (scene, command)
+        (scene, new_motion, command)
     }
 
     /// The scene that was posted, or the one that is scheduled for this tick.

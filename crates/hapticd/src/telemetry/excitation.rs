@@ -1,7 +1,7 @@
 //! The motion of the handle under an excitation, from the records of all ticks.
 
 use crate::rt::outbox::TickRecord;
-use haptic_core::Excitation;
+use haptic_core::{Excitation, MotionEnd};
 use haptic_ipc::{ExcitationEnd, ExcitationReport};
 
 /// Time without a change of position after which the handle is at rest, ns.
@@ -13,8 +13,8 @@ const MAX_REST_NS: u64 = 2_000_000_000;
 /// Time without its first tick after which an excitation counts as blocked, ns.
 const NEVER_BEGUN_NS: u64 = 500_000_000;
 
-/// Share of a limit beyond which it counts as reached: between the last tick with force and the one
-/// that ended it the reference has gone on.
+/// Share of the lag's limit below which the handle had not come to it in the last tick with force: the loop stood still
+/// then, and the reference was out of reach at once.
 const REACHED: f64 = 0.9;
 
 /// The observed motion during an excitation.
@@ -31,7 +31,6 @@ pub(crate) struct ObservedExcitation {
 /// What was seen of it since its first tick.
 #[derive(Clone, Debug)]
 struct Course {
-    origin_m: f64,
     first: TickRecord,
     /// The last tick that it rendered, and the first one after its end.
     newest: TickRecord,
@@ -42,9 +41,6 @@ struct Course {
     greatest_m: f64,
     largest_speed_mps: f64,
     largest_force_n: f64,
-    /// Work of the force on the handle until that was sure to go with the force, J.
-    work_j: f64,
-    goes_with_it: bool,
     has_gaps: bool,
 }
 
@@ -64,7 +60,7 @@ impl ObservedExcitation {
         self.from_ns.get_or_insert(record.began_ns);
         let last = self.last.replace(*record);
         match &mut self.course {
-            Some(course) => course.take(record, last.as_ref(), self.excitation.sure_work_j()),
+            Some(course) => course.take(record, last.as_ref()),
             None if record.input_word.is_motion() && record.input_word.new_scene() => {
                 let origin_m = last.map_or(record.device_position, |last| last.device_position);
                 self.course = Some(Course::new(record, origin_m));
@@ -90,18 +86,8 @@ impl ObservedExcitation {
     /// What was observed; nothing of one that never began.
     pub(crate) fn report(&self, was_interrupted: bool) -> Option<ExcitationReport> {
         let course = self.course.as_ref()?;
-        let end = if was_interrupted {
-            ExcitationEnd::Interrupted
-        } else {
-            course.end(&self.excitation)
-        };
         Some(ExcitationReport {
-            // Against the force is against the force, whatever else ended it.
-            end: if course.goes_the_wrong_way(&self.excitation) {
-                ExcitationEnd::WrongWay
-            } else {
-                end
-            },
+            end: course.end(&self.excitation, was_interrupted),
             duration_s: course.duration_s(),
             first_tick: course.first.tick,
             last_tick: course.newest.tick,
@@ -116,7 +102,6 @@ impl ObservedExcitation {
 impl Course {
     fn new(first: &TickRecord, origin_m: f64) -> Self {
         Self {
-            origin_m,
             first: *first,
             newest: *first,
             ended: None,
@@ -126,13 +111,11 @@ impl Course {
             greatest_m: origin_m,
             largest_speed_mps: 0.0,
             largest_force_n: 0.0,
-            work_j: 0.0,
-            goes_with_it: false,
             has_gaps: false,
         }
     }
 
-    fn take(&mut self, record: &TickRecord, last: Option<&TickRecord>, sure_j: f64) {
+    fn take(&mut self, record: &TickRecord, last: Option<&TickRecord>) {
         let before = last.unwrap_or(&self.newest);
         self.now_ns = record.began_ns;
         self.has_gaps |= before.tick + 1 != record.tick;
@@ -146,13 +129,8 @@ impl Course {
         self.least_m = self.least_m.min(record.device_position);
         self.greatest_m = self.greatest_m.max(record.device_position);
         self.largest_speed_mps = self.largest_speed_mps.max(record.device_velocity.abs());
-        // The force of a tick acts until the next tick.
-        if !self.goes_with_it {
-            self.work_j -= before.coupling_force * moved_m;
-            self.goes_with_it = self.work_j >= sure_j;
-        }
-        // What is stuck has ended; what is not a motion any more was taken away.
-        if record.contact == 0 || !record.input_word.is_motion() || record.input_word.new_scene() {
+        // What is not a motion any more, or another one, was taken away.
+        if record.motion_end.is_some() || !record.input_word.is_motion() || record.input_word.new_scene() {
             self.ended = Some(*record);
             return;
         }
@@ -173,28 +151,22 @@ impl Course {
         self.now_ns - since_ns >= REST_NS || self.now_ns - ended.began_ns > MAX_REST_NS
     }
 
-    fn goes_the_wrong_way(&self, excitation: &Excitation) -> bool {
-        self.work_j <= -REACHED * excitation.sure_work_j() && !self.has_gaps
-    }
-
-    fn end(&self, excitation: &Excitation) -> ExcitationEnd {
-        let Some(ended) = &self.ended else {
-            return ExcitationEnd::Interrupted;
-        };
-        let lag_m = self.newest.block_position - ended.device_position;
-        if self.has_gaps {
-            ExcitationEnd::Unrecorded
-        } else if (ended.device_position - self.origin_m).abs() > excitation.travel_limit_m {
-            ExcitationEnd::Travel
-        } else if ended.device_velocity.abs() > excitation.speed_limit_mps {
-            ExcitationEnd::Speed
-        } else if lag_m.abs() > REACHED * excitation.lag_limit_m {
-            ExcitationEnd::Lag
-        } else if self.duration_s() < REACHED * excitation.duration_s() {
-            // The loop stood still, so that the reference was out of reach at once.
-            ExcitationEnd::Interrupted
-        } else {
-            ExcitationEnd::Time
+    fn end(&self, excitation: &Excitation, was_interrupted: bool) -> ExcitationEnd {
+        let end = self.ended.and_then(|ended| ended.motion_end);
+        let lag_m = self
+            .ended
+            .map_or(0.0, |ended| self.newest.block_position - ended.device_position);
+        match end {
+            // Against the force is against the force, whatever else happened.
+            Some(MotionEnd::WrongWay) => ExcitationEnd::WrongWay,
+            None | Some(MotionEnd::Interrupted) => ExcitationEnd::Interrupted,
+            Some(_) if was_interrupted => ExcitationEnd::Interrupted,
+            Some(_) if self.has_gaps => ExcitationEnd::Unrecorded,
+            Some(MotionEnd::Lag) if lag_m.abs() <= REACHED * excitation.lag_limit_m => ExcitationEnd::Interrupted,
+            Some(MotionEnd::Lag) => ExcitationEnd::Lag,
+            Some(MotionEnd::Travel) => ExcitationEnd::Travel,
+            Some(MotionEnd::Speed) => ExcitationEnd::Speed,
+            Some(MotionEnd::Time) => ExcitationEnd::Time,
         }
     }
 }

@@ -1,15 +1,12 @@
 //! The motion of the handle while a rig is commissioned, from the records of all ticks.
 
 use crate::rt::outbox::TickRecord;
-use haptic_core::PulseShape;
+use haptic_core::{MotionEnd, PulseShape};
 use haptic_ipc::{PulseEnd, PulseReport};
 use std::collections::VecDeque;
 
 /// Time without a change of position after which the handle is at rest, ns.
 const REST_NS: u64 = 30_000_000;
-
-/// Time without force after which a pulse counts as blocked, ns.
-const NEVER_BEGUN_NS: u64 = 500_000_000;
 
 /// Time after which a handle that still moves is moved by something other than the pulse, ns.
 const MAX_NS: u64 = 2_500_000_000;
@@ -55,6 +52,7 @@ struct ObservedPulse {
     last_moved_ns: u64,
     now_ns: u64,
     position_m: f64,
+    end: Option<MotionEnd>,
     largest_force_n: f64,
     /// Largest travel with the force while it flows, m.
     forward_m: f64,
@@ -142,6 +140,7 @@ impl Motion {
             last_moved_ns: 0,
             now_ns: 0,
             position_m: 0.0,
+            end: None,
             largest_force_n: 0.0,
             forward_m: 0.0,
             backward_m: 0.0,
@@ -190,6 +189,7 @@ impl ObservedPulse {
         self.has_gaps |= last.is_some_and(|last| last.tick + 1 != record.tick);
         self.now_ns = now_ns;
         self.position_m = record.device_position;
+        self.end = self.end.or(record.motion_end);
         if moved_m != 0.0 {
             self.last_moved_ns = now_ns;
         }
@@ -257,11 +257,7 @@ impl ObservedPulse {
 
     fn is_over(&self) -> bool {
         let Some((_, from_ns)) = self.from else { return false };
-        let gone_ns = self.now_ns - from_ns;
-        if self.first_force_ns.is_none() {
-            return gone_ns > NEVER_BEGUN_NS;
-        }
-        self.rests() || gone_ns > MAX_NS
+        self.end.is_some() && (self.rests() || self.now_ns - from_ns > MAX_NS)
     }
 
     fn rests(&self) -> bool {
@@ -273,18 +269,15 @@ impl ObservedPulse {
     fn report(&self, resolution_m: f64, was_interrupted: bool) -> PulseReport {
         let shape = &self.shape;
         let moved_m = self.from.map_or(0.0, |(from_m, _)| self.position_m - from_m);
-        let end = if self.backward_m > shape.wrong_way_limit_m {
-            PulseEnd::WrongWay
-        } else if was_interrupted || self.first_force_ns.is_none() {
-            PulseEnd::Interrupted
-        } else if self.has_gaps {
-            PulseEnd::Unrecorded
-        } else if self.forward_m > shape.travel_limit_m {
-            PulseEnd::Travel
-        } else if self.largest_speed_mps > shape.speed_limit_mps {
-            PulseEnd::Speed
-        } else {
-            PulseEnd::Time
+        let end = match self.end {
+            // Against the force is against the force, whatever else happened.
+            Some(MotionEnd::WrongWay) => PulseEnd::WrongWay,
+            None | Some(MotionEnd::Interrupted | MotionEnd::Lag) => PulseEnd::Interrupted,
+            Some(_) if was_interrupted || self.first_force_ns.is_none() => PulseEnd::Interrupted,
+            Some(_) if self.has_gaps => PulseEnd::Unrecorded,
+            Some(MotionEnd::Travel) => PulseEnd::Travel,
+            Some(MotionEnd::Speed) => PulseEnd::Speed,
+            Some(MotionEnd::Time) => PulseEnd::Time,
         };
         let is_sound = matches!(end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
             && self.rests()
@@ -335,6 +328,12 @@ mod tests {
             seen.device_position = (position / 1e-5).round() * 1e-5;
             seen.device_velocity = velocity;
             seen.command_force = force_n;
+            let end = if sign < 0.0 {
+                MotionEnd::WrongWay
+            } else {
+                MotionEnd::Time
+            };
+            seen.motion_end = (tick >= 210).then_some(end);
             if !gap || tick != 100 {
                 motion.take(&seen);
             }

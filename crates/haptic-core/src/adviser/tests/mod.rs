@@ -38,6 +38,11 @@ fn scene(changes: &[(&str, f64)]) -> Scene {
     Scene::paper().with(&changes).expect("a valid scene")
 }
 
+/// A block that nothing moves.
+fn wall(stiffness: f64, damping: f64) -> Scene {
+    scene(&[("Fs", 1000.0), ("Fd", 1000.0), ("K", stiffness), ("B", damping)])
+}
+
 /// Numbers from -1 to 1 (xorshift, Marsaglia 2003).
 fn random(seed: u64) -> impl Iterator<Item = f64> {
     core::iter::successors(Some(seed | 1), |state| {
@@ -106,11 +111,8 @@ fn a_slow_rig_and_a_late_link_take_stiffness_away() {
 #[test]
 fn the_exact_scheme_has_no_bounds_of_its_own() {
     let findings = advise(&Scene::paper(), Scheme::Exact, &RIG);
-    assert!(
-        findings
-            .iter()
-            .all(|finding| !matches!(finding.check, Check::LimitCycle | Check::LeastMass | Check::Ripple))
-    );
+    let is_of_scheme = |found: &Finding| matches!(found.check, Check::LimitCycle | Check::LeastMass | Check::Ripple);
+    assert!(!findings.iter().any(is_of_scheme));
 }
 
 #[test]
@@ -127,9 +129,7 @@ proptest! {
         mass in 1e-3..10.0f64, stiffness in 10.0..1e5f64, damping in 0.0..50.0f64, dynamic_force in 0.0..20.0f64,
         substeps in prop_oneof![Just(1), Just(10)], rig_damping in 0.0..50.0f64, delay_s in 0.0..3e-3f64, sample_period_s in 0.0..0.1f64,
     ) {
-        let changes = [("M", mass), ("K", stiffness), ("B", damping), ("Fs", 20.0), ("Fd", dynamic_force)]
-            .map(|(name, value)| (name.parse().expect("a parameter"), value));
-        let scene = Scene::paper().with(&changes).expect("a valid scene");
+        let scene = scene(&[("M", mass), ("K", stiffness), ("B", damping), ("Fs", 20.0), ("Fd", dynamic_force)]);
         let rig = RigFacts { damping: rig_damping, delay_s, sample_period_s, ..RIG };
         let scheme = Scheme::Literal { substeps: core::num::NonZeroU32::new(substeps).expect("not zero") };
         for finding in advise(&scene, scheme, &rig) {

@@ -1,6 +1,6 @@
 //! A rig against a stuck block oscillates where the adviser says so, and not where it does not.
 
-use super::{RIG, find, scene};
+use super::{RIG, find, wall};
 use crate::adviser::{Check, RigFacts, advise};
 use crate::parameters::Parameter;
 use crate::{Renderer, Scene, Scheme};
@@ -68,10 +68,6 @@ fn growth(scene: &Scene, facts: RigFacts) -> f64 {
     if early < 1e-15 { 0.0 } else { late / early }
 }
 
-fn wall(stiffness: f64, damping: f64) -> Scene {
-    scene(&[("Fs", 1000.0), ("Fd", 1000.0), ("K", stiffness), ("B", damping)])
-}
-
 #[test]
 fn with_too_much_damping_no_stiffness_is_stable() {
     let rig = RigFacts {
@@ -79,10 +75,13 @@ fn with_too_much_damping_no_stiffness_is_stable() {
         mass: Some(0.3),
         ..RIG
     };
-    let finding = find(
-        &advise(&wall(25_000.0, 500.0), Scheme::Exact, &rig),
-        Check::LinearStability,
-    );
+    let stability = |rig| {
+        find(
+            &advise(&wall(25_000.0, 500.0), Scheme::Exact, rig),
+            Check::LinearStability,
+        )
+    };
+    let finding = stability(&rig);
     assert_eq!(
         (finding.parameter, finding.unit, finding.passes),
         (Parameter::Damping, "N s/m", false)
@@ -98,10 +97,7 @@ fn with_too_much_damping_no_stiffness_is_stable() {
     }
     // Without the mass it is not known.
     let unknown = RigFacts { mass: None, ..rig };
-    let finding = find(
-        &advise(&wall(25_000.0, 500.0), Scheme::Exact, &unknown),
-        Check::LinearStability,
-    );
+    let finding = stability(&unknown);
     assert!(finding.passes && (finding.bound - 1000.0 / 3e-3).abs() < 1e-6);
 }
 

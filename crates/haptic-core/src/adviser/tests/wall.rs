@@ -2,7 +2,7 @@
 //! for does. They go straight from sample to sample, to and fro at every frequency up to half the
 //! rate, or at random.
 
-use super::{RIG, find, random, scene};
+use super::{RIG, find, random, wall};
 use crate::adviser::sampled::Sampled;
 use crate::adviser::{Check, EXPLORING_SPEED_MPS, RigFacts, advise};
 use crate::{Renderer, Scene, Scheme};
@@ -10,10 +10,6 @@ use core::f64::consts::PI;
 use proptest::prelude::*;
 
 const T: f64 = 1e-3;
-
-fn wall(stiffness: f64, damping: f64) -> Scene {
-    scene(&[("Fs", 1000.0), ("Fd", 1000.0), ("K", stiffness), ("B", damping)])
-}
 
 /// Energy, J, that the wall, the rig's damping and its friction take from a hand on a way (m) from
 /// place to place, each a sample and so many periods of delay before its force; the least of all

@@ -10,7 +10,7 @@ use super::leg::Leg;
 use super::lugre::dissipated_by_nodes;
 use super::master_path::{MasterLaw, MasterPath, series_product};
 use super::stribeck_flow::{Curve, Part, follow, follow_constant};
-use super::{DeviceContact, EnergyMeter};
+use super::{DeviceBristle, DeviceContact, EnergyMeter};
 use crate::contact::level::{Level, Stribeck};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
@@ -92,24 +92,6 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
             damping,
             viscous,
             force: 0.0,
-        }
-    }
-
-    /// `z'/v`.
-    fn share(&self, direction: Direction, speed: f64) -> f64 {
-        let along = direction.sign() * self.force;
-        let level = self.level.at(direction, speed);
-        if level > 0.0 {
-            let ratio = along / level;
-            if ratio >= 1.0 {
-                1.0 - ratio
-            } else {
-                self.law.rate(ratio)
-            }
-        } else if along < 0.0 {
-            1.0
-        } else {
-            0.0
         }
     }
 
@@ -322,19 +304,33 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
             (share, Region::Yielding)
         }
     }
-
-    /// Power over speed, N, that all of friction takes beyond what the deflection stores.
-    fn power(direction: Direction) -> impl Fn(&Self, f64) -> f64 {
-        move |contact, speed| {
-            let share = contact.share(direction, speed);
-            let damping = contact.damping * share + contact.viscous.get(direction);
-            direction.sign() * contact.force * (1.0 - share) + damping * speed
-        }
-    }
 }
 
 fn horner(series: &[f64; ORDER + 1], at: f64) -> f64 {
     series.iter().rev().fold(0.0, |sum, coefficient| sum * at + coefficient)
+}
+
+impl<M: MasterLaw> DeviceBristle for DeviceElastoPlastic<M> {
+    fn share(&self, direction: Direction, speed: f64) -> f64 {
+        let along = direction.sign() * self.force;
+        let level = self.level.at(direction, speed);
+        if level > 0.0 {
+            let ratio = along / level;
+            if ratio >= 1.0 {
+                1.0 - ratio
+            } else {
+                self.law.rate(ratio)
+            }
+        } else if along < 0.0 {
+            1.0
+        } else {
+            0.0
+        }
+    }
+
+    fn dampings(&self, direction: Direction) -> (f64, f64) {
+        (self.damping, self.viscous.get(direction))
+    }
 }
 
 impl<M: MasterLaw> LawContact for DeviceElastoPlastic<M> {
@@ -360,8 +356,7 @@ impl<M: MasterLaw> DeviceContact for DeviceElastoPlastic<M> {
         let (direction, sign) = (leg.direction, leg.direction.sign());
         let curve = Curve::new(&self.level, direction);
         if E::LISTENS {
-            let power = Self::power(direction);
-            meter.take(dissipated_by_nodes(self, leg, &curve, self.stiffness, power));
+            meter.take(dissipated_by_nodes(self, leg, &curve, self.stiffness));
         }
         let [first, second] = curve.parts(leg);
         let (force, ran_out) = self.follow(sign * self.force, &curve, &first);

@@ -1,9 +1,8 @@
 //! LuGre's bristle on the device itself.
 
-use super::gauss::TWELVE;
 use super::leg::Leg;
-use super::stribeck_flow::{Curve, follow, follow_constant};
-use super::{DeviceContact, EnergyMeter};
+use super::stribeck_flow::{Curve, TWELVE, follow, follow_constant};
+use super::{DeviceBristle, DeviceContact, EnergyMeter};
 use crate::contact::level::{Level, Stribeck};
 use crate::contact::state::{Contact, ContactMemory, LawContact};
 use crate::contact::yielding::by_elastic_share;
@@ -79,8 +78,7 @@ pub(crate) struct DeviceLugre<L> {
     pub(crate) force: f64,
 }
 
-impl<L: FlowLevel> DeviceLugre<L> {
-    /// `z'/v`.
+impl<L: FlowLevel> DeviceBristle for DeviceLugre<L> {
     fn share(&self, direction: Direction, speed: f64) -> f64 {
         let level = self.level.at(direction, speed);
         if level > 0.0 {
@@ -88,6 +86,10 @@ impl<L: FlowLevel> DeviceLugre<L> {
         } else {
             0.0
         }
+    }
+
+    fn dampings(&self, direction: Direction) -> (f64, f64) {
+        (self.damping, self.viscous.get(direction))
     }
 }
 
@@ -116,9 +118,7 @@ impl<L: FlowLevel> DeviceContact for DeviceLugre<L> {
         if E::LISTENS {
             meter.take(match self.level.dissipated(along, self.stiffness, leg) {
                 Energy::Closed(energy_j) => energy_j,
-                Energy::Along(curve) => {
-                    dissipated_by_nodes(self, leg, &curve, self.stiffness, Self::power(leg.direction))
-                }
+                Energy::Along(curve) => dissipated_by_nodes(self, leg, &curve, self.stiffness),
             });
         }
         let (after, ran_out) = self.level.follow(along, self.stiffness, leg);
@@ -140,30 +140,12 @@ impl<L: FlowLevel> DeviceContact for DeviceLugre<L> {
     }
 }
 
-impl<L: FlowLevel> DeviceLugre<L> {
-    /// Power over speed, N, that all of friction takes beyond what the deflection stores.
-    fn power(direction: Direction) -> impl Fn(&Self, f64) -> f64 {
-        move |contact, speed| {
-            let share = contact.share(direction, speed);
-            let damping = contact.damping * share + contact.viscous.get(direction);
-            direction.sign() * contact.force * (1.0 - share) + damping * speed
-        }
-    }
-}
-
 /// Fewest and most panels that an energy is summed over.
 const PANELS: (f64, f64) = (4.0, 64.0);
 
-/// The energy, J, that a law on Stribeck's curve takes on a leg, from its `power` over speed as the
-/// contact goes along. `sigma1` may create some where the curve falls, so all of the friction
-/// counts, the drag as well.
-pub(super) fn dissipated_by_nodes<C: DeviceContact>(
-    contact: &C,
-    leg: &Leg,
-    curve: &Curve,
-    stiffness: f64,
-    power: impl Fn(&C, f64) -> f64,
-) -> f64 {
+/// The energy, J, that a bristle on Stribeck's curve takes on a leg, as the contact goes along. `sigma1`
+/// may create some where the curve falls, so all of the friction counts, the drag as well.
+pub(super) fn dissipated_by_nodes(contact: &impl DeviceBristle, leg: &Leg, curve: &Curve, stiffness: f64) -> f64 {
     let (fewest, most) = PANELS;
     let [first, second] = curve.parts(leg);
     let mut contact = contact.clone();
@@ -184,7 +166,7 @@ pub(super) fn dissipated_by_nodes<C: DeviceContact>(
                 let (step, rest) = left.split(to - at);
                 contact.advance(&step, &mut ());
                 (at, left) = (to, rest);
-                sum += panel * weight * power(&contact, step.to_speed);
+                sum += panel * weight * contact.power(leg.direction, step.to_speed);
             }
             begun += panel;
         }

@@ -4,9 +4,9 @@
 //! cells whose widths keep each series right to rounding. A tick is then a sum, a look-up and a
 //! polynomial, whatever the law.
 
+use crate::contact::bristle::Plasticity;
 use crate::math::{exp, exp_m1, ln_1p, powf};
 use alloc::vec::Vec;
-use core::fmt::Debug;
 
 /// Order of the series.
 pub(crate) const ORDER: usize = 15;
@@ -15,18 +15,19 @@ pub(crate) const ORDER: usize = 15;
 pub(crate) type PathSeries = [f64; ORDER + 1];
 
 /// A law that is compiled to a master path.
-pub(crate) trait MasterLaw: Clone + Copy + Debug + Send + Sync + 'static {
-    /// Whether a deflection against the motion is given back whole.
-    const UNLOADS_ELASTICALLY: bool;
-
+pub(crate) trait MasterLaw: Plasticity {
     /// `du/dX`, the elastic share of the motion: it falls from 1 to 0 as `u` comes to 1.
-    fn rate(&self, u: f64) -> f64;
+    fn rate(&self, u: f64) -> f64 {
+        1.0 - self.alpha(u, 1.0) * u
+    }
 
     /// The power series of `u` in `X` from a start.
     fn series(&self, start: f64) -> PathSeries;
 
     /// Up to this `u` there is no plastic flow at all; `None` where there always is.
-    fn elastic_up_to(&self) -> Option<f64>;
+    fn elastic_up_to(&self) -> Option<f64> {
+        None
+    }
 
     /// Most that a cell may be wide which begins at `u`: where a narrow part lies ahead of which a
     /// series before it shows nothing.

@@ -2,7 +2,6 @@
 //! along it, and not in pieces of a tangent.
 
 mod elasto_plastic;
-mod gauss;
 mod leg;
 mod lugre;
 mod master_path;
@@ -19,6 +18,7 @@ pub(crate) use master_path::{MasterLaw, ORDER, PathSeries, series_product};
 pub(crate) use path_bristle::PathBristle;
 
 use super::state::LawContact;
+use crate::directional::Direction;
 
 /// The contact of a law on the device itself.
 pub(crate) trait DeviceContact: LawContact {
@@ -28,6 +28,23 @@ pub(crate) trait DeviceContact: LawContact {
 
     /// Friction in motion with a velocity, N, signed: positive against positive motion.
     fn friction(&self, velocity: f64) -> f64;
+}
+
+/// A bristle that answers with a force `sigma0 z`.
+pub(crate) trait DeviceBristle: DeviceContact {
+    /// `z'/v`.
+    fn share(&self, direction: Direction, speed: f64) -> f64;
+
+    /// `sigma1` and `b`, N s/m.
+    fn dampings(&self, direction: Direction) -> (f64, f64);
+
+    /// Power over speed, N, that all of friction takes beyond what the deflection stores.
+    fn power(&self, direction: Direction, speed: f64) -> f64 {
+        let share = self.share(direction, speed);
+        let (contact, viscous) = self.dampings(direction);
+        let damping = contact * share + viscous;
+        direction.sign() * self.force_at_rest() * (1.0 - share) + damping * speed
+    }
 }
 
 /// Hears of the energy that friction takes out of the motion, beyond what the deflection of the

@@ -4,11 +4,44 @@
 //! Fd) e^-y`. The exponent of the flow, `q = sigma integral dx/g` over what is left of the leg, is
 //! then a logarithm, and the force at the end an integral of `e^-q`, which Gauss's nodes give.
 
-use super::gauss::{SIX, THREE, TWELVE};
 use super::leg::Leg;
 use crate::contact::level::Stribeck;
 use crate::directional::Direction;
 use crate::math::{exp, exp_m1, ln_1p};
+
+/// Nodes and weights of Gauss and Legendre's quadrature on [0, 1] (Abramowitz and Stegun 1964, table 25.4, from which
+/// they were computed again to 40 digits): three of them.
+const THREE: [(f64, f64); 3] = [
+    (0.1127016653792583, 0.2777777777777778),
+    (0.5, 0.4444444444444444),
+    (0.8872983346207417, 0.2777777777777778),
+];
+
+/// Six.
+const SIX: [(f64, f64); 6] = [
+    (0.03376524289842399, 0.08566224618958518),
+    (0.16939530676686773, 0.1803807865240693),
+    (0.38069040695840156, 0.23395696728634552),
+    (0.6193095930415985, 0.23395696728634552),
+    (0.8306046932331322, 0.1803807865240693),
+    (0.966234757101576, 0.08566224618958518),
+];
+
+/// Twelve.
+pub(super) const TWELVE: [(f64, f64); 12] = [
+    (0.009219682876640375, 0.023587668193255914),
+    (0.04794137181476257, 0.05346966299765921),
+    (0.11504866290284765, 0.08003916427167311),
+    (0.2063410228566913, 0.10158371336153296),
+    (0.3160842505009099, 0.1167462682691774),
+    (0.43738329574426554, 0.12457352290670139),
+    (0.5626167042557345, 0.12457352290670139),
+    (0.6839157494990901, 0.1167462682691774),
+    (0.7936589771433087, 0.10158371336153296),
+    (0.8849513370971523, 0.08003916427167311),
+    (0.9520586281852375, 0.05346966299765921),
+    (0.9907803171233597, 0.023587668193255914),
+];
 
 /// Stribeck's curve in one direction.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! A handle that is left alone, on a rig whose friction is lower than what was identified.
 
-use super::script::{PLAIN, Script};
+use super::script::PLAIN;
 use super::*;
 use crate::Directional;
 use crate::compensation::{Compensation, MAX_SHARE};
@@ -74,17 +74,13 @@ struct Rig {
 
 /// Runs a rig whose handle is pushed once, from 1 s to 1.02 s; returns its velocities.
 fn push(rig: Rig, force_n: f64, steps: usize) -> Vec<f64> {
-    let scene = Scene {
-        block: None,
-        coupling: None,
-        friction: Friction::Viscous(Viscous {
-            viscous: Directional::both(0.0),
-        }),
-        ..Scene::paper()
-    };
-    let mut held = Scene::paper();
-    held.coupling.as_mut().expect("a coupling").stiffness = 1000.0;
-    let scene = if rig.surface { held } else { scene };
+    let mut scene = Scene::paper();
+    if rig.surface {
+        scene.coupling.as_mut().expect("a coupling").stiffness = 1000.0;
+    } else {
+        let viscous = Directional::both(0.0);
+        (scene.block, scene.coupling, scene.friction) = (None, None, Friction::Viscous(Viscous { viscous }));
+    }
     let renderer = Renderer::new(&scene, Scheme::Exact, STEP_S).expect("a valid scene");
     let settings = Settings {
         compensation: Some(compensation(rig.share)),
@@ -123,24 +119,13 @@ fn push(rig: Rig, force_n: f64, steps: usize) -> Vec<f64> {
     velocities
 }
 
-fn rig() -> impl Strategy<Value = Rig> {
-    let resolution = prop::sample::select(&[1e-6, 1e-5, 4e-5][..]);
-    (
-        0.5..1.3f64,
-        0.0..=MAX_SHARE,
-        resolution,
-        0..3_usize,
-        0.3..3.0f64,
-        any::<bool>(),
-    )
-        .prop_map(|(real, share, resolution, delay, mass, surface)| Rig {
-            real,
-            share,
-            resolution,
-            delay,
-            mass,
-            surface,
-        })
+prop_compose! {
+    fn rig()(
+        real in 0.5..1.3f64, share in 0.0..=MAX_SHARE, resolution in prop::sample::select(&[1e-6, 1e-5, 4e-5][..]),
+        delay in 0..3_usize, mass in 0.3..3.0f64, surface in any::<bool>(),
+    ) -> Rig {
+        Rig { real, share, resolution, delay, mass, surface }
+    }
 }
 
 proptest! {

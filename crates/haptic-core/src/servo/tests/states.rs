@@ -1,7 +1,7 @@
 //! What a person, the loop and the device's own words do to the state of the rig, and what is made
 //! of samples that no hand can have made.
 
-use super::script::{PLAIN, SPEED_MPS, Script};
+use super::script::{PLAIN, SPEED_MPS};
 use super::*;
 use crate::sample::ErrorCode;
 use crate::sample_clock::ClockError;

@@ -125,17 +125,24 @@ fn follow_cut(mut surface: Renderer, case: &Case) -> Vec<Tick> {
     ticks
 }
 
-fn mirrored(scene: &Scene) -> Option<Scene> {
+/// A scene whose values are others, by parameter, direction and the values by direction.
+fn with_values(scene: &Scene, value: impl Fn(Parameter, Direction, Directional) -> f64) -> Option<Scene> {
     let mut changes = Vec::new();
     for parameter in scene.parameters() {
-        let value = scene.value(parameter)?;
-        if !value.is_symmetric() {
-            let Directional { positive, negative } = value;
-            changes.push((parameter.in_direction(Direction::Positive), negative));
-            changes.push((parameter.in_direction(Direction::Negative), positive));
+        let had = scene.value(parameter)?;
+        if had.is_symmetric() {
+            let key = ParameterKey::from(parameter);
+            changes.push((key, value(parameter, Direction::Positive, had)));
+        } else {
+            let of = |direction| (parameter.in_direction(direction), value(parameter, direction, had));
+            changes.extend(Direction::BOTH.map(of));
         }
     }
     scene.with(&changes).ok()
+}
+
+fn mirrored(scene: &Scene) -> Option<Scene> {
+    with_values(scene, |_, direction, had| had.get(Direction::of(-direction.sign())))
 }
 
 /// Powers of two in which mass, time and length are measured.
@@ -161,19 +168,15 @@ fn factor(units: Units, unit: Units) -> f64 {
 }
 
 fn scaled(scene: &Scene, units: Units) -> Option<Scene> {
-    let mut changes = Vec::new();
-    for parameter in scene.parameters() {
-        let value = scene.value(parameter)?;
-        let by = factor(units, unit(parameter));
-        if value.is_symmetric() {
-            changes.push((ParameterKey::from(parameter), by * value.positive));
-        } else {
-            for direction in Direction::BOTH {
-                changes.push((parameter.in_direction(direction), by * value.get(direction)));
-            }
-        }
-    }
-    scene.with(&changes).ok()
+    with_values(scene, |parameter, direction, had| {
+        factor(units, unit(parameter)) * had.get(direction)
+    })
+}
+
+/// Ticks whose forces are so many times as large.
+fn measured_in(unit: f64, mut ticks: Vec<Tick>) -> Vec<Tick> {
+    ticks.iter_mut().for_each(|(force, _)| *force /= unit);
+    ticks
 }
 
 /// Whether its limit depends on the time at rest.
@@ -275,10 +278,7 @@ fn both(property: Property, case: &mut Case, random: &mut Random) -> Option<(Vec
                 (sample.position, sample.velocity) = (-sample.position, -sample.velocity);
             }
             let ticks = follow(renderer(&mirrored(scene)?, *period_s)?, &hand, |_, _| {});
-            ticks
-                .into_iter()
-                .map(|(force, exhausted)| (-force, exhausted))
-                .collect()
+            measured_in(-1.0, ticks)
         }
         Property::Scale => {
             let mut power = || random.one_of(&[-2, -1, 0, 1, 2]);
@@ -294,10 +294,7 @@ fn both(property: Property, case: &mut Case, random: &mut Random) -> Option<(Vec
             // Its own least error is that of newtons.
             times *= (1.0 / by).max(1.0);
             let ticks = follow(renderer(&scaled(scene, units)?, period_s * time)?, &hand, |_, _| {});
-            ticks
-                .into_iter()
-                .map(|(force, exhausted)| (force / by, exhausted))
-                .collect()
+            measured_in(by, ticks)
         }
         Property::Move => {
             let mut hand = hand.clone();

@@ -1,6 +1,7 @@
 //! `commission.*`: one client has the rig to itself and moves the handle by small pulses, to find
 //! the direction of its motor.
 
+pub(in crate::control) mod motion;
 mod operations;
 mod pulse;
 

@@ -2,13 +2,12 @@
 //! `commission.end`.
 
 use super::pulse as one_pulse;
-use crate::control::admission::{self, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::{Findings, Record};
 use crate::control::rig::exclusive_use::state::{Commissioning, Work};
-use crate::control::rig::exclusive_use::{self, begin_motion, end_if_over, largest_force_n, resting_device};
+use crate::control::rig::exclusive_use::{self, end_if_over, largest_force_n, resting_device};
 use crate::control::rig_files::Origin;
 use crate::control::{RigHandle, judge};
 use crate::telemetry::motion::Motion;
@@ -104,11 +103,7 @@ pub(in crate::control) async fn pulse(
             .within(force_n, -largest_n, largest_n, "N"));
     }
     let shape = one_pulse::shape(force_n, duration_ms, device.resolution_m);
-    // Now, while the client waits for the answer.
-    let admission = admission::admit(rig, Purpose::Commissioning).await?;
-    let stops = begin_motion(rig, by.session)?;
-    let (task_rig, peer) = (Rc::clone(rig), by.peer.clone());
-    tokio::task::spawn_local(async move { one_pulse::run(&task_rig, shape, admission, stops, &peer).await });
+    one_pulse::begin(rig, by, shape).await?;
     status(rig, by)
 }
 

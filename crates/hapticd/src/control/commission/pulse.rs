@@ -1,13 +1,16 @@
 //! One pulse, and what is made of its report.
 
+use super::motion::{self, ClientMotion};
 use crate::control::RigHandle;
-use crate::control::admission::Admission;
-use crate::control::rig::exclusive_use::motion::{self, ExclusiveMotion};
+use crate::control::admission::Purpose;
+use crate::control::peer::Requester;
 use crate::control::rig::exclusive_use::state::Work;
+use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::Motion;
-use haptic_core::pulse::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
-use haptic_core::{PulseShape, Renderer};
-use haptic_ipc::{Peer, PulseEnd, PulseReport};
+use haptic_core::own_motion::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
+use haptic_core::{OwnMotion, PulseShape};
+use haptic_ipc::{PulseEnd, WireError};
+use std::rc::Rc;
 use std::time::Duration;
 
 /// Share of a pulse that each of its edges takes.
@@ -38,71 +41,42 @@ pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseS
     }
 }
 
-/// Gives a pulse.
-pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u64, by: &Peer) {
-    let given = match Renderer::pulse(shape, rig.facts.period_s()) {
-        Err(error) => Err(error.to_string()),
-        Ok(motion) => {
-            let exclusive = ExclusiveMotion {
-                motion,
-                longest: LONGEST,
-                admission,
-                stops,
-                by,
-            };
-            motion::lend(
-                rig,
-                exclusive,
-                |feed| {
-                    if let Some(motion) = feed.motion.as_mut() {
-                        motion.begin_pulse(shape);
-                    }
-                },
-                |feed| feed.motion.as_ref().is_some_and(Motion::pulse_is_over),
-            )
-            .await
-        }
+/// Begins a pulse.
+///
+/// # Errors
+/// The rig may not be moved, or another motion is under way.
+pub(super) async fn begin(rig: &Rc<RigHandle>, by: Requester<'_>, shape: PulseShape) -> Result<(), WireError> {
+    let asked = ClientMotion {
+        motion: OwnMotion::pulse(shape, rig.facts.period_s())?,
+        purpose: Purpose::Commissioning,
+        longest: LONGEST,
+        observe: move |feed: &mut Feed| {
+            if let Some(motion) = feed.motion.as_mut() {
+                motion.begin_pulse(shape);
+            }
+        },
+        is_over: |feed| feed.motion.as_ref().is_some_and(Motion::pulse_is_over),
+        report,
     };
-    let was_interrupted = given.is_err();
-    let mut report = rig
-        .feed()
-        .motion
-        .as_mut()
-        .and_then(|motion| motion.end_pulse(was_interrupted));
-    if let Some(report) = &mut report
-        && rig.facts.steady_delay_s() > MAX_DELAY_S
-    {
-        report.mass_kg = None;
-    }
-    ended(rig, report, given.err());
+    motion::begin(rig, by, asked).await
 }
 
-/// Processes the report of a pulse, after the scene is restored.
-fn ended(rig: &RigHandle, report: Option<PulseReport>, interrupted: Option<String>) {
-    let feed = rig.feed();
-    let confirmed = report.as_ref().is_some_and(|report| {
-        feed.motion
-            .as_ref()
-            .is_some_and(|motion| motion.is_confirmed_by(report))
-    });
-    let mut exclusive_use = rig.exclusive_use().borrow_mut();
-    let Some(current) = exclusive_use.as_mut() else { return };
-    current.moving = false;
-    if let Work::Commissioning(found) = &mut current.work {
-        found.pulses += 1;
-        if let Some(report) = &report {
-            found.positive_confirmed |= confirmed && report.force_n > 0.0;
-            found.negative_confirmed |= confirmed && report.force_n < 0.0;
-            found.last = Some(report.clone());
-        }
+fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'static str> {
+    let Work::Commissioning(found) = work else { return None };
+    found.pulses += 1;
+    let mut feed = rig.feed();
+    let motion = feed.motion.as_mut()?;
+    let mut report = motion.end_pulse(was_interrupted)?;
+    if rig.facts.steady_delay_s() > MAX_DELAY_S {
+        report.mass_kg = None;
     }
-    if report.is_some_and(|report| report.end == PulseEnd::WrongWay) {
-        current.end(
-            "the handle moved against the force: the motor or the encoder is wired the other way (or somebody held the \
-             handle); nothing is stored",
-        );
-    }
-    if let Some(why) = interrupted {
-        current.end(&why);
-    }
+    let confirmed = motion.is_confirmed_by(&report);
+    found.positive_confirmed |= confirmed && report.force_n > 0.0;
+    found.negative_confirmed |= confirmed && report.force_n < 0.0;
+    let is_wrong = report.end == PulseEnd::WrongWay;
+    found.last = Some(report);
+    is_wrong.then_some(
+        "the handle moved against the force: the motor or the encoder is wired the other way (or somebody held the \
+         handle); nothing is stored",
+    )
 }

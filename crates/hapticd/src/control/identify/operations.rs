@@ -1,23 +1,29 @@
 //! `identify.begin`, `identify.excite`, `identify.status`, `identify.store` and `identify.end`.
 
-use super::excitation as one_excitation;
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
+use crate::control::commission::motion::{self, ClientMotion};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::exclusive_use::state::{Identification, Work};
-use crate::control::rig::exclusive_use::{self, begin_motion, end_if_over, largest_force_n, resting_device};
+use crate::control::rig::exclusive_use::{self, end_if_over, largest_force_n, resting_device};
 use crate::telemetry::excitation::ObservedExcitation;
+use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::Motion;
 use haptic_core::rig_friction::RigFriction;
-use haptic_core::{BoundError, Excitation};
-use haptic_ipc::{ErrorCode, IdentificationReply, JournalEntry, WireError};
+use haptic_core::{BoundError, Excitation, OwnMotion};
+use haptic_ipc::{ErrorCode, ExcitationEnd, IdentificationReply, JournalEntry, WireError};
 use std::rc::Rc;
+use std::time::Duration;
 
 /// Share of the range, to either side of its middle, that an excitation may use.
 const SHARE_OF_RANGE: f64 = 0.5;
+
+/// Time that an excitation may take beyond its course: a device whose clock is slow, and the handle
+/// that comes to rest.
+const GRACE: Duration = Duration::from_secs(5);
 
 /// Begins an identification.
 ///
@@ -127,13 +133,33 @@ pub(in crate::control) async fn excite(
     )?;
     let travel_m = excitation.travel_limit_m;
     BoundError::check("travel_limit_m", travel_m, 0.0, now.travel_limit_m, "m")?;
-    excitation.check()?;
-    // Now, while the client waits for the answer.
-    let admission = admission::admit(rig, Purpose::Identification).await?;
-    let stops = begin_motion(rig, by.session)?;
-    let (task_rig, peer) = (Rc::clone(rig), by.peer.clone());
-    tokio::task::spawn_local(async move { one_excitation::run(&task_rig, excitation, admission, stops, &peer).await });
+    let asked = ClientMotion {
+        motion: OwnMotion::excitation(excitation, rig.facts.period_s())?,
+        purpose: Purpose::Identification,
+        longest: Duration::from_secs_f64(1.1 * excitation.duration_s()) + GRACE,
+        observe: move |feed: &mut Feed| {
+            let last = feed.newest().copied();
+            feed.excitation = Some(ObservedExcitation::new(excitation, last));
+        },
+        is_over: |feed| feed.excitation.as_ref().is_some_and(ObservedExcitation::is_over),
+        report,
+    };
+    motion::begin(rig, by, asked).await?;
     status(rig, by)
+}
+
+fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'static str> {
+    let observed = rig.feed().excitation.take();
+    let report = observed.and_then(|observed| observed.report(was_interrupted));
+    let end = report.as_ref().map(|report| report.end);
+    if let Work::Identification(done) = work {
+        done.excitations += 1;
+        done.last = report;
+    }
+    (end == Some(ExcitationEnd::WrongWay)).then_some(
+        "the handle moved against the force: the motor or the encoder is wired the other way (or somebody moved the \
+         handle)",
+    )
 }
 
 /// Stores what was identified of the rig itself.

@@ -2,8 +2,8 @@
 
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig_files::{Origin, RigFolder};
-use haptic_core::rig_friction::{RigFriction, RigFrictionError};
-use haptic_ipc::{ErrorCode, Peer, WireError};
+use haptic_core::rig_friction::RigFriction;
+use haptic_ipc::{Peer, WireError};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -110,7 +110,7 @@ impl RigFrictions {
         friction: RigFriction,
         by: &Peer,
     ) -> Result<PathBuf, WireError> {
-        friction.validate().map_err(|error| refusal(&error))?;
+        friction.validate()?;
         let record = FrictionRecord {
             origin: Origin::now(device, by),
             friction,
@@ -133,17 +133,12 @@ fn usable(record: &FrictionRecord, device: &ConnectedDevice) -> Result<RigFricti
     }
 }
 
-fn refusal(error: &RigFrictionError) -> WireError {
-    WireError::new(ErrorCode::OutOfRange, error.to_string())
-        .about(error.field)
-        .within(error.value, error.min, error.max, error.unit)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::control::rig_files::tests::{device, origin};
     use haptic_core::Directional;
+    use haptic_ipc::ErrorCode;
 
     const FRICTION: RigFriction = RigFriction {
         mass: 1.4,

@@ -9,6 +9,7 @@ use crate::rt::shared::Shared;
 use crate::telemetry::feed::Feed;
 use crate::telemetry::subscribers::KnownScene;
 use crate::timers::AnswerTimer;
+use haptic_core::OwnMotion;
 use haptic_core::limiter::Limits;
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
@@ -132,6 +133,11 @@ impl LoopChannel {
     /// Sends a scene to be rendered; of several that wait the newest is.
     pub(super) fn post(&self, scene: CompiledScene) {
         self.inbox.borrow_mut().post(scene);
+    }
+
+    /// Sends a motion of the rig's own likewise.
+    pub(super) fn post_motion(&self, motion: OwnMotion) {
+        self.inbox.borrow_mut().post_motion(motion);
     }
 
     fn send(&self, entry: ToLoop) -> bool {

@@ -5,7 +5,7 @@ use crate::control::facts::Facts;
 use crate::control::history::Move;
 use crate::control::journal::Completion;
 use haptic_core::servo::{CompiledScene, Transition};
-use haptic_core::{Renderer, Scene};
+use haptic_core::{OwnMotion, Renderer, Scene};
 use haptic_ipc::{JournalEntry, SceneRamp, WireError};
 use std::rc::Rc;
 
@@ -64,19 +64,18 @@ impl Compiled {
 }
 
 impl RigHandle {
-    /// Makes the loop render something that is not a scene. For clients the newest scene stays the
-    /// same.
-    pub(in crate::control) fn lend_loop(&self, renderer: Renderer) {
+    /// Makes the loop render a motion of the rig's own. For clients the newest scene stays the same.
+    pub(in crate::control) fn lend_loop(&self, motion: OwnMotion) {
         // A ramp to the newest scene ends here: the loop will get its end back.
         self.history_mut().end_ramp();
-        self.channel.post(CompiledScene::at_once(renderer, self.revision()));
+        self.channel.post_motion(motion);
     }
 
     /// Makes the loop render the newest scene again.
     pub(in crate::control) fn give_loop_back(&self) {
         let renderer = Renderer::new(&self.scene(), self.facts.scheme, self.facts.period_s());
         match renderer {
-            Ok(renderer) => self.lend_loop(renderer),
+            Ok(renderer) => self.channel.post(CompiledScene::at_once(renderer, self.revision())),
             // It was rendered before.
             Err(error) => crate::say(&format!("the scene cannot be rendered any more: {error}")),
         }

@@ -5,8 +5,8 @@ use crate::control::RigHandle;
 use crate::control::admission::Admission;
 use crate::control::rig::Asked;
 use crate::telemetry::feed::Feed;
+use haptic_core::OwnMotion;
 use haptic_core::servo::Command;
-use haptic_core::{PulseShape, Renderer};
 use haptic_ipc::{Peer, RigState};
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ const RAMP_GRACE: Duration = Duration::from_secs(1);
 
 /// A motion that the loop renders for the client that has the rig to itself.
 pub(in crate::control) struct ExclusiveMotion<'a> {
-    pub(in crate::control) motion: Renderer,
+    pub(in crate::control) motion: OwnMotion,
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
     pub(in crate::control) admission: Admission,
@@ -29,9 +29,7 @@ pub(in crate::control) struct ExclusiveMotion<'a> {
 
 /// Ends the force of a motion within one tick.
 pub(in crate::control) fn rest(rig: &RigHandle) {
-    if let Ok(rest) = Renderer::pulse(PulseShape::REST, rig.facts.period_s()) {
-        rig.lend_loop(rest);
-    }
+    rig.lend_loop(OwnMotion::REST);
 }
 
 /// Engages without a scene, has the motion rendered until it is over, releases, and restores the

@@ -5,7 +5,7 @@ use device_io::protocol::message::ErrorCode;
 use haptic_core::compensation::{Compensation, MAX_SHARE};
 use haptic_core::rig_friction::RigFriction;
 use haptic_core::velocity::METHODS;
-use haptic_core::{Course, Directional, Excitation, PulseShape};
+use haptic_core::{Course, Directional, Excitation, OwnMotion, PulseShape};
 use proptest::prelude::*;
 
 /// Something that can happen to the loop between two ticks, or in one.
@@ -88,7 +88,7 @@ fn happening() -> impl Strategy<Value = Happening> {
 }
 
 /// As wide as they may be: more than the limits let through.
-fn motions() -> [Renderer; 3] {
+fn motions() -> [OwnMotion; 3] {
     let pulse = PulseShape {
         force_n: 30.0,
         rise_s: 0.001,
@@ -113,12 +113,9 @@ fn motions() -> [Renderer; 3] {
         lag_limit_m: 0.25,
         wrong_way_limit_m: 0.25,
     };
-    [
-        Renderer::pulse(PulseShape::REST, 1e-3),
-        Renderer::pulse(pulse, 1e-3),
-        Renderer::excitation(excitation, 1e-3),
-    ]
-    .map(|motion| motion.expect("it is bounded"))
+    let bounded = [OwnMotion::pulse(pulse, 1e-3), OwnMotion::excitation(excitation, 1e-3)];
+    let [pulse, excitation] = bounded.map(|motion| motion.expect("it is bounded"));
+    [OwnMotion::REST, pulse, excitation]
 }
 
 /// Of a rig of much friction.
@@ -203,7 +200,7 @@ proptest! {
                     bench.inbox.post(ramp.expect("both are valid"));
                 }
                 Happening::Motion(which) => {
-                    bench.inbox.post(CompiledScene::at_once(motions[which].clone(), revision));
+                    bench.inbox.post_motion(motions[which]);
                 }
                 Happening::Lease { lapses } => {
                     is_lapsed = lapses;

@@ -1,0 +1,62 @@
+//! One motion of a client that has the rig to itself, from its request to its report: a pulse or an excitation.
+
+use crate::control::RigHandle;
+use crate::control::admission::{self, Purpose};
+use crate::control::peer::Requester;
+use crate::control::rig::exclusive_use::begin_motion;
+use crate::control::rig::exclusive_use::motion::{ExclusiveMotion, lend};
+use crate::control::rig::exclusive_use::state::Work;
+use crate::telemetry::feed::Feed;
+use haptic_core::OwnMotion;
+use haptic_ipc::WireError;
+use std::rc::Rc;
+use std::time::Duration;
+
+/// A motion that a client asks for, and what is made of its records.
+pub(in crate::control) struct ClientMotion<O> {
+    pub(in crate::control) motion: OwnMotion,
+    pub(in crate::control) purpose: Purpose,
+    /// Time that it may take, until the handle rests again.
+    pub(in crate::control) longest: Duration,
+    /// Begins to observe it, right before it begins.
+    pub(in crate::control) observe: O,
+    /// Whether it has ended and the handle rests again.
+    pub(in crate::control) is_over: fn(&Feed) -> bool,
+    /// Takes the report into the work, also of a motion that was interrupted. Returns why the work ends with it, if it
+    /// does.
+    pub(in crate::control) report: fn(&RigHandle, &mut Work, bool) -> Option<&'static str>,
+}
+
+/// Admits the rig while the client waits for the answer, and begins the motion, which goes on beside the requests.
+///
+/// # Errors
+/// The rig may not be moved, or another motion is under way.
+pub(in crate::control) async fn begin<O: FnOnce(&mut Feed) + 'static>(
+    rig: &Rc<RigHandle>,
+    by: Requester<'_>,
+    asked: ClientMotion<O>,
+) -> Result<(), WireError> {
+    let admission = admission::admit(rig, asked.purpose).await?;
+    let stops = begin_motion(rig, by.session)?;
+    let (rig, peer) = (Rc::clone(rig), by.peer.clone());
+    tokio::task::spawn_local(async move {
+        let exclusive = ExclusiveMotion {
+            motion: asked.motion,
+            longest: asked.longest,
+            admission,
+            stops,
+            by: &peer,
+        };
+        let given = lend(&rig, exclusive, asked.observe, asked.is_over).await;
+        let mut exclusive_use = rig.exclusive_use().borrow_mut();
+        let Some(current) = exclusive_use.as_mut() else { return };
+        current.moving = false;
+        if let Some(why) = (asked.report)(&rig, &mut current.work, given.is_err()) {
+            current.end(why);
+        }
+        if let Err(why) = given {
+            current.end(&why);
+        }
+    });
+    Ok(())
+}
