@@ -258,7 +258,7 @@ impl Tables<'_> {
         let mut table = Table::new(&["target of the exact scheme", "to be", "measured", ""]);
         for target in self.targets {
             table.row(&[
-                target.what,
+                target.what.as_str(),
                 target.target,
                 &target.measured,
                 if target.met { "" } else { "**missed**" },
