@@ -53,12 +53,8 @@ fn scenes() -> Result<Vec<SceneCost>, Box<dyn Error>> {
 
 fn targets(laws: &[accuracy::LawMeasurement], scenes: &[SceneCost]) -> Result<Vec<Target>, Box<dyn Error>> {
     let karnopp = scenes.iter().find(|scene| scene.scene == "Karnopp behind a block");
-    let mut targets = accuracy::targets()?;
-    targets.extend(accuracy::curve_targets(
-        laws,
-        karnopp.and_then(|scene| scene.instructions),
-    )?);
-    Ok(targets)
+    let instructions = karnopp.and_then(|scene| scene.instructions);
+    Ok(accuracy::targets(laws, instructions)?)
 }
 
 /// A path from the workspace's root: cargo starts benches in the crate's folder.

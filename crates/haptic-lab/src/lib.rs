@@ -5,7 +5,6 @@
 pub mod accuracy;
 pub mod compare;
 pub mod cost;
-mod derivatives;
 pub mod drawing;
 pub mod identify;
 pub mod motion;

@@ -74,7 +74,7 @@ pub fn record(experiment: &Experiment, seed: u64) -> LabRecord {
         coupling: Some(experiment.grip),
         friction: experiment.truth.friction,
     };
-    let hand = hand(experiment);
+    let hand = experiment.hand();
     let truth = reference::solve(&scene, &hand, Start::default());
     let motion = Record {
         t_s: truth.rows.iter().map(|row| row.device.t_s).collect(),
@@ -90,30 +90,6 @@ pub fn record(experiment: &Experiment, seed: u64) -> LabRecord {
         mass: experiment.sensors.watch(&motion, seed),
         hand,
     }
-}
-
-/// The hand's motion, each movement from where the one before ended.
-#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-fn hand(experiment: &Experiment) -> Vec<DeviceSample> {
-    let rate_hz = experiment.sensors.rate_hz;
-    let mut samples = vec![DeviceSample::default()];
-    for movement in &experiment.movements {
-        let from_m = samples.last().map_or(0.0, |sample| sample.position_m);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a count of samples"
-        )]
-        for index in 1..=(movement.duration_s() * rate_hz).round() as usize {
-            let (displacement_m, velocity_mps) = movement.at(index as f64 / rate_hz);
-            samples.push(DeviceSample {
-                t_s: samples.len() as f64 / rate_hz,
-                position_m: from_m + displacement_m,
-                velocity_mps,
-            });
-        }
-    }
-    samples
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@
 //! Recordings have the longer names. A recording with both names of a quantity is refused, since either could be
 //! meant. Other columns are ignored. A recording that was broken off reads up to its last whole row.
 
+pub mod cdr;
 mod columns;
 mod csv_table;
 mod error;
@@ -30,7 +31,6 @@ mod opened;
 mod parquet_table;
 pub mod table;
 pub mod text;
-mod whole_lines;
 
 pub use error::{MotionError, Place};
 pub use opened::{Opened, RECORDING_KEY};

@@ -1,6 +1,7 @@
 //! Motions in MCAP: a channel of fixed structs.
 
 use crate::Row;
+use crate::cdr::{self, Field};
 use crate::columns::{Column, Columns, TIME};
 use crate::error::{MotionError, Place};
 use crate::opened::Input;
@@ -16,9 +17,6 @@ const CHUNK: usize = 1 << 16;
 
 /// Longest record, bytes: a damaged file is not read into memory whole.
 const MAX_RECORD: usize = 1 << 24;
-
-/// The bytes before a message in CDR, which say how it is encoded.
-const CDR_HEADER: usize = 4;
 
 pub(crate) struct McapTable {
     path: PathBuf,
@@ -52,7 +50,7 @@ impl McapTable {
                 Record::Schema { header, data } if header.encoding == "ros2msg" => {
                     // The summary at the end has all of them again.
                     schemas.entry(header.id).or_insert_with(|| {
-                        let fields = fields(&String::from_utf8_lossy(&data));
+                        let (fields, _) = cdr::fields(&String::from_utf8_lossy(&data));
                         names.extend(fields.iter().map(|field| field.name.clone()));
                         fields
                     });
@@ -92,11 +90,11 @@ impl McapTable {
             }
             self.rows += 1;
             let place = Place::Row(self.rows);
-            let number = |column: &Column| self.fields[column.index].number(&self.path, column, place, &data);
+            let cell = |column: &Column| number(&self.fields[column.index], &self.path, column, place, &data);
             let row = Row {
-                t_s: number(&self.columns.time)?,
-                position_m: number(&self.columns.position)?,
-                velocity_mps: self.columns.velocity.as_ref().map(number).transpose()?,
+                t_s: cell(&self.columns.time)?,
+                position_m: cell(&self.columns.position)?,
+                velocity_mps: self.columns.velocity.as_ref().map(cell).transpose()?,
             };
             return Ok(Some((place, row)));
         }
@@ -135,101 +133,43 @@ fn next_record(
     Ok(None)
 }
 
-/// A field of a message, up to the first whose place depends on what the message holds.
-#[derive(Clone, Debug)]
-struct Field {
-    name: String,
-    kind: String,
-    /// Its place in the message after the header, bytes.
-    offset: usize,
-}
-
-/// The fields of a schema in the language of ROS 2: a type and a name in each line. CDR places each
-/// at a multiple of its size.
-fn fields(schema: &str) -> Vec<Field> {
-    let mut fields = Vec::new();
-    let mut end = 0_usize;
-    for line in schema.lines() {
-        let text = line.split('#').next().unwrap_or_default().trim();
-        // Other types follow, which this one uses.
-        if text.starts_with("===") {
-            break;
+/// The number in a field of a message.
+fn number(field: &Field, path: &Path, column: &Column, place: Place, message: &[u8]) -> Result<f64, MotionError> {
+    let broken = |what: &str| MotionError::format(path, format!("{place}: {what}"));
+    let is_little_endian = match message.get(..cdr::HEADER) {
+        Some([0, 1, ..]) => true,
+        Some([0, 0, ..]) => false,
+        _ => return Err(broken("the message is not in CDR")),
+    };
+    let bytes = &message[cdr::HEADER..];
+    let cut = || broken("the message is shorter than its schema says");
+    match field.kind.as_str() {
+        "float64" => {
+            let bytes = *bytes
+                .get(field.offset..)
+                .and_then(<[u8]>::first_chunk)
+                .ok_or_else(cut)?;
+            Ok(if is_little_endian {
+                f64::from_le_bytes(bytes)
+            } else {
+                f64::from_be_bytes(bytes)
+            })
         }
-        let mut words = text.split_whitespace();
-        let (Some(kind), Some(name)) = (words.next(), words.next()) else {
-            continue;
-        };
-        // A constant has no place in a message.
-        if text.contains('=') {
-            continue;
+        "float32" => {
+            let bytes = *bytes
+                .get(field.offset..)
+                .and_then(<[u8]>::first_chunk)
+                .ok_or_else(cut)?;
+            Ok(f64::from(if is_little_endian {
+                f32::from_le_bytes(bytes)
+            } else {
+                f32::from_be_bytes(bytes)
+            }))
         }
-        let size = match kind {
-            "bool" | "byte" | "char" | "int8" | "uint8" => 1,
-            "int16" | "uint16" => 2,
-            "int32" | "uint32" | "float32" => 4,
-            "int64" | "uint64" | "float64" => 8,
-            _ => break,
-        };
-        let offset = end.next_multiple_of(size);
-        fields.push(Field {
-            name: name.to_owned(),
-            kind: kind.to_owned(),
-            offset,
-        });
-        end = offset + size;
-    }
-    fields
-}
-
-impl Field {
-    fn number(&self, path: &Path, column: &Column, place: Place, message: &[u8]) -> Result<f64, MotionError> {
-        let broken = |what: &str| MotionError::format(path, format!("{place}: {what}"));
-        let is_little_endian = match message.get(..CDR_HEADER) {
-            Some([0, 1, ..]) => true,
-            Some([0, 0, ..]) => false,
-            _ => return Err(broken("the message is not in CDR")),
-        };
-        let bytes = &message[CDR_HEADER..];
-        let cut = || broken("the message is shorter than its schema says");
-        match self.kind.as_str() {
-            "float64" => {
-                let bytes = *bytes.get(self.offset..).and_then(<[u8]>::first_chunk).ok_or_else(cut)?;
-                Ok(if is_little_endian {
-                    f64::from_le_bytes(bytes)
-                } else {
-                    f64::from_be_bytes(bytes)
-                })
-            }
-            "float32" => {
-                let bytes = *bytes.get(self.offset..).and_then(<[u8]>::first_chunk).ok_or_else(cut)?;
-                Ok(f64::from(if is_little_endian {
-                    f32::from_le_bytes(bytes)
-                } else {
-                    f32::from_be_bytes(bytes)
-                }))
-            }
-            other => Err(MotionError::ColumnType {
-                path: path.to_path_buf(),
-                column: column.name,
-                found: other.to_owned(),
-            }),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_schema_gives_each_field_its_place() {
-        let schema = "# a motion\nuint8 state # of the rig\nuint8 IDLE=0\n\nfloat64 t_s\nfloat32 position_m 0.0\n\
-                      uint16 flags\nstring name\nfloat64 late\n===\nMSG: other/Type\nfloat64 x\n";
-        let found: Vec<(String, usize)> = fields(schema)
-            .into_iter()
-            .map(|field| (field.name, field.offset))
-            .collect();
-        let wanted = [("state", 0), ("t_s", 8), ("position_m", 16), ("flags", 20)];
-        assert_eq!(found, wanted.map(|(name, offset)| (name.to_owned(), offset)));
+        other => Err(MotionError::ColumnType {
+            path: path.to_path_buf(),
+            column: column.name,
+            found: other.to_owned(),
+        }),
     }
 }

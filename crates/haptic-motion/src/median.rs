@@ -10,6 +10,18 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// The median; of an even count, the mean of the two in the middle. `None` if there are no values.
+#[must_use]
+pub fn middle(mut values: Vec<f64>) -> Option<f64> {
+    let upper = median(&mut values)?;
+    let half = values.len() / 2;
+    if values.len() % 2 == 1 {
+        return Some(upper);
+    }
+    let lower = values[..half].iter().copied().max_by(f64::total_cmp)?;
+    Some(0.5 * (lower + upper))
+}
+
 /// The least and the greatest; infinite, and the other way round, if there are no values.
 pub fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values

@@ -1,8 +1,11 @@
-//! Under which circumstances a recording was made.
+//! Under which circumstances a recording was made, and the same as texts by name: what MCAP and Parquet hold of them.
 
+use crate::error::{Place, RecordingError};
+use crate::format::VERSION;
 use haptic_core::Scene;
 use haptic_ipc::ServoSetup;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// Under which circumstances a recording was made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,7 +35,7 @@ pub struct Metadata {
     pub notes: Option<String>,
     /// The daemon's whole answer to `status` when it began.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub configuration: Option<serde_json::Value>,
+    pub configuration: Option<Value>,
 }
 
 /// Who records: a program, with its version, and the user who runs it.
@@ -45,4 +48,58 @@ pub fn recorded_by(program: &str) -> String {
         Some(user) => format!("{program}, {user}"),
         None => program.to_owned(),
     }
+}
+
+/// The field that holds the version of the recording.
+pub(crate) const VERSION_FIELD: &str = "version";
+
+/// Fields that are text; the others are JSON.
+const TEXTS: [&str; 3] = ["server", "device", "notes"];
+
+/// The version, and each field of the metadata.
+///
+/// # Errors
+/// Never: metadata are finite numbers, texts and scenes.
+pub(crate) fn to_fields(metadata: &Metadata) -> serde_json::Result<Vec<(String, String)>> {
+    let mut fields = vec![(VERSION_FIELD.to_owned(), VERSION.to_string())];
+    if let Value::Object(object) = serde_json::to_value(metadata)? {
+        fields.extend(object.into_iter().map(|(name, value)| {
+            let text = match value {
+                Value::String(text) if TEXTS.contains(&name.as_str()) => text,
+                value => value.to_string(),
+            };
+            (name, text)
+        }));
+    }
+    Ok(fields)
+}
+
+/// Reads metadata; fields that a later version added are passed over.
+///
+/// # Errors
+/// The recording is of another version, or a field is missing or damaged.
+pub(crate) fn from_fields<'a>(
+    place: Place,
+    fields: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Result<Metadata, RecordingError> {
+    let failed = |reason: String| RecordingError::Metadata { place, reason };
+    let mut object = serde_json::Map::new();
+    let mut version = None;
+    for (name, text) in fields {
+        let value = if name == VERSION_FIELD {
+            version = Some(text.to_owned());
+            continue;
+        } else if TEXTS.contains(&name) {
+            Value::String(text.to_owned())
+        } else {
+            serde_json::from_str(text).map_err(|error| failed(format!("{name}: {error}")))?
+        };
+        object.insert(name.to_owned(), value);
+    }
+    match version {
+        None => return Err(failed(format!("there is no {VERSION_FIELD}"))),
+        Some(found) if found != VERSION.to_string() => return Err(RecordingError::Version { found }),
+        Some(_) => {}
+    }
+    Metadata::deserialize(Value::Object(object)).map_err(|error| failed(error.to_string()))
 }

@@ -4,9 +4,8 @@
 
 use crate::error::CreateError;
 use crate::format::Format;
-use crate::mark::Mark;
+use crate::mark::{Mark, StateMarks};
 use crate::metadata::Metadata;
-use crate::state_marks::StateMarks;
 use crate::writer::{Totals, Writer};
 use haptic_ipc::{Event, Sample, SamplesEvent, SnapshotEvent};
 use std::collections::VecDeque;
@@ -146,28 +145,35 @@ impl Recorder {
         self.writer.totals()
     }
 
-    fn samples(&mut self, event: &SamplesEvent) -> io::Result<()> {
+    pub(crate) fn samples(&mut self, event: &SamplesEvent) -> io::Result<()> {
         if event.dropped > 0 {
             self.gaps.announce(event.dropped);
             self.writer.mark(&Mark::Lost { rows: event.dropped })?;
         }
-        let mut rows: &[Sample] = &event.rows;
+        self.rows(&event.rows)
+    }
+
+    /// Takes rows, in their order.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub fn rows(&mut self, mut rows: &[Sample]) -> io::Result<()> {
         while let (Some(last), Some(at)) = (rows.last(), self.pending.front().and_then(Mark::tick)) {
             if at > last.tick {
                 break;
             }
             let (before, after) = rows.split_at(rows.partition_point(|row| row.tick < at));
-            self.rows(before)?;
+            self.rows_between_marks(before)?;
             rows = after;
             if let Some(mark) = self.pending.pop_front() {
                 self.writer.mark(&mark)?;
             }
         }
-        self.rows(rows)
+        self.rows_between_marks(rows)
     }
 
     /// Writes rows, with a mark wherever one is missing or the loop missed periods.
-    fn rows(&mut self, rows: &[Sample]) -> io::Result<()> {
+    fn rows_between_marks(&mut self, rows: &[Sample]) -> io::Result<()> {
         let mut written = 0;
         for (index, row) in rows.iter().enumerate() {
             let gap = self.gaps.next(row);

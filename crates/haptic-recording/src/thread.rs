@@ -213,7 +213,7 @@ impl WaitingParts {
         report(recorder.totals());
         loop {
             match self.next() {
-                Next::Write(Part::Samples(samples)) => recorder.event(&Event::Samples(samples))?,
+                Next::Write(Part::Samples(samples)) => recorder.samples(&samples)?,
                 Next::Write(Part::Change(event)) => recorder.event(&event)?,
                 Next::Write(Part::Mark(mark)) => recorder.mark(mark),
                 Next::Write(Part::LostChanges(count)) => recorder.lost_changes(count)?,

@@ -129,7 +129,7 @@ fn run_subject(study: &Study, subject: &Subject, progress: &Progress) -> Result<
         }
         // The hand of a trial is where the trial before left it: a segment that was broken off is done again from its
         // beginning, and what is on the disk by then must come out again.
-        let mut known = rows_of_segment(&keeper, &session);
+        let mut known = rows_of_segment(study, subject, &session)?;
         let mut result = Ok(());
         operator::run_next(&mut session, seed, subject, |finished| {
             result = match known.pop_front() {
@@ -157,13 +157,16 @@ fn rig(study: &Study) -> RigDescription {
 }
 
 /// The rows of the segment under way.
-fn rows_of_segment(keeper: &Keeper, session: &Session) -> VecDeque<FittsTrial> {
+fn rows_of_segment(study: &Study, subject: &Subject, session: &Session) -> Result<VecDeque<FittsTrial>, StoreError> {
     let Task::Fitts(task) = session.task() else {
-        return VecDeque::new();
+        return Ok(VecDeque::new());
     };
-    let rows = keeper.fitts_rows(session.task().is_practice());
     let (_, done) = task.place();
-    rows[rows.len() - done as usize..].iter().cloned().collect()
+    if done == 0 {
+        return Ok(VecDeque::new());
+    }
+    let rows = study.rows(subject, session.task().is_practice())?;
+    Ok(rows[rows.len() - done as usize..].iter().cloned().collect())
 }
 
 fn is_again(known: &FittsTrial, again: &Row) -> Result<(), RunError> {

@@ -6,8 +6,9 @@ use crate::{progress, table_options};
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use haptic_lab::identify::record_file::{self, MovingMass, Source};
-use haptic_lab::identify::{self, Clocks, Directions, Identified, ModelKind, Options};
+use haptic_lab::identify::{self, Clocks, Directions, ModelKind, Options};
 use haptic_motion::table::{Columns, TableOptions};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -185,11 +186,11 @@ pub(super) fn run(
         None if loaded.has_one_clock => Clocks::One,
         None => Clocks::OneFile,
     };
-    let mut found: Identified = identify::identify(&loaded.record, &options)
-        .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
-    found.notes.splice(0..0, loaded.notes);
+    let identified = identify::identify_with_progress(&loaded.record, &options, &mut |_| ControlFlow::Continue(()));
+    let mut identified = identified.map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    identified.found.notes.splice(0..0, loaded.notes);
     bar.finish_and_clear();
-    let shown = report::show(&found, json);
-    output.write(&path.display().to_string(), &loaded.record, &found)?;
+    let shown = report::show(&identified.found, json);
+    output.write(&path.display().to_string(), &identified)?;
     shown
 }

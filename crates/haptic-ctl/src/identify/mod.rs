@@ -56,9 +56,9 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     }
     arguments.output.check_folders()?;
     let options = arguments.wanted.options();
-    let (record, found) = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;
-    let shown = report::show(&found, json);
-    arguments.output.write("the rig", &record, &found)?;
+    let identified = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;
+    let shown = report::show(&identified.found, json);
+    arguments.output.write("the rig", &identified)?;
     shown
 }
 

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::{output, table_file};
 use haptic_lab::drawing::{Page, PlotFormat, Table, UnknownEnding};
-use haptic_lab::identify::{self, FoundValue, Identified, Record, Refusal};
+use haptic_lab::identify::{FoundValue, Identification, Identified, Refusal};
 use std::path::{Path, PathBuf};
 
 /// Where the results go.
@@ -48,13 +48,13 @@ impl Arguments {
 
     /// Writes what was asked for. A scene is not written where the record does not determine one; that is
     /// said, and ends with exit code 1.
-    pub(super) fn write(&self, origin: &str, record: &Record, found: &Identified) -> Result<(), Failure> {
+    pub(super) fn write(&self, origin: &str, identification: &Identification) -> Result<(), Failure> {
+        let found = &identification.found;
         if let Some((path, format)) = &self.plot {
-            let (even, force_n) = identify::fitted(record, found);
             let page = Page {
                 title: format!("Identified from {origin}"),
                 paragraphs: found.notes.clone(),
-                charts: identify::plots(&even, found, &force_n),
+                charts: identification.plots(),
                 tables: vec![Table {
                     caption: heading(found),
                     rows: rows(found),
@@ -111,9 +111,7 @@ pub(super) fn rows(found: &Identified) -> Vec<Vec<String>> {
 
 /// The model, and what it leaves.
 fn heading(found: &Identified) -> String {
-    let model = serde_json::to_value(found.model)
-        .map_or_else(|_| String::new(), |name| name.as_str().unwrap_or_default().to_owned());
-    format!("{model}, residual {:.4} N rms", found.residual_rms_n)
+    format!("{}, residual {:.4} N rms", found.model.word(), found.residual_rms_n)
 }
 
 /// The report for people: a heading, the values, and what the record does not determine.

@@ -8,7 +8,8 @@ use crate::failure::Failure;
 use haptic_core::Directional;
 use haptic_core::rig_friction::RigFriction;
 use haptic_lab::identify::rig_itself::without_cogging;
-use haptic_lab::identify::{self, Identified, Options, Record, Refusal};
+use haptic_lab::identify::{self, Identification, Identified, Options, Refusal};
+use std::ops::ControlFlow;
 
 /// What is known of a force that is the motor's command: it has no zero to be off.
 const KNOWN_OFFSET_N: f64 = 0.0;
@@ -19,7 +20,7 @@ pub(super) async fn run(
     arguments: &excite::MotionArguments,
     options: &Options,
     whole: bool,
-) -> Result<(Record, Identified), Failure> {
+) -> Result<Identification, Failure> {
     let console = Console::new("identify --run", !arguments.asks())?;
     let mut session = Session::begin(daemon, console, arguments.range_m(), arguments.resets()).await?;
     let excited = arguments.excite(&mut session, false).await?;
@@ -31,26 +32,25 @@ pub(super) async fn run(
         offset_n: options.offset_n.or(Some(KNOWN_OFFSET_N)),
         ..options.clone()
     };
-    let (record, identified) = session
+    let identified = session
         .compute(move || {
             if let Some(cogging) = stored.and_then(|rig| rig.cogging) {
                 without_cogging(&mut record, &cogging);
             }
-            let identified = identify::identify(&record, &options);
-            (record, identified)
+            identify::identify_with_progress(&record, &options, &mut |_| ControlFlow::Continue(()))
         })
         .await?;
     session.end().await?;
-    let mut found = identified.map_err(|error| Failure::BadRig(error.to_string()))?;
+    let mut identified = identified.map_err(|error| Failure::BadRig(error.to_string()))?;
     match stored {
-        Some(rig) => subtract(&mut found, &rig),
-        None => found.notes.push(
+        Some(rig) => subtract(&mut identified.found, &rig),
+        None => identified.found.notes.push(
             "the rig itself and whatever is fixed to it: `haptic-ctl identify --rig` measures the rig alone, and is \
              then subtracted"
                 .to_owned(),
         ),
     }
-    Ok((record, found))
+    Ok(identified)
 }
 
 /// Takes the rig's own mass and friction out of what was identified. The static limits lose the rig's

@@ -1,6 +1,7 @@
 //! The scenes and hands that schemes are held against: the stored references' parameters, and the
 //! hard cases.
 
+use super::hands::Random;
 use crate::motion::DeviceSample;
 use crate::simulate::Start;
 use haptic_core::friction::{
@@ -68,17 +69,11 @@ impl OscillatingHand {
     #[must_use]
     pub fn samples(&self) -> Vec<DeviceSample> {
         let omega = std::f64::consts::TAU * self.frequency_hz;
-        // Knuth's linear congruential generator: any noise will do, as long as it is the same
-        // everywhere.
-        let mut random = 12_345_u64;
+        let mut random = Random(12_345);
         let (mut t, mut offset) = (0.0, 0.0);
         (0..self.samples)
             .map(|k| {
-                random = random
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                #[expect(clippy::cast_precision_loss, reason = "53 bits of it")]
-                let noise = (random >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0;
+                let noise = random.between(-1.0, 1.0);
                 let every = |count: usize| count > 0 && k > 0 && k.is_multiple_of(count);
                 if k > 0 {
                     let periods = if every(self.miss_every) { 12.0 } else { 1.0 };
@@ -102,7 +97,7 @@ impl OscillatingHand {
 }
 
 /// The paper's scene with some parameters changed.
-fn changed(changes: &[(&str, f64)]) -> Scene {
+pub(super) fn changed(changes: &[(&str, f64)]) -> Scene {
     let changes: Vec<(ParameterKey, f64)> = changes
         .iter()
         .map(|&(name, value)| (name.parse().expect("the cases name parameters"), value))

@@ -163,11 +163,11 @@ pub struct SingleTick {
     pub start: Start,
 }
 
-/// Numbers for scenes: Knuth's linear congruential generator, the same everywhere.
-struct Random(u64);
+/// Numbers for scenes and motions: Knuth's linear congruential generator, the same everywhere.
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)

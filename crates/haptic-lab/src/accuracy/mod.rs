@@ -2,12 +2,10 @@
 
 mod by_law;
 pub mod cases;
-mod curve_targets;
 mod error;
 pub mod hands;
 mod limits;
 mod page;
-mod plot;
 pub mod reference;
 mod report;
 mod tables;
@@ -17,11 +15,9 @@ pub use by_law::{
     Extent, ForceErrors, LawCase, LawMeasurement, SINGLE_TICKS, law_cases, measure_law, measure_laws,
     measure_single_ticks, schemes_by_law, worst_of,
 };
-pub use curve_targets::curve_targets;
 pub use error::{RunError, compare};
 pub use limits::{INSTRUCTIONS_ON, LIMITS, LawLimit};
-pub use page::page;
-pub use plot::plot;
+pub use page::{page, plot};
 pub use report::{Measurement, measure, schemes, write_csv, write_law_csv};
 pub use tables::{Tables, refresh};
 pub use targets::{Target, targets};

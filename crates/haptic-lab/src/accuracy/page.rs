@@ -1,116 +1,141 @@
-//! The work-precision measurement as one page: the plot, and the tables behind it. Readable on light
-//! and dark ground, without a script.
+//! The work-precision measurement for people: the plot of speed against error, and a page of it with the tables behind.
 
-use super::by_law::LawMeasurement;
-use super::plot::plot;
+use super::by_law::{LawMeasurement, schemes_by_law, worst_of};
+use super::hands::laws_under_hands;
 use super::report::Measurement;
-use crate::drawing::escaped;
-use std::fmt::Write;
+use crate::drawing::{Chart, Observation, Page, Table, Trace, svg};
 
-const STYLE: &str = "\
-:root { color-scheme: light dark; --ground: #fff; --ink: #1b1b1b; --faint: #d5d5d5; } \
-@media (prefers-color-scheme: dark) { :root { --ground: #16181b; --ink: #e6e6e6; --faint: #3a3d42; } } \
-body { background: var(--ground); color: var(--ink); font: 15px system-ui, sans-serif; max-width: 60rem; margin: 2rem \
-auto; padding: 0 1rem; } svg { width: 100%; height: auto; } \
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; } td, th { padding: .15rem .7rem; \
-border-bottom: 1px solid var(--faint); text-align: right; } td:first-child, td:nth-child(2), th:first-child, \
-th:nth-child(2) { text-align: left; }";
+/// What the axes span: cost of a tick, ns, and force error, N. What lies outside is drawn on the border.
+const COST_NS: (f64, f64) = (10.0, 1e5);
+const ERROR_N: (f64, f64) = (1e-15, 1e3);
+
+/// What the schemes are called, in their order.
+const SCHEMES: [&str; 3] = ["exact (named)", "literal, as the paper prints it", "implicit"];
+
+/// The plot as an image of its own.
+#[must_use]
+pub fn plot(laws: &[LawMeasurement]) -> String {
+    svg(&[chart(laws)])
+}
+
+/// A point for each law and scheme: the median tick of a hand at 60 Hz behind 0.5 kg, and the worst error under all hands
+/// and masses.
+fn chart(measurements: &[LawMeasurement]) -> Chart {
+    let mut chart = Chart::new(
+        "Worst force error of each law against the cost of its tick",
+        "Median tick under a hand at 60 Hz, block of 0.5 kg (ns)",
+        "Worst force error under all hands and masses (N)",
+    );
+    (chart.across.range, chart.up.range) = (Some(COST_NS), Some(ERROR_N));
+    (chart.is_logarithmic, chart.height_px) = (true, 420.0);
+    for (place, scheme) in schemes_by_law().into_iter().enumerate().rev() {
+        let (mut points, mut names) = (Vec::new(), Vec::new());
+        for (law, _) in laws_under_hands() {
+            let of_law = || {
+                let is_of_law =
+                    move |one: &&LawMeasurement| one.law == law && one.scheme == scheme && !one.is_on_device();
+                measurements.iter().filter(is_of_law)
+            };
+            let is_usual = |one: &&LawMeasurement| one.hand == "60 Hz" && one.mass_kg == Some(0.5);
+            let Some(cost) = of_law().find(is_usual).and_then(|one| one.cost) else {
+                continue;
+            };
+            points.push(Observation {
+                at: [
+                    cost.median_ns.clamp(COST_NS.0, COST_NS.1),
+                    worst_of(of_law()).worst_n.clamp(ERROR_N.0, ERROR_N.1),
+                ],
+                bar: None,
+                count: 1,
+            });
+            names.push(law.to_owned());
+        }
+        let mut trace = Trace::discs(SCHEMES[place], &points).in_colour(place);
+        if place == 0 {
+            trace.labels = names;
+        }
+        chart = chart.with(trace);
+    }
+    chart
+}
 
 /// The page, of the laws under hands and of the cases.
 #[must_use]
 pub fn page(laws: &[LawMeasurement], cases: &[Measurement]) -> String {
-    let mut page = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Speed against \
-         error</title><style>{STYLE}</style></head><body>\n\
-         <h1>Speed against error</h1>\n\
-         <p>Each point is one friction law with one scheme: what its median tick costs on this machine, and its worst \
-         force error against the true motion, under all hands and masses. Down and to the left is better. Made by \
-         <code>haptic-ctl accuracy --out DIR</code>.</p>\n"
-    );
-    page.push_str(&plot(laws));
-    page.push_str("<h2>Laws under hands</h2>\n");
-    law_table(&mut page, laws);
-    page.push_str("<h2>Cases</h2>\n");
-    table(&mut page, cases);
-    page.push_str("</body></html>\n");
-    page
+    let page = Page {
+        title: "Speed against error".to_owned(),
+        paragraphs: vec![
+            "Each point is one friction law with one scheme: what its median tick costs on this machine, and its worst \
+             force error against the true motion, under all hands and masses. Down and to the left is better. Made by \
+             `haptic-ctl accuracy --out DIR`."
+                .to_owned(),
+        ],
+        charts: vec![chart(laws)],
+        tables: vec![law_table(laws), case_table(cases)],
+    };
+    page.html()
 }
 
-fn law_table(page: &mut String, laws: &[LawMeasurement]) {
-    page.push_str(
-        "<table><tr><th>law</th><th>scheme</th><th>hand</th><th>block, kg</th><th>median, N</th><th>breakaway tick, \
-         N</th><th>reversal tick, N</th><th>worst tick, N</th>\
-         <th>ticks at their bound</th><th>their worst, N</th><th>stops and breakaways</th><th>median, \
-         ns</th><th>dearest, ns</th><th>instructions</th></tr>\n",
-    );
+fn law_table(laws: &[LawMeasurement]) -> Table {
+    let head = "law|scheme|hand|block, kg|median, N|breakaway tick, N|reversal tick, N|worst tick, N|ticks at their \
+                bound|their worst, N|stops and breakaways|median, ns|dearest, ns|instructions";
+    let mut rows = vec![head.split('|').map(str::to_owned).collect()];
     for m in laws {
         let e = &m.errors;
+        let force = |newtons: f64| format!("{newtons:.0e}");
         let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.0}"));
-        line(
-            page,
-            format_args!(
-                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.0e}</td><td>{:.0e}</td><td>{:.0e}</td>\
-                 <td>{:.0e}</td><td>{}</td><td>{:.0e}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                escaped(m.law),
-                m.scheme,
-                m.hand,
-                match m.mass_kg {
-                    Some(mass) => mass.to_string(),
-                    None if m.is_on_device() => "on the device".to_owned(),
-                    None => "any".to_owned(),
-                },
-                e.median_n,
-                e.breakaway_n,
-                e.reversal_n,
-                e.worst_n,
-                e.at_bound,
-                e.at_bound_worst_n,
-                match e.same_changes {
-                    None => "",
-                    Some(true) => "same",
-                    Some(false) => "others",
-                },
-                number(m.cost.map(|cost| cost.median_ns)),
-                number(m.cost.map(|cost| cost.dearest_ns)),
-                number(m.instructions),
-            ),
-        );
+        rows.push(vec![
+            m.law.to_owned(),
+            m.scheme.to_string(),
+            m.hand.to_owned(),
+            match m.mass_kg {
+                Some(mass) => mass.to_string(),
+                None if m.is_on_device() => "on the device".to_owned(),
+                None => "any".to_owned(),
+            },
+            force(e.median_n),
+            force(e.breakaway_n),
+            force(e.reversal_n),
+            force(e.worst_n),
+            e.at_bound.to_string(),
+            force(e.at_bound_worst_n),
+            e.same_changes
+                .map_or("", |same| if same { "same" } else { "others" })
+                .to_owned(),
+            number(m.cost.map(|cost| cost.median_ns)),
+            number(m.cost.map(|cost| cost.dearest_ns)),
+            number(m.instructions),
+        ]);
     }
-    page.push_str("</table>\n");
+    Table {
+        caption: "Laws under hands".to_owned(),
+        rows,
+    }
 }
 
-fn table(page: &mut String, measurements: &[Measurement]) {
-    page.push_str(
-        "<table><tr><th>case</th><th>scheme</th><th>ns a tick</th><th>instructions</th><th>position, m</th><th>force, \
-         N</th><th>events, s</th><th>energy from friction, J</th></tr>\n",
-    );
-    for m in measurements {
-        let events = m.events_text();
-        let instructions = m.instructions.map_or_else(String::new, |count| format!("{count:.0}"));
-        line(
-            page,
-            format_args!(
-                "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{instructions}</td><td>{}</td><td>{:.1e}</td>\
-                 <td>{events}</td><td>{:.1e}</td></tr>",
-                escaped(&m.case),
-                m.scheme,
-                m.cost.median_ns,
-                if m.blew_up {
-                    "blew up".to_owned()
-                } else {
-                    format!("{:.1e}", m.error.position_m)
-                },
-                m.error.force_n,
-                m.energy_created_j
-            ),
-        );
+fn case_table(cases: &[Measurement]) -> Table {
+    let head = "case|scheme|ns a tick|instructions|position, m|force, N|events, s|energy from friction, J";
+    let mut rows = vec![head.split('|').map(str::to_owned).collect()];
+    rows.extend(cases.iter().map(|m| {
+        vec![
+            m.case.clone(),
+            m.scheme.to_string(),
+            format!("{:.1}", m.cost.median_ns),
+            m.instructions.map_or_else(String::new, |count| format!("{count:.0}")),
+            if m.blew_up {
+                "blew up".to_owned()
+            } else {
+                format!("{:.1e}", m.error.position_m)
+            },
+            format!("{:.1e}", m.error.force_n),
+            m.events_text(),
+            format!("{:.1e}", m.energy_created_j),
+        ]
+    }));
+    Table {
+        caption: "Cases".to_owned(),
+        rows,
     }
-    page.push_str("</table>\n");
-}
-
-fn line(page: &mut String, text: std::fmt::Arguments<'_>) {
-    // A string takes whatever is written to it.
-    writeln!(page, "{text}").unwrap_or(());
 }
 
 #[cfg(test)]
@@ -129,7 +154,12 @@ mod tests {
         let page = page(&laws, &measurements);
         assert_eq!(page.matches("<tr><td>Fs &gt;&gt; Fd").count(), measurements.len());
         assert_eq!(page.matches("<tr><td>").count(), measurements.len() + laws.len());
-        assert_eq!(page.matches("<title>lugre, ").count(), laws.len());
-        assert!(!page.contains("NaN") && page.contains("prefers-color-scheme: dark"));
+        assert_eq!(
+            page.matches("<circle class=\"disc t").count(),
+            2 * laws.len(),
+            "a point and its legend"
+        );
+        assert_eq!(page.matches(">lugre</text>").count(), 1);
+        assert!(!page.contains("NaN"));
     }
 }

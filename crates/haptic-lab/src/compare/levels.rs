@@ -1,6 +1,7 @@
 //! Levels of friction by direction: while sliding, and where a pull sets off.
 
 use super::signal::{Signal, count_of};
+use haptic_motion::median::middle;
 use serde::Serialize;
 
 /// Shortest slide that counts, and shortest rest before a breakaway, s.
@@ -235,16 +236,6 @@ fn greatest(force_n: &[f64], breakaway: &Breakaway) -> f64 {
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    let (middle, count) = (values.len() / 2, values.len());
-    match count {
-        0 => None,
-        _ if count % 2 == 1 => Some(values[middle]),
-        _ => Some(0.5 * (values[middle - 1] + values[middle])),
-    }
-}
-
 fn peaks(signal: &Signal, breakaways: &[Breakaway], direction: f64) -> Vec<f64> {
     let force_n = signal.mean_force(signal.samples_in(HALF_MEAN_S));
     let that_way = breakaways.iter().filter(|breakaway| breakaway.direction == direction);
@@ -258,6 +249,6 @@ pub(super) fn breakaway(real: &Signal, rendered: &Signal) -> Levels {
         let own = peaks(real, &own_pulls, direction);
         let other = peaks(rendered, &other_pulls, direction);
         let count = own.len().min(other.len());
-        Some(level(median(own)?, median(other)?, count))
+        Some(level(middle(own)?, middle(other)?, count))
     })
 }

@@ -1,9 +1,8 @@
 //! A record at even times, with the velocity and acceleration of its positions.
 
 use super::error::{CompareError, Side};
-use crate::derivatives::{less_inertia, velocity};
 use crate::identify::Record;
-use crate::smoothing::encoder_step;
+use crate::smoothing::{encoder_step, less_inertia, velocity};
 use haptic_motion::median::extent;
 
 /// Shortest record, s.

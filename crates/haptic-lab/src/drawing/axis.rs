@@ -1,7 +1,5 @@
 //! What an axis spans, and where its numbers stand.
 
-use super::chart::Axis;
-
 /// Numbers that an axis has at least, about; fewer where it is short.
 const MARKS: f64 = 5.0;
 /// Room beyond the outermost points, as a share of their extent.
@@ -17,9 +15,9 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The scale of an axis with such values on it.
-    pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, ends_px: (f64, f64)) -> Self {
-        let (low, high) = axis.range.unwrap_or_else(|| extent(values));
+    /// The scale of an axis of a range, or with such values on it.
+    pub(super) fn new(range: Option<(f64, f64)>, values: impl Iterator<Item = f64>, ends_px: (f64, f64)) -> Self {
+        let (low, high) = range.unwrap_or_else(|| extent(values));
         Self { low, high, ends_px }
     }
 
@@ -29,11 +27,12 @@ impl Scale {
         first + (last - first) * (value - self.low) / (self.high - self.low)
     }
 
-    /// The numbers that stand at the axis: 1, 2 or 5 times a power of ten apart. Each needs so much room, px.
-    pub(super) fn marks(&self, room_px: f64) -> Vec<(f64, String)> {
+    /// The numbers that stand at the axis: 1, 2 or 5 times a power of ten apart. Each needs so much room, px. Values that
+    /// are decimal logarithms stand there as powers of ten.
+    pub(super) fn marks(&self, room_px: f64, are_decades: bool) -> Vec<(f64, String)> {
         // The steps make up to two and a half times as many.
         let most = 0.4 * (self.ends_px.1 - self.ends_px.0).abs() / room_px;
-        let rough = (self.high - self.low) / most.clamp(1.0, MARKS);
+        let rough = ((self.high - self.low) / most.clamp(1.0, MARKS)).max(if are_decades { 1.0 } else { 0.0 });
         let power = 10_f64.powf(rough.log10().floor());
         let step = [5.0, 2.0, 1.0]
             .map(|factor| factor * power)
@@ -50,7 +49,8 @@ impl Scale {
             .map(|index| {
                 #[expect(clippy::cast_precision_loss, reason = "few marks")]
                 let value = index as f64 * step;
-                (value, number(value, decimals))
+                let text = number(value, decimals);
+                (value, if are_decades { format!("1e{text}") } else { text })
             })
             .collect()
     }
@@ -88,11 +88,7 @@ mod tests {
     use super::*;
 
     fn scale(values: &[f64]) -> Scale {
-        let axis = Axis {
-            label: String::new(),
-            range: None,
-        };
-        Scale::new(&axis, values.iter().copied(), (0.0, 100.0))
+        Scale::new(None, values.iter().copied(), (0.0, 100.0))
     }
 
     #[test]
@@ -111,9 +107,18 @@ mod tests {
                 &["20000", "22000", "24000", "26000", "28000", "30000"],
             ),
         ] {
-            let marks: Vec<String> = scale(values).marks(1.0).into_iter().map(|(_, text)| text).collect();
+            let marks: Vec<String> = scale(values)
+                .marks(1.0, false)
+                .into_iter()
+                .map(|(_, text)| text)
+                .collect();
             assert_eq!(marks, expected);
         }
+        let powers = scale(&[-1.0, 3.0]).marks(1.0, true);
+        assert_eq!(
+            powers.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>(),
+            ["1e-1", "1e0", "1e1", "1e2", "1e3"]
+        );
     }
 
     #[test]
@@ -124,7 +129,7 @@ mod tests {
             let (low, high) = extent([value, f64::INFINITY].into_iter());
             assert!(low < value && value < high && high.is_finite(), "{low} {high}");
             assert!((scale(&[value]).px(value) - 50.0).abs() < 1e-6);
-            assert!(!scale(&[value]).marks(1.0).is_empty());
+            assert!(!scale(&[value]).marks(1.0, false).is_empty());
         }
     }
 }

@@ -35,6 +35,8 @@ pub struct Trace {
     pub counts: Vec<u32>,
     /// Error bar of each point of [`Form::Discs`], in the unit of the vertical axis.
     pub bars: Vec<Option<[f64; 2]>>,
+    /// Name of each point, to the right of the plot with a line to the point; empty where they have none.
+    pub labels: Vec<String>,
     /// How they are drawn.
     pub form: Form,
     /// Colour, counted from 0; that of its place among the traces where absent.
@@ -78,6 +80,7 @@ impl Trace {
             points,
             counts: Vec::new(),
             bars: Vec::new(),
+            labels: Vec::new(),
             form,
             colour: None,
         }
@@ -111,6 +114,8 @@ pub struct Chart {
     pub up: Axis,
     /// Traces.
     pub traces: Vec<Trace>,
+    /// Whether both axes are logarithmic; ranges and points are the values themselves.
+    pub is_logarithmic: bool,
     /// Remarks above the plot: what it does not show, and why.
     pub notes: Vec<String>,
     /// Height of the plot itself, px.
@@ -127,6 +132,7 @@ impl Chart {
             across: axis(across.into()),
             up: axis(up.into()),
             traces: Vec::new(),
+            is_logarithmic: false,
             notes: Vec::new(),
             height_px: 300.0,
         }

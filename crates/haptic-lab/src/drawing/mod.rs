@@ -11,7 +11,6 @@
 
 mod axis;
 mod chart;
-mod discs;
 mod figure;
 mod page;
 mod paths;
@@ -21,6 +20,5 @@ mod table;
 pub use chart::{Axis, Chart, Form, Observation, Trace};
 pub use figure::figures;
 pub use page::{Page, PlotFormat, UnknownEnding};
-pub(crate) use svg::escaped;
 pub use svg::svg;
 pub use table::Table;

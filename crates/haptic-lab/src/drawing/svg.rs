@@ -1,9 +1,8 @@
 //! Charts as SVG. Colours and lines stand in a style sheet, which a dark ground changes.
 
 use super::axis::Scale;
-use super::chart::{Chart, Form, Trace};
-use super::discs::discs;
-use super::paths::{dots, lines};
+use super::chart::{Axis, Chart, Form, Trace};
+use super::paths::{discs, dots, lines};
 use std::fmt::{Arguments, Write as _};
 
 /// Width of an image, px.
@@ -11,6 +10,8 @@ const WIDTH: f64 = 760.0;
 /// Room for the numbers and names of the axes, px.
 const LEFT: f64 = 72.0;
 const RIGHT: f64 = 18.0;
+/// Room to the right of a plot whose points have names, px.
+const LABELS: f64 = 210.0;
 pub(super) const BOTTOM: f64 = 50.0;
 /// Height of a line of text, px.
 const LINE: f64 = 18.0;
@@ -100,7 +101,7 @@ pub(super) fn inline(chart: &Chart) -> String {
 }
 
 /// Text as HTML and SVG take it.
-pub(crate) fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
@@ -157,21 +158,24 @@ fn legend(chart: &Chart, image_width: f64) -> Vec<(f64, f64, usize)> {
 
 /// Draws a chart of a width with its upper edge at `top`, px.
 pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
-    let size = (width - LEFT - RIGHT, chart.height_px);
+    let has_labels = chart.traces.iter().any(|trace| !trace.labels.is_empty());
+    let size = (width - LEFT - if has_labels { LABELS } else { RIGHT }, chart.height_px);
     let corner = (LEFT, top + head(chart, width));
+    let scaled = |value: f64| if chart.is_logarithmic { value.log10() } else { value };
+    let range = |axis: &Axis| axis.range.map(|(low, high)| (scaled(low), scaled(high)));
     let values = |axis: usize| {
-        chart
-            .traces
-            .iter()
-            .flat_map(move |trace| trace.points.iter().map(move |point| point[axis]))
+        let points = chart.traces.iter().flat_map(|trace| &trace.points);
+        points.map(move |point| scaled(point[axis]))
     };
-    let across = Scale::new(&chart.across, values(0), (0.0, size.0));
+    let across = Scale::new(range(&chart.across), values(0), (0.0, size.0));
     let bars = chart
         .traces
         .iter()
         .flat_map(|trace| trace.bars.iter().flatten())
         .flatten();
-    let up = Scale::new(&chart.up, values(1).chain(bars.copied()), (size.1, 0.0));
+    let ends = values(1).chain(bars.map(|end| scaled(*end)));
+    let up = Scale::new(range(&chart.up), ends, (size.1, 0.0));
+    let place = |[x, y]: &[f64; 2]| [across.px(scaled(*x)), up.px(scaled(*y))];
     add(
         image,
         format_args!(
@@ -221,10 +225,13 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
     let most = most.max().unwrap_or(1);
     for (index, trace) in chart.traces.iter().enumerate() {
         let (class, name) = (class(trace, index), escaped(&trace.name));
-        let points: Vec<[f64; 2]> = trace.points.iter().map(|[x, y]| [across.px(*x), up.px(*y)]).collect();
+        let points: Vec<[f64; 2]> = trace.points.iter().map(place).collect();
         let path = match trace.form {
             Form::Discs => {
-                let bars = trace.bars.iter().map(|bar| bar.map(|ends| ends.map(|end| up.px(end))));
+                let bars = trace
+                    .bars
+                    .iter()
+                    .map(|bar| bar.map(|ends| ends.map(|end| up.px(scaled(end)))));
                 let discs = discs(&points, &bars.collect::<Vec<_>>(), (&trace.counts, most), &class);
                 add(image, format_args!("<g><title>{name}</title>{discs}</g>"));
                 continue;
@@ -237,7 +244,47 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
             format_args!("<path class=\"{class}\" d=\"{path}\"><title>{name}</title></path>"),
         );
     }
-    image.push_str("</svg></g>\n");
+    image.push_str("</svg>");
+    for (index, trace) in chart.traces.iter().enumerate() {
+        let labelled = trace.points.iter().map(place).zip(&trace.labels);
+        let colour = trace.colour.unwrap_or(index) % COLOURS;
+        labels(image, labelled.collect(), &format!("line t{colour}"), corner, size);
+    }
+    image.push_str("</g>\n");
+}
+
+/// The names of points to the right of the plot, from top to bottom as the points, with a line to each.
+fn labels(
+    image: &mut String,
+    mut labelled: Vec<([f64; 2], &String)>,
+    class: &str,
+    (left, top): (f64, f64),
+    (width, height): (f64, f64),
+) {
+    labelled.sort_by(|([a_x, a_y], _), ([b_x, b_y], _)| a_y.total_cmp(b_y).then(a_x.total_cmp(b_x)));
+    let mut places: Vec<f64> = Vec::new();
+    for ([_, y], _) in &labelled {
+        places.push(places.last().map_or(0.0, |last| last + LINE).max(*y));
+    }
+    // What would end below the plot moves up.
+    let mut lowest = height;
+    for place in places.iter_mut().rev() {
+        *place = place.min(lowest);
+        lowest = *place - LINE;
+    }
+    for (([x, y], label), place) in labelled.into_iter().zip(places) {
+        let (x, y, edge, place) = (left + x, top + y, left + width, top + place);
+        add(
+            image,
+            format_args!(
+                "<path class=\"{class}\" d=\"M{x:.1} {y:.1}L{edge} {place:.1}h12\" stroke-opacity=\"0.35\"/>\
+                 <text x=\"{}\" y=\"{:.1}\">{}</text>",
+                edge + 16.0,
+                place + 4.0,
+                escaped(label)
+            ),
+        );
+    }
 }
 
 /// A text in lines of at most so many letters, broken at words.
@@ -267,7 +314,7 @@ fn class(trace: &Trace, index: usize) -> String {
 
 fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left, top): (f64, f64), width: f64) {
     let (right, foot) = (left + width, top + chart.height_px);
-    for (value, text) in up.marks(MARK_ROOM[1]) {
+    for (value, text) in up.marks(MARK_ROOM[1], chart.is_logarithmic) {
         let y = top + up.px(value);
         add(
             image,
@@ -279,7 +326,7 @@ fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left
             ),
         );
     }
-    for (value, text) in across.marks(MARK_ROOM[0]) {
+    for (value, text) in across.marks(MARK_ROOM[0], chart.is_logarithmic) {
         let x = left + across.px(value);
         add(
             image,
@@ -354,6 +401,25 @@ mod tests {
         let traces = [Trace::dots("a", Vec::new()), Trace::line("b", Vec::new()).in_colour(0)];
         let classes = [class(&traces[0], 0), class(&traces[1], 1)];
         assert_eq!(classes, ["dots t0", "line t0"]);
+    }
+
+    #[test]
+    fn named_points_have_their_lines_and_powers_of_ten() {
+        let mut named = Trace::dots("laws", vec![[10.0, 1e-9], [100.0, 2e-9], [1e3, 1.0]]);
+        named.labels = ["a", "b", "c & d"].map(str::to_owned).to_vec();
+        let mut chart = Chart::new("cost", "Tick (ns)", "Error (N)").with(named);
+        chart.is_logarithmic = true;
+        let text = svg(&[chart]);
+        assert_eq!(text.matches("stroke-opacity=\"0.35\"").count(), 3);
+        for part in [">c &amp; d</text>", ">1e-5</text>", ">1e1</text>"] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        let heights = text.split("stroke-opacity").skip(1).filter_map(|rest| {
+            let (_, rest) = rest.split_once(" y=\"")?;
+            rest.split('"').next()?.parse::<f64>().ok()
+        });
+        let heights: Vec<f64> = heights.collect();
+        assert!(heights.windows(2).all(|pair| pair[1] - pair[0] >= LINE), "{heights:?}");
     }
 
     #[test]

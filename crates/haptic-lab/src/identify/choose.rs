@@ -5,8 +5,8 @@
 //! changes in sight: at rest a rigid contact holds whatever there is, and predicts nothing. Of the laws within one
 //! standard error of the best, the simplest is chosen (Breiman, Friedman, Olshen and Stone 1984).
 
-use super::error::IdentifyError;
-use super::options::{Options, Progress, Record};
+use super::grid::Even;
+use super::options::{IdentifyError, Options, Progress};
 use super::presliding::{self, Fit, PathLaw, PreparedRecord};
 use super::result::ModelKind;
 
@@ -57,16 +57,16 @@ impl Score {
     }
 }
 
-/// Chooses a model for a record that was checked.
+/// Chooses a model for a record.
 ///
 /// # Errors
 /// The caller cancels.
-pub(super) fn choose(record: &Record, options: &Options, progress: &mut Progress<'_>) -> Result<Choice, IdentifyError> {
+pub(super) fn choose(even: &Even, options: &Options, progress: &mut Progress<'_>) -> Result<Choice, IdentifyError> {
     let simplest = |why: &str| Choice {
         model: ModelKind::Karnopp,
         because: format!("{why}, so that the simplest model was taken"),
     };
-    let prepared = match presliding::find(record, PathLaw::Dahl, options) {
+    let prepared = match presliding::find(even, PathLaw::Dahl, options) {
         Ok(presliding::Found { prepared, .. }) => prepared,
         Err((why, _)) => return Ok(simplest(&why)),
     };

@@ -1,11 +1,14 @@
-//! A record on an even grid of times, with the samples marked that hold no information.
+//! A record on an even grid of times, with the samples marked that hold no information. It is made once for all that is
+//! done with a record.
 
+use super::karnopp::Motion;
 use super::options::Record;
-use crate::smoothing::{white_noise, whole};
+use crate::smoothing::{encoder_step, white_noise, whole};
 use haptic_motion::median::extent;
+use std::cell::OnceCell;
 
 /// A grid point farther than this from a sample of the record, in periods, lies in a gap.
-pub(super) const GAP_PERIODS: f64 = 2.5;
+const GAP_PERIODS: f64 = 2.5;
 
 /// Samples whose times are even to this share of a period are taken as they are.
 const EVEN_SHARE: f64 = 1e-3;
@@ -24,6 +27,37 @@ const MIN_BETWEEN: f64 = 0.1;
 /// taken for the end of a sensor's range.
 const MAX_HELD: f64 = 0.75;
 
+/// A record on an even grid, and what its positions say of the motion.
+#[derive(Debug)]
+pub(super) struct Even {
+    pub(super) grid: Grid,
+    /// Step of the position's encoder, m, where it is known.
+    known_step_m: Option<f64>,
+    /// The same, else the step that the record's own samples show.
+    pub(super) step_m: Option<f64>,
+    /// Samples of the record.
+    pub(super) samples: usize,
+    motion: OnceCell<Motion>,
+}
+
+impl Even {
+    /// Of a checked record.
+    pub(super) fn new(record: &Record) -> Self {
+        Self {
+            grid: Grid::new(record),
+            known_step_m: record.resolution_m,
+            step_m: record.resolution_m.or_else(|| encoder_step(&record.position_m)),
+            samples: record.t_s.len(),
+            motion: OnceCell::new(),
+        }
+    }
+
+    /// Where the mass slides, and where it rests.
+    pub(super) fn motion(&self) -> &Motion {
+        self.motion.get_or_init(|| Motion::new(&self.grid, self.known_step_m))
+    }
+}
+
 /// An evenly sampled record.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
@@ -37,6 +71,8 @@ pub(super) struct Grid {
     pub(super) force_n: Vec<f64>,
     /// Whether the samples around it are there, and the force is within the sensor's range.
     pub(super) is_valid: Vec<bool>,
+    /// Whether it lies in a gap of the record.
+    pub(super) is_in_gap: Vec<bool>,
     /// What is worth a remark: gaps, jitter, saturation.
     pub(super) notes: Vec<String>,
     /// Share of the samples whose force is saturated.
@@ -60,6 +96,7 @@ impl Grid {
                 position_m: record.position_m.clone(),
                 force_n: record.force_n.clone(),
                 is_valid: vec![true; t.len()],
+                is_in_gap: vec![false; t.len()],
                 notes: Vec::new(),
                 saturated_share: 0.0,
             }
@@ -82,7 +119,8 @@ impl Grid {
             start_s,
             position_m: Vec::with_capacity(count),
             force_n: Vec::with_capacity(count),
-            is_valid: Vec::with_capacity(count),
+            is_valid: Vec::new(),
+            is_in_gap: Vec::with_capacity(count),
             notes: Vec::new(),
             saturated_share: 0.0,
         };
@@ -97,8 +135,9 @@ impl Grid {
             let f = &record.force_n;
             grid.force_n.push(f[left] + share * (f[left + 1] - f[left]));
             grid.position_m.push(cubic(t, &record.position_m, left, at));
-            grid.is_valid.push(width <= GAP_PERIODS * period_s);
+            grid.is_in_gap.push(width > GAP_PERIODS * period_s);
         }
+        grid.is_valid = grid.is_in_gap.iter().map(|is_in_gap| !is_in_gap).collect();
         let gaps: Vec<f64> = t
             .windows(2)
             .map(|pair| pair[1] - pair[0])

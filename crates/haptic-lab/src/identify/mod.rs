@@ -10,9 +10,7 @@
 
 mod bootstrap;
 mod choose;
-mod clocks;
 pub mod cogging;
-mod error;
 mod grid;
 mod karnopp;
 mod options;
@@ -22,43 +20,26 @@ mod presliding;
 pub mod record_file;
 mod result;
 pub mod rig_itself;
-mod scene;
 mod sensor;
 pub mod study;
-mod values;
 
-pub use clocks::Clocks;
-pub use error::IdentifyError;
-pub use options::{Directions, Options, Record};
-pub use plot::plots;
-pub use result::{Identified, Interval, ModelKind, Refusal};
-pub use scene::IdentifiedScene;
-pub use values::{FoundValue, in_words};
+pub use options::{Clocks, Directions, IdentifyError, Options, Record};
+pub use result::{FoundValue, Identified, IdentifiedScene, Interval, ModelKind, Refusal, in_words};
 
 use crate::two_clocks::Drift;
-use clocks::without_drift;
-use haptic_motion::median::median_period_s;
-use options::Progress;
+use grid::Even;
+use options::{Progress, without_drift};
+use presliding::Path;
 use std::ops::ControlFlow;
 
-/// The record on an even grid and on one clock, and the force of the fit at each of its samples, N; NaN where the model
-/// says nothing of it. Both forces are NaN in the record's gaps.
-#[must_use]
-pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
-    let steady = found.clock_drift_ppm.map(|drift_ppm| without_drift(record, drift_ppm));
-    let record = steady.as_ref().unwrap_or(record);
-    let (mut even, mut force_n) = presliding::fitted(record, found).unwrap_or_else(|| karnopp::fitted(record, found));
-    let mut after = 0;
-    let longest_s = grid::GAP_PERIODS * median_period_s(even.t_s.iter().copied());
-    for (at, t_s) in even.t_s.iter().enumerate() {
-        while after + 1 < record.t_s.len() && record.t_s[after] < *t_s {
-            after += 1;
-        }
-        if after > 0 && record.t_s[after] - record.t_s[after - 1] > longest_s {
-            (even.force_n[at], force_n[at]) = (f64::NAN, f64::NAN);
-        }
-    }
-    (even, force_n)
+/// What was found of a record, and the record as it was fitted, to be drawn.
+#[derive(Debug)]
+pub struct Identification {
+    /// What was found.
+    pub found: Identified,
+    even: Even,
+    /// The path along which a law that gives way was fitted.
+    path: Option<Path>,
 }
 
 /// Identifies a record.
@@ -68,6 +49,7 @@ pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
 /// [`Identified::refused`].
 pub fn identify(record: &Record, options: &Options) -> Result<Identified, IdentifyError> {
     identify_with_progress(record, options, &mut |_| ControlFlow::Continue(()))
+        .map(|identification| identification.found)
 }
 
 /// Identifies a record, and calls `progress` with the share that is done, from 0 to 1, several times a second. `Break`
@@ -79,45 +61,41 @@ pub fn identify_with_progress(
     record: &Record,
     options: &Options,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Identified, IdentifyError> {
+) -> Result<Identification, IdentifyError> {
     record.check()?;
     options.check()?;
     let progress = &mut Progress::new(progress);
+    let mut even = Even::new(record);
     let drift = match options.clocks {
-        Clocks::Two => karnopp::clock_drift(record, options),
+        Clocks::Two => karnopp::clock_drift(&even, options),
         _ => None,
     };
-    let Some(Drift { ppm, interval }) = drift else {
-        let mut found = identify_on_steady_clocks(record, options, progress)?;
-        if options.clocks == Clocks::OneFile {
-            found.notes.extend(other_shift(record, options, found.mass_kg));
-        }
-        return Ok(found);
-    };
-    let mut found = identify_on_steady_clocks(&without_drift(record, ppm), options, progress)?;
-    found.clock_drift_ppm = Some(ppm);
-    found.intervals.insert("clock_drift_ppm".to_owned(), interval);
-    found.notes.push(format!(
-        "the force's clock runs {ppm:.1} ppm faster than the position's, within [{:.1}, {:.1}] ppm: removed about \
-         the middle of the record, where the shift is given",
-        interval[0], interval[1]
-    ));
-    Ok(found)
+    if let Some(drift) = &drift {
+        even = Even::new(&without_drift(record, drift.ppm));
+    }
+    let (mut found, path) = identify_on_steady_clocks(&even, options, progress)?;
+    if options.clocks == Clocks::OneFile {
+        found.notes.extend(other_shift(&even, options, found.mass_kg));
+    }
+    if let Some(Drift { ppm, interval }) = drift {
+        found.clock_drift_ppm = Some(ppm);
+        found.intervals.insert("clock_drift_ppm".to_owned(), interval);
+        found.notes.push(format!(
+            "the force's clock runs {ppm:.1} ppm faster than the position's, within [{:.1}, {:.1}] ppm: removed about \
+             the middle of the record, where the shift is given",
+            interval[0], interval[1]
+        ));
+    }
+    Ok(Identification { found, even, path })
 }
 
 /// What a shift of the clocks would change that fits better than none.
-fn other_shift(record: &Record, options: &Options, mass_kg: Option<f64>) -> Option<String> {
-    let shifted = karnopp::identify(
-        record,
-        &Options {
-            clocks: Clocks::Delayed,
-            model: ModelKind::Karnopp,
-            ..options.clone()
-        },
-    );
-    let [low, high] = *shifted.intervals.get("shift_s")?;
-    let shift_s = Some(shifted.shift_s).filter(|shift_s| shift_s.abs() > high - low)?;
-    let mass = match (mass_kg, shifted.mass_kg) {
+fn other_shift(even: &Even, options: &Options, mass_kg: Option<f64>) -> Option<String> {
+    let (shift_s, [low, high], shifted_kg) = karnopp::best_shift(even, options)?;
+    if shift_s.abs() <= high - low {
+        return None;
+    }
+    let mass = match (mass_kg, shifted_kg) {
         (Some(now), Some(then)) if options.mass_kg.is_none() => {
             format!(" (the mass would be {then:.4} kg for {now:.4})")
         }
@@ -136,24 +114,23 @@ fn other_shift(record: &Record, options: &Options, mass_kg: Option<f64>) -> Opti
 const CHOICE_SHARE: f64 = 0.4;
 
 fn identify_on_steady_clocks(
-    record: &Record,
+    even: &Even,
     options: &Options,
     progress: &mut Progress<'_>,
-) -> Result<Identified, IdentifyError> {
+) -> Result<(Identified, Option<Path>), IdentifyError> {
     progress.at(0.0)?;
     match options.model {
-        ModelKind::Karnopp => Ok(karnopp::identify(record, options)),
-        ModelKind::Dahl | ModelKind::Lugre => presliding::identify(record, options, progress),
+        ModelKind::Karnopp => Ok((karnopp::identify(even, options), None)),
+        ModelKind::Dahl | ModelKind::Lugre => presliding::identify(even, options, progress),
         ModelKind::Auto => {
-            let choice = choose::choose(record, options, &mut progress.part(0.0, CHOICE_SHARE))?;
+            let choice = choose::choose(even, options, &mut progress.part(0.0, CHOICE_SHARE))?;
             let options = Options {
                 model: choice.model,
                 ..options.clone()
             };
-            Ok(Identified {
-                chosen_because: Some(choice.because),
-                ..identify_on_steady_clocks(record, &options, &mut progress.part(CHOICE_SHARE, 1.0))?
-            })
+            let (mut found, path) = identify_on_steady_clocks(even, &options, &mut progress.part(CHOICE_SHARE, 1.0))?;
+            found.chosen_because = Some(choice.because);
+            Ok((found, path))
         }
     }
 }

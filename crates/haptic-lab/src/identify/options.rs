@@ -1,11 +1,10 @@
 //! What an identification is asked for, and what is known beforehand.
 //!
-//! Beside them the record of motion and force, and how far an identification is.
+//! Beside them the record of motion and force, how far an identification is, and why nothing can be identified at all.
 
-use super::clocks::{Clocks, MAX_SHIFT_S};
-use super::error::IdentifyError;
 use super::result::ModelKind;
 use std::ops::ControlFlow;
+use thiserror::Error;
 
 /// What is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -183,6 +182,113 @@ impl<'a> Progress<'a> {
     }
 }
 
+/// The clocks of positions and forces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Clocks {
+    /// One clock, as it is known.
+    One,
+    /// One clock, as one file has it: the shift is 0, and it is said where another would fit better.
+    #[default]
+    OneFile,
+    /// One clock, and perhaps a delay of one of the columns, as by a filter: a shift is looked for.
+    Delayed,
+    /// Two recorders: a shift and a drift are looked for.
+    Two,
+    /// A shift that is known: how much the force's stamps are later than the position's for the same instant, s.
+    Shifted(f64),
+}
+
+/// Largest shift that may be given, s.
+pub(super) const MAX_SHIFT_S: f64 = 10.0;
+
+impl Clocks {
+    /// Longest shift that is looked for, s.
+    pub(super) const fn longest_shift_s(self) -> f64 {
+        match self {
+            Self::One | Self::OneFile | Self::Shifted(_) => 0.0,
+            Self::Delayed => 0.06,
+            Self::Two => 0.5,
+        }
+    }
+}
+
+/// The record with forces stamped by a clock that runs as fast as the position's, and agrees in the middle of the
+/// record with the one that was faster by the drift, parts in a million.
+pub(super) fn without_drift(record: &Record, drift_ppm: f64) -> Record {
+    let (t, last) = (&record.t_s, record.t_s.len() - 1);
+    let middle_s = f64::midpoint(t[0], t[last]);
+    let mut left = 0;
+    let force_n = t.iter().map(|t_s| {
+        let at_s = (t_s + 1e-6 * drift_ppm * (t_s - middle_s)).clamp(t[0], t[last]);
+        while left + 1 < last && t[left + 1] <= at_s {
+            left += 1;
+        }
+        let share = (at_s - t[left]) / (t[left + 1] - t[left]);
+        record.force_n[left] + share * (record.force_n[left + 1] - record.force_n[left])
+    });
+    Record {
+        force_n: force_n.collect(),
+        ..record.clone()
+    }
+}
+
+/// Why nothing can be identified at all.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum IdentifyError {
+    /// A column has another length than the times.
+    #[error("the record has {times} times and {values} values of {column}")]
+    Length {
+        /// The column.
+        column: &'static str,
+        /// Samples of the time.
+        times: usize,
+        /// Samples of the column.
+        values: usize,
+    },
+    /// The record is too short for anything.
+    #[error("the record has {samples} samples; at least {least} are needed")]
+    TooShort {
+        /// Samples.
+        samples: usize,
+        /// Fewest that are accepted.
+        least: usize,
+    },
+    /// A value is not finite.
+    #[error("sample {index}: {column} = {value} is not a finite number")]
+    NotFinite {
+        /// The column.
+        column: &'static str,
+        /// Index of the sample, from 0.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+    /// Time does not grow.
+    #[error("sample {index}: its time {t_s} s does not come after {before_s} s")]
+    TimeNotIncreasing {
+        /// Index of the sample, from 0.
+        index: usize,
+        /// Its time, s.
+        t_s: f64,
+        /// Time of the sample before, s.
+        before_s: f64,
+    },
+    /// A value that was given as known cannot be.
+    #[error("{name} = {value} is out of range: {range}")]
+    Option {
+        /// What was given.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is accepted.
+        range: &'static str,
+    },
+    /// The caller cancelled.
+    #[error("the identification was cancelled")]
+    Cancelled,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -203,5 +309,22 @@ mod tests {
         assert!(second.at(0.0).is_ok());
         assert!(matches!(second.part(0.0, 0.5).at(1.0), Err(IdentifyError::Cancelled)));
         assert_eq!(shares, [0.5, 0.75]);
+    }
+
+    #[test]
+    fn a_drift_is_taken_out_about_the_middle() {
+        let t_s: Vec<f64> = (0..=1000).map(|k| 7.0 + 1e-2 * f64::from(k)).collect();
+        // The force is 100 N/s times the true time since the middle; its clock runs 1000 ppm fast.
+        let record = Record {
+            force_n: t_s.iter().map(|t| 100.0 * (t - 12.0) / 1.001).collect(),
+            position_m: t_s.clone(),
+            t_s,
+            ..Record::default()
+        };
+        let steady = without_drift(&record, 1000.0);
+        for k in 10..=990 {
+            let error = steady.force_n[k] - 100.0 * (steady.t_s[k] - 12.0);
+            assert!(error.abs() < 1e-9, "{k}: {error}");
+        }
     }
 }

@@ -1,17 +1,75 @@
 //! What an identification fits, and how well, for people.
 
+use super::Identification;
 use super::options::Record;
+use super::presliding::Estimate;
 use super::result::Identified;
-use crate::derivatives::{less_inertia, velocity};
 use crate::drawing::{Chart, Trace};
-use crate::smoothing::{Window, weighted};
+use crate::smoothing::{Window, less_inertia, velocity, weighted};
 use haptic_core::Directional;
 use haptic_motion::median::median_period_s;
 
-/// Force against velocity and against position, force over time, and what the fit leaves below.
-/// `fitted_force` is the force of the fit at each sample of the record, N.
-#[must_use]
-pub fn plots(record: &Record, identified: &Identified, fitted_force: &[f64]) -> Vec<Chart> {
+/// Half-length of the window under which accelerations are drawn, s; of at least six samples.
+const HALF_S: f64 = 15e-3;
+
+impl Identification {
+    /// Force against velocity and against position, force over time, and what the fit leaves below.
+    #[must_use]
+    pub fn plots(&self) -> Vec<Chart> {
+        let (record, force_n) = self.fitted();
+        plots(&record, &self.found, &force_n)
+    }
+
+    /// The record on an even grid and on one clock, and the force of the fit at each of its samples, N; NaN where the
+    /// model says nothing of it. Both forces are NaN in the record's gaps.
+    pub(super) fn fitted(&self) -> (Record, Vec<f64>) {
+        let grid = &self.even.grid;
+        let (x, last) = (&grid.position_m, grid.len() - 1);
+        let window = Window::new(HALF_S.max(6.0 * grid.period_s), grid.period_s);
+        let acceleration = |at: usize| {
+            let is_inner = at >= window.reach && at + window.reach <= last;
+            is_inner.then(|| weighted(&window.curvature, x, at, x[at]))
+        };
+        let mut force_n: Vec<f64> = match (&self.path, Estimate::of(&self.found)) {
+            (Some(path), Some(estimate)) => {
+                let end = window.reach.min(last / 2);
+                let accelerations = (0..=last).map(|at| acceleration(at.clamp(end, last - end)).unwrap_or(0.0));
+                estimate.force(path, &accelerations.collect::<Vec<f64>>())
+            }
+            _ => (0..=last)
+                .map(|at| acceleration(at).and_then(|acceleration| self.sliding_force(at, acceleration)))
+                .map(|force_n| force_n.unwrap_or(f64::NAN))
+                .collect(),
+        };
+        let mut even = Record {
+            t_s: (0..=last).map(|at| grid.start_s + at as f64 * grid.period_s).collect(),
+            position_m: x.clone(),
+            force_n: grid.force_shifted(self.found.shift_s, 0.0),
+            ..Record::default()
+        };
+        for at in (0..=last).filter(|at| grid.is_in_gap[*at]) {
+            (even.force_n[at], force_n[at]) = (f64::NAN, f64::NAN);
+        }
+        (even, force_n)
+    }
+
+    /// The force of a fit to slides at a sample with an acceleration, m/s^2; `None` at rest, of which it says nothing.
+    fn sliding_force(&self, at: usize, acceleration: f64) -> Option<f64> {
+        let found = &self.found;
+        let (dynamic, viscous) = (found.dynamic_force_n?, found.viscous_ns_per_m?);
+        let motion = self.even.motion();
+        let v = motion.velocity_mps[at];
+        let friction = match motion.sense[at] {
+            0 => return None,
+            1.. => dynamic.positive + viscous.positive * v,
+            _ => viscous.negative * v - dynamic.negative,
+        };
+        Some(found.mass_kg.unwrap_or(0.0) * acceleration + friction + found.offset_n.unwrap_or(0.0))
+    }
+}
+
+/// The same of an even record; `fitted_force` is the force of the fit at each of its samples, N.
+fn plots(record: &Record, identified: &Identified, fitted_force: &[f64]) -> Vec<Chart> {
     let period_s = median_period_s(record.t_s.iter().copied());
     let velocity_mps = velocity(&record.position_m, period_s);
     let friction = |force: &[f64]| match identified.mass_kg {
@@ -142,17 +200,19 @@ mod tests {
     #[test]
     fn the_residual_that_is_drawn_is_the_one_that_is_reported() {
         use crate::identify::study::{Experiment, cases};
-        use crate::identify::{Options, fitted, identify};
+        use crate::identify::{Options, identify_with_progress};
+        use std::ops::ControlFlow;
         let case = &cases::cases()[4];
         let experiment: &Experiment = &case.experiment;
         let record = experiment.record(3).expect("the scene is sound");
-        let identified = identify(&record, &Options::new(case.model)).expect("a record");
-        let (even, force_n) = fitted(&record, &identified);
-        let charts = plots(&even, &identified, &force_n);
+        let options = Options::new(case.model);
+        let identification =
+            identify_with_progress(&record, &options, &mut |_| ControlFlow::Continue(())).expect("a record");
+        let charts = identification.plots();
         let drawn = charts[3].traces[0].points.iter().map(|point| point[1]);
         let drawn: Vec<f64> = drawn.filter(|left| left.is_finite()).collect();
         let rms = (drawn.iter().map(|left| left * left).sum::<f64>() / drawn.len() as f64).sqrt();
-        let reported = identified.residual_rms_n;
+        let reported = identification.found.residual_rms_n;
         // One sample has 0.1 N of noise. The fit leaves out where it creeps, which is drawn.
         assert!(
             reported < 0.05 && (0.8..1.3).contains(&(rms / reported)),

@@ -2,9 +2,8 @@
 //! sweep, and mass and friction from all of the record without it.
 
 use super::cogging::{FoundCogging, SweepSample, cogging};
-use super::error::IdentifyError;
 use super::identify;
-use super::options::{Directions, Options, Record};
+use super::options::{Directions, IdentifyError, Options, Record};
 use super::result::{Identified, ModelKind, Refusal};
 use haptic_core::Directional;
 use haptic_core::rig_friction::{Cogging, RigFriction};
@@ -45,11 +44,8 @@ fn identified_beside(record: &Record, found: Result<FoundCogging, String>) -> Re
     };
     let mut identified = identify(&record, &options)?;
     if let Err(why) = &found {
-        identified.refused.push(Refusal {
-            parameter: "cogging".to_owned(),
-            reason: why.clone(),
-            instead: "a sweep over more travel, if the poles of the motor are farther apart".to_owned(),
-        });
+        let instead = "a sweep over more travel, if the poles of the motor are farther apart";
+        identified.refuse(Refusal::new("cogging", why, instead));
     }
     Ok(RigItself {
         identified,

@@ -18,6 +18,7 @@ pub use judgement::{Judgement, ParameterJudgement};
 
 use super::options::Record;
 use super::sensor::{counted, noise, samples_in};
+use crate::motion::DeviceSample;
 use fastrand::Rng;
 use haptic_core::friction::Friction;
 use haptic_core::scene::{Block, Coupling};
@@ -186,6 +187,24 @@ impl Experiment {
     pub fn with_movements(mut self, movements: &[Movement]) -> Self {
         self.movements = movements.to_vec();
         self
+    }
+
+    /// The hand's motion, each movement from where the one before ended.
+    pub(crate) fn hand(&self) -> Vec<DeviceSample> {
+        let period_s = 1.0 / self.sensors.rate_hz;
+        let mut samples = vec![DeviceSample::default()];
+        for movement in &self.movements {
+            let from_m = samples.last().map_or(0.0, |sample| sample.position_m);
+            for index in 1..=samples_in(movement.duration_s(), period_s) {
+                let (displacement_m, velocity_mps) = movement.at(index as f64 / self.sensors.rate_hz);
+                samples.push(DeviceSample {
+                    t_s: samples.len() as f64 / self.sensors.rate_hz,
+                    position_m: from_m + displacement_m,
+                    velocity_mps,
+                });
+            }
+        }
+        samples
     }
 
     /// The motion as it is, without the sensors' noise and steps.

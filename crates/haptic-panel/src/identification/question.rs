@@ -4,7 +4,7 @@ use super::FitChart;
 use crate::tape::Tape;
 use haptic_lab::identify;
 use haptic_lab::identify::record_file::{Loaded, MovingMass, Source};
-use haptic_lab::identify::{Clocks, Identified, IdentifiedScene, Options, Record, record_file};
+use haptic_lab::identify::{Clocks, Identification, Identified, IdentifiedScene, Options, record_file};
 use haptic_recording::{Ending, Metadata, Recording};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -79,8 +79,8 @@ impl Question {
         }
         let mut identified = identify::identify_with_progress(&loaded.record, &options, progress)
             .map_err(|error| format!("{}: {error}", self.origin()))?;
-        identified.notes.splice(0..0, loaded.notes);
-        Ok(Found::new(self.origin(), &loaded.record, identified))
+        identified.found.notes.splice(0..0, loaded.notes);
+        Ok(Found::new(self.origin(), identified))
     }
 
     fn load(&self) -> Result<Loaded, String> {
@@ -124,14 +124,12 @@ pub struct Found {
 const NAME: &str = "identified";
 
 impl Found {
-    pub(super) fn new(origin: String, record: &Record, identified: Identified) -> Self {
-        let (even, fitted_n) = identify::fitted(record, &identified);
-        let charts = identify::plots(&even, &identified, &fitted_n);
+    pub(super) fn new(origin: String, identification: Identification) -> Self {
         Self {
             origin,
-            scene: identified.scene(NAME),
-            charts: charts.iter().map(FitChart::new).collect(),
-            identified,
+            scene: identification.found.scene(NAME),
+            charts: identification.plots().iter().map(FitChart::new).collect(),
+            identified: identification.found,
         }
     }
 }

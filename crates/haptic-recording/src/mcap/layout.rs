@@ -2,6 +2,7 @@
 
 use crate::columns::{COLUMNS, Column, Kind, STATES};
 use haptic_ipc::{FIRST_SAMPLE_COLUMNS, Sample};
+use haptic_motion::cdr::{self, Field};
 use std::fmt::Write as _;
 
 /// CDR's header: little endian, plain.
@@ -76,42 +77,25 @@ impl Layout {
     /// # Errors
     /// It has another type than those of numbers, or lacks a column.
     pub(super) fn parse(schema: &str) -> Result<Self, String> {
+        let (fields, other) = cdr::fields(schema);
+        if let Some((type_name, name)) = other {
+            return Err(format!(
+                "field `{name}` has the type `{type_name}`, which has no fixed size"
+            ));
+        }
+        let size = CDR_HEADER.len() + fields.last().map_or(0, |field| field.offset + field.size);
+        if size > MAX_ROW {
+            return Err(format!("a row has more than {MAX_ROW} bytes"));
+        }
         let mut cells = Vec::new();
-        let mut size = CDR_HEADER.len();
-        for line in schema.lines().take_while(|line| !line.starts_with("===")) {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            let mut words = line.split_whitespace();
-            let (Some(type_name), Some(name)) = (words.next(), words.next()) else {
-                continue;
-            };
-            if line.contains('=') {
-                continue;
-            }
-            let width = match type_name {
-                "bool" | "byte" | "char" | "int8" | "uint8" => 1,
-                "int16" | "uint16" => 2,
-                "int32" | "uint32" | "float32" => 4,
-                "int64" | "uint64" | "float64" => 8,
-                _ => {
-                    return Err(format!(
-                        "field `{name}` has the type `{type_name}`, which has no fixed size"
-                    ));
-                }
-            };
-            // CDR counts from behind its header.
-            let place = (size - CDR_HEADER.len()).next_multiple_of(width) + CDR_HEADER.len();
-            size = place + width;
-            if size > MAX_ROW {
-                return Err(format!("a row has more than {MAX_ROW} bytes"));
-            }
-            if let Some(column) = COLUMNS.iter().find(|column| column.name.eq_ignore_ascii_case(name)) {
+        for Field { name, kind, offset, .. } in fields {
+            if let Some(column) = COLUMNS.iter().find(|column| column.name.eq_ignore_ascii_case(&name)) {
                 let wanted = type_of(column.kind).1;
-                if type_name != wanted {
-                    return Err(format!(
-                        "field `{name}` has the type `{type_name}` in place of `{wanted}`"
-                    ));
+                if kind != wanted {
+                    return Err(format!("field `{name}` has the type `{kind}` in place of `{wanted}`"));
                 }
-                cells.push((place, column));
+                // CDR counts from behind its header.
+                cells.push((CDR_HEADER.len() + offset, column));
             }
         }
         let missing = COLUMNS

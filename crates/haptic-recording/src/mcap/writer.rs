@@ -3,9 +3,8 @@
 use super::layout::Layout;
 use super::tail::Tail;
 use super::{MARK_SCHEMA, MARKS, METADATA, SAMPLES};
-use crate::fields::to_fields;
 use crate::mark::Mark;
-use crate::metadata::Metadata;
+use crate::metadata::{Metadata, to_fields};
 use haptic_ipc::Sample;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;

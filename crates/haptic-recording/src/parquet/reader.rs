@@ -3,9 +3,8 @@
 use super::{KEY, MAGIC, MARKS, type_of};
 use crate::columns::{COLUMNS, Column, Kind, STATES};
 use crate::error::{Ending, Place, RecordingError};
-use crate::fields::from_fields;
 use crate::mark::{Entry, Mark};
-use crate::metadata::Metadata;
+use crate::metadata::{Metadata, from_fields};
 use haptic_ipc::{FIRST_SAMPLE_COLUMNS, Sample};
 use haptic_motion::guard::{Pages, guarded};
 use parquet::column::reader::ColumnReaderImpl;

@@ -2,9 +2,8 @@
 
 use super::{KEY, MARKS, type_of};
 use crate::columns::{COLUMNS, Column, Kind, STATES};
-use crate::fields::to_fields;
 use crate::mark::Mark;
-use crate::metadata::Metadata;
+use crate::metadata::{Metadata, to_fields};
 use haptic_ipc::Sample;
 use parquet::basic::{Compression, Encoding};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type, Int64Type};

@@ -10,8 +10,6 @@
 //! the row is there: no trial ends before the one before it is kept. Clicks, answers and ticks carry their ticks, so
 //! that this changes no time.
 
-mod writer;
-
 use super::perception::Answer;
 use super::session::{Frame, Interruption, Mounting, News, Row, Session, Task, View};
 use super::store::{Keeper, RigDescription, StoreError, Study};
@@ -23,7 +21,8 @@ use haptic_recording::StateMarks;
 use std::collections::VecDeque;
 use std::io;
 use std::path::Path;
-use writer::{Outcome, WriterThread};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
 
 /// Why a person's session cannot continue.
 #[derive(Debug, thiserror::Error)]
@@ -210,7 +209,7 @@ impl PersonSession {
     /// # Errors
     /// A row cannot be written. The session is at its end: close it; one that is opened again continues at that trial.
     pub fn poll(&mut self) -> Result<Vec<SessionEvent>, PersonError> {
-        while let Some(outcome) = self.writer.take() {
+        while let Ok(outcome) = self.writer.outcomes.try_recv() {
             self.job_done(outcome?);
         }
         Ok(self.session_events.drain(..).collect())
@@ -222,7 +221,9 @@ impl PersonSession {
     /// As of [`poll`](Self::poll).
     pub fn wait(&mut self) -> Result<Vec<SessionEvent>, PersonError> {
         while self.unkept > 0 {
-            let Some(outcome) = self.writer.wait() else { break };
+            let Ok(outcome) = self.writer.outcomes.recv() else {
+                break;
+            };
             self.job_done(outcome?);
         }
         self.poll()
@@ -238,13 +239,9 @@ impl PersonSession {
         result
     }
 
-    fn job_done(&mut self, outcome: Outcome) {
+    fn job_done(&mut self, outcome: Option<SessionEvent>) {
         self.unkept = self.unkept.saturating_sub(1);
-        match outcome {
-            Outcome::News(Some(row)) => self.session_events.push_back(SessionEvent::Kept(row)),
-            Outcome::News(None) => {}
-            Outcome::Collected => self.session_events.push_back(SessionEvent::Finished),
-        }
+        self.session_events.extend(outcome);
         while self.unkept == 0 {
             let Some(input) = self.waiting.pop_front() else { return };
             self.take(input);
@@ -310,13 +307,59 @@ impl PersonSession {
                 self.session_events.push_back(SessionEvent::Voided(voided.clone()));
             }
             self.unkept += 1;
-            self.writer.keep(news);
+            self.writer.put(Some(news));
         }
         if self.session.is_done() && !self.is_collected {
             self.is_collected = true;
             self.unkept += 1;
-            self.writer.collect();
+            self.writer.put(None);
         }
+    }
+}
+
+/// The thread that keeps what becomes final: only it waits for the disk. It ends with this, after what it was given.
+#[derive(Debug)]
+struct WriterThread {
+    /// What is to be kept; nothing for all trials of the study to be put into one file.
+    jobs: Sender<Option<News>>,
+    /// What was done, once it is on the disk.
+    outcomes: Receiver<Result<Option<SessionEvent>, StoreError>>,
+    thread: JoinHandle<()>,
+}
+
+impl WriterThread {
+    /// Starts it. It holds the study, and with it the lock.
+    fn spawn(study: Study, mut keeper: Keeper) -> io::Result<Self> {
+        let (jobs, work) = channel();
+        let (done, outcomes) = channel();
+        let thread = thread::Builder::new().name("study files".to_owned()).spawn(move || {
+            for job in work {
+                let result = match job {
+                    Some(news) => keeper.keep(news).map(|row| row.map(SessionEvent::Kept)),
+                    None => study.collect().map(|_| Some(SessionEvent::Finished)),
+                };
+                let failed = result.is_err();
+                // Nobody may be left to hear of it; what was given is kept all the same.
+                done.send(result).unwrap_or_default();
+                if failed {
+                    return;
+                }
+            }
+        })?;
+        Ok(Self { jobs, outcomes, thread })
+    }
+
+    fn put(&self, job: Option<News>) {
+        // A thread that failed has reported it.
+        self.jobs.send(job).unwrap_or_default();
+    }
+
+    /// Ends it, and waits until it has let the study go.
+    fn join(self) {
+        let Self { jobs, thread, .. } = self;
+        drop(jobs);
+        // A panic of the thread has printed its message.
+        thread.join().unwrap_or_default();
     }
 }
 

@@ -14,31 +14,26 @@
 
 use crate::trial::{FittsTrial, Operator, PerceptionTrial, VoidedTrial};
 mod active_scene;
-mod frames;
-mod interruption;
-mod recent_ticks;
 mod stage;
 mod task;
 mod ticks;
 mod view;
 
-pub use frames::Frame;
-pub use interruption::Interruption;
+pub use stage::Interruption;
 pub use task::Task;
-pub use ticks::Ticks;
+pub use ticks::{Frame, Ticks};
 pub use view::{Feedback, Instruction, Phase, Targets, View};
 
 use super::fitts::{self, Event};
 use super::perception::Answer;
 use super::subject::Subject;
 use active_scene::ActiveScene;
-use frames::Frames;
 use haptic_core::Scene;
 use haptic_ipc::{RigState, Sample, ServoSetup};
 use haptic_recording::Mark;
-use recent_ticks::{RecentTicks, buttons};
 use stage::{Stage, stages};
 use std::collections::VecDeque;
+use ticks::{Frames, RecentTicks, buttons};
 
 /// A longer trial is void, s: a person has turned away, and its recording would fill the memory.
 const MAX_TRIAL_S: f64 = 120.0;

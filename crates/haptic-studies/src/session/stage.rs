@@ -1,8 +1,8 @@
-//! The stages of a session.
+//! The stages of a session, and why it was interrupted.
 
-use super::interruption::Interruption;
 use super::task::Task;
 use super::view::Instruction;
+use haptic_ipc::RigState;
 use std::collections::VecDeque;
 
 /// Where a session is.
@@ -40,4 +40,45 @@ pub(super) fn stages(task: &Task, is_mounted: bool, after: Option<bool>, period_
     }
     stages.push_back(Stage::GetReady);
     stages
+}
+
+/// Why a session was interrupted. A trial under way is void, and done again.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Interruption {
+    /// A person paused it.
+    Paused,
+    /// The rig's force does not flow.
+    State(RigState),
+    /// Ticks are missing.
+    LostTicks(u64),
+    /// The daemon was started again, or the connection to it re-established.
+    NewLink,
+    /// Another program changed the scene.
+    SceneChanged {
+        /// The revision that is rendered.
+        revision: u64,
+    },
+    /// The scene could not be set.
+    SceneRefused(String),
+    /// A trial took longer than a recording may be.
+    TooLong {
+        /// Longest time, s.
+        limit_s: f64,
+    },
+}
+
+impl std::fmt::Display for Interruption {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Paused => write!(formatter, "paused"),
+            Self::State(state) => write!(formatter, "the rig is {state}"),
+            Self::LostTicks(ticks) => write!(formatter, "{ticks} ticks are missing"),
+            Self::NewLink => write!(formatter, "the connection to the daemon was re-established"),
+            Self::SceneChanged { revision } => {
+                write!(formatter, "another program changed the scene: revision {revision}")
+            }
+            Self::SceneRefused(why) => write!(formatter, "the scene could not be set: {why}"),
+            Self::TooLong { limit_s } => write!(formatter, "the trial took longer than {limit_s} s"),
+        }
+    }
 }

@@ -89,9 +89,6 @@ pub enum StoreError {
         /// The column.
         column: String,
     },
-    /// A row of the other task.
-    #[error("the row belongs to the other task")]
-    OtherTask,
     /// The rows are not those of the plan.
     #[error(transparent)]
     StudyMismatch(#[from] StudyMismatch),
@@ -103,6 +100,12 @@ pub enum StoreError {
         /// Why.
         source: TrialError,
     },
+    /// A folder has no data.
+    #[error("{}: no trials: a study has them in data/subject-CODE/, in files that end in _data.csv", .0.display())]
+    NoData(PathBuf),
+    /// A folder has trials of both tasks; this is the first file of the other one.
+    #[error("{}: answers of a perception test beside trials of a targeting task: analyse each alone", .0.display())]
+    BothTasks(PathBuf),
     /// A file cannot be read or written.
     #[error("{}: {source}", .path.display())]
     File {

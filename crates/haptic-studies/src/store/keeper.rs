@@ -1,14 +1,19 @@
-//! Keeps what becomes final in a subject's session: each trial with its recording.
+//! Keeps what becomes final in a subject's session: each trial with its recording is on the disk when a call returns.
 
+use super::super::plan::Task as Kind;
 use super::super::session::{FinishedTrial, News, Row, Session, Settings, Task, Ticks};
-use super::super::subject::Subject;
-use super::super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
+use super::super::subject::{StudyMismatch, Subject};
+use super::super::trial::{self, Operator, Trial, VoidedTrial};
 use super::Study;
+use super::disk::{append, at, create_folder, replace, sync_folder};
 use super::error::StoreError;
-use super::subject_files::SubjectFiles;
+use super::subject_files::{self, Rows};
 use haptic_ipc::ServoSetup;
-use haptic_recording::Metadata;
+use haptic_recording::{CreateError, Metadata};
 use serde_json::Value;
+use std::fs::{self, File};
+use std::io;
+use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The rig of a session.
@@ -28,17 +33,64 @@ pub struct RigDescription {
     pub click_buttons: u8,
 }
 
-/// The files of a subject, by the study's task.
+/// A file of rows.
 #[derive(Debug)]
-enum Files {
-    Fitts(SubjectFiles<FittsTrial>),
-    Perception(SubjectFiles<PerceptionTrial>),
+struct Table {
+    path: PathBuf,
+    rows: usize,
+    /// Length of the whole rows, bytes.
+    length: u64,
 }
 
-/// Keeps what becomes final in a subject's session.
+impl Table {
+    /// Reads the rows, and takes away one that was cut off. Rows of an earlier version get the columns of this one.
+    fn open<T: Trial>(path: PathBuf) -> Result<(Self, Vec<T>), StoreError> {
+        let Rows {
+            trials,
+            whole,
+            all,
+            heading,
+        } = subject_files::rows::<T>(&path)?;
+        let mut length = whole as u64;
+        if whole > 0 && heading != T::COLUMNS {
+            if let Some(column) = heading.iter().find(|column| !T::COLUMNS.contains(&column.as_str())) {
+                let column = column.clone();
+                return Err(StoreError::Column { path, column });
+            }
+            replace(&path, &path, |file| {
+                trial::write(&trials, &*file).map_err(io::Error::other)?;
+                length = file.metadata()?.len();
+                Ok(())
+            })?;
+        } else if whole < all {
+            let file = File::options().write(true).open(&path).map_err(at(&path))?;
+            file.set_len(length).and_then(|()| file.sync_all()).map_err(at(&path))?;
+        }
+        let rows = trials.len();
+        Ok((Self { path, rows, length }, trials))
+    }
+
+    /// Adds a row.
+    fn append<T: Trial>(&mut self, trial: &T) -> Result<(), StoreError> {
+        let line = trial::line(trial, self.length == 0).map_err(|source| StoreError::Trials {
+            path: self.path.clone(),
+            source,
+        })?;
+        append(&self.path, &line, self.length)?;
+        self.length += line.len() as u64;
+        self.rows += 1;
+        Ok(())
+    }
+}
+
+/// The files of a subject, to which each trial is added.
 #[derive(Debug)]
 pub struct Keeper {
-    files: Files,
+    folder: PathBuf,
+    recordings: PathBuf,
+    practice: Table,
+    data: Table,
+    voided: Table,
     rig: RigDescription,
     operator: Operator,
     has_recordings: bool,
@@ -49,93 +101,129 @@ impl Keeper {
     /// Opens a subject's files, and the session that continues where they end.
     ///
     /// # Errors
-    /// They cannot be read, or are not those of the plan.
+    /// They cannot be read, or repaired where the program was killed, or are not those of the plan.
     pub fn open(study: &Study, subject: &Subject, rig: RigDescription) -> Result<(Self, Session), StoreError> {
-        let about = study.about();
+        let (folder, about) = (study.folder(), study.about());
         let (seed, operator, period_s) = (about.seed, about.operator, rig.loop_rate_hz.recip());
+        let session = subject_files::session(folder, subject);
+        create_folder(&session)?;
         let mut task = Task::new(study.plan(), seed, subject, operator, period_s);
-        let files = match &mut task {
-            Task::Fitts(task) => {
-                let files = study.subject::<FittsTrial>(subject)?;
-                task.resume(files.practice(), files.trials())?;
-                Files::Fitts(files)
-            }
-            Task::Perception(task) => {
-                let files = study.subject::<PerceptionTrial>(subject)?;
-                task.resume(files.practice(), files.trials())?;
-                Files::Perception(files)
-            }
-        };
-        let voided = match &files {
-            Files::Fitts(files) => files.voided(task.is_practice()),
-            Files::Perception(files) => files.voided(task.is_practice()),
-        };
-        let settings = Settings {
-            operator,
-            period_s,
-            click_buttons: rig.click_buttons,
-            servo: rig.servo.clone(),
-            voided,
-        };
+        let kind = about.task;
+        let [practice, data] = match &mut task {
+            Task::Fitts(task) => resumed(study, subject, kind, |practice, data| task.resume(practice, data)),
+            Task::Perception(task) => resumed(study, subject, kind, |practice, data| task.resume(practice, data)),
+        }?;
+        let voided = subject_files::table(folder, subject, kind, "voided");
+        let (voided, attempts) = Table::open::<VoidedTrial>(voided)?;
         let keeper = Self {
-            files,
+            folder: folder.to_owned(),
+            recordings: session.join("recordings"),
+            practice,
+            data,
+            voided,
             rig,
             operator,
             has_recordings: about.recordings,
             recorded_by: about.program.clone(),
         };
+        keeper.set_unscored_aside()?;
+        let is_practice = task.is_practice();
+        let next = keeper.rows(is_practice) + 1;
+        let is_of_next = |voided: &&VoidedTrial| voided.practice == is_practice && voided.row as usize == next;
+        let settings = Settings {
+            operator,
+            period_s,
+            click_buttons: keeper.rig.click_buttons,
+            servo: keeper.rig.servo.clone(),
+            voided: u32::try_from(attempts.iter().filter(is_of_next).count()).unwrap_or(u32::MAX),
+        };
         Ok((keeper, Session::new(task, subject, settings)))
     }
 
-    /// The rows of the targeting task, of practice or of the others; none of the perception tests.
-    #[must_use]
-    pub fn fitts_rows(&self, is_practice: bool) -> &[FittsTrial] {
-        match &self.files {
-            Files::Fitts(files) if is_practice => files.practice(),
-            Files::Fitts(files) => files.trials(),
-            Files::Perception(_) => &[],
-        }
-    }
-
-    /// Keeps what became final: it is on the disk when this returns. Returns the row of a trial as it stands there.
+    /// Keeps what became final. Returns the row of a trial as it stands on the disk.
     ///
     /// # Errors
     /// It cannot be written. The session must not continue then; another one continues at this trial.
     pub fn keep(&mut self, news: News) -> Result<Option<Row>, StoreError> {
-        match news {
-            News::Voided(voided) => {
-                match &mut self.files {
-                    Files::Fitts(files) => files.append_voided(voided)?,
-                    Files::Perception(files) => files.append_voided(voided)?,
-                }
-                Ok(None)
-            }
-            News::Finished(finished) => self.keep_trial(*finished).map(Some),
-        }
-    }
-
-    fn keep_trial(&mut self, finished: FinishedTrial) -> Result<Row, StoreError> {
         let FinishedTrial {
             mut row,
             is_practice,
             ticks,
-        } = finished;
+        } = match news {
+            News::Voided(voided) => return self.voided.append(&voided).map(|()| None),
+            News::Finished(finished) => *finished,
+        };
         let ticks = ticks.filter(|_| self.has_recordings);
-        let recording = ticks.map(|ticks| (self.metadata(&ticks), ticks));
-        match (&mut row, &mut self.files) {
-            (Row::Fitts(trial), Files::Fitts(files)) => {
-                trial.recording = record(files, is_practice, recording)?;
-                files.append((**trial).clone(), is_practice)?;
+        let recording = ticks.map(|ticks| self.record(is_practice, ticks)).transpose()?;
+        let table = if is_practice {
+            &mut self.practice
+        } else {
+            &mut self.data
+        };
+        match &mut row {
+            Row::Fitts(trial) => {
+                trial.recording = recording;
+                table.append(&**trial)?;
             }
-            (Row::Perception(trial), Files::Perception(files)) => {
-                trial.recording = record(files, is_practice, recording)?;
-                files.append((**trial).clone(), is_practice)?;
-            }
-            (Row::Fitts(_), Files::Perception(_)) | (Row::Perception(_), Files::Fitts(_)) => {
-                return Err(StoreError::OtherTask);
+            Row::Perception(trial) => {
+                trial.recording = recording;
+                table.append(&**trial)?;
             }
         }
-        Ok(row)
+        Ok(Some(row))
+    }
+
+    /// Rows of practice, or of the trials that count.
+    fn rows(&self, is_practice: bool) -> usize {
+        if is_practice {
+            self.practice.rows
+        } else {
+            self.data.rows
+        }
+    }
+
+    /// The recording of a trial by its number among the rows, from 1.
+    fn recording(&self, is_practice: bool, number: usize) -> PathBuf {
+        let kind = if is_practice { "practice" } else { "trial" };
+        self.recordings.join(format!("{kind}-{number:04}.mcap"))
+    }
+
+    /// Writes the ticks of the trial whose row comes next; returns the file's path from the study's folder.
+    fn record(&self, is_practice: bool, ticks: Ticks) -> Result<String, StoreError> {
+        create_folder(&self.recordings)?;
+        let path = self.recording(is_practice, self.rows(is_practice) + 1);
+        // Under another name until it is whole.
+        let part = path.with_extension("part.mcap");
+        let recorder = haptic_recording::create(&part, &self.metadata(&ticks), false);
+        let mut recorder = recorder.map_err(|error| match error {
+            CreateError::File { source, .. } => at(&part)(source),
+            other => at(&part)(io::Error::other(other)),
+        })?;
+        ticks.marks.into_iter().for_each(|mark| recorder.mark(mark));
+        let written = recorder.rows(&ticks.rows);
+        written.and_then(|()| recorder.finish()).map_err(at(&part))?;
+        fs::rename(&part, &path).map_err(at(&path))?;
+        sync_folder(&self.recordings)?;
+        let from_folder = path.strip_prefix(&self.folder).unwrap_or(&path);
+        Ok(from_folder.to_string_lossy().into_owned())
+    }
+
+    /// Gives recordings without a row another name: the trial is done again.
+    fn set_unscored_aside(&self) -> Result<(), StoreError> {
+        for is_practice in [true, false] {
+            let path = self.recording(is_practice, self.rows(is_practice) + 1);
+            for path in [path.with_extension("part.mcap"), path] {
+                if path.exists() {
+                    let free = (1..)
+                        .map(|number| path.with_extension(format!("unscored-{number}.mcap")))
+                        .find(|other| !other.exists());
+                    let free = free.unwrap_or_else(|| path.clone());
+                    fs::rename(&path, &free).map_err(at(&path))?;
+                    sync_folder(&self.recordings)?;
+                }
+            }
+        }
+        Ok(())
     }
 
     #[expect(clippy::cast_precision_loss, reason = "minutes of ticks")]
@@ -163,14 +251,15 @@ impl Keeper {
     }
 }
 
-/// Writes a trial's recording, where it has one; returns the file's path from the study's folder.
-fn record<T: Trial>(
-    files: &mut SubjectFiles<T>,
-    is_practice: bool,
-    recording: Option<(Metadata, Ticks)>,
-) -> Result<Option<String>, StoreError> {
-    let Some((metadata, ticks)) = recording else {
-        return Ok(None);
-    };
-    files.record(is_practice, &metadata, ticks.rows, ticks.marks).map(Some)
+/// Opens the rows of practice and of the trials that count, and has a task continue after them.
+fn resumed<T: Trial>(
+    study: &Study,
+    subject: &Subject,
+    kind: Kind,
+    resume: impl FnOnce(&[T], &[T]) -> Result<(), StudyMismatch>,
+) -> Result<[Table; 2], StoreError> {
+    let open = |is_practice| Table::open(subject_files::rows_file(study.folder(), subject, kind, is_practice));
+    let ((practice, first), (data, then)) = (open(true)?, open(false)?);
+    resume(&first, &then)?;
+    Ok([practice, data])
 }

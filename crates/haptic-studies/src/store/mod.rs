@@ -39,13 +39,12 @@ use disk::{at, replace, sync_folder, write_new};
 pub use error::StoreError;
 pub use keeper::{Keeper, RigDescription};
 pub use notes::note;
-pub use reading::{read, subjects, trials, trials_of};
+pub use reading::{Trials, read, read_file, read_folder, subjects, trials, trials_of};
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 pub use study_description::StudyDescription;
-pub use subject_files::SubjectFiles;
 
 /// A study on the disk, which this program alone may continue.
 #[derive(Debug)]
@@ -175,14 +174,6 @@ impl Study {
         })
     }
 
-    /// The files of a subject.
-    ///
-    /// # Errors
-    /// They cannot be read, or repaired where the program was killed.
-    pub fn subject<T: Trial>(&self, subject: &Subject) -> Result<SubjectFiles<T>, StoreError> {
-        SubjectFiles::open(&self.folder, subject, self.about.task)
-    }
-
     /// Trials that a subject has done, and trials in all or the most that there can be, practice included.
     ///
     /// # Errors
@@ -198,7 +189,7 @@ impl Study {
     }
 
     /// The whole rows of a subject, of practice or of the others.
-    fn rows<T: Trial>(&self, subject: &Subject, is_practice: bool) -> Result<Vec<T>, StoreError> {
+    pub(crate) fn rows<T: Trial>(&self, subject: &Subject, is_practice: bool) -> Result<Vec<T>, StoreError> {
         subject_files::trials(&self.folder, subject, self.about.task, is_practice)
     }
 

@@ -1,14 +1,19 @@
-//! Reads a study without its lock: it may be under way.
+//! Reads a study without its lock, since it may be under way, and trials from elsewhere.
 
 use super::super::plan::{Plan, Task};
 use super::super::subject::Subject;
 use super::super::subject_table::SubjectTable;
-use super::super::trial::Trial;
-use super::disk::at;
+use super::super::trial::{self, FittsTrial, PerceptionTrial, Trial};
+use super::disk::{at, whole_lines};
 use super::error::StoreError;
 use super::study_description::StudyDescription;
-use super::{PLAN, STUDY, SUBJECTS, VERSION, subject_files};
-use std::path::Path;
+use super::{DATA, PLAN, STUDY, SUBJECTS, VERSION, subject_files};
+use haptic_motion::guard::guarded;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// Reads what a study is, without a lock.
@@ -96,4 +101,110 @@ pub fn trials<T: Trial>(folder: &Path) -> Result<Vec<T>, StoreError> {
 /// The file cannot be read.
 pub fn trials_of<T: Trial>(folder: &Path, subject: &Subject, task: Task) -> Result<Vec<T>, StoreError> {
     subject_files::trials(folder, subject, task, false)
+}
+
+/// The trials of one task.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Trials {
+    /// Of the targeting task.
+    Fitts(Vec<FittsTrial>),
+    /// Of a perception test.
+    Perception(Vec<PerceptionTrial>),
+}
+
+/// A column that the answers of a perception test alone have.
+const PERCEPTION_COLUMN: &str = "level_N";
+
+/// The first bytes of a table of Parquet.
+const PARQUET: &[u8] = b"PAR1";
+
+/// Reads a file of trials, of text or Parquet, from this or another program. Its columns show the task.
+///
+/// # Errors
+/// It cannot be read, or a row is wrong.
+pub fn read_file(path: &Path) -> Result<Trials, StoreError> {
+    let bytes = fs::read(path).map_err(at(path))?;
+    if !bytes.starts_with(PARQUET) {
+        return trials_in(path, &bytes);
+    }
+    let text = guarded(|| of_parquet(path)).map_err(|reason| at(path)(io::Error::other(reason)))?;
+    trials_in(path, &text)
+}
+
+/// Reads all trials in a folder of data, without those of practice. It need not be a whole study, and a study may be
+/// under way: the last line of a file counts only if it has an end.
+///
+/// # Errors
+/// A file cannot be read or has a wrong row, or there are no trials, or those of both tasks.
+pub fn read_folder(folder: &Path) -> Result<Trials, StoreError> {
+    let mut paths = Vec::new();
+    let data = folder.join(DATA);
+    // A study has none before its first trial.
+    if data.exists() || !folder.is_dir() {
+        find(&data, &mut paths)?;
+    }
+    paths.sort();
+    let mut all: Option<Trials> = None;
+    for path in paths {
+        let text = fs::read(&path).map_err(at(&path))?;
+        let whole = whole_lines(&text);
+        if whole == 0 {
+            continue;
+        }
+        match (&mut all, trials_in(&path, &text[..whole])?) {
+            (none @ None, read) => *none = Some(read),
+            (Some(Trials::Fitts(trials)), Trials::Fitts(more)) => trials.extend(more),
+            (Some(Trials::Perception(trials)), Trials::Perception(more)) => trials.extend(more),
+            _ => return Err(StoreError::BothTasks(path)),
+        }
+    }
+    all.ok_or_else(|| StoreError::NoData(folder.to_path_buf()))
+}
+
+/// The files of trials in a folder and those below it.
+fn find(folder: &Path, paths: &mut Vec<PathBuf>) -> Result<(), StoreError> {
+    for entry in fs::read_dir(folder).map_err(at(folder))? {
+        let path = entry.map_err(at(folder))?.path();
+        if path.is_dir() {
+            find(&path, paths)?;
+        } else if path.to_string_lossy().ends_with("_data.csv") {
+            paths.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn trials_in(path: &Path, text: &[u8]) -> Result<Trials, StoreError> {
+    let read = if trial::heading(text).iter().any(|name| name == PERCEPTION_COLUMN) {
+        trial::read(text).map(Trials::Perception)
+    } else {
+        trial::read(text).map(Trials::Fitts)
+    };
+    read.map_err(|source| StoreError::Trials {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// A table of Parquet as CSV.
+fn of_parquet(path: &Path) -> parquet::errors::Result<Vec<u8>> {
+    let reader = SerializedFileReader::new(File::open(path)?)?;
+    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let failed = |error: csv::Error| ParquetError::External(Box::new(error));
+    writer
+        .write_record(schema.columns().iter().map(|column| column.name()))
+        .map_err(failed)?;
+    for row in reader.get_row_iter(None)? {
+        let row = row?;
+        let cells = row.get_column_iter().map(|(_, cell)| match cell {
+            Field::Null => String::new(),
+            Field::Str(text) => text.clone(),
+            other => other.to_string(),
+        });
+        writer.write_record(cells).map_err(failed)?;
+    }
+    writer
+        .into_inner()
+        .map_err(|error| ParquetError::External(Box::new(error.into_error())))
 }

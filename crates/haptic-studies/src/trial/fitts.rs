@@ -1,7 +1,6 @@
 //! A trial of the targeting task.
 
-use super::operator::Operator;
-use super::row::{OutOfRange, Trial, check, first_session, length, named, not_negative};
+use super::row::{Operator, OutOfRange, Trial, check, first_session, length, named, not_negative};
 use serde::{Deserialize, Serialize};
 
 /// A valid click of the Fitts task, and the invalid ones before it.

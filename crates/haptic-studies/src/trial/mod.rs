@@ -4,15 +4,13 @@
 //! known are passed over, and the order is free. Lengths in m, times in s, forces in N.
 
 mod fitts;
-mod operator;
 mod perception;
 mod row;
 mod table;
 
 pub use fitts::FittsTrial;
-pub use operator::Operator;
 pub use perception::{Case, Method, PerceptionTrial};
-pub use row::{OutOfRange, Trial, VoidedTrial};
+pub use row::{Operator, OutOfRange, Trial, VoidedTrial};
 pub use table::{TrialError, line, read, write};
 pub(crate) use table::{cells, heading};
 

@@ -1,7 +1,6 @@
 //! A trial of the perception tests.
 
-use super::operator::Operator;
-use super::row::{OutOfRange, Trial, check, first_session, named, not_negative};
+use super::row::{Operator, OutOfRange, Trial, check, first_session, named, not_negative};
 use serde::{Deserialize, Serialize};
 
 /// What a perception test changes of the base surface.

@@ -1,6 +1,5 @@
 //! What a row of a study is: its columns, and the ranges of its values.
 
-use super::operator::Operator;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -111,4 +110,14 @@ impl Trial for VoidedTrial {
         named("subject", &self.subject)?;
         check(self.row > 0, "row", &self.row, "", "it must be above 0")
     }
+}
+
+/// Who did a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Operator {
+    /// A person.
+    Human,
+    /// A model of one. Its trials say nothing about people.
+    Simulated,
 }

@@ -11,7 +11,6 @@
 //! widened by what the windows around it differ. `Fs` is read off breakaways under a slow load.
 
 mod clocks;
-mod fitted;
 mod motion;
 mod place;
 mod problem;
@@ -19,17 +18,15 @@ mod refusal;
 mod regression;
 mod statics;
 
-pub(super) use fitted::fitted;
+pub(super) use motion::Motion;
 pub(super) use problem::{CALIBRATION_SHARE, SAMPLING_SHARE};
 
-use super::clocks::Clocks;
-use super::grid::Grid;
-use super::options::{Directions, Options, Record};
+use super::grid::Even;
+use super::options::{Clocks, Directions, Options};
 use super::result::{Identified, Interval, ModelKind};
 use crate::robust_fit::Unfit;
 use crate::two_clocks::Drift;
 use haptic_core::Directional;
-use motion::Motion;
 use problem::{Problem, Slides};
 use regression::{Rows, Shape, Unknown};
 
@@ -53,14 +50,13 @@ const BETWEEN_SAMPLES: f64 = 0.15;
 pub(super) const ALIKE: &str = "friction is taken as alike in both directions; a constant force and a difference of Fd \
                                 look the same. Where the sensor's zero is known, give the offset";
 
-/// Identifies a record that was checked.
-pub(super) fn identify(record: &Record, options: &Options) -> Identified {
-    let grid = Grid::new(record);
-    let motion = Motion::new(&grid, record.resolution_m);
+/// Identifies a record.
+pub(super) fn identify(even: &Even, options: &Options) -> Identified {
+    let grid = &even.grid;
     let mut found = Identified::empty(ModelKind::Karnopp);
     found.notes.clone_from(&grid.notes);
     found.mass_kg = options.mass_kg;
-    let mut problem = Problem::new(&grid, &motion, options);
+    let mut problem = Problem::new(grid, even.motion(), options);
     let shape = match refusal::shape(&problem, options) {
         Ok(shape) => shape,
         Err(reason) => {
@@ -68,10 +64,13 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
             return found;
         }
     };
-    if let Err(reason) = put_on_one_clock(&mut problem, options, shape, &mut found) {
-        refusal::refuse_shift(&mut found, &reason);
-        refusal::refuse_all(&mut found, options, &reason);
-        return found;
+    match put_on_one_clock(&mut problem, options, shape) {
+        Ok(shift_s) => found.shift_s = shift_s,
+        Err(reason) => {
+            refusal::refuse_shift(&mut found, &reason);
+            refusal::refuse_all(&mut found, options, &reason);
+            return found;
+        }
     }
     let slides = problem::choose_window(&problem, shape)
         .and_then(|rows| choose_directions(&problem, rows, shape, options, &mut found));
@@ -101,6 +100,23 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     found
 }
 
+/// The shift that a delay of one of the columns would have, s, its interval, and the mass with it, kg; `None` where the
+/// record determines none.
+pub(super) fn best_shift(even: &Even, options: &Options) -> Option<(f64, Interval, Option<f64>)> {
+    let options = &Options {
+        clocks: Clocks::Delayed,
+        ..options.clone()
+    };
+    let mut problem = Problem::new(&even.grid, even.motion(), options);
+    let shape = refusal::shape(&problem, options).ok()?;
+    let shift_s = put_on_one_clock(&mut problem, options, shape).ok()?;
+    let rows = problem::choose_window(&problem, shape).ok()?;
+    let slides = Slides::new(&problem, rows, shape).ok()?;
+    let (shift_s, interval) = shift_of(&slides, shift_s, even.grid.period_s)?;
+    let mass = slides.value(&[(Unknown::Mass, 1.0)]);
+    Some((shift_s, interval, mass.map(|(mass_kg, _)| mass_kg)))
+}
+
 fn note_drift(found: &mut Identified, slides: &Slides) {
     let certain = slides
         .value(&[(Unknown::Drift, 1.0)])
@@ -112,20 +128,15 @@ fn note_drift(found: &mut Identified, slides: &Slides) {
     }
 }
 
-/// Puts the force on the positions' clock, where it is known or looked for.
-fn put_on_one_clock(
-    problem: &mut Problem<'_>,
-    options: &Options,
-    shape: Shape,
-    found: &mut Identified,
-) -> Result<(), String> {
+/// Puts the force on the positions' clock, where it is known or looked for; returns the shift, s.
+fn put_on_one_clock(problem: &mut Problem<'_>, options: &Options, shape: Shape) -> Result<f64, String> {
     if let Clocks::Shifted(shift_s) = options.clocks {
-        found.shift_s = shift_s;
         problem.force = problem.grid.force_shifted(shift_s, 0.0);
+        return Ok(shift_s);
     }
     let longest_s = options.clocks.longest_shift_s();
     if longest_s <= 0.0 {
-        return Ok(());
+        return Ok(0.0);
     }
     let unfit = |unfit, problem: &Problem<'_>| refusal::reason(&unfit, problem);
     let unknown = |why| refusal::no_shift(why, longest_s);
@@ -138,15 +149,15 @@ fn put_on_one_clock(
     let rough = clocks::rough(problem, &rows, shape, longest_s).map_err(unknown)?;
     problem.force = problem.grid.force_shifted(rough.value_s, 0.0);
     let rows = problem::choose_window(problem, shape).map_err(|why| unfit(why, problem))?;
-    found.shift_s = clocks::find(problem, &rows, shape, longest_s).map_err(unknown)?;
-    problem.force = problem.grid.force_shifted(found.shift_s, 0.0);
-    Ok(())
+    let shift_s = clocks::find(problem, &rows, shape, longest_s).map_err(unknown)?;
+    problem.force = problem.grid.force_shifted(shift_s, 0.0);
+    Ok(shift_s)
 }
 
 /// How much the force's clock is ahead of the position's, s, however little determines it; `None` where no shift fits
 /// best.
-pub(super) fn rough_shift(record: &Record, options: &Options) -> Option<f64> {
-    of_two_clocks(record, options, |problem, shape, longest_s| {
+pub(super) fn rough_shift(even: &Even, options: &Options) -> Option<f64> {
+    of_two_clocks(even, options, |problem, shape, longest_s| {
         let rows = problem::choose_window(problem, shape).ok()?;
         let shift = clocks::rough(problem, &rows, shape, longest_s).ok()?;
         Some(shift.value_s)
@@ -155,20 +166,18 @@ pub(super) fn rough_shift(record: &Record, options: &Options) -> Option<f64> {
 
 /// What is found of a record that is not on one clock.
 fn of_two_clocks<T>(
-    record: &Record,
+    even: &Even,
     options: &Options,
     find: impl FnOnce(&Problem<'_>, Shape, f64) -> Option<T>,
 ) -> Option<T> {
-    let grid = Grid::new(record);
-    let motion = Motion::new(&grid, record.resolution_m);
-    let problem = Problem::new(&grid, &motion, options);
+    let problem = Problem::new(&even.grid, even.motion(), options);
     let shape = refusal::shape(&problem, options).ok()?;
     find(&problem, shape, options.clocks.longest_shift_s())
 }
 
 /// How much faster the force's clock runs than the position's; `None` where that is not certain.
-pub(super) fn clock_drift(record: &Record, options: &Options) -> Option<Drift> {
-    of_two_clocks(record, options, drift_of)
+pub(super) fn clock_drift(even: &Even, options: &Options) -> Option<Drift> {
+    of_two_clocks(even, options, drift_of)
 }
 
 fn drift_of(problem: &Problem<'_>, shape: Shape, longest_s: f64) -> Option<Drift> {
@@ -257,12 +266,10 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
 
 /// Stores the clocks' shift in the result, where it was looked for.
 fn report_shift(found: &mut Identified, slides: &Slides, period_s: f64) {
-    let Some((change_s, reach_s)) = slides.value(&[(Unknown::Shift, 1.0)]) else {
+    let Some((shift_s, [low_s, high_s])) = shift_of(slides, found.shift_s, period_s) else {
         return;
     };
-    found.shift_s += change_s;
-    let reach_s = reach_s.hypot(BETWEEN_SAMPLES * period_s);
-    let [low_s, high_s] = [found.shift_s - reach_s, found.shift_s + reach_s];
+    found.shift_s = shift_s;
     found.intervals.insert("shift_s".to_owned(), [low_s, high_s]);
     found.notes.push(format!(
         "the force's clock is {:.2} ms ahead of the position's, within [{:.2}, {:.2}] ms: aligned, and what is not known \
@@ -271,6 +278,13 @@ fn report_shift(found: &mut Identified, slides: &Slides, period_s: f64) {
         1e3 * low_s,
         1e3 * high_s
     ));
+}
+
+/// The shift, s, of clocks that were put together by a shift, s, and its interval; `None` where none was looked for.
+fn shift_of(slides: &Slides, shift_s: f64, period_s: f64) -> Option<(f64, Interval)> {
+    let (change_s, reach_s) = slides.value(&[(Unknown::Shift, 1.0)])?;
+    let (shift_s, reach_s) = (shift_s + change_s, reach_s.hypot(BETWEEN_SAMPLES * period_s));
+    Some((shift_s, [shift_s - reach_s, shift_s + reach_s]))
 }
 
 /// Stores what the slides determine in the result.

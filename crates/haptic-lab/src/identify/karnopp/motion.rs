@@ -16,11 +16,11 @@ const MIN_REST_S: f64 = 30e-3;
 
 /// What the positions say about the motion.
 #[derive(Clone, Debug)]
-pub(super) struct Motion {
+pub(in crate::identify) struct Motion {
     /// Velocity, m/s.
-    pub(super) velocity_mps: Vec<f64>,
+    pub(in crate::identify) velocity_mps: Vec<f64>,
     /// 1 and -1 where it slides for certain, else 0.
-    pub(super) sense: Vec<i8>,
+    pub(in crate::identify) sense: Vec<i8>,
     /// Where it stays within the noise, samples.
     pub(super) rests: Vec<Range<usize>>,
     /// Standard deviation of a position's noise, m; the encoder's rounding included.
@@ -32,7 +32,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    pub(super) fn new(grid: &Grid, resolution_m: Option<f64>) -> Self {
+    pub(in crate::identify) fn new(grid: &Grid, resolution_m: Option<f64>) -> Self {
         let (x, period_s) = (&grid.position_m, grid.period_s);
         let step_m = resolution_m.or_else(|| encoder_step(x)).unwrap_or(0.0);
         let longest = whole(MAX_SLOPE_S / period_s).max(2);

@@ -143,7 +143,7 @@ pub(super) fn refuse_all(found: &mut Identified, options: &Options, reason: &str
     let mass = options.mass_kg.is_none().then_some("mass_kg");
     let names = ["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "offset_N"];
     for name in mass.into_iter().chain(names) {
-        refuse(found, name, reason.to_owned(), MOVE_BOTH_WAYS);
+        refuse(found, name, reason, MOVE_BOTH_WAYS);
     }
     found.offset_n = options.offset_n;
     if found.offset_n.is_some() {
@@ -177,7 +177,7 @@ pub(super) fn refuse_shift(found: &mut Identified, reason: &str) {
     refuse(
         found,
         "shift_s",
-        reason.to_owned(),
+        reason,
         "a chirp of 0.5 to 3 Hz, or give the shift by --shift-ms",
     );
 }
@@ -188,8 +188,7 @@ pub(super) fn refuse_offset(found: &mut Identified) {
         found,
         "offset_N",
         "a constant force and a difference of the dynamic friction by direction look the same; the forces given hold \
-         for an offset of 0"
-            .to_owned(),
+         for an offset of 0",
         "zero the force sensor without contact on a level axis and give --offset 0, or the force that it shows there",
     );
 }
@@ -214,9 +213,9 @@ pub(super) fn refuse_beside_offset(found: &mut Identified, slides: &Slides, opti
         reach / 2.0
     );
     let instead = "give the constant force by --offset, 0 for a sensor that was zeroed without contact on a level axis";
-    withdraw(found, "dynamic_force_N", reason.clone(), instead);
+    refuse(found, "dynamic_force_N", &reason, instead);
     if found.static_force_n.is_some() {
-        withdraw(found, "static_force_N", reason, instead);
+        refuse(found, "static_force_N", &reason, instead);
     }
 }
 
@@ -238,7 +237,7 @@ pub(super) fn refuse_one_direction(found: &mut Identified, slides: &Slides, prob
     );
     let reason = format!("it slides in the {direction} direction only, where friction and offset together are {total}");
     for name in ["dynamic_force_N", "viscous_Ns_per_m", "offset_N"] {
-        refuse(found, name, reason.clone(), MOVE_BOTH_WAYS);
+        refuse(found, name, &reason, MOVE_BOTH_WAYS);
     }
 }
 
@@ -277,17 +276,17 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
         } else {
             format!("the span of speeds is too small: {span}")
         };
-        withdraw(found, "viscous_Ns_per_m", why, instead);
+        refuse(found, "viscous_Ns_per_m", &why, instead);
         let whole = dynamic + least_viscous * f64::midpoint(slow, fast);
         let level =
             format!("at {slow:.4} to {fast:.4} m/s the friction is about {whole:.4} N; its viscous part is unknown");
-        withdraw(found, "dynamic_force_N", level, instead);
+        refuse(found, "dynamic_force_N", &level, instead);
         return;
     }
     let dynamic_reach = reach("dynamic_force_N");
     if dynamic_reach > MAX_UNCERTAINTY * dynamic.abs() && dynamic_reach > 0.1 * slides.fit.rms_n() {
         let why = format!("its interval is +-{dynamic_reach:.4} N around {dynamic:.4} N");
-        withdraw(found, "dynamic_force_N", why, MOVE_BOTH_WAYS);
+        refuse(found, "dynamic_force_N", &why, MOVE_BOTH_WAYS);
     }
 }
 
@@ -313,10 +312,10 @@ fn refuse_reversed(found: &mut Identified, options: &Options) -> bool {
         if name == "mass_kg" && options.mass_kg.is_some() {
             continue;
         }
-        withdraw(
+        refuse(
             found,
             name,
-            reason.clone(),
+            &reason,
             "check the signs: a sensor that points against the position wants a negative --force-gain",
         );
     }
@@ -333,7 +332,7 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, motion: &Motion, op
     let Some((mass, reach)) = slides.value(&[(Unknown::Mass, 1.0)]) else {
         let why =
             format!("accelerations of {acceleration:.4} m/s^2 rms do not stand out of their noise of {noise:.4} m/s^2");
-        withdraw(found, "mass_kg", why, instead);
+        refuse(found, "mass_kg", &why, instead);
         return;
     };
     let share = place::share_of_mass(&slides.rows, &slides.fit);
@@ -343,10 +342,10 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, motion: &Motion, op
              the way would look like less mass",
             100.0 * (1.0 - share)
         );
-        withdraw(
+        refuse(
             found,
             "mass_kg",
-            why,
+            &why,
             "two frequencies, or a chirp of 0.5 to 3 Hz; or weigh the mass and give --mass",
         );
         return;
@@ -357,35 +356,17 @@ fn refuse_poor_mass(found: &mut Identified, slides: &Slides, motion: &Motion, op
             "{:.0} % of the acceleration's variance ({acceleration:.4} m/s^2 rms) is the position's noise",
             100.0 * attenuation.min(1.0)
         );
-        withdraw(found, "mass_kg", why, instead);
+        refuse(found, "mass_kg", &why, instead);
     } else if reach > MAX_UNCERTAINTY * mass {
         let why = format!(
             "its interval is {mass:.4} +- {reach:.4} kg: accelerations of {acceleration:.4} m/s^2 rms are too small \
              beside the {:.4} N that the fit leaves",
             slides.fit.rms_n()
         );
-        withdraw(found, "mass_kg", why, instead);
+        refuse(found, "mass_kg", &why, instead);
     }
 }
 
-/// Takes a parameter out of the result, if it is there, and refuses it.
-fn withdraw(found: &mut Identified, name: &str, reason: String, instead: &str) {
-    match name {
-        "mass_kg" => found.mass_kg = None,
-        "viscous_Ns_per_m" => found.viscous_ns_per_m = None,
-        "static_force_N" => found.static_force_n = None,
-        _ => found.dynamic_force_n = None,
-    }
-    found
-        .intervals
-        .retain(|parameter, _| parameter.split('.').next() != Some(name));
-    refuse(found, name, reason, instead);
-}
-
-fn refuse(found: &mut Identified, parameter: &str, reason: String, instead: &str) {
-    found.refused.push(Refusal {
-        parameter: parameter.to_owned(),
-        reason,
-        instead: instead.to_owned(),
-    });
+fn refuse(found: &mut Identified, parameter: &str, reason: &str, instead: &str) {
+    found.refuse(Refusal::new(parameter, reason, instead));
 }

@@ -111,11 +111,7 @@ pub(super) fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Sli
             fast.len()
         )
     };
-    found.refused.push(Refusal {
-        parameter: "static_force_N".to_owned(),
-        reason,
-        instead: INSTEAD.to_owned(),
-    });
+    found.refuse(Refusal::new("static_force_N", &reason, INSTEAD));
 }
 
 /// Least time, s, in which a slow load reaches the breakaway. At a coupling of 25000 N/m and a

@@ -1,5 +1,6 @@
 //! The best fit of a law to a record, from several starts.
 
+use super::super::grid::Even;
 use super::super::options::{Directions, Options, Record};
 use super::super::sensor::samples_in;
 use super::fit::{Assumptions, Estimate, Fit, Rows, fit};
@@ -39,8 +40,8 @@ pub(crate) struct PreparedRecord {
 
 impl PreparedRecord {
     /// `None` where nothing moves. The force's clock is `shift_s` ahead.
-    pub(crate) fn new(record: &Record, shift_s: f64, options: &Options) -> Option<Self> {
-        let path = Path::new(record, shift_s)?;
+    pub(crate) fn new(even: &Even, shift_s: f64, options: &Options) -> Option<Self> {
+        let path = Path::new(even, shift_s)?;
         let white_rms_n = white_noise(&path.force_n, &path.is_recorded);
         let assumed = Assumptions::of(options, true);
         let start = Estimate {

@@ -2,6 +2,7 @@
 //! Marquardt.
 
 use super::super::options::Options;
+use super::super::result::{Identified, ModelKind};
 use super::errors::Errors;
 use super::laws::{Course, PathLaw};
 use super::path::Path;
@@ -153,7 +154,7 @@ impl Assumptions {
 
 /// A law with its values.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Estimate {
+pub(in crate::identify) struct Estimate {
     /// The law.
     pub(crate) law: PathLaw,
     /// Mass, kg.
@@ -169,8 +170,35 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
+    /// The law with the values that were found; `None` where they are not those of such a law. A refused Stribeck curve
+    /// or damping is left out.
+    pub(in crate::identify) fn of(found: &Identified) -> Option<Self> {
+        let (dynamic, stiffness) = (found.dynamic_force_n?, found.stiffness_n_per_m?);
+        let viscous = found.viscous_ns_per_m.unwrap_or_default();
+        let fixed = found.static_force_n.unwrap_or(dynamic);
+        let ratios = [fixed.positive / dynamic.positive, fixed.negative / dynamic.negative];
+        let fall = found.stribeck_velocity_mps;
+        let (law, rest) = match found.model {
+            ModelKind::Dahl => (PathLaw::Dahl, vec![found.exponent.unwrap_or(1.0)]),
+            ModelKind::Lugre => {
+                let [positive, negative] = if fall.is_some() { ratios } else { [1.0; 2] };
+                let damping = found.bristle_damping_ns_per_m.unwrap_or(0.0);
+                (PathLaw::Lugre, vec![positive, negative, fall.unwrap_or(1.0), damping])
+            }
+            ModelKind::Karnopp | ModelKind::Auto => return None,
+        };
+        Some(Self {
+            law,
+            mass_kg: found.mass_kg.unwrap_or(0.0),
+            viscous: [viscous.positive, viscous.negative],
+            offset_n: found.offset_n.unwrap_or(0.0),
+            shift_s: 0.0,
+            values: [&[dynamic.positive, dynamic.negative, 0.0, stiffness], rest.as_slice()].concat(),
+        })
+    }
+
     /// The force that the law and the mass take at each sample, N, with an acceleration for each, m/s^2.
-    pub(crate) fn force(&self, path: &Path, acceleration: &[f64]) -> Vec<f64> {
+    pub(in crate::identify) fn force(&self, path: &Path, acceleration: &[f64]) -> Vec<f64> {
         let friction = self.law.along(&self.values, path).friction_n;
         (0..friction.len())
             .map(|k| {

@@ -249,6 +249,7 @@ fn lugre(values: &[f64], path: &Path) -> Course {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::grid::Even;
     use crate::identify::options::Record;
     use haptic_core::friction::{Dahl, Friction, Lugre};
     use haptic_core::{Directional, Renderer, Scene, Scheme};
@@ -256,16 +257,13 @@ mod tests {
     /// To and fro with turns within presliding and beyond.
     fn path() -> Path {
         let t_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
-        Path::new(
-            &Record {
-                position_m: t_s.iter().map(|t| 1e-3 * (t * 9.0).sin() * (t * 0.7).sin()).collect(),
-                force_n: vec![0.0; t_s.len()],
-                t_s,
-                ..Record::default()
-            },
-            0.0,
-        )
-        .expect("long enough")
+        let record = Record {
+            position_m: t_s.iter().map(|t| 1e-3 * (t * 9.0).sin() * (t * 0.7).sin()).collect(),
+            force_n: vec![0.0; t_s.len()],
+            t_s,
+            ..Record::default()
+        };
+        Path::new(&Even::new(&record), 0.0).expect("long enough")
     }
 
     /// The friction that the renderer gives on the device, N.
@@ -335,6 +333,7 @@ mod tests {
             assert!((ours[k] - theirs[k]).abs() < 0.06, "{} {} at {k}", ours[k], theirs[k]);
         }
     }
+
     #[test]
     fn derivatives_are_those_of_differences() {
         let path = path();

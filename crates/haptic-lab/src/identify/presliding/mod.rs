@@ -9,7 +9,6 @@ mod adaptive;
 mod errors;
 mod find;
 mod fit;
-mod fitted;
 mod laws;
 mod path;
 mod quantity;
@@ -17,19 +16,18 @@ mod refusal;
 mod weak;
 
 pub(super) use find::PreparedRecord;
-pub(super) use fit::Fit;
-pub(super) use fitted::fitted;
+pub(super) use fit::{Estimate, Fit};
 pub(super) use laws::PathLaw;
+pub(super) use path::Path;
 
 use super::bootstrap::{Spread, World};
-use super::clocks::Clocks;
-use super::error::IdentifyError;
+use super::grid::Even;
 use super::karnopp;
 use super::karnopp::{ALIKE, CALIBRATION_SHARE, SAMPLING_SHARE};
-use super::options::{Directions, Options, Progress, Record};
+use super::options::{Clocks, Directions, IdentifyError, Options, Progress, Record};
 use super::result::{Identified, ModelKind, Refusal};
 use fastrand::Rng;
-use fit::{Assumptions, Estimate};
+use fit::Assumptions;
 use quantity::Quantity;
 
 /// Records that are drawn for the intervals.
@@ -61,43 +59,46 @@ pub(super) struct Found {
 /// Why there is none, and what to record instead.
 type NoFit = (String, &'static str);
 
-/// Identifies Dahl's law or LuGre's from a record that was checked.
+/// Identifies Dahl's law or LuGre's, and the path along which it was fitted.
 ///
 /// # Errors
 /// The caller cancels.
 pub(super) fn identify(
-    record: &Record,
+    even: &Even,
     options: &Options,
     progress: &mut Progress<'_>,
-) -> Result<Identified, IdentifyError> {
+) -> Result<(Identified, Option<Path>), IdentifyError> {
     let law = if options.model == ModelKind::Lugre {
         PathLaw::Lugre
     } else {
         PathLaw::Dahl
     };
-    match find(record, law, options) {
-        Ok(found) => report(&found, options, &mut progress.part(FIT_SHARE, 1.0)),
+    match find(even, law, options) {
+        Ok(best) => {
+            let found = report(&best, options, &mut progress.part(FIT_SHARE, 1.0))?;
+            Ok((found, Some(best.prepared.path)))
+        }
         Err((reason, instead)) => {
             let assumed = Assumptions::of(options, true);
             let mut found = Identified::empty(options.model);
             for quantity in Quantity::of(law, &assumed) {
-                refuse(&mut found, Refusal::new(quantity.parameter(), &reason, instead));
+                found.refuse(Refusal::new(quantity.parameter(), &reason, instead));
             }
-            Ok(found)
+            Ok((found, None))
         }
     }
 }
 
 /// The best fit of a law, on whichever clock it is better: the common one, or the one on which the slides agree best.
-pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<Found, NoFit> {
+pub(super) fn find(even: &Even, law: PathLaw, options: &Options) -> Result<Found, NoFit> {
     if let Clocks::Shifted(shift_s) = options.clocks {
-        return find_on(record, shift_s, law, options);
+        return find_on(even, shift_s, law, options);
     }
-    let common = find_on(record, 0.0, law, options);
-    let Some(shift_s) = shift_s(record, common.as_ref().ok(), options) else {
+    let common = find_on(even, 0.0, law, options);
+    let Some(shift_s) = shift_s(even, common.as_ref().ok(), options) else {
         return common;
     };
-    match (common, find_on(record, shift_s, law, options)) {
+    match (common, find_on(even, shift_s, law, options)) {
         (Ok(common), Ok(shifted)) if shifted.fit.rms_n < BETTER_ON_A_CLOCK * common.fit.rms_n => Ok(shifted),
         (Err(_), Ok(shifted)) => Ok(shifted),
         (common, _) => common,
@@ -107,7 +108,7 @@ pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<F
 /// How much the force's clock is ahead of the position's, s; `None` where that is less than a sample. A fit on one
 /// clock that leaves little is near enough to begin from; else the slides say where to begin, which take the way by
 /// which a surface gives for a part of the shift.
-fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option<f64> {
+fn shift_s(even: &Even, common: Option<&Found>, options: &Options) -> Option<f64> {
     let longest_s = options.clocks.longest_shift_s();
     if longest_s <= 0.0 {
         return None;
@@ -116,10 +117,10 @@ fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option
     let mut estimate = near.map(|found| found.fit.estimate.clone());
     let mut shift_s = 0.0;
     if near.is_none() {
-        shift_s = karnopp::rough_shift(record, options)?;
+        shift_s = karnopp::rough_shift(even, options)?;
     }
     for _ in 0..ROUNDS {
-        let prepared = PreparedRecord::new(record, shift_s, options)?;
+        let prepared = PreparedRecord::new(even, shift_s, options)?;
         let further = prepared.further_shift(estimate.as_ref(), options)?;
         let further_s = further.shift_s;
         shift_s = (shift_s + further_s).clamp(-longest_s, longest_s);
@@ -138,8 +139,8 @@ fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option
 }
 
 /// The best fit of a law where the force's clock is ahead.
-fn find_on(record: &Record, shift_s: f64, law: PathLaw, options: &Options) -> Result<Found, NoFit> {
-    let mut prepared = PreparedRecord::new(record, shift_s, options).ok_or_else(|| {
+fn find_on(even: &Even, shift_s: f64, law: PathLaw, options: &Options) -> Result<Found, NoFit> {
+    let mut prepared = PreparedRecord::new(even, shift_s, options).ok_or_else(|| {
         let reason = String::from("the position hardly changes");
         (reason, "record strokes of 10 mm and more, for at least ten seconds")
     })?;
@@ -183,7 +184,7 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
     let estimate = &fit.estimate;
     let mut found = without_values(best, options);
     for refusal in refusal::by_physics(prepared, estimate, assumed) {
-        refuse(&mut found, refusal);
+        found.refuse(refusal);
     }
     let quantities = Quantity::of(estimate.law, assumed);
     let truth: Vec<f64> = quantities.iter().map(|quantity| quantity.value(estimate)).collect();
@@ -207,7 +208,7 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
         );
         let instead = "record strokes of 10 mm and more in both directions, slow and fast";
         for quantity in quantities {
-            refuse(&mut found, Refusal::new(quantity.parameter(), &reason, instead));
+            found.refuse(Refusal::new(quantity.parameter(), &reason, instead));
         }
         return Ok(found);
     };
@@ -227,10 +228,7 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
         .iter()
         .find(|refusal| refusal.parameter == Quantity::Stribeck.parameter());
     if let Some(Refusal { reason, instead, .. }) = fall.cloned() {
-        refuse(
-            &mut found,
-            Refusal::new(Quantity::Static(0).parameter(), &reason, &instead),
-        );
+        found.refuse(Refusal::new(Quantity::Static(0).parameter(), &reason, &instead));
     }
     Ok(found)
 }
@@ -275,7 +273,7 @@ fn store_or_refuse(
     let [low, high] = [low, high].map(|end| quantity.itself(end));
     let interval = [low - share * low.abs(), high + share * high.abs()];
     if let Some(refusal) = refusal::by_interval(quantity, interval, &best.prepared, &best.fit.estimate) {
-        refuse(found, refusal);
+        found.refuse(refusal);
     }
     if spread.bias[at].abs() > spread.deviation[at] {
         found.notes.push(format!(
@@ -289,23 +287,6 @@ fn store_or_refuse(
         quantity.store(quantity.itself(value), found);
         found.intervals.insert(quantity.interval(), interval);
     }
-}
-
-/// Refuses a parameter, once, and takes out what was found of it in the other direction.
-fn refuse(found: &mut Identified, refusal: Refusal) {
-    if found.refused.iter().any(|other| other.parameter == refusal.parameter) {
-        return;
-    }
-    match refusal.parameter.as_str() {
-        "dynamic_force_N" => found.dynamic_force_n = None,
-        "viscous_Ns_per_m" => found.viscous_ns_per_m = None,
-        "static_force_N" => found.static_force_n = None,
-        _ => (),
-    }
-    found
-        .intervals
-        .retain(|name, _| name.split('.').next() != Some(&refusal.parameter));
-    found.refused.push(refusal);
 }
 
 /// What the fit says happened, with what it leaves, and how much the sensors' noise alone leaves, N rms.

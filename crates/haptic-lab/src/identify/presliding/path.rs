@@ -1,15 +1,15 @@
 //! A record on an even clock, and the path that its encoder's steps show.
 
-use super::super::grid::Grid;
+use super::super::grid::Even;
 use super::super::options::Record;
 use super::adaptive::Windows;
-use crate::smoothing::{encoder_step, white_noise};
+use crate::smoothing::white_noise;
 
 /// Fewest samples in which anything can be found.
 const MIN_SAMPLES: usize = 200;
 /// A record on an even clock.
 #[derive(Clone, Debug)]
-pub(crate) struct Path {
+pub(in crate::identify) struct Path {
     /// Time between two samples, s.
     pub(crate) period_s: f64,
     /// Positions as counted, m.
@@ -33,15 +33,11 @@ pub(crate) struct Path {
 
 impl Path {
     /// `None` where there are too few samples. The force's clock is `shift_s` ahead.
-    pub(crate) fn new(record: &Record, shift_s: f64) -> Option<Self> {
-        if record.t_s.len() < MIN_SAMPLES {
+    pub(in crate::identify) fn new(even: &Even, shift_s: f64) -> Option<Self> {
+        if even.samples < MIN_SAMPLES {
             return None;
         }
-        let grid = Grid::new(record);
-        let step = record
-            .resolution_m
-            .or_else(|| encoder_step(&record.position_m))
-            .unwrap_or(0.0);
+        let (grid, step) = (&even.grid, even.step_m.unwrap_or(0.0));
         let white = white_noise(&grid.position_m, &grid.is_valid);
         // The steps alone make noise of up to step^2/12.
         let noise = (white * white - step * step / 6.0).max(0.0).sqrt();
@@ -49,12 +45,12 @@ impl Path {
         let path = Self {
             period_s: grid.period_s,
             force_n: grid.force_shifted(shift_s, 0.0),
-            counted_m: grid.position_m,
+            counted_m: grid.position_m.clone(),
             smooth_m: Vec::new(),
             via_m: Vec::new(),
             speed_mps: Vec::new(),
-            is_recorded: grid.is_valid,
-            notes: grid.notes,
+            is_recorded: grid.is_valid.clone(),
+            notes: grid.notes.clone(),
             resolution_m: step,
             windows,
         };
@@ -158,14 +154,14 @@ fn turning_points(positions_m: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn record(position: impl Fn(f64) -> f64, samples: u32) -> Record {
+    fn even(position: impl Fn(f64) -> f64, samples: u32) -> Even {
         let t_s: Vec<f64> = (0..samples).map(|k| f64::from(k) * 1e-3).collect();
-        Record {
+        Even::new(&Record {
             position_m: t_s.iter().map(|&t| position(t)).collect(),
             force_n: vec![0.0; t_s.len()],
             t_s,
             ..Record::default()
-        }
+        })
     }
 
     #[test]
@@ -180,11 +176,8 @@ mod tests {
 
     #[test]
     fn turns_are_where_the_motion_goes_back() {
-        let path = Path::new(
-            &record(|t| 0.5e-3 * (1.0 - (t * std::f64::consts::TAU).cos()), 3251),
-            0.0,
-        )
-        .expect("long enough");
+        let path =
+            Path::new(&even(|t| 0.5e-3 * (1.0 - (t * std::f64::consts::TAU).cos()), 3251), 0.0).expect("long enough");
         assert_eq!(path.turns(1e-5), [500, 1000, 1500, 2000, 2500, 3000]);
         assert!((path.longest_stroke(1e-5) - 1e-3).abs() < 1e-6);
     }

@@ -68,18 +68,6 @@ impl Quantity {
         }
     }
 
-    /// Its unit, for people.
-    pub(crate) const fn unit(self) -> &'static str {
-        match self {
-            Self::Mass => "kg",
-            Self::Dynamic(_) | Self::Static(_) | Self::Offset => "N",
-            Self::Viscous(_) | Self::Damping => "N s/m",
-            Self::Stiffness => "N/m",
-            Self::Exponent => "",
-            Self::Stribeck => "m/s",
-        }
-    }
-
     /// Whether it is positive, so that its logarithm is what scatters evenly.
     pub(crate) const fn is_positive(self) -> bool {
         !matches!(self, Self::Viscous(_) | Self::Offset | Self::Damping)

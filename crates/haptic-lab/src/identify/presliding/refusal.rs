@@ -1,6 +1,6 @@
 //! What a record cannot determine: first by physics, then by how far the fits to drawn records scatter.
 
-use super::super::result::{Interval, Refusal};
+use super::super::result::{Interval, Refusal, unit};
 use super::find::PreparedRecord;
 use super::fit::{Assumptions, Estimate};
 use super::laws::PathLaw;
@@ -244,19 +244,9 @@ pub(crate) fn by_interval(
     };
     let reason = format!(
         "{reason}; the 95 % interval is {low:.4} to {high:.4} {}",
-        quantity.unit()
+        unit(quantity.parameter())
     );
     is_too_wide.then(|| Refusal::new(quantity.parameter(), &reason, instead))
-}
-
-impl Refusal {
-    pub(super) fn new(parameter: &str, reason: &str, instead: &str) -> Self {
-        Self {
-            parameter: parameter.to_owned(),
-            reason: reason.to_owned(),
-            instead: instead.to_owned(),
-        }
-    }
 }
 
 #[derive(Default)]

@@ -1,9 +1,11 @@
 //! Dahl's law and LuGre's identified from records of known friction.
 
+use crate::identify::grid::Even;
+use crate::identify::presliding::Path;
 use crate::identify::study::cases::{Case, DAHL, LUGRE, cases, half_a_kilogram};
 use crate::identify::study::{Experiment, Judgement, Movement, Sensors};
 use crate::identify::{
-    Clocks, Identified, IdentifyError, ModelKind, Options, Record, fitted, identify, identify_with_progress,
+    Clocks, Identification, Identified, IdentifyError, ModelKind, Options, Record, identify, identify_with_progress,
 };
 use fastrand::Rng;
 use haptic_core::friction::{Dahl, Friction};
@@ -323,7 +325,9 @@ fn the_force_of_the_fit_is_the_records() {
     ] {
         let experiment = Experiment::thorough(half_a_kilogram(friction)).with_movements(&[STROKES]);
         let record = experiment.record(1).expect("the scene is sound");
-        let (even, force) = fitted(&record, &found(&record, model));
+        let options = Options::new(model);
+        let identified = identify_with_progress(&record, &options, &mut |_| ControlFlow::Continue(()));
+        let (even, force) = identified.expect("the record is whole").fitted();
         assert_eq!(even.t_s.len(), record.t_s.len());
         let pairs = || force.iter().zip(&even.force_n).skip(200);
         let squares: f64 = pairs().map(|(fitted, force)| (fitted - force).powi(2)).sum();
@@ -347,7 +351,13 @@ fn neither_force_is_drawn_across_a_gap() {
         ..Identified::empty(ModelKind::Dahl)
     };
     for model in [ModelKind::Karnopp, ModelKind::Dahl] {
-        let (even, force) = fitted(&record, &Identified { model, ..found.clone() });
+        let even = Even::new(&record);
+        let identification = Identification {
+            found: Identified { model, ..found.clone() },
+            path: Path::new(&even, 0.0),
+            even,
+        };
+        let (even, force) = identification.fitted();
         assert!(even.force_n[4250].is_nan() && force[4250].is_nan(), "{model:?}");
         assert!(
             even.force_n[3900].is_finite() && even.force_n[4600].is_finite(),

@@ -72,6 +72,7 @@ impl TestFunctions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::grid::Even;
     use crate::identify::options::Record;
 
     #[test]
@@ -83,7 +84,7 @@ mod tests {
             t_s,
             ..Record::default()
         };
-        let path = Path::new(&record, 0.0).expect("long enough");
+        let path = Path::new(&Even::new(&record), 0.0).expect("long enough");
         let functions = TestFunctions::new(&path, 8);
         assert!(functions.middles.len() > 100);
         let forces = functions.of_force(&path.force_n);

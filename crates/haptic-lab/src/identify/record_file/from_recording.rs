@@ -1,7 +1,6 @@
 //! A recording of hapticd as a record to identify from.
 
-use super::error::RecordFileError;
-use super::{Loaded, MovingMass, Source};
+use super::{Loaded, MovingMass, RecordFileError, Source};
 use crate::identify::options::Record;
 use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
@@ -139,9 +138,8 @@ fn add_bend(record: &mut Record, stiffness: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::study::Movement;
+    use crate::identify::study::{Experiment, Truth};
     use crate::identify::{Clocks, ModelKind, Options, identify};
-    use crate::motion::DeviceSample;
     use crate::simulate::{Start, simulate};
     use haptic_core::friction::{Friction, Karnopp};
     use haptic_core::scene::Block;
@@ -149,39 +147,12 @@ mod tests {
 
     /// What the servo records of a block that a hand moves by its coupling.
     fn rendered(scene: &Scene) -> Record {
-        let movements = [
-            Movement::Rest { duration_s: 0.25 },
-            Movement::Chirp {
-                from_hz: 0.5,
-                to_hz: 3.0,
-                stroke_m: 0.03,
-                duration_s: 12.0,
-            },
-            Movement::Ramp {
-                speed_mps: 0.001,
-                stroke_m: 0.0015,
-                duration_s: 9.0,
-            },
-        ];
-        let mut motion = Vec::new();
-        let mut from_m = 0.0;
-        for movement in movements {
-            let mut to_m = from_m;
-            for tick in 1.. {
-                let t_s = f64::from(tick) * 1e-3;
-                if t_s > movement.duration_s() {
-                    break;
-                }
-                let (displacement, velocity_mps) = movement.at(t_s);
-                to_m = from_m + displacement;
-                motion.push(DeviceSample {
-                    t_s: motion.len() as f64 * 1e-3,
-                    position_m: to_m,
-                    velocity_mps,
-                });
-            }
-            from_m = to_m;
-        }
+        let truth = Truth {
+            mass_kg: 0.5,
+            friction: scene.friction,
+            offset_n: 0.0,
+        };
+        let motion = Experiment::thorough(truth).hand();
         let run = simulate(scene, Scheme::Exact, &motion, Start::default()).expect("a valid scene");
         Record {
             t_s: motion.iter().map(|sample| sample.t_s).collect(),

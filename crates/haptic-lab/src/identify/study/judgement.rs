@@ -73,7 +73,7 @@ impl Judgement {
         for (name, [low, high]) in &found.intervals {
             let judged = self.parameters.entry(name.clone()).or_default();
             judged.truth = value_in(truth, name);
-            let value = found_value(found, name);
+            let value = found.value(name).unwrap_or(f64::NAN);
             judged.reported += 1;
             judged.mean += value;
             judged.half += 0.5 * (high - low);
@@ -88,25 +88,6 @@ impl Judgement {
             judged.refused.get_or_insert_with(|| refusal.reason.clone());
         }
     }
-}
-
-/// The value of a parameter that was found, by the name of its interval.
-fn found_value(found: &Identified, name: &str) -> f64 {
-    let (name, side) = name.split_once('.').unwrap_or((name, ""));
-    let of_pair = |pair: Option<Directional>| pair.map(|pair| of_side(pair, side));
-    let value = match name {
-        "mass_kg" => found.mass_kg,
-        "dynamic_force_N" => of_pair(found.dynamic_force_n),
-        "viscous_Ns_per_m" => of_pair(found.viscous_ns_per_m),
-        "static_force_N" => of_pair(found.static_force_n),
-        "offset_N" => found.offset_n,
-        "stiffness_N_per_m" => found.stiffness_n_per_m,
-        "exponent" => found.exponent,
-        "stribeck_velocity_mps" => found.stribeck_velocity_mps,
-        "bristle_damping_Ns_per_m" => found.bristle_damping_ns_per_m,
-        _ => None,
-    };
-    value.unwrap_or(f64::NAN)
 }
 
 fn of_side(pair: Directional, side: &str) -> f64 {
