@@ -182,16 +182,6 @@ fn kept(theme: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("pictures/panel-{theme}.png"))
 }
 
-/// The same picture in docs/how-to/panel.md.
-fn of_documents(theme: &str) -> PathBuf {
-    let name = if theme == "dark" {
-        "panel.png"
-    } else {
-        "panel-light.png"
-    };
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images").join(name)
-}
-
 fn read(path: &Path) -> Picture {
     let file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let mut reader = png::Decoder::new(BufReader::new(file)).read_info().expect("a PNG");
@@ -227,7 +217,6 @@ fn the_window_looks_as_it_did_in_both_themes() {
         let mut seen = screen.settled(is_drawn);
         if std::env::var_os("HAPTIC_UPDATE_PICTURES").is_some() {
             write(&kept(theme), &seen);
-            write(&of_documents(theme), &seen);
             continue;
         }
         let expected = read(&kept(theme));

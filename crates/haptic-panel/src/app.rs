@@ -10,9 +10,9 @@ use crate::notice::Notice;
 use crate::page::Page;
 use crate::plots::picture_taking;
 use crate::settings::Settings;
-use crate::settings_thread::SettingsThread;
+use crate::settings::thread::SettingsThread;
 use crate::shell;
-use crate::stop_button::is_stop_key;
+use crate::stop::button::is_stop_key;
 use crate::study::StudyCommand;
 use crate::typing::{FRAME_PERIOD, Typing};
 use crate::update::Update;
@@ -260,7 +260,7 @@ impl App {
 mod tests {
     use super::*;
     use crate::connection::Patience;
-    use crate::model::stop::StopReport;
+    use crate::stop::report::StopReport;
     use crate::update::StopNews;
     use egui::{Event, Key, Modifiers, RawInput};
 

@@ -3,10 +3,10 @@
 
 use crate::dialogs;
 use crate::export::{self, Destination, Picture, Rows};
-use crate::identification::Question;
+use crate::identify::Question;
 use crate::intent::{DialogPurpose, Format};
 use crate::model::Model;
-use crate::recording::{self, Listed, Loaded, WhatIfTape};
+use crate::record::{self, Listed, Loaded, WhatIfTape};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use egui::{ColorImage, Rect};
@@ -100,7 +100,7 @@ impl Files {
         self.list_is_over = Arc::clone(&is_over);
         let sender = self.writer.sender.clone();
         self.writer.work_unnoticed(move || {
-            let result = recording::list(&folder, &known, &is_over, |listed| {
+            let result = record::list(&folder, &known, &is_over, |listed| {
                 let (folder, listed) = (folder.clone(), Box::new(listed));
                 sender.send(Update::Listed { folder, listed }).unwrap_or_default();
             });

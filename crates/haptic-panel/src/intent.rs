@@ -1,7 +1,7 @@
 //! The intents of the user.
 
-use crate::identification::Question;
-use crate::recording::Listed;
+use crate::identify::Question;
+use crate::record::Listed;
 use crate::study::StudyCommand;
 use haptic_core::{Direction, Scene};
 use haptic_ipc::{ChangeOptions, Request, SceneRef, Topic};
@@ -391,29 +391,14 @@ impl fmt::Display for Intent {
             Self::TakeBack { .. } => f.write_str("take the try back"),
             Self::Save { name, .. } => write!(f, "save {name}"),
             Self::Compare { what, revision, .. } => write!(f, "compare revision {revision} with {what}"),
-            Self::Export { format, .. } => write!(f, "export {}", format.extension()),
-            Self::Choose { purpose, .. } => write!(f, "choose: {}", purpose.title()),
-            Self::Record { folder, .. } => write!(f, "record in {}", folder.display()),
-            Self::Marker { text, .. } => write!(f, "mark {text}"),
-            Self::EndRecording => f.write_str("end the recording"),
-            Self::Open { path } => write!(f, "open {}", path.display()),
-            Self::List { folder, .. } => write!(f, "list {}", folder.display()),
-            Self::WhatIf { path, scene, .. } => {
-                let scene = scene.as_ref().map_or("its own scenes", |scene| &scene.name);
-                write!(f, "render {scene} along {}", path.display())
-            }
-            Self::CancelWhatIf => f.write_str("give the rendering up"),
-            Self::ReadHeadings { path } => write!(f, "read the columns of {}", path.display()),
-            Self::Identify { question, .. } => write!(f, "identify {}", question.origin()),
-            Self::CancelIdentify => f.write_str("give the identification up"),
             Self::Foresee { scene } => write!(f, "foresee {}", scene.name),
             Self::Lease { timeout_ms } => write!(f, "lease for {timeout_ms} ms"),
             Self::Try { scene } => write!(f, "try {}", scene.name),
-            Self::Study(command) => write!(f, "study: {command:?}"),
             Self::TrialScene { scene, .. } => write!(f, "load the trial's scene {}", scene.name),
             Self::Hand { target_m } => write!(f, "point the hand at {target_m} m"),
-            Self::StartFakeRig => f.write_str("start the fake rig"),
             Self::Stream { batch_ms } => write!(f, "hear of samples every {batch_ms} ms"),
+            // What the panel carries out itself is in no message.
+            other => write!(f, "{other:?}"),
         }
     }
 }

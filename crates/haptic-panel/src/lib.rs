@@ -12,30 +12,23 @@
 //! The thread of the window waits for nothing: connection, recorder and files have threads of their own.
 //! [`App`] ties them together.
 //!
-//! Its files point one way:
+//! A folder is a feature: what it knows, draws and does on threads of its own. Folders point one way, downwards here:
 //!
 //! ```text
-//! theme, page, tape/      the list of pages; samples in chunks, the min/max pyramid, marks, and the list of signals
-//! measure/                statistics, spectrum, and the difference of two runs: pure functions of a tape
-//! settings                what is remembered, and its file
-//! study/                  a study with a person: the subject's screen as data, the rig's part of a session, its thread
-//! subject/                draws the subject's window
-//! recording/, identification/   content and list of recordings; a question of identification and its answer
-//! intent, update          what the panel says and hears
-//! update_sender           sends updates to the window and limits its frames
-//! stop_path/              stops alone; uses nothing else but `update` and `update_sender`
-//! recorder, connection/   threads towards disk and daemon
-//! model/                  daemon (facts), tapes (samples, recordings), view (what the user looks at, types and was told)
-//! plots/, scene/, bars    draw a part of the model; plots/labels finds places for labels
-//! dialogs                 the desktop's dialogs for files, each on the thread of the file
-//! export/, files          files, on threads of their own
-//! fake_rig                a daemon that ends with the window
-//! pages/                  what each page shows
-//! shell, app              keys, Stop, messages and the places of everything; ties it all together
+//! shell/ settings/      keys, rows and dialogs around the page; what is remembered
+//! connection/           the threads towards the daemon
+//! export/ study/ identify/ record/ tune/
+//! plots/                the plots, how they are looked at, and what is measured in them
+//! daemon/               what is known of the daemon, and the bars that show it
+//! stop/ tape/           stops alone, on a thread that waits for nothing; samples in chunks, min/max pyramid, marks
 //! ```
 //!
+//! The files beside them are what all of these share: `model` folds every [`Update`] into `daemon` (its facts),
+//! `tapes` (samples, recordings) and `view` (what the user looks at and types); `page` lists the pages; `intent` and
+//! `update` are what the panel says and hears.
+//!
 //! The shell takes the keys and draws top bar, messages and timing before the page, which gets what is left of the
-//! window; so no page can lose Stop. A new page is a variant in `page.rs` and a function in `pages/`;
+//! window; so no page can lose Stop. A new page is a variant in `page.rs` and a function in a folder;
 //! `tests/panel/stop.rs` then types into each of its fields and stops.
 //!
 //! A plot is drawn from `(&Tape, &[Trace], &[Overlay])` (`plots/chart.rs`), in the window and in an SVG alike. A
@@ -43,54 +36,41 @@
 //! overlay.
 
 mod app;
-mod close_question;
 pub mod connection;
+mod daemon;
 mod dialogs;
 mod drop_down;
 pub mod export;
 mod fake_rig;
 mod files;
-mod frame_limiter;
-mod hand_strip;
-mod help;
-mod histogram;
-mod identification;
+mod identify;
 mod intent;
-mod measure;
 mod model;
-mod note;
 mod notice;
 mod page;
-mod page_row;
-mod pages;
 mod plots;
-mod readouts;
-mod recorder;
-mod recording;
-mod scene;
+mod record;
 mod settings;
-mod settings_thread;
 mod shell;
-mod stop_button;
-mod stop_path;
+mod stop;
 mod study;
-mod subject;
 mod tape;
+mod tapes;
 pub mod theme;
-mod timing_panel;
-mod top_bar;
+mod tune;
 mod typing;
 mod update;
 mod update_sender;
+mod view;
 mod wording;
 
 pub use app::App;
 pub use files::Files;
-pub use identification::{Found, Headings, Question};
+pub use identify::{Found, Headings, Question};
 pub use intent::{DialogPurpose, Format, Intent, Target};
 pub use model::Model;
 pub use page::Page;
-pub use recording::{About, Length, Listed, Loaded, RecordingNews, WhatIfTape};
+pub use record::{About, Length, Listed, Loaded, RecordingNews, WhatIfTape};
 pub use settings::{AgainstSettings, Settings, Theme};
 pub use shell::ui;
 pub use study::{Stage, StudyCommand, StudyNews, StudyPlan, StudyRow, StudyState, SubjectAction, SubjectState};

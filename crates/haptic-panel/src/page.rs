@@ -1,6 +1,10 @@
 //! The pages of the panel.
 
+use crate::intent::Intent;
+use crate::model::Model;
+use crate::{identify, record, study, tune};
 use clap::ValueEnum;
+use egui::Ui;
 use haptic_studies::plan::Task;
 
 /// A page: one task, drawn between the top bar and the timing of the loop.
@@ -58,4 +62,16 @@ impl Page {
             Self::Perception => "Have a subject tell surfaces apart",
         }
     }
+}
+
+/// Draws a page into the whole of `ui`. The shell has taken the keys that stop before.
+pub(crate) fn show(page: Page, ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+    let show = match page {
+        Page::Tune => tune::show,
+        Page::Record => record::show,
+        Page::Identify => identify::show,
+        Page::Task => study::show_task,
+        Page::Perception => study::show_perception,
+    };
+    show(ui, model, intents);
 }

@@ -1,12 +1,12 @@
 //! Updates: what the daemon sends, and news of connection, files and stops.
 
-use crate::identification::{Found, Headings};
+use crate::identify::{Found, Headings};
 use crate::intent::{DialogPurpose, Intent};
-use crate::recording::{Listed, Loaded, RecordingNews, WhatIfTape};
+use crate::record::{Listed, Loaded, RecordingNews, WhatIfTape};
 use crate::study::StudyNews;
 use haptic_ipc::{
-    AdviceReply, ChangeReply, Description, Event, Hello, LeaseReply, LogReply, SceneDiffReply, SceneListReply,
-    SceneReply, SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
+    AdviceReply, ChangeReply, DaemonMirror, Description, Event, Hello, LeaseReply, LogReply, MirrorChange,
+    SceneDiffReply, SceneListReply, SceneReply, SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
 };
 use std::path::PathBuf;
 use std::time::Duration;
@@ -136,6 +136,33 @@ pub enum Update {
 }
 
 impl Update {
+    /// Tells a mirror of the daemon what this says of it. Returns what that changes.
+    pub(crate) fn tell(&self, mirror: &mut DaemonMirror) -> MirrorChange {
+        match self {
+            Self::Connected { hello, .. } => mirror.connect(&hello.server),
+            Self::Disconnected { .. } => mirror.disconnect(),
+            Self::Subscribed(reply) => mirror.take_subscription(reply),
+            Self::Described(description) => return mirror.take_description(description.clone()),
+            Self::Scene(Ok(reply)) => mirror.take_scene((**reply).clone()),
+            // A daemon without a library or a journal refuses.
+            Self::Library(result) => {
+                mirror.library = result
+                    .as_ref()
+                    .map_or_else(|_| Vec::new(), |reply| reply.scenes.clone());
+            }
+            Self::Journal(Ok(reply)) => mirror.take_journal(reply.entries.clone()),
+            Self::Status(Ok(status)) => mirror.status = Some(status.clone()),
+            Self::Event(event) => return mirror.take_event(event),
+            Self::Answered { result, .. } => match result {
+                Ok(Answer::Changed(reply)) => return mirror.take_change(reply),
+                Ok(Answer::State(reply)) => return mirror.take_state(reply),
+                _ => {}
+            },
+            _ => {}
+        }
+        MirrorChange::default()
+    }
+
     /// Whether it is one of a stream that never ends while there is a daemon: samples, timing and status.
     pub(crate) fn is_steady(&self) -> bool {
         matches!(

@@ -51,7 +51,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
 }
 
 fn draw_curves(frame: &mut Frame<'_>, force: Rect, position: Rect, model: &Model, theme: Theme) {
-    let force_limit = model.status.as_ref().map_or(1.0, |status| status.device.force_limit_n);
+    let force_limit = model.daemon.status.as_ref();
+    let force_limit = force_limit.map_or(1.0, |status| status.device.force_limit_n);
     let force_curve = Curve {
         title: "force on the hand",
         unit: "N",
@@ -73,28 +74,25 @@ fn draw_curves(frame: &mut Frame<'_>, force: Rect, position: Rect, model: &Model
 fn draw_title(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [left, middle, right] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(16), Constraint::Fill(1)]).areas(area);
-    frame.render_widget(Paragraph::new(format!(" {}", model.server)), left);
-    if let Some(state) = &model.state {
-        let shown = state.state.to_string().to_uppercase();
-        let style = theme.state(state.state);
+    frame.render_widget(Paragraph::new(format!(" {}", model.daemon.server)), left);
+    if let Some(rig) = model.daemon.rig() {
+        let shown = rig.state.to_string().to_uppercase();
+        let style = theme.state(rig.state);
         frame.render_widget(Paragraph::new(shown).style(style).alignment(Alignment::Center), middle);
     }
-    if let Some(status) = &model.status {
+    if let Some(status) = &model.daemon.status {
         let shown = format!("{:.0} Hz, up {} ", status.rate_hz, elapsed(status.uptime_s));
         frame.render_widget(Paragraph::new(shown).alignment(Alignment::Right), right);
     }
 }
 
 fn draw_scene(frame: &mut Frame<'_>, area: Rect, model: &Model) {
-    let Some(state) = &model.state else { return };
-    let name = if state.scene.is_empty() {
-        "unnamed"
-    } else {
-        &state.scene
-    };
+    let scene = &model.daemon.scene;
+    let Some(revision) = scene.revision else { return };
+    let name = if scene.name.is_empty() { "unnamed" } else { &scene.name };
     let shown = format!(
-        " scene {name}, {}, revision {} (undo {}, redo {})",
-        state.law, state.revision, state.undo_depth, state.redo_depth
+        " scene {name}, {}, revision {revision} (undo {}, redo {})",
+        scene.law, scene.undo_depth, scene.redo_depth
     );
     frame.render_widget(Paragraph::new(shown), area);
 }
@@ -102,7 +100,7 @@ fn draw_scene(frame: &mut Frame<'_>, area: Rect, model: &Model) {
 /// The last answer, and a fault for as long as there is one.
 fn draw_message(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let bad = theme.colour(Color::Red).add_modifier(Modifier::BOLD);
-    let fault = model.state.as_ref().and_then(|state| state.fault.as_ref());
+    let fault = model.daemon.rig().and_then(|rig| rig.fault.as_ref());
     let fault = fault.map(|fault| format!("fault: {fault}; R resets"));
     let message = model.message.as_ref();
     let is_bad = fault.is_some() || message.is_some_and(|message| message.is_bad);
@@ -192,7 +190,7 @@ mod tests {
 
     /// A model with something in every pane.
     fn busy() -> Model {
-        let mut model = Model::new("hapticd 0.1.0".into());
+        let mut model = Model::new("hapticd 0.1.0");
         let rows = (0..500)
             .map(|k| Sample {
                 tick: k,
@@ -269,7 +267,7 @@ mod tests {
         for width in (1..100).step_by(test_run::extent(23, 1)) {
             for height in [1, 2, 3, 5, 8, 13, 24, 60] {
                 shown(&model, width, height);
-                shown(&Model::new(String::new()), width, height);
+                shown(&Model::new(""), width, height);
             }
         }
     }

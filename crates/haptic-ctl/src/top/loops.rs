@@ -14,7 +14,7 @@ pub(super) fn draw_histogram(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let block = Block::bordered().title(" wake-up latency, last 10 s ");
     let inner = block.inner(area);
     frame.render_widget(block, area);
-    let Some(timing) = &model.timing else { return };
+    let Some(timing) = &model.daemon.timing else { return };
     let buckets = &timing.last_10_s.histogram.wake_latency_ns;
     let shown = buckets.iter().skip_while(|bucket| bucket.count == 0).count();
     // The slowest buckets matter most.
@@ -35,7 +35,7 @@ pub(super) fn draw_health(frame: &mut Frame<'_>, area: Rect, model: &Model, them
         }
     };
     let mut lines: Vec<Line<'_>> = Vec::new();
-    if let Some(timing) = &model.timing {
+    if let Some(timing) = &model.daemon.timing {
         let window = &timing.last_10_s;
         lines.push(Line::from("               p50      p99      max us"));
         lines.push(percentiles("wake-up", &window.wake_latency_ns));
@@ -43,7 +43,7 @@ pub(super) fn draw_health(frame: &mut Frame<'_>, area: Rect, model: &Model, them
         let counts = [
             ("overruns", timing.since_start.overruns),
             ("missed", timing.since_start.missed_periods),
-            ("lost", timing.since_start.telemetry_dropped + model.lost),
+            ("lost", timing.since_start.telemetry_dropped + model.daemon.lost_rows),
         ];
         lines.push(Line::from_iter(counts.into_iter().flat_map(|(name, count)| {
             [
@@ -52,7 +52,7 @@ pub(super) fn draw_health(frame: &mut Frame<'_>, area: Rect, model: &Model, them
             ]
         })));
     }
-    if let Some(status) = &model.status {
+    if let Some(status) = &model.daemon.status {
         lines.extend(link_and_thread(status, doubtful));
     }
     frame.render_widget(Paragraph::new(lines), inner);

@@ -104,7 +104,7 @@ impl Screen {
         let stops = Arc::new(AtomicU64::new(0));
         let asking = answered(Daemon::connect(socket).await?, answering.clone(), Arc::clone(&stops));
         let stopping = answered(Daemon::connect(socket).await?, answering, Arc::clone(&stops));
-        let model = Arc::new(Mutex::new(Model::new(daemon.hello().server.clone())));
+        let model = Arc::new(Mutex::new(Model::new(&daemon.hello().server)));
         // No key is lost to the shell's line while the terminal does not yet take a picture.
         enable_raw_mode()?;
         let picture = Picture::start(Arc::clone(&model));
@@ -164,7 +164,7 @@ impl Screen {
         match answer {
             Answer::Status(newest) => {
                 self.status_pending = false;
-                lock(&self.model).status = Some(*newest);
+                lock(&self.model).daemon.status = Some(newest);
             }
             Answer::Moved(intent, reply) => {
                 lock(&self.model).moved(intent, &reply);

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use haptic_ipc::{Event, Request, Sample, StateEvent, StateReply, Status, Timing};
+use haptic_ipc::{DaemonMirror, Event, Request, Sample, StateReply};
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -64,44 +64,32 @@ pub(super) struct Message {
 }
 
 pub(super) struct Model {
-    pub(super) server: String,
-    pub(super) state: Option<StateEvent>,
-    pub(super) status: Option<Status>,
-    pub(super) timing: Option<Box<Timing>>,
+    pub(super) daemon: DaemonMirror,
     pub(super) past: VecDeque<Sample>,
-    /// Samples that did not come through.
-    pub(super) lost: u64,
     pub(super) message: Option<Message>,
     pub(super) help: bool,
 }
 
 impl Model {
-    pub(super) const fn new(server: String) -> Self {
+    pub(super) fn new(server: &str) -> Self {
+        let mut daemon = DaemonMirror::default();
+        daemon.connect(server);
         Self {
-            server,
-            state: None,
-            status: None,
-            timing: None,
+            daemon,
             past: VecDeque::new(),
-            lost: 0,
             message: None,
             help: false,
         }
     }
 
     pub(super) fn take(&mut self, event: Event) {
-        match event {
-            Event::State(state) => self.state = Some(state),
-            Event::Timing(timing) => self.timing = Some(timing),
-            Event::Samples(samples) => {
-                self.lost += samples.dropped;
-                self.past.extend(samples.rows);
-                let newest_s = self.past.back().map_or(0.0, |sample| sample.t_s);
-                while self.past.front().is_some_and(|oldest| oldest.t_s < newest_s - WINDOW_S) {
-                    self.past.pop_front();
-                }
+        self.daemon.take_event(&event);
+        if let Event::Samples(samples) = event {
+            self.past.extend(samples.rows);
+            let newest_s = self.past.back().map_or(0.0, |sample| sample.t_s);
+            while self.past.front().is_some_and(|oldest| oldest.t_s < newest_s - WINDOW_S) {
+                self.past.pop_front();
             }
-            Event::Servo(_) | Event::Snapshot(_) | Event::Log(_) | Event::Unknown => {}
         }
     }
 
@@ -111,6 +99,7 @@ impl Model {
     }
 
     pub(super) fn moved(&mut self, intent: Intent, reply: &StateReply) {
+        self.daemon.take_state(reply);
         let text = if intent == Intent::Stop {
             format!("stop confirmed at tick {}: {}", reply.tick, reply.state)
         } else {

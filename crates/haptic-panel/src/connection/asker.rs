@@ -2,7 +2,7 @@
 
 use super::shared::{Asked, Shared};
 use crate::intent::Intent;
-use crate::stop_path::Stops;
+use crate::stop::Stops;
 use haptic_ipc::{Request, Sender};
 use std::sync::{Arc, mpsc};
 

@@ -1,16 +1,15 @@
 //! The thread that connects and listens.
 
 use super::asker::Job;
-use super::follow::Follow;
 use super::shared::{Asked, Patience, Shared};
 use super::silence::Silence;
 use crate::intent::{BATCH_MS, Intent};
-use crate::recorder::Recorder;
-use crate::stop_path::{Guide, Stops};
+use crate::record::Recorder;
+use crate::stop::{Guide, Stops};
 use crate::study::StudyLink;
 use crate::update::{Answer, StopNews, Update};
 use crate::update_sender::{PanelGone, UpdateSender};
-use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, ServerLine, StateEvent, WireError};
+use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, SceneShape, ServerLine, WireError};
 use serde::de::DeserializeOwned;
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
@@ -45,7 +44,7 @@ struct Following {
     advice: Follow<u64>,
     scene: Follow<u64>,
     /// By law and names of parameters, which decide the rows of the table.
-    description: Follow<(String, Vec<String>)>,
+    description: Follow<SceneShape>,
 }
 
 pub(super) struct Listener {
@@ -142,6 +141,9 @@ impl Listener {
             loop {
                 if let Some(update) = self.next(&mut receiver, &mut silence)? {
                     self.study.hear(&update);
+                    if !matches!(update, Update::Event(Event::Samples(_))) {
+                        self.follow();
+                    }
                     self.updates.send(update)?;
                 }
                 if let Some(lasts) = silence.news(Instant::now()) {
@@ -178,14 +180,9 @@ impl Listener {
         match received {
             Ok(ServerLine::Event(event)) => {
                 self.recorder.keep(&event);
-                match &event {
-                    Event::State(state) => {
-                        self.note_scene(state);
-                        self.follow();
-                    }
+                if let Event::Timing(_) = &event {
                     // Once a second, as often as the timing.
-                    Event::Timing(_) => self.ask(Request::Status {}, Asked::Status),
-                    _ => {}
+                    self.ask(Request::Status {}, Asked::Status);
                 }
                 Ok(Some(Update::Event(event)))
             }
@@ -200,7 +197,6 @@ impl Listener {
                     }
                     _ => {}
                 }
-                self.follow();
                 asked.map_or(Ok(None), |asked| self.answered(asked, result))
             }
             Ok(ServerLine::Hello(_)) => Ok(None),
@@ -276,28 +272,20 @@ impl Listener {
         (number == self.stops.pressed()).then(|| Update::Stop(StopNews::Answered { after, result }))
     }
 
-    /// Notes the active scene.
-    fn note_scene(&mut self, state: &StateEvent) {
-        let following = &mut self.following;
-        let revision = following.advice.newest.max(Some(state.revision));
-        (following.advice.newest, following.scene.newest) = (revision, revision);
-        let shape = (state.law.clone(), state.params.keys().cloned().collect());
-        if following.description.asked.is_none() {
-            // The first description was asked for after the greeting.
-            following.description.asked = Some(shape.clone());
-        }
-        following.description.newest = Some(shape);
-    }
-
     /// Asks for what depends on a new scene.
     fn follow(&mut self) {
-        if self.following.description.is_due() {
+        let (revision, shape) = self
+            .study
+            .with_daemon(|daemon| (daemon.revision(), daemon.scene.shape().cloned()));
+        // The first description was asked for after the greeting.
+        self.following.description.note_asked(shape.clone());
+        if self.following.description.is_due(shape) {
             self.ask(Request::Describe {}, Asked::Describe);
         }
-        if self.following.scene.is_due() {
+        if self.following.scene.is_due(revision) {
             self.ask(Request::get(), Asked::Scene);
         }
-        if self.following.advice.is_due() {
+        if self.following.advice.is_due(revision) {
             self.ask(Request::Advise {}, Asked::Advise);
         }
     }
@@ -337,4 +325,49 @@ fn read<T: DeserializeOwned>(
 fn unreadable(asked: impl fmt::Display, error: &serde_json::Error) -> WireError {
     let message = format!("the daemon's answer to {asked} cannot be read: {error}");
     WireError::new(ErrorCode::Unknown, message)
+}
+
+/// The state of a request that is repeated whenever the scene changes.
+#[derive(Debug)]
+struct Follow<K> {
+    /// What it depends on, when it was last asked.
+    asked: Option<K>,
+    /// It has no answer yet. One request at a time: a dragged slider does not swamp the daemon.
+    is_unanswered: bool,
+    /// The daemon does not know the request.
+    is_missing: bool,
+}
+
+impl<K> Default for Follow<K> {
+    fn default() -> Self {
+        Self {
+            asked: None,
+            is_unanswered: false,
+            is_missing: false,
+        }
+    }
+}
+
+impl<K: Clone + PartialEq> Follow<K> {
+    /// It was asked for before anything was known.
+    fn note_asked(&mut self, newest: Option<K>) {
+        if self.asked.is_none() {
+            self.asked = newest;
+        }
+    }
+
+    /// Whether to ask for what depends on `newest` now; then it counts as asked.
+    fn is_due(&mut self, newest: Option<K>) -> bool {
+        if self.is_missing || self.is_unanswered || newest == self.asked {
+            return false;
+        }
+        self.asked = newest;
+        self.is_unanswered = true;
+        true
+    }
+
+    fn answered(&mut self, result: &Result<serde_json::Value, WireError>) {
+        self.is_unanswered = false;
+        self.is_missing = result.as_ref().is_err_and(|error| error.code == ErrorCode::UnknownOp);
+    }
 }

@@ -9,7 +9,6 @@
 //! the force back after a stop. An unanswered stop is the first request to the next daemon.
 
 mod asker;
-mod follow;
 mod listener;
 mod shared;
 mod silence;
@@ -17,8 +16,8 @@ mod silence;
 pub use shared::Patience;
 
 use crate::intent::Intent;
-use crate::recorder::Recorder;
-use crate::stop_path::StopPath;
+use crate::record::Recorder;
+use crate::stop::StopPath;
 use crate::study::{StudyLink, SubjectScreen};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;

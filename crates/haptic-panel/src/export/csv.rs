@@ -55,7 +55,7 @@ impl Rows {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::fixture::with_samples;
+    use crate::export::svg::tests::with_samples;
 
     #[test]
     fn the_table_holds_every_sample_in_sight() {

@@ -1,16 +1,13 @@
 //! The plots in a file: as drawn (PNG), for a paper (SVG), for further work (CSV).
 
 mod csv;
-#[cfg(test)]
-mod fixture;
-mod picture;
 mod png;
 mod svg;
 
 pub(crate) use csv::Rows;
 pub use csv::csv;
-pub(crate) use picture::Picture;
 pub use png::png;
+pub(crate) use svg::Picture;
 pub use svg::svg;
 
 use crate::files;

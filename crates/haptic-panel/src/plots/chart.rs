@@ -4,8 +4,8 @@
 //! fit, a trial or another recording is a curve.
 
 use super::axis::reach;
-use crate::model::scope::TimeRange;
-use crate::model::scope::value_axis::Reach;
+use super::scope::TimeRange;
+use crate::plots::scope::value_axis::Reach;
 use crate::tape::Tape;
 use crate::tape::signal::Signal;
 use crate::theme::Palette;

@@ -1,8 +1,8 @@
 //! The menu that keeps what is seen as a reference, and lays it under another run.
 
-use crate::model::reference::Reference;
-use crate::model::scope::Scope;
-use crate::model::tapes::Tapes;
+use super::reference::Reference;
+use super::scope::Scope;
+use crate::tapes::Tapes;
 use crate::typing::number_field;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, PopupCloseBehavior, RichText, Ui};

@@ -1,6 +1,6 @@
 //! The ribbon above the plots that shows when the block stuck and when it slid.
 
-use crate::model::scope::TimeRange;
+use super::scope::TimeRange;
 use crate::tape::Tape;
 use crate::theme::Palette;
 use egui::{Rect, Ui};

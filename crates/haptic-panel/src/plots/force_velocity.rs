@@ -4,13 +4,13 @@
 use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Across, Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::frame::{self, GRAB, RIGHT_MARGIN, zoom};
+use super::reference::Reference;
+use super::scope::{Scope, TimeRange};
 use super::{legend, picture_taking};
 use crate::drop_down::{self, Item};
-use crate::model::reference::Reference;
-use crate::model::scope::against::{Against, Extent};
-use crate::model::scope::{Scope, TimeRange};
-use crate::model::tapes::Tapes;
+use crate::plots::scope::against::{Against, Extent};
 use crate::tape::signal::{MM_PER_M, Signal};
+use crate::tapes::Tapes;
 use crate::theme::Palette;
 use crate::wording::significant;
 use egui::{Label, Pos2, RichText, Sense, TextStyle, Ui, vec2};

@@ -4,7 +4,7 @@
 use super::axis::{count_for, grid, marks, number, steps};
 use super::chart::{Chart, Curve, Overlay};
 use super::labels::Labels;
-use crate::model::scope::value_axis::Reach;
+use crate::plots::scope::value_axis::Reach;
 use crate::theme::Palette;
 use egui::{Align2, Color32, Rect, RichText, TextStyle, Ui, Vec2};
 use egui_plot::{
@@ -188,7 +188,7 @@ fn draw_label(
 }
 
 /// Points of scrolling by the wheel that zoom by a factor of e.
-const POINTS_PER_ZOOM: f32 = 200.0;
+pub(crate) const POINTS_PER_ZOOM: f32 = 200.0;
 
 /// Distance from a cursor at which a drag takes it along, points.
 pub(super) const GRAB: f32 = 8.0;

@@ -1,10 +1,10 @@
 //! The limits of the force, as lines: that of the device and the daemon, and those of the law.
 
 use super::chart::{Curve, Ink, Overlay};
-use crate::model::daemon::Daemon;
-use crate::model::scope::Scope;
-use crate::model::tapes::{AT_THE_LIMIT, Tapes};
+use super::scope::Scope;
+use crate::daemon::Daemon;
 use crate::tape::signal::Signal;
+use crate::tapes::{AT_THE_LIMIT, Tapes};
 use haptic_core::{Parameter, Scene};
 
 /// Width of a limit's line, points.

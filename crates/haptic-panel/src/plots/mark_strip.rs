@@ -2,7 +2,7 @@
 //! a press shows.
 
 use super::axis::AXIS_WIDTH;
-use crate::model::scope::TimeRange;
+use super::scope::TimeRange;
 use crate::tape::Tape;
 use crate::tape::mark::{MarkKind, TapeMark};
 use crate::theme::Palette;

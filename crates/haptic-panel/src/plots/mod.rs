@@ -10,20 +10,22 @@ pub(crate) mod labels;
 pub(crate) mod legend;
 pub(crate) mod limits;
 mod mark_strip;
+pub(crate) mod measure;
 pub(crate) mod over_time;
 pub(crate) mod picture_taking;
 mod plot_header;
+pub(crate) mod reference;
 mod rig_menu;
+pub(crate) mod scope;
 mod scrub_bar;
-mod side;
 pub(crate) mod spectrum_plot;
 mod statistics_table;
 mod toolbar;
 mod trigger_bar;
 
 use crate::intent::Intent;
-use crate::model::view::PlotGroup;
 use crate::model::{Model, has_block, scene_seen};
+use crate::view::PlotGroup;
 use egui::{Align, Layout, RichText, Ui, vec2};
 use limits::Limits;
 use over_time::Background;
@@ -84,7 +86,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
 
 fn show_group(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
     if group != PlotGroup::OverTime {
-        side::show(ui, model, group, height);
+        show_beside(ui, model, group, height);
         return;
     }
     let limits = limits(model);
@@ -112,4 +114,26 @@ pub(crate) fn limits(model: &Model) -> Option<Limits> {
     view.layout
         .shows_limits
         .then(|| Limits::of(daemon, tapes, scope, scene))
+}
+
+/// Shows what stands beside the plots over time in `height` points.
+fn show_beside(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
+    let has_block = has_block(model);
+    let Model { daemon, tapes, view } = model;
+    match group {
+        PlotGroup::OverTime => {}
+        PlotGroup::ForceVelocity => {
+            let (scope, reference) = view.plotted(tapes);
+            let scene = scene_seen(daemon, tapes, scope);
+            force_velocity::show(ui, tapes, scope, (scene, reference.as_ref()), height);
+        }
+        PlotGroup::Statistics => {
+            let (scope, reference, measuring) = view.measured(tapes);
+            statistics_table::show(ui, tapes, scope, reference, measuring, has_block);
+        }
+        PlotGroup::Spectrum => {
+            let (scope, _, measuring) = view.measured(tapes);
+            spectrum_plot::show(ui, tapes, scope, measuring, height);
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use super::axis::AXIS_WIDTH;
 use super::legend::{self, Entry};
 use super::picture_taking;
-use crate::model::scope::plot_list::PlotList;
+use crate::plots::scope::plot_list::PlotList;
 use crate::tape::signal::{Quantity, Signal};
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Align, Layout, PopupCloseBehavior, RichText, Ui, vec2};

@@ -1,6 +1,6 @@
 //! What the device says of itself, and the limits that hold for it.
 
-use crate::model::daemon::Daemon;
+use crate::daemon::Daemon;
 use egui::containers::menu::MenuButton;
 use egui::{Grid, RichText, Ui};
 use haptic_ipc::{ForceLimitBy, Status};
@@ -10,7 +10,7 @@ const UM_PER_M: f64 = 1e6;
 /// Shows the menu.
 pub(super) fn show(ui: &mut Ui, daemon: &Daemon) {
     let (button, _) = MenuButton::new("Rig").ui(ui, |ui| {
-        let Some(status) = daemon.status.as_ref().filter(|_| daemon.is_connected()) else {
+        let Some(status) = daemon.mirror.status.as_ref().filter(|_| daemon.is_connected()) else {
             ui.label("The daemon has not described its rig yet");
             return;
         };

@@ -3,9 +3,9 @@
 use super::axis::AXIS_WIDTH;
 use super::frame::{RIGHT_MARGIN, zoom};
 use super::picture_taking;
-use crate::model::scope::Scope;
-use crate::model::tapes::Tapes;
+use super::scope::Scope;
 use crate::tape::signal::Signal;
+use crate::tapes::Tapes;
 use crate::theme::Palette;
 use egui::{Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 

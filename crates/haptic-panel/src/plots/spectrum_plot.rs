@@ -3,13 +3,13 @@
 use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Chart, Curve, Ink};
 use super::frame::{self, RIGHT_MARGIN};
+use super::scope::Scope;
 use super::{legend, picture_taking};
 use crate::drop_down::{self, Item};
-use crate::measure::spectrum::{Scaling, Spectrum};
-use crate::model::measuring::Measuring;
-use crate::model::scope::Scope;
-use crate::model::tapes::Tapes;
+use crate::plots::measure::measuring::Measuring;
+use crate::plots::measure::spectrum::{Scaling, Spectrum};
 use crate::tape::signal::Signal;
+use crate::tapes::Tapes;
 use crate::theme::Palette;
 use crate::wording::significant;
 use egui::{RichText, Ui};

@@ -1,11 +1,11 @@
 //! The table of statistics: a signal a row, of what is seen or of what lies between the cursors.
 
-use crate::measure::difference::{self, difference};
-use crate::measure::statistics::Statistics;
-use crate::model::measuring::{Measuring, Row};
-use crate::model::reference::Reference;
-use crate::model::scope::Scope;
-use crate::model::tapes::Tapes;
+use super::reference::Reference;
+use super::scope::Scope;
+use crate::plots::measure::difference::{self, difference};
+use crate::plots::measure::measuring::{Measuring, Row};
+use crate::plots::measure::statistics::Statistics;
+use crate::tapes::Tapes;
 use crate::wording::significant;
 use egui::style::ScrollStyle;
 use egui::{Align, Label, Layout, RichText, ScrollArea, Ui, WidgetInfo, vec2};

@@ -1,15 +1,15 @@
 //! The tools of the plots: run and freeze, zoom and move, choose, trigger, measure, export.
 
+use super::scope::Scope;
 use super::{compare_menu, rig_menu, trigger_bar};
 use crate::dialogs;
 use crate::intent::{DialogPurpose, Format, Intent};
-use crate::model::scope::Scope;
-use crate::model::scope::plot_list::PlotList;
-use crate::model::scope::trigger::Mode;
-use crate::model::scope::value_axis::{FARTHEST, ValueAxis};
-use crate::model::tapes::Tapes;
 use crate::model::{Model, has_block};
+use crate::plots::scope::plot_list::PlotList;
+use crate::plots::scope::trigger::Mode;
+use crate::plots::scope::value_axis::{FARTHEST, ValueAxis};
 use crate::tape::signal::Quantity;
+use crate::tapes::Tapes;
 use crate::typing::number_field;
 use crate::wording::significant;
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -312,5 +312,5 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
             }
         });
     });
-    button.on_hover_text("PNG and SVG as it is drawn, CSV with every column");
+    button.on_hover_text("PNG as it is drawn, SVG for a paper, CSV with every column");
 }

@@ -1,8 +1,8 @@
 //! The controls of the trigger.
 
+use super::scope::Scope;
 use crate::drop_down::{self, Item};
-use crate::model::scope::Scope;
-use crate::model::scope::trigger::{Edge, Mode, Trigger};
+use crate::plots::scope::trigger::{Edge, Mode, Trigger};
 use crate::tape::signal::Signal;
 use crate::typing::number_field;
 use egui::{Button, RichText, Ui};

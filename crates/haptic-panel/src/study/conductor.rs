@@ -5,15 +5,15 @@
 //! engages the rig but the experimenter. A lease has the rig released should the panel be lost.
 
 use super::news::Stage;
-use super::rig_facts::RigFacts;
-use super::scene_before::SceneBefore;
 use super::subject_screen::SubjectAction;
 use crate::intent::Intent;
 use crate::update::{Answer, Update};
-use haptic_ipc::{ChangeReply, Event, RigState};
+use haptic_core::Scene;
+use haptic_ipc::{ChangeReply, DaemonMirror, Event, RigState};
 use haptic_studies::perception::Answer as Choice;
 use haptic_studies::person::{PersonError, PersonSession, SessionEvent};
 use haptic_studies::session::{Frame, Interruption, Mounting, Phase, View};
+use haptic_studies::store::RigDescription;
 use std::mem::{Discriminant, discriminant};
 
 /// Time over which a scene changes, ms.
@@ -128,7 +128,7 @@ impl Conductor {
         self.session.view().phase == Phase::Done
     }
 
-    /// Takes an update, which the facts of the rig have taken already.
+    /// Takes an update, which the mirror of the daemon has taken already.
     pub(super) fn take(&mut self, update: &Update) {
         match update {
             Update::Connected { .. } | Update::Disconnected { .. } => self.session.new_link(),
@@ -173,7 +173,7 @@ impl Conductor {
     }
 
     /// What to ask the daemon for now.
-    pub(super) fn due(&mut self, rig: &RigFacts, scene_before: &mut SceneBefore) -> Vec<Intent> {
+    pub(super) fn due(&mut self, daemon: &DaemonMirror, scene_before: &mut SceneBefore) -> Vec<Intent> {
         let mut intents = Vec::new();
         let phase = discriminant(&self.session.view().phase);
         let before = self.phase.map(|(before, _)| before);
@@ -183,20 +183,20 @@ impl Conductor {
             // who had done everything before had no force here.
             let has_ended = self.is_done() && before.is_some();
             let lets_go = self.session.mounting().is_some() || has_ended;
-            if lets_go && rig.state.is_some_and(RigState::is_live) {
+            if lets_go && daemon.rig().is_some_and(|rig| rig.state.is_live()) {
                 intents.push(Intent::Release);
             }
             if has_ended {
-                intents.extend(scene_before.put_back(rig, RAMP_MS));
+                intents.extend(scene_before.put_back(daemon, RAMP_MS));
             }
             if self.is_done() && self.is_begun {
                 intents.push(Intent::Lease { timeout_ms: 0 });
             }
         }
-        if let Some(if_revision) = rig
-            .revision
-            .filter(|_| self.is_begun && rig.is_known() && !self.is_done())
-            && scene_before.keep(rig)
+        if let Some(if_revision) = daemon
+            .revision()
+            .filter(|_| self.is_begun && is_known(daemon) && !self.is_done())
+            && scene_before.keep(daemon)
             && let Some(scene) = self.session.take_scene()
         {
             intents.push(Intent::TrialScene {
@@ -214,7 +214,7 @@ impl Conductor {
     }
 
     /// Where the study is, for the experimenter.
-    pub(super) fn stage(&self, rig: &RigFacts) -> Stage {
+    pub(super) fn stage(&self, daemon: &DaemonMirror) -> Stage {
         let held = |why: &str| Stage::Held {
             why: why.to_owned(),
             is_trouble: false,
@@ -241,12 +241,12 @@ impl Conductor {
                 Mounting::TakeOff => "Take the mounted block off the handle, then go on".to_owned(),
             });
         }
-        if !rig.is_known() {
+        if !is_known(daemon) {
             let what = "Waiting for the daemon".to_owned();
             return Stage::Waiting { what };
         }
         let what = match self.session.view().phase {
-            Phase::GetReady if rig.state != Some(RigState::Engaged) => {
+            Phase::GetReady if daemon.rig().is_none_or(|rig| rig.state != RigState::Engaged) => {
                 let what = "Waiting for the rig: engage it in the top bar".to_owned();
                 return Stage::Waiting { what };
             }
@@ -260,5 +260,73 @@ impl Conductor {
             Phase::Mounting | Phase::Paused | Phase::Done => String::new(),
         };
         Stage::Running { what }
+    }
+}
+
+/// Whether the daemon is there, and has reported what a session needs.
+pub(super) fn is_known(daemon: &DaemonMirror) -> bool {
+    daemon.revision().is_some() && daemon.rate_hz.is_some() && daemon.status.is_some()
+}
+
+/// The rig as a study's files need it; none before the daemon has described its parts.
+pub(super) fn description(daemon: &DaemonMirror) -> Option<RigDescription> {
+    let status = daemon.status.as_ref().filter(|_| daemon.is_connected())?;
+    Some(RigDescription {
+        server: status.server.clone(),
+        device: status.device.description.clone(),
+        loop_rate_hz: daemon.rate_hz?,
+        servo: daemon.servo.clone(),
+        configuration: serde_json::to_value(status).ok(),
+        click_buttons: click_buttons(daemon),
+    })
+}
+
+/// The rig's buttons that click, a bit each: all but those that stop and enable.
+fn click_buttons(daemon: &DaemonMirror) -> u8 {
+    let settings = daemon.servo.as_ref().map(|servo| &servo.settings);
+    let taken = settings
+        .into_iter()
+        .flat_map(|settings| [settings.stop_button, settings.enable_button]);
+    let bit = |button: u8| 1_u8.checked_shl(button.into()).unwrap_or(0);
+    !taken.flatten().fold(0, |taken, button| taken | bit(button))
+}
+
+/// The scene before the study's first change, and the revision of the study's newest.
+#[derive(Debug, Default)]
+pub(super) struct SceneBefore {
+    kept: Option<Scene>,
+    own_revision: Option<u64>,
+}
+
+impl SceneBefore {
+    /// Keeps the active scene, unless one is kept; returns whether one is.
+    pub(super) fn keep(&mut self, daemon: &DaemonMirror) -> bool {
+        if self.kept.is_none() {
+            self.kept = daemon.active_scene().cloned();
+        }
+        self.kept.is_some()
+    }
+
+    /// Takes an update: the revisions of the study's own changes.
+    pub(super) fn take(&mut self, update: &Update) {
+        if let Update::Answered {
+            intent: Intent::TrialScene { .. },
+            result: Ok(Answer::Changed(reply)),
+        } = update
+            && self.kept.is_some()
+        {
+            self.own_revision = Some(reply.revision);
+        }
+    }
+
+    /// The change back, once; none where the study has changed nothing, or another client has changed the scene since.
+    pub(super) fn put_back(&mut self, daemon: &DaemonMirror, ramp_ms: f64) -> Option<Intent> {
+        let (kept, own_revision) = (self.kept.take(), self.own_revision.take());
+        let if_revision = own_revision.filter(|own| daemon.revision() == Some(*own))?;
+        Some(Intent::TrialScene {
+            scene: Box::new(kept?),
+            if_revision,
+            ramp_ms,
+        })
     }
 }

@@ -6,7 +6,7 @@ use super::subject_screen::SubjectScreen;
 use crate::intent::Intent;
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
-use haptic_ipc::Event;
+use haptic_ipc::{DaemonMirror, Event};
 use std::sync::mpsc::{self, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -23,16 +23,11 @@ pub(crate) struct StudyLink {
     slot: Mutex<Slot>,
 }
 
-/// The thread, and what it needs of the daemon's past when it begins.
+/// The thread, and the daemon at which it begins.
 #[derive(Default)]
 struct Slot {
     jobs: Option<SyncSender<Job>>,
-    /// The newest update of each kind that it asks for.
-    connected: Option<Update>,
-    subscribed: Option<Update>,
-    state: Option<Update>,
-    scene: Option<Update>,
-    status: Option<Update>,
+    daemon: DaemonMirror,
 }
 
 impl fmt::Debug for StudyLink {
@@ -61,28 +56,21 @@ impl StudyLink {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Looks at what the daemon has stated.
+    pub(crate) fn with_daemon<T>(&self, look: impl FnOnce(&DaemonMirror) -> T) -> T {
+        look(&self.slot().daemon)
+    }
+
     /// Takes what the daemon says, as soon as it is read.
     pub(crate) fn hear(&self, update: &Update) {
         let mut slot = self.slot();
-        let keep = match update {
-            Update::Connected { .. } => {
-                (slot.subscribed, slot.state, slot.scene, slot.status) = (None, None, None, None);
-                Some(&mut slot.connected)
-            }
+        update.tell(&mut slot.daemon);
+        match update {
             Update::Disconnected { .. } => {
-                (slot.connected, slot.subscribed) = (None, None);
-                (slot.state, slot.scene, slot.status) = (None, None, None);
                 self.screen.lose_samples();
                 self.screen.set_takes_hand(false);
-                None
             }
-            Update::Subscribed(_) => Some(&mut slot.subscribed),
-            Update::Status(Ok(status)) => {
-                self.screen.set_takes_hand(status.device.takes_hand);
-                Some(&mut slot.status)
-            }
-            Update::Scene(Ok(_)) => Some(&mut slot.scene),
-            Update::Event(Event::State(_)) => Some(&mut slot.state),
+            Update::Status(Ok(status)) => self.screen.set_takes_hand(status.device.takes_hand),
             Update::Event(Event::Samples(batch)) => {
                 if let Some(newest) = batch.rows.last() {
                     self.screen.take_sample(newest, Instant::now());
@@ -90,19 +78,10 @@ impl StudyLink {
                 if let Some(target_m) = self.screen.take_pointed() {
                     (self.send)(Intent::Hand { target_m });
                 }
-                None
             }
-            Update::Event(Event::Timing(_) | Event::Servo(_))
-            | Update::Answered {
-                intent: Intent::TrialScene { .. } | Intent::Lease { .. },
-                ..
-            } => None,
-            _ => return,
-        };
-        if let Some(kept) = keep {
-            *kept = Some(update.clone());
+            _ => {}
         }
-        if slot.jobs.is_some() {
+        if slot.jobs.is_some() && concerns_study(update) {
             slot.enqueue(Job::Hear(update.clone()));
         }
     }
@@ -138,24 +117,15 @@ impl StudyLink {
         }
     }
 
-    /// Starts the thread, and passes on what the daemon has said.
+    /// Starts the thread.
     fn begin(&self, slot: &mut Slot) -> std::io::Result<()> {
         let (jobs, to_do) = mpsc::sync_channel(ROOM);
-        let study = SessionThread::new(Arc::clone(&self.screen), Arc::clone(&self.send), self.updates.clone());
+        let (screen, send, updates) = (Arc::clone(&self.screen), Arc::clone(&self.send), self.updates.clone());
+        let study = SessionThread::new(screen, send, updates, slot.daemon.clone());
         thread::Builder::new()
             .name("study".to_owned())
             .spawn(move || study.run(&to_do))?;
         slot.jobs = Some(jobs);
-        let past = [
-            &slot.connected,
-            &slot.subscribed,
-            &slot.state,
-            &slot.scene,
-            &slot.status,
-        ];
-        for update in past.map(Clone::clone).into_iter().flatten() {
-            slot.enqueue(Job::Hear(update));
-        }
         Ok(())
     }
 
@@ -163,6 +133,23 @@ impl StudyLink {
         // A closed panel needs no news.
         self.updates.send(Update::Study(news)).unwrap_or_default();
     }
+}
+
+/// Whether a study has to hear of an update: of the daemon's facts, and of what it has asked for.
+fn concerns_study(update: &Update) -> bool {
+    matches!(
+        update,
+        Update::Connected { .. }
+            | Update::Disconnected { .. }
+            | Update::Subscribed(_)
+            | Update::Status(Ok(_))
+            | Update::Scene(Ok(_))
+            | Update::Event(Event::State(_) | Event::Samples(_) | Event::Timing(_) | Event::Servo(_))
+            | Update::Answered {
+                intent: Intent::TrialScene { .. } | Intent::Lease { .. },
+                ..
+            }
+    )
 }
 
 impl Slot {

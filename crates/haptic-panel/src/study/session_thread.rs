@@ -1,16 +1,14 @@
 //! The study's thread: it feeds the session with ticks, puts each trial on the disk before the next tick, and reports
 //! to the experimenter. Only this thread waits for the disk of the study.
 
-use super::conductor::{Conductor, RAMP_MS};
+use super::conductor::{self, Conductor, RAMP_MS, SceneBefore};
 use super::news::{Stage, StudyCommand, StudyNews, StudyPlan, StudyState, SubjectState};
-use super::rig_facts::RigFacts;
-use super::scene_before::SceneBefore;
 use super::subject_screen::{SubjectScreen, TaskScale};
 use super::table;
 use crate::intent::{BATCH_MS, Intent};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
-use haptic_ipc::Event;
+use haptic_ipc::{DaemonMirror, Event};
 use haptic_studies::person::{PersonSession, SessionEvent};
 use haptic_studies::plan::Plan;
 use haptic_studies::session::{Phase, View};
@@ -53,7 +51,7 @@ pub(super) struct SessionThread {
     screen: Arc<SubjectScreen>,
     send: SendIntent,
     updates: UpdateSender,
-    rig: RigFacts,
+    daemon: DaemonMirror,
     before: SceneBefore,
     study: Option<OpenStudy>,
     /// The chosen subject, by its place.
@@ -67,12 +65,17 @@ pub(super) struct SessionThread {
 }
 
 impl SessionThread {
-    pub(super) fn new(screen: Arc<SubjectScreen>, send: SendIntent, updates: UpdateSender) -> Self {
+    pub(super) fn new(
+        screen: Arc<SubjectScreen>,
+        send: SendIntent,
+        updates: UpdateSender,
+        daemon: DaemonMirror,
+    ) -> Self {
         Self {
             screen,
             send,
             updates,
-            rig: RigFacts::default(),
+            daemon,
             before: SceneBefore::default(),
             study: None,
             subject: 0,
@@ -187,7 +190,9 @@ impl SessionThread {
                 return;
             }
         }
-        let Some(rig) = self.rig.description() else { return };
+        let Some(rig) = conductor::description(&self.daemon) else {
+            return;
+        };
         let period_s = rig.loop_rate_hz.recip();
         match PersonSession::open(&study.folder, &subject.code, rig) {
             Ok(session) => self.conductor = Some(Conductor::new(session, period_s)),
@@ -203,15 +208,19 @@ impl SessionThread {
     }
 
     fn hear(&mut self, update: &Update) {
-        self.rig.take(update);
+        update.tell(&mut self.daemon);
         self.before.take(update);
         if let (Update::Connected { .. }, Some(_)) = (update, &self.study) {
             let batch_ms = STUDY_BATCH_MS;
             self.ask([Intent::Stream { batch_ms }]);
         }
         // Another daemon may have another rate.
-        let is_of_rig = |conductor: &Conductor| Some(conductor.period_s()) == self.rig.period_s;
-        if self.problem.is_none() && self.rig.is_known() && !self.conductor.as_ref().is_some_and(is_of_rig) {
+        let period_s = self.daemon.rate_hz.map(f64::recip);
+        let is_of_rig = |conductor: &Conductor| Some(conductor.period_s()) == period_s;
+        if self.problem.is_none()
+            && conductor::is_known(&self.daemon)
+            && !self.conductor.as_ref().is_some_and(is_of_rig)
+        {
             self.start();
         }
         if let Update::Event(Event::Samples(_)) = update {
@@ -259,7 +268,7 @@ impl SessionThread {
                 return;
             }
         };
-        let intents = conductor.due(&self.rig, &mut self.before);
+        let intents = conductor.due(&self.daemon, &mut self.before);
         self.ask(intents);
         for happening in happened {
             match happening {
@@ -317,7 +326,7 @@ impl SessionThread {
                 why: why.clone(),
                 is_trouble: true,
             },
-            (None, Some(conductor)) => conductor.stage(&self.rig),
+            (None, Some(conductor)) => conductor.stage(&self.daemon),
             (None, None) => Stage::Waiting {
                 what: "Waiting for the daemon".to_owned(),
             },
@@ -342,7 +351,7 @@ impl SessionThread {
         if self.study.is_none() {
             return;
         }
-        let scene = self.before.put_back(&self.rig, RAMP_MS);
+        let scene = self.before.put_back(&self.daemon, RAMP_MS);
         self.ask(scene);
         let (timeout_ms, batch_ms) = (0, BATCH_MS);
         self.ask([Intent::Lease { timeout_ms }, Intent::Stream { batch_ms }]);

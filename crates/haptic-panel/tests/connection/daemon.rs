@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 /// Long enough for a loaded machine; only a failing test waits for it.
 pub(crate) const LIMIT: Duration = Duration::from_secs(20);
 
+const HELLO: &str = r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-1"}}"#;
+
 /// The daemon's end of one conversation.
 pub(crate) struct Daemon {
     lines: BufReader<UnixStream>,
@@ -28,11 +30,7 @@ pub(crate) struct Daemon {
 pub(crate) fn greet(listener: &UnixListener) -> UnixStream {
     let (mut stream, _) = listener.accept().expect("a client");
     stream.set_read_timeout(Some(LIMIT)).expect("a time-out");
-    writeln!(
-        stream,
-        r#"{{"hello":{{"protocol":1,"server":"hapticd test","session":"1-1"}}}}"#
-    )
-    .unwrap_or(());
+    writeln!(stream, "{HELLO}").unwrap_or(());
     stream
 }
 
@@ -54,11 +52,7 @@ impl Daemon {
             if is_silent && let Ok((mut stream, _)) = listener.accept() {
                 accepted = Some(Instant::now());
                 stream.set_nonblocking(false).expect("it can be");
-                writeln!(
-                    stream,
-                    r#"{{"hello":{{"protocol":1,"server":"hapticd test","session":"1-1"}}}}"#
-                )
-                .unwrap_or(());
+                writeln!(stream, "{HELLO}").unwrap_or(());
                 stream
                     .set_read_timeout(Some(Duration::from_millis(5)))
                     .expect("a time-out");
@@ -263,6 +257,15 @@ impl Bench {
             _ => None,
         })
     }
+}
+
+/// A daemon that has answered the first requests of a panel.
+pub(crate) fn introduced() -> (Bench, UnixListener, Daemon) {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    (bench, listener, daemon)
 }
 
 /// A daemon on the panel's two connections.

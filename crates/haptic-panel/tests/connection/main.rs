@@ -5,7 +5,7 @@ mod daemon;
 mod metadata;
 mod stop;
 
-use daemon::{Bench, Daemon, advised, of_revision};
+use daemon::{Bench, Daemon, advised, introduced, of_revision};
 use haptic_core::Scene;
 use haptic_ipc::{ErrorCode, Event, Request, params_of};
 use haptic_panel::connection::Patience;
@@ -46,10 +46,7 @@ fn connection_waits_for_a_daemon_and_finds_the_next_one() {
 
 #[test]
 fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, _listener, mut daemon) = introduced();
     bench.until_connected();
     bench.connection.send(Intent::Engage);
     bench.connection.send(Intent::Release);
@@ -76,10 +73,7 @@ fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
 
 #[test]
 fn unreadable_line_is_counted_and_the_connection_goes_on() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, _listener, mut daemon) = introduced();
     daemon.say(r#"{"event":"samples","seq":"first"}"#);
     bench.until(|update| matches!(update, Update::Unreadable { .. }).then_some(()));
     bench.connection.send(Intent::Engage);
@@ -102,10 +96,7 @@ fn a_daemon_that_falls_silent_is_given_up() {
 // hazard: H28
 #[test]
 fn a_daemon_that_sends_no_sample_is_told_of_until_it_does() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, _listener, mut daemon) = introduced();
     let told = |update| match update {
         Update::NoSample(lasts) => Some(lasts),
         Update::Disconnected { reason, .. } if reason.contains("said nothing") => panic!("{reason}"),
@@ -124,10 +115,7 @@ fn a_daemon_that_sends_no_sample_is_told_of_until_it_does() {
 
 #[test]
 fn adviser_is_asked_about_new_scenes_one_request_at_a_time() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, _listener, mut daemon) = introduced();
     daemon.report(&of_revision(1));
     let first = daemon.hear_advise();
     for revision in [2, 3, 3] {
@@ -149,10 +137,7 @@ fn adviser_is_asked_about_new_scenes_one_request_at_a_time() {
 
 #[test]
 fn a_daemon_without_an_adviser_is_asked_once() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, _listener, mut daemon) = introduced();
     daemon.report(&of_revision(1));
     let advise = daemon.hear_advise();
     let refusal = r#""error":{"code":"unknown_op","message":"unknown operation `advise`"}"#;
@@ -166,10 +151,7 @@ fn a_daemon_without_an_adviser_is_asked_once() {
 
 #[test]
 fn advice_that_cannot_be_read_does_not_end_the_conversation() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, _listener, mut daemon) = introduced();
     daemon.report(&of_revision(1));
     let advise = daemon.hear_advise();
     daemon.answer(advise, r#"{"advice":"later"}"#);
@@ -181,10 +163,7 @@ fn advice_that_cannot_be_read_does_not_end_the_conversation() {
 
 #[test]
 fn another_law_has_other_parameters_which_are_asked_for() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, _listener, mut daemon) = introduced();
     let described = |update| matches!(update, Update::Described(_)).then_some(());
     bench.until(described);
     daemon.report(&of_revision(1));

@@ -1,7 +1,7 @@
 //! Stops on the connection: always first, on a line of their own, and never said to be sent when
 //! they are not.
 
-use crate::daemon::{Bench, Daemon, LIMIT, StopLine, connected, greet, is_stop};
+use crate::daemon::{Bench, Daemon, LIMIT, StopLine, connected, greet, introduced, is_stop};
 use haptic_ipc::Request;
 use haptic_panel::connection::Patience;
 use haptic_panel::{Intent, StopNews, Update};
@@ -30,10 +30,7 @@ fn stop_without_a_daemon_reaches_the_next_one_first() {
 
 #[test]
 fn a_stop_that_was_not_answered_is_sent_again() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, listener, mut daemon) = introduced();
     bench.until_connected();
     bench.connection.send(Intent::Stop);
     assert_eq!(daemon.hear().request, Request::Stop {});
@@ -158,10 +155,7 @@ fn engage_and_reset_queued_before_a_stop_are_dropped() {
 // hazard: H4
 #[test]
 fn a_full_daemon_is_left_to_other_clients_until_there_is_a_stop() {
-    let bench = Bench::new();
-    let listener = bench.listen();
-    let mut daemon = Daemon::accept(&listener);
-    daemon.introduce();
+    let (bench, listener, _daemon) = introduced();
     bench.until_connected();
     let for_a_moment = |listener: &UnixListener| {
         let (mut stream, _) = listener.accept().expect("a client");

@@ -1,6 +1,6 @@
 //! The advice: warnings beside the parameters, their fixes, and the table of all checks.
 
-use crate::bench::{asked, connected, hear, press, set, state_event, value_of};
+use crate::bench::{Hands as _, answer, asked, connected, hear, press, refuse, set, state_event, value_of};
 use crate::scene::informed;
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
@@ -58,11 +58,7 @@ fn a_broken_bound_is_shown_and_fixed_by_a_button() {
     assert_eq!(value_of(&panel, "stiffness value"), "16000", "wanted, not active yet");
 
     let refusal = "stiffness = 16000 N/m is refused";
-    let refused = Update::Answered {
-        intent: set("stiffness", 16_000.0),
-        result: Err(WireError::new(ErrorCode::OutOfRange, refusal)),
-    };
-    hear(&mut panel, refused);
+    refuse(&mut panel, set("stiffness", 16_000.0), ErrorCode::OutOfRange, refusal);
     panel.get_by_label(refusal);
     assert_eq!(value_of(&panel, "stiffness value"), "25000");
 }
@@ -152,11 +148,7 @@ fn change_reply_warns_if_the_daemon_lacks_advice() {
         advice: vec![check("friction", 16_000.0, None)],
         ..ChangeReply::default()
     };
-    let applied = Update::Answered {
-        intent: set("stiffness", 25_000.0),
-        result: Ok(Answer::Changed(reply)),
-    };
-    hear(&mut panel, applied);
+    answer(&mut panel, set("stiffness", 25_000.0), Answer::Changed(reply));
     panel.get_by_label("Friction: stiffness 25000, bound 16000 N/m");
     assert!(
         panel.query_by_label_contains("Stability").is_none(),
@@ -214,17 +206,17 @@ fn stick_slip_at_some_speeds_stands_below_the_checks() {
 #[test]
 fn refused_two_sided_fix_shows_where_directions_differ() {
     let mut panel = connected(RigState::Engaged);
-    panel.get_by_label("viscous by direction").click();
-    panel.run();
+    panel.click_on("viscous by direction");
     let mut advice = check("friction_passivity", 2.0, Some(2.0));
     advice.param = "viscous".into();
     hear(&mut panel, advised(1, vec![advice]));
     press(&mut panel, "set viscous to 2 N s/m");
     assert_eq!(asked(&mut panel), [set("viscous", 2.0)]);
-    let refused = Update::Answered {
-        intent: set("viscous", 2.0),
-        result: Err(WireError::new(ErrorCode::OutOfRange, "viscous is refused")),
-    };
-    hear(&mut panel, refused);
+    refuse(
+        &mut panel,
+        set("viscous", 2.0),
+        ErrorCode::OutOfRange,
+        "viscous is refused",
+    );
     panel.get_by_label("viscous is refused");
 }

@@ -6,9 +6,10 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::Scene;
 use haptic_ipc::{
-    Description, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, StateEvent, params_of,
+    Description, ErrorCode, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, StateEvent,
+    WireError, params_of,
 };
-use haptic_panel::{Intent, Model, Page, Target, Update};
+use haptic_panel::{Answer, Intent, Model, Page, Target, Update};
 use std::time::{Duration, Instant};
 
 pub(crate) const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
@@ -29,6 +30,35 @@ impl Bench {
 }
 
 pub(crate) type Panel = Harness<'static, Bench>;
+
+/// What hands do to a panel, each with the frames after it.
+pub(crate) trait Hands {
+    fn hit(&mut self, key: Key);
+    fn hit_with(&mut self, modifiers: Modifiers, key: Key);
+    fn click_on(&mut self, label: &str);
+    fn focus_on(&mut self, label: &str);
+}
+
+impl Hands for Panel {
+    fn hit(&mut self, key: Key) {
+        self.hit_with(Modifiers::NONE, key);
+    }
+
+    fn hit_with(&mut self, modifiers: Modifiers, key: Key) {
+        self.key_press_modifiers(modifiers, key);
+        self.run();
+    }
+
+    fn click_on(&mut self, label: &str) {
+        self.get_by_label(label).click();
+        self.run();
+    }
+
+    fn focus_on(&mut self, label: &str) {
+        self.get_by_label(label).focus();
+        self.run();
+    }
+}
 
 pub(crate) fn panel() -> Panel {
     let draw = |ui: &mut egui::Ui, bench: &mut Bench| {
@@ -116,6 +146,18 @@ pub(crate) fn hear(panel: &mut Panel, update: Update) {
     panel.run();
 }
 
+/// The daemon has carried out an intent.
+pub(crate) fn answer(panel: &mut Panel, intent: Intent, answer: Answer) {
+    let result = Ok(answer);
+    hear(panel, Update::Answered { intent, result });
+}
+
+/// The daemon refuses an intent.
+pub(crate) fn refuse(panel: &mut Panel, intent: Intent, code: ErrorCode, message: &str) {
+    let result = Err(WireError::new(code, message));
+    hear(panel, Update::Answered { intent, result });
+}
+
 pub(crate) fn state_event(state: RigState, tick: u64) -> StateEvent {
     StateEvent {
         law: "karnopp".to_owned(),
@@ -158,6 +200,12 @@ pub(crate) fn type_into(panel: &mut Panel, field: &str, text: &str) {
     panel.run();
     panel.get_by_label(field).type_text(text);
     panel.run();
+}
+
+/// Types into a field, and presses Enter.
+pub(crate) fn enter(panel: &mut Panel, field: &str, text: &str) {
+    type_into(panel, field, text);
+    panel.hit(Key::Enter);
 }
 
 /// Types a text as a keyboard does: a key goes down, gives its letter, and goes up.

@@ -1,8 +1,10 @@
 //! Exports and recordings: what is asked for, and what is said of them.
 
-use crate::bench::{Panel, asked, at_page, connected, hear, is_enabled, panel, press, type_into, value_of, wait};
+use crate::bench::{
+    Hands as _, Panel, asked, at_page, connected, hear, is_enabled, panel, press, type_into, value_of, wait,
+};
 use crate::metadata::metadata;
-use crate::plots::{csv_times, feel, rows};
+use crate::plots::{csv_times, feel, felt, rows};
 use crate::rig::status;
 use crate::scene::active_scene;
 use egui::{Key, Modifiers};
@@ -207,8 +209,7 @@ fn a_recording_is_looked_at_without_a_daemon() {
     press(&mut panel, "Record page");
     panel.get_by_label_contains("broken off in line 90005");
     assert_eq!(csv_times(&panel), (0.0, 89.999), "the whole of it, however long");
-    panel.key_press(Key::Escape);
-    panel.run();
+    panel.hit(Key::Escape);
     assert_eq!(asked(&mut panel), [Intent::Stop], "a stop is a stop");
     panel.get_by_label("Stop");
     press(&mut panel, "Close recording");
@@ -264,8 +265,7 @@ fn recording_defaults_to_mcap_and_begins_with_notes() {
     }
     press(&mut panel, "parquet");
     type_into(&mut panel, "notes of the recording", "slow-pulls");
-    panel.key_press(Key::Tab);
-    panel.run();
+    panel.hit(Key::Tab);
     let (format, metadata) = recorded(&mut panel);
     assert_eq!(format, haptic_recording::Format::Parquet);
     assert_eq!(metadata.notes.as_deref(), Some("slow-pulls"));
@@ -276,8 +276,7 @@ fn recordings_of_the_folder_are_listed_and_open_on_click() {
     let mut panel = at_page(connected(RigState::Engaged), Page::Record);
     type_into(&mut panel, "folder of recordings", "/home/ada/pulls");
     assert_eq!(asked(&mut panel), [], "a half-typed folder is not read");
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.hit(Key::Enter);
     let folder = PathBuf::from("/home/ada/pulls");
     let list = |known: Vec<Listed>| Intent::List {
         folder: folder.clone(),
@@ -325,14 +324,11 @@ fn recordings_of_the_folder_are_listed_and_open_on_click() {
 
 #[test]
 fn marker_is_set_by_key_or_button_and_shown_on_time_axis() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..2000, |_| 1.0));
-    panel.key_press(Key::M);
-    panel.run();
+    let mut panel = felt(0..2000, |_| 1.0);
+    panel.hit(Key::M);
     assert_eq!(asked(&mut panel), [], "nothing is recorded");
     hear(&mut panel, going("/home/ada/r.mcap"));
-    panel.key_press(Key::M);
-    panel.run();
+    panel.hit(Key::M);
     let marker = |tick: u64, text: &str| Intent::Marker {
         tick,
         text: text.to_owned(),
@@ -342,14 +338,12 @@ fn marker_is_set_by_key_or_button_and_shown_on_time_axis() {
     // In the field the key is a letter.
     let mut panel = at_page(panel, Page::Record);
     type_into(&mut panel, "text of the marker", "my-turn");
-    panel.key_press(Key::M);
-    panel.run();
+    panel.hit(Key::M);
     assert_eq!(asked(&mut panel), []);
     press(&mut panel, "Mark (M)");
     assert_eq!(asked(&mut panel), [marker(2999, "my-turn")]);
     hear(&mut panel, going("/home/ada/r.mcap"));
-    panel.key_press_modifiers(Modifiers::COMMAND, Key::M);
-    panel.run();
+    panel.hit_with(Modifiers::COMMAND, Key::M);
     assert_eq!(asked(&mut panel), [], "another key");
     let svg = haptic_panel::export::svg(&panel.state().model);
     for text in ["marker 1", "my-turn"] {
@@ -529,8 +523,7 @@ fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
     panel.get_by_label("What if...");
     // A stop is a stop.
     ask(&mut panel);
-    panel.key_press(Key::Space);
-    panel.run();
+    panel.hit(Key::Space);
     assert_eq!(asked(&mut panel), [Intent::Stop]);
     press(&mut panel, "Close recording");
     assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);

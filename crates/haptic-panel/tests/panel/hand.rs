@@ -1,11 +1,13 @@
 //! The hand on a fake rig: the strip on which it is moved, and the rig that the panel starts.
 
-use crate::bench::{Panel, SOCKET, asked, at_page, connected, hear, lose_the_daemon, panel, press, sample, wait};
+use crate::bench::{
+    Panel, SOCKET, asked, at_page, connected, hear, lose_the_daemon, panel, press, refuse, sample, wait,
+};
 use crate::plots::feel;
 use crate::rig::status;
 use egui::vec2;
 use egui_kittest::kittest::Queryable;
-use haptic_ipc::{ErrorCode, Request, RigState, WireError};
+use haptic_ipc::{ErrorCode, Request, RigState};
 use haptic_panel::{Intent, Page, Update};
 use std::time::Duration;
 
@@ -67,11 +69,12 @@ fn a_drag_on_the_strip_moves_the_hand_until_it_is_let_go() {
 #[test]
 fn a_refused_hand_is_told_and_a_lost_rig_takes_none() {
     let mut panel = with_hand();
-    let refused = Update::Answered {
-        intent: Intent::Hand { target_m: 0.0 },
-        result: Err(WireError::new(ErrorCode::HandHeld, "ada moves the hand")),
-    };
-    hear(&mut panel, refused);
+    refuse(
+        &mut panel,
+        Intent::Hand { target_m: 0.0 },
+        ErrorCode::HandHeld,
+        "ada moves the hand",
+    );
     panel.get_by_label("Refused: ada moves the hand");
     let at = panel.get_by_label("hand").rect().center();
     panel.drag_at(at);

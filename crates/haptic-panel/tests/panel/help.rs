@@ -1,6 +1,6 @@
 //! The help in the window, and the buttons of empty pages.
 
-use crate::bench::{Panel, asked, at_page, connected, is_enabled, panel, press, type_into, value_of};
+use crate::bench::{Hands as _, Panel, asked, at_page, connected, is_enabled, panel, press, type_into, value_of};
 use crate::plots::{feel, rows};
 use egui::{Event, Key};
 use egui_kittest::kittest::Queryable;
@@ -59,13 +59,11 @@ fn help_covers_no_stop_and_a_stop_closes_it() {
             let part = panel.get_by_label(part).rect();
             assert!(part.top() > stop.bottom() && window.contains_rect(part), "{part}");
         }
-        panel.get_by_label("Stop").click();
-        panel.run();
+        panel.click_on("Stop");
         assert_eq!(asked(&mut panel), [Intent::Stop]);
         assert!(!is_open(&panel));
         ask(&mut panel);
-        panel.key_press(key);
-        panel.run();
+        panel.hit(key);
         assert_eq!(asked(&mut panel), [Intent::Stop]);
         assert!(!is_open(&panel));
     }

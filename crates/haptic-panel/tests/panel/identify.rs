@@ -1,7 +1,8 @@
 //! The page of identification: what is asked, what is shown of the answer, and what is done with it.
 
 use crate::bench::{
-    Panel, asked, at_page, connected, hear, in_state, is_enabled, lose_the_daemon, panel, press, type_into, wait,
+    Hands as _, Panel, asked, at_page, connected, hear, in_state, is_enabled, lose_the_daemon, panel, press, type_into,
+    wait,
 };
 use crate::plots::{feel, rows};
 use crate::rig::status;
@@ -40,15 +41,13 @@ fn foreign(folder: &Path) -> std::path::PathBuf {
 /// Chooses an item of a drop-down list.
 fn choose(panel: &mut Panel, list: &str, item: &str) {
     press(panel, list);
-    panel.get_by_label(item).click();
-    panel.run();
+    panel.click_on(item);
 }
 
 /// Types the file, hears its columns and asks. Returns number and question.
 fn ask_for(panel: &mut Panel, path: &Path) -> (u64, Question) {
     type_into(panel, "file to identify", &path.display().to_string());
-    panel.key_press(Key::Tab);
-    panel.run();
+    panel.hit(Key::Tab);
     let path = path.to_path_buf();
     assert_eq!(asked(panel), [Intent::ReadHeadings { path: path.clone() }]);
     let names = ["Zeit", "Weg", "Kraft"].map(str::to_owned).to_vec();

@@ -1,8 +1,8 @@
 //! What stays where it is when something comes, grows or goes; and how often the window is drawn.
 
-use crate::bench::{Panel, at_page, connected, find_another_daemon, hear, in_state, lose_the_daemon, press};
+use crate::bench::{Panel, at_page, find_another_daemon, hear, in_state, lose_the_daemon, press};
 use crate::identify::answered;
-use crate::plots::{feel, rows, timing};
+use crate::plots::{feel, felt, rows, timing};
 use crate::study::{held, running, state, tell};
 use egui::accesskit::Role;
 use egui::{Rect, ViewportEvent, ViewportId};
@@ -71,16 +71,11 @@ pub(crate) type MadeBy = fn() -> Panel;
 
 /// Pages as they are used, with a name for each.
 pub(crate) fn pages() -> [(&'static str, MadeBy); 10] {
-    fn felt() -> Panel {
-        let mut panel = connected(RigState::Engaged);
-        feel(&mut panel, &rows(0..1000, |_| 3.0));
-        panel
-    }
     fn at(page: Page) -> Panel {
-        at_page(felt(), page)
+        at_page(felt(0..1000, |_| 3.0), page)
     }
     fn study(task: Task, stage: Stage) -> Panel {
-        let mut panel = felt();
+        let mut panel = felt(0..1000, |_| 3.0);
         tell(&mut panel, StudyNews::State(Box::new(state(task, stage))));
         panel
     }
@@ -192,8 +187,7 @@ fn growing_counters_notices_or_daemon_loss_move_nothing() {
 #[test]
 fn frames_are_as_many_as_the_plots_need() {
     let pace = |panel: &Panel| panel.state().model.pace();
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..1000, |_| 3.0));
+    let mut panel = felt(0..1000, |_| 3.0);
     assert_eq!(pace(&panel), Duration::from_nanos(1_000_000_000 / 30));
     panel.state_mut().model.show_span(60.0);
     assert_eq!(

@@ -1,7 +1,7 @@
 //! The library of scenes: the list, saving, and the comparison with the active scene.
 
 use crate::advice::{advised, check};
-use crate::bench::{Panel, asked, choose_item, hear, press, state_event, type_into};
+use crate::bench::{Hands as _, Panel, answer, asked, choose_item, enter, hear, press, state_event, type_into};
 use crate::scene::{changed, informed};
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -76,11 +76,7 @@ fn the_library_is_loaded_from_and_saved_to() {
         name: "mine".into(),
         path: "/scenes/mine.toml".into(),
     };
-    let saved = Update::Answered {
-        intent: save(true),
-        result: Ok(Answer::Saved(saved)),
-    };
-    hear(&mut panel, saved);
+    answer(&mut panel, save(true), Answer::Saved(saved));
     panel.get_by_label("Saved as mine (/scenes/mine.toml)");
 }
 
@@ -90,14 +86,10 @@ fn enter_saves_under_the_name_that_was_typed() {
     press(&mut panel, "Save, compare");
     panel.get_by_label("name to save as").scroll_to_me();
     panel.run();
-    panel.get_by_label("name to save as").focus();
-    panel.run();
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.focus_on("name to save as");
+    panel.hit(Key::Enter);
     assert_eq!(asked(&mut panel), [], "there is no name yet");
-    type_into(&mut panel, "name to save as", "mine");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "name to save as", "mine");
     let save = Intent::Save {
         name: "mine".into(),
         replace: false,
@@ -209,10 +201,10 @@ fn the_active_scene_is_compared_and_again_when_it_changes() {
 
     press(&mut panel, "keep as A");
     let (third, _) = compared(&mut panel);
-    let same = Update::Answered {
-        intent: third,
-        result: Ok(Answer::Differs(SceneDiffReply { differences: vec![] })),
-    };
-    hear(&mut panel, same);
+    answer(
+        &mut panel,
+        third,
+        Answer::Differs(SceneDiffReply { differences: vec![] }),
+    );
     panel.get_by_label("Revision 3 (active) does not differ from A");
 }

@@ -1,6 +1,6 @@
 //! What is measured on the plots, and two runs over one another.
 
-use crate::bench::{Panel, choose_item, connected, hear, item_of, press, press_item, type_into};
+use crate::bench::{Hands as _, Panel, choose_item, connected, enter, hear, item_of, press, press_item, type_into};
 use crate::metadata::metadata;
 use crate::plots::{drag, feel, rows, wheel};
 use egui::{Key, Modifiers};
@@ -54,11 +54,8 @@ fn statistics_are_told_of_what_is_seen_and_between_the_cursors() {
     }
     press(&mut panel, "Cursors");
     type_into(&mut panel, "cursor 1", "0.4");
-    panel.key_press(Key::Tab);
-    panel.run();
-    type_into(&mut panel, "cursor 2", "0.6");
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.hit(Key::Tab);
+    enter(&mut panel, "cursor 2", "0.6");
     panel.get_by_label("0.2000 s between the cursors");
     for told in ["mean 4.00", "rms 4.00", "p-p 0", "over none", "settle none"] {
         panel.get_by_label(&format!("Force on the hand {told}"));
@@ -87,8 +84,7 @@ fn the_spectrum_has_a_sine_at_its_frequency_and_tells_of_gaps() {
     panel.get_by_label_contains("samples are missing 0.999 s after the first in sight");
     // A stop is a stop.
     crate::bench::asked(&mut panel);
-    panel.key_press(Key::Space);
-    panel.run();
+    panel.hit(Key::Space);
     assert_eq!(crate::bench::asked(&mut panel), [haptic_panel::Intent::Stop]);
 }
 
@@ -146,9 +142,7 @@ fn reference_recording_aligns_at_a_mark_or_a_crossing() {
     press(&mut panel, "Compare");
     // A pull that is weaker than the level that the trigger begins with.
     for (level, problem) in [("30", 1), ("1", 0)] {
-        type_into(&mut panel, "trigger level", level);
-        panel.key_press(Key::Enter);
-        panel.run();
+        enter(&mut panel, "trigger level", level);
         press(&mut panel, "Compare");
         press(&mut panel, "Align where the trigger's level is crossed");
         let problems = panel.query_all_by_label_contains("does not cross").count();
@@ -159,8 +153,7 @@ fn reference_recording_aligns_at_a_mark_or_a_crossing() {
     aligned(&panel);
     // The rig against the recording.
     press(&mut panel, "Compare");
-    panel.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
-    panel.run();
+    panel.hit_with(Modifiers::COMMAND, Key::Num1);
     feel(&mut panel, &rows(0..1000, |_| 1.0));
     press_item(&mut panel, "Over time");
     assert!(svg(&panel).contains(">Force on the hand, reference</text>"));
@@ -200,11 +193,8 @@ fn any_signal_is_drawn_against_any_other_over_any_time() {
     drag(&mut panel, plot.center(), egui::vec2(-plot.width() / 3.0, 0.0));
     press(&mut panel, "Cursors");
     type_into(&mut panel, "cursor 1", "0.1");
-    panel.key_press(Key::Tab);
-    panel.run();
-    type_into(&mut panel, "cursor 2", "1.1");
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.hit(Key::Tab);
+    enter(&mut panel, "cursor 2", "1.1");
     panel.get_by_label("Cursor 1: 1.000 mm, 0 N; cursor 2: 11.00 mm, 4.000 N; difference 10.00 mm, 4.000 N");
     choose_item(&mut panel, "samples drawn", "Between cursors");
     choose_item(&mut panel, "horizontal signal", "Block velocity");
@@ -252,9 +242,7 @@ fn dragged_cursor_dot_stays_on_its_turn_of_the_trail() {
     for extent in ["Last second", "Between cursors", "All in sight"] {
         choose_item(&mut panel, "samples drawn", extent);
         for (field, at_s) in [("cursor 1", "2"), ("cursor 2", "3.5")] {
-            type_into(&mut panel, field, at_s);
-            panel.key_press(Key::Enter);
-            panel.run();
+            enter(&mut panel, field, at_s);
         }
         let (top, right) = places(&panel);
         drag(&mut panel, top, right - top);

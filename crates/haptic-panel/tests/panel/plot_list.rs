@@ -1,12 +1,12 @@
 //! Any signal in any plot, and what happened meanwhile above them.
 
 use crate::bench::{
-    Panel, asked, connected, find_another_daemon, hear, lose_the_daemon, press, press_item, strike,
+    Hands as _, Panel, asked, connected, find_another_daemon, hear, lose_the_daemon, press, press_item, strike,
     strike_in_one_frame, value_of,
 };
 use crate::files::going;
 use crate::metadata::metadata;
-use crate::plots::{csv_times, drag, feel, rows};
+use crate::plots::{csv_times, drag, feel, felt, rows};
 use crate::scene::active_scene;
 use egui::{Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::Queryable;
@@ -25,9 +25,12 @@ fn top_of(panel: &Panel, plot: &str) -> f32 {
 
 #[test]
 fn any_signal_is_shown_in_any_plot() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..3000, |_| 2.0));
-    assert!(!svg(&panel).contains(">Round trip<"));
+    let mut panel = felt(0..3000, |_| 2.0);
+    let text = svg(&panel);
+    assert!(
+        !text.contains(">Round trip<") && !text.contains(">Coupling force<"),
+        "at first the force on the hand alone"
+    );
     press(&mut panel, "signals of the Force plot");
     press_item(&mut panel, "Round trip");
     let text = svg(&panel);
@@ -38,22 +41,8 @@ fn any_signal_is_shown_in_any_plot() {
 }
 
 #[test]
-fn the_force_plot_begins_with_the_force_on_the_hand_alone() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..3000, |_| 2.0));
-    let (hand, coupling) = (">Force on the hand</text>", ">Coupling force</text>");
-    let text = svg(&panel);
-    assert!(text.contains(hand) && !text.contains(coupling));
-    press(&mut panel, "signals of the Force plot");
-    press_item(&mut panel, "Coupling force");
-    let text = svg(&panel);
-    assert!(text.contains(hand) && text.contains(coupling));
-}
-
-#[test]
 fn without_a_block_there_is_no_line_of_it() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..1000, |_| 1.0));
+    let mut panel = felt(0..1000, |_| 1.0);
     assert!(svg(&panel).contains(">Block position</text>"));
     let on_the_device = Scene {
         block: None,
@@ -98,7 +87,7 @@ fn every_signal_can_be_shown_alone() {
         "Round trip",
         "Wake-up latency",
     ] {
-        let lines = |panel: &Panel| svg(panel).matches(&format!(">{name}<")).count();
+        let lines = |panel: &Panel| svg(panel).matches(&format!(">{name}</text>")).count();
         let before = lines(&panel);
         press_item(&mut panel, name);
         assert_eq!(lines(&panel), before + 1, "{name}");
@@ -109,8 +98,7 @@ fn every_signal_can_be_shown_alone() {
 
 #[test]
 fn plots_are_added_moved_and_removed() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    let mut panel = felt(0..3000, |_| 2.0);
     let high = panel.get_by_label("Force plot").rect().height();
     press(&mut panel, "signals of the Velocity plot");
     press(&mut panel, "Remove plot");
@@ -145,8 +133,7 @@ fn plots_are_added_moved_and_removed() {
 
 #[test]
 fn the_names_of_the_lines_and_the_numbers_of_time_hide_nothing() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    let panel = felt(0..3000, |_| 2.0);
     let plot = panel.get_by_label("Force plot").rect();
     // The readouts have the same words higher up.
     let is_above = panel.get_all_by_label("Force on the hand").any(|name| {
@@ -179,8 +166,7 @@ fn by_ada(op: &str, tick: u64) -> JournalEntry {
 
 #[test]
 fn time_axis_flags_scene_and_state_changes_with_author() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    let mut panel = felt(0..2000, |_| 1.0);
     let set = JournalEntry {
         changes: vec![Difference {
             param: "static_force".into(),
@@ -210,8 +196,7 @@ fn time_axis_flags_scene_and_state_changes_with_author() {
     assert!(first.center().x < second.center().x);
     assert!(first.bottom() <= top_of(&panel, "Force plot"), "it hides no data");
     // A press shows the text until another.
-    panel.get_by_label(set).click();
-    panel.run();
+    panel.click_on(set);
     assert_eq!(panel.get_all_by_label(set).count(), 2, "flag and text");
     press(&mut panel, "Freeze");
     feel(&mut panel, &rows(2000..5000, |_| 1.0));
@@ -248,8 +233,7 @@ const NOTE: &str = "note on this moment";
 // hazard: H28
 #[test]
 fn a_note_is_taken_by_key_typed_with_spaces_and_set_by_enter() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    let mut panel = felt(0..2000, |_| 1.0);
     // A marker has its key, too.
     hear(&mut panel, going("/home/ada/r.mcap"));
     for now in [2000, 3000] {
@@ -262,8 +246,7 @@ fn a_note_is_taken_by_key_typed_with_spaces_and_set_by_enter() {
         assert_eq!(value_of(&panel, NOTE), "steel on m");
         // The moment is that of the key, whatever comes meanwhile.
         feel(&mut panel, &rows(now..now + 1000, |_| 1.0));
-        panel.key_press(Key::Enter);
-        panel.run();
+        panel.hit(Key::Enter);
         let text = "steel on m".to_owned();
         let tick = u64::from(now) - 1;
         assert_eq!(asked(&mut panel), [Intent::Marker { tick, text }]);
@@ -278,11 +261,9 @@ fn a_note_is_taken_by_key_typed_with_spaces_and_set_by_enter() {
 // hazard: H28
 #[test]
 fn no_stop_page_click_or_other_daemon_loses_a_note() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    let mut panel = felt(0..2000, |_| 1.0);
     strike(&mut panel, "n");
-    panel.key_press(Key::Escape);
-    panel.run();
+    panel.hit(Key::Escape);
     assert!(panel.query_by_label(NOTE).is_none(), "nothing was typed");
     strike(&mut panel, "nsteel");
     let losses: [fn(&mut Panel); 4] = [
@@ -301,20 +282,17 @@ fn no_stop_page_click_or_other_daemon_loses_a_note() {
     }
     // Its moment was that of another daemon: it waits for a sample of this one.
     strike(&mut panel, "n on");
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.hit(Key::Enter);
     assert_eq!(value_of(&panel, NOTE), "steel on");
     feel(&mut panel, &rows(0..500, |_| 1.0));
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.hit(Key::Enter);
     assert!(panel.query_by_label(NOTE).is_none());
     panel.get_by_label("Marker: steel on");
 }
 
 #[test]
 fn a_plot_that_stands_still_has_an_overview_that_moves_it() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..20_000, |_| 1.0));
+    let mut panel = felt(0..20_000, |_| 1.0);
     assert!(
         panel.query_by_label("overview").is_none(),
         "a running plot is at its end"

@@ -1,10 +1,9 @@
 //! The plots: freeze, move, trigger and measure.
 
 use crate::bench::{
-    Panel, choose_item, connected, find_another_daemon, hear, item_of, lose_the_daemon, press, sample, type_into,
-    value_of,
+    Hands as _, Panel, choose_item, connected, enter, find_another_daemon, hear, lose_the_daemon, press, sample,
+    type_into, value_of,
 };
-use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_ipc::{Bucket, Event, Percentiles, RigState, Sample, SamplesEvent, Timing, TimingHistogram, TimingWindow};
@@ -32,6 +31,13 @@ pub(crate) fn feel(panel: &mut Panel, rows: &[Sample]) {
     panel.run();
 }
 
+/// A panel at an engaged rig that has felt [`rows`].
+pub(crate) fn felt(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Panel {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(ms, force));
+    panel
+}
+
 pub(crate) fn csv_times(panel: &Panel) -> (f64, f64) {
     let text = haptic_panel::export::csv(&panel.state().model);
     let times: Vec<f64> = text
@@ -41,17 +47,6 @@ pub(crate) fn csv_times(panel: &Panel) -> (f64, f64) {
         .collect();
     let milliseconds = |t_s: f64| (t_s * 1e3).round() / 1e3;
     (milliseconds(times[0]), milliseconds(times[times.len() - 1]))
-}
-
-#[test]
-fn plots_run_until_they_are_frozen() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..6000, |_| 1.0));
-    press(&mut panel, "Freeze");
-    feel(&mut panel, &rows(6000..9000, |_| 1.0));
-    assert_eq!(csv_times(&panel).1, 5.999);
-    press(&mut panel, "Run");
-    assert_eq!(csv_times(&panel).1, 8.999);
 }
 
 #[test]
@@ -76,25 +71,8 @@ fn stacked_plots_align_left_and_right_at_any_size() {
 }
 
 #[test]
-fn what_is_frozen_outlives_the_daemon() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..6000, |_| 1.0));
-    press(&mut panel, "Freeze");
-    let seen = csv_times(&panel);
-    lose_the_daemon(&mut panel);
-    panel.get_by_label("Force plot");
-    assert_eq!(csv_times(&panel), seen);
-    find_another_daemon(&mut panel);
-    feel(&mut panel, &rows(0..3000, |_| 2.0));
-    assert_eq!(csv_times(&panel), seen, "the seconds before the other died");
-    press(&mut panel, "Run");
-    assert_eq!(csv_times(&panel).1, 2.999);
-}
-
-#[test]
 fn last_data_before_daemon_loss_stays_visible_and_exportable() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..6000, |_| 1.0));
+    let mut panel = felt(0..6000, |_| 1.0);
     lose_the_daemon(&mut panel);
     panel.get_by_label("Connection lost: the daemon closed the connection");
     panel.get_by_label("Force plot");
@@ -112,8 +90,7 @@ fn last_data_before_daemon_loss_stays_visible_and_exportable() {
 
 #[test]
 fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..20_000, |_| 1.0));
+    let mut panel = felt(0..20_000, |_| 1.0);
     let seen_s = |panel: &Panel| {
         let field = panel.get_by_label("time seen");
         field.accesskit_node().numeric_value().expect("a number")
@@ -184,8 +161,7 @@ fn force_axis(panel: &mut Panel) -> (f64, f64) {
 
 #[test]
 fn value_axis_is_zoomed_moved_typed_and_fitted() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..20_000, |ms| if ms % 2 == 0 { 4.0 } else { -4.0 }));
+    let mut panel = felt(0..20_000, |ms| if ms % 2 == 0 { 4.0 } else { -4.0 });
     let fitted = force_axis(&mut panel);
     assert!(fitted.0 < -4.0 && fitted.1 > 4.0, "{fitted:?}");
     let before = csv_times(&panel);
@@ -205,8 +181,7 @@ fn value_axis_is_zoomed_moved_typed_and_fitted() {
 
     press(&mut panel, "Axes");
     type_into(&mut panel, "force axis lower end", "3.9");
-    panel.key_press(Key::Tab);
-    panel.run();
+    panel.hit(Key::Tab);
     press(&mut panel, "Axes");
     assert_eq!(force_axis(&mut panel).0, 3.9);
 
@@ -218,15 +193,12 @@ fn value_axis_is_zoomed_moved_typed_and_fitted() {
 
 #[test]
 fn each_axis_is_typed_and_fitted_by_its_own_controls() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..5000, |ms| f64::from(ms) * 1e-3));
+    let mut panel = felt(0..5000, |ms| f64::from(ms) * 1e-3);
     for name in ["position", "velocity"] {
         let end = |panel: &Panel, end: &str| value_of(panel, &format!("{name} axis {end} end"));
         press(&mut panel, "Axes");
         let fitted = end(&panel, "upper");
-        type_into(&mut panel, &format!("{name} axis upper end"), "77");
-        panel.key_press(Key::Enter);
-        panel.run();
+        enter(&mut panel, &format!("{name} axis upper end"), "77");
         press(&mut panel, "Axes");
         press(&mut panel, "Axes");
         assert_ne!(end(&panel, "upper"), fitted, "{name}");
@@ -275,9 +247,7 @@ fn a_trigger_takes_the_edge_and_the_share_that_it_is_given() {
     let mut panel = connected(RigState::Engaged);
     choose_item(&mut panel, "trigger", "Single");
     press(&mut panel, "Falling");
-    type_into(&mut panel, "pre-trigger share", "20");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "pre-trigger share", "20");
     assert!(panel.get_by_label("pre-trigger share").is_focused());
     feel(&mut panel, &rows(0..14_000, square));
     panel.get_by_label("Caught");
@@ -301,30 +271,8 @@ fn normal_trigger_holds_last_crossing_and_auto_runs_on() {
 }
 
 #[test]
-fn a_trigger_is_chosen_by_keyboard() {
-    let mut panel = connected(RigState::Engaged);
-    for (list, item) in [("trigger", "Normal"), ("trigger signal", "Block velocity")] {
-        panel.get_by_label(list).focus();
-        panel.run();
-        panel.key_press(Key::Enter);
-        panel.run();
-        item_of(&panel, item).focus();
-        panel.run();
-        panel.key_press(Key::Enter);
-        panel.run();
-        let closed = panel
-            .query_all_by_label(item)
-            .all(|node| node.accesskit_node().role() == Role::Label);
-        assert!(closed, "{item}: a choice closes the list");
-        assert!(panel.get_by_label(list).is_focused());
-    }
-    panel.get_by_label("Armed");
-}
-
-#[test]
 fn a_half_typed_number_changes_nothing_until_enter_or_tab() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..20_000, |_| 1.0));
+    let mut panel = felt(0..20_000, |_| 1.0);
     choose_item(&mut panel, "trigger", "Normal");
     press(&mut panel, "Cursors");
     press(&mut panel, "Save, compare");
@@ -343,27 +291,23 @@ fn a_half_typed_number_changes_nothing_until_enter_or_tab() {
         let before = number(&panel, field);
         type_into(&mut panel, field, "12.5");
         assert_eq!(number(&panel, field), before, "{field}: not while it is typed");
-        panel.get_by_label("Tune page").click();
-        panel.run();
+        panel.click_on("Tune page");
         assert!(!panel.get_by_label(field).is_focused());
         assert_eq!(number(&panel, field), before, "{field}: a click elsewhere drops it");
         for (key, typed) in [(Key::Enter, 12.5), (Key::Tab, 7.25)] {
             type_into(&mut panel, field, &typed.to_string());
-            panel.key_press(key);
-            panel.run();
+            panel.hit(key);
             assert!((number(&panel, field) - typed).abs() < 1e-9, "{field}: {key:?}");
         }
         type_into(&mut panel, field, "3");
-        panel.key_press(Key::Escape);
-        panel.run();
+        panel.hit(Key::Escape);
         assert!((number(&panel, field) - 7.25).abs() < 1e-9, "{field}: a stop");
     }
 }
 
 #[test]
 fn cursors_that_are_out_of_sight_are_fetched_by_their_button() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..20_000, |ms| f64::from(ms) * 1e-3));
+    let mut panel = felt(0..20_000, |ms| f64::from(ms) * 1e-3);
     press(&mut panel, "Freeze");
     press(&mut panel, "Cursors");
     for _ in 0..8 {
@@ -378,8 +322,7 @@ fn cursors_that_are_out_of_sight_are_fetched_by_their_button() {
 
 #[test]
 fn plots_do_not_lie_over_one_another_in_the_smallest_window() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..6000, |ms| f64::from(ms) * 1e-3));
+    let mut panel = felt(0..6000, |ms| f64::from(ms) * 1e-3);
     hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(vec![])))));
     press(&mut panel, "Histograms");
     press(&mut panel, "Cursors");
@@ -395,21 +338,8 @@ fn plots_do_not_lie_over_one_another_in_the_smallest_window() {
 }
 
 #[test]
-fn cursors_say_what_lies_between_them() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..6000, |ms| f64::from(ms) * 1e-3));
-    press(&mut panel, "Freeze");
-    press(&mut panel, "Cursors");
-    panel.get_by_label("dt 1.6667 s, 1/dt 0.6000 Hz");
-    panel.get_by_label("Force on the hand +1.667 N");
-    press(&mut panel, "Cursors");
-    assert!(panel.query_by_label_contains("1/dt").is_none());
-}
-
-#[test]
 fn narrow_window_replaces_time_plots_with_force_over_velocity() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..3000, |_| 1.0));
+    let mut panel = felt(0..3000, |_| 1.0);
     press(&mut panel, "Force against velocity");
     panel.get_by_label("Force against velocity plot");
     assert!(panel.query_by_label("Force plot").is_none());

@@ -1,7 +1,7 @@
 //! What the panel remembers.
 
-use crate::bench::{Panel, choose_item, connected, press, press_item};
-use crate::plots::{feel, rows};
+use crate::bench::{Hands as _, Panel, choose_item, connected, press, press_item};
+use crate::plots::{feel, felt, rows};
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_ipc::RigState;
 use haptic_panel::Settings;
@@ -12,8 +12,7 @@ fn settings(panel: &Panel) -> Settings {
 
 #[test]
 fn another_panel_takes_up_what_one_has_remembered() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..3000, |_| 1.0));
+    let mut panel = felt(0..3000, |_| 1.0);
     press(&mut panel, "signals of the Velocity plot");
     press(&mut panel, "Remove plot");
     press(&mut panel, "signals of the Force plot");
@@ -29,8 +28,7 @@ fn another_panel_takes_up_what_one_has_remembered() {
     press_item(&mut panel, "Power density");
     press(&mut panel, "Axes");
     press(&mut panel, "Fit position");
-    panel.key_press(egui::Key::Enter);
-    panel.run();
+    panel.hit(egui::Key::Enter);
     let kept = settings(&panel);
     let plots = kept.rig_plots.clone().expect("plots");
     assert_eq!(plots[0], ["Force on the hand", "Tick time"]);

@@ -1,7 +1,8 @@
 //! The rig: its state, its commands, its samples and its timing.
 
 use crate::bench::{
-    Panel, SOCKET, asked, at_page, connected, hear, in_state, is_enabled, lose_the_daemon, press, sample, state_event,
+    Hands as _, Panel, SOCKET, answer, asked, at_page, connected, hear, in_state, is_enabled, lose_the_daemon, press,
+    refuse, sample, state_event,
 };
 use crate::plots::{feel, rows, timing};
 use egui::{Key, Modifiers, ViewportCommand, ViewportEvent, ViewportId};
@@ -14,50 +15,37 @@ use haptic_panel::{Answer, Intent, Page, Update};
 use std::time::Duration;
 
 #[test]
-fn a_connected_panel_offers_to_engage() {
+fn the_rig_is_engaged_released_and_reset_by_buttons() {
     let mut panel = connected(RigState::Idle);
-    panel.get_by_label("Idle");
     panel.get_by_label("Connected to hapticd 0.1.0");
-    panel.get_by_label("Engage").click();
-    panel.run();
-    assert_eq!(asked(&mut panel), [Intent::Engage]);
-}
-
-#[test]
-fn an_engaged_rig_can_be_released_and_a_stopped_one_reset() {
-    let mut panel = connected(RigState::Engaged);
-    panel.get_by_label("Release").click();
-    panel.run();
+    panel.click_on("Engage");
+    hear(&mut panel, in_state(RigState::Engaged, 150));
+    panel.click_on("Release");
     hear(&mut panel, in_state(RigState::Stopped, 200));
     panel.get_by_label("Stopped at tick 200");
     assert!(!is_enabled(&panel, "Engage"), "a stopped rig cannot be engaged");
-    panel.get_by_label("Reset").click();
-    panel.run();
-    assert_eq!(asked(&mut panel), [Intent::Release, Intent::Reset]);
+    panel.click_on("Reset");
+    assert_eq!(asked(&mut panel), [Intent::Engage, Intent::Release, Intent::Reset]);
 }
 
 // hazard: H27
 #[test]
 fn a_rig_that_may_be_another_is_confirmed_by_a_button() {
     let mut panel = connected(RigState::Idle);
-    let refused = Update::Answered {
-        intent: Intent::Engage,
-        result: Err(WireError::new(ErrorCode::MaybeAnotherRig, "it has no serial number")),
-    };
-    hear(&mut panel, refused);
+    refuse(
+        &mut panel,
+        Intent::Engage,
+        ErrorCode::MaybeAnotherRig,
+        "it has no serial number",
+    );
     panel.get_by_label("Refused: it has no serial number");
-    panel.get_by_label("Same rig").click();
-    panel.run();
+    panel.click_on("Same rig");
     assert_eq!(asked(&mut panel), [Intent::SameRig]);
     let reply = StateReply {
         state: RigState::Idle,
         tick: 200,
     };
-    let confirmed = Update::Answered {
-        intent: Intent::SameRig,
-        result: Ok(Answer::State(reply)),
-    };
-    hear(&mut panel, confirmed);
+    answer(&mut panel, Intent::SameRig, Answer::State(reply));
     assert!(panel.query_by_label("Same rig").is_none() && is_enabled(&panel, "Engage"));
 }
 
@@ -71,8 +59,7 @@ fn a_rig_that_would_chatter_is_engaged_anyway_by_a_button() {
     };
     hear(&mut panel, refused(Intent::Engage));
     panel.get_by_label("Refused: 125 times a second");
-    panel.get_by_label("Anyway").click();
-    panel.run();
+    panel.click_on("Anyway");
     let anyway = Intent::Anyway(Box::new(Intent::Engage));
     assert_eq!(anyway.request(), Some(Request::Engage { anyway: true }));
     assert!(anyway.is_void_after_stop());
@@ -81,26 +68,21 @@ fn a_rig_that_would_chatter_is_engaged_anyway_by_a_button() {
         state: RigState::Engaging,
         tick: 200,
     };
-    let engaged = Update::Answered {
-        intent: anyway,
-        result: Ok(Answer::State(reply)),
-    };
-    hear(&mut panel, engaged);
+    answer(&mut panel, anyway, Answer::State(reply));
     assert!(panel.query_by_label("Anyway").is_none());
 
     // A change of the scene under force: beside the revision, where Release stays where it is.
     hear(&mut panel, refused(Intent::Undo));
     assert!(is_enabled(&panel, "Release"));
-    panel.get_by_label("Change anyway").click();
-    panel.run();
+    panel.click_on("Change anyway");
     assert_eq!(asked(&mut panel), [Intent::Anyway(Box::new(Intent::Undo))]);
     hear(&mut panel, refused(Intent::Engage));
     panel.get_by_label("Change anyway");
-    let undone = Update::Answered {
-        intent: Intent::Anyway(Box::new(Intent::Undo)),
-        result: Ok(Answer::Changed(ChangeReply::default())),
-    };
-    hear(&mut panel, undone);
+    answer(
+        &mut panel,
+        Intent::Anyway(Box::new(Intent::Undo)),
+        Answer::Changed(ChangeReply::default()),
+    );
     assert!(panel.query_by_label("Change anyway").is_none());
 }
 
@@ -142,8 +124,7 @@ fn a_second_click_never_engages_the_rig() {
         panel.step();
         press(&mut panel);
         assert_eq!(asked(&mut panel), [], "{button}, and again when the rig is {after}");
-        panel.get_by_label("Engage").click();
-        panel.run();
+        panel.click_on("Engage");
         assert_eq!(asked(&mut panel), [Intent::Engage], "it has a place of its own");
     }
 }
@@ -172,13 +153,16 @@ fn nothing_else_ever_stands_where_engage_does() {
 }
 
 #[test]
-fn a_fault_is_shown_with_its_reason() {
+fn a_fault_is_shown_with_its_reason_and_moves_nothing() {
     let mut panel = connected(RigState::Engaged);
+    let place = |panel: &Panel| panel.get_by_label("Tune page").rect();
+    let before = place(&panel);
     let mut event = state_event(RigState::Faulted, 200);
-    event.fault = Some("the device is silent for 12 ms; the limit is 10 ms".into());
+    event.fault = Some("the device is silent for 12 ms; the limit is 10 ms; ".repeat(4));
     hear(&mut panel, Update::Event(Event::State(event)));
     panel.get_by_label_contains("silent for 12 ms");
     panel.get_by_label("Reset");
+    assert_eq!(place(&panel), before);
 }
 
 #[test]
@@ -202,11 +186,9 @@ fn panel_without_daemon_names_socket_and_disables_controls() {
     ] {
         assert!(!is_enabled(&panel, widget), "{widget}: there is nobody to ask");
     }
-    panel.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    panel.run();
+    panel.hit_with(Modifiers::COMMAND, Key::Z);
     assert_eq!(asked(&mut panel), []);
-    panel.get_by_label("Stop").click();
-    panel.run();
+    panel.click_on("Stop");
     assert_eq!(asked(&mut panel), [Intent::Stop], "sent when the daemon is back");
     panel.get_by_label_contains("Stop NOT sent: no connection to the daemon. Cut the motor's power");
 }
@@ -466,18 +448,6 @@ pub(crate) fn status() -> haptic_ipc::Status {
         "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
         "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;
     serde_json::from_str(text).expect("a status")
-}
-
-#[test]
-fn a_long_fault_moves_nothing_below_it() {
-    let mut panel = connected(RigState::Engaged);
-    let place = |panel: &Panel| panel.get_by_label("Tune page").rect();
-    let before = place(&panel);
-    let mut event = state_event(RigState::Faulted, 200);
-    event.fault = Some("control_lost: the control thread hung, so that no stop could be heard; ".repeat(3));
-    hear(&mut panel, Update::Event(Event::State(event)));
-    panel.get_by_label_contains("Fault: control_lost");
-    assert_eq!(place(&panel), before);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The scene as a whole: law, undo and redo, A and B, tries.
 
 use crate::bench::{
-    Panel, asked, connected, find_another_daemon, hear, is_enabled, lose_the_daemon, of_depth, press, set, state_event,
-    type_into, wait,
+    Hands as _, Panel, asked, connected, enter, find_another_daemon, hear, is_enabled, lose_the_daemon, of_depth,
+    press, refuse, set, state_event, type_into, wait,
 };
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -10,7 +10,7 @@ use haptic_core::friction::LAWS;
 use haptic_core::{Directional, Parameter, Scene};
 use haptic_ipc::{
     ChangeReply, Description, Difference, ErrorCode, Event, JournalEntry, ParameterDescription, Peer, RigState,
-    SceneRef, SceneReply, Value, WireError, params_of,
+    SceneRef, SceneReply, Value, params_of,
 };
 use haptic_panel::{Answer, Intent, Update};
 use std::time::{Duration, Instant};
@@ -170,9 +170,7 @@ fn every_law_parameter_has_a_field_and_a_slider() {
         assert!(!names.is_empty(), "{law}");
         for name in names {
             panel.get_by_label(&format!("{name} slider"));
-            type_into(&mut panel, &format!("{name} value"), "0.5");
-            panel.key_press(egui::Key::Enter);
-            panel.run();
+            enter(&mut panel, &format!("{name} value"), "0.5");
             let parameter = name.trim_end_matches([' ', '+', '-']).replace(' ', "_");
             let asked = asked(&mut panel);
             let [Intent::Set { target, value: 0.5, .. }] = asked.as_slice() else {
@@ -218,18 +216,14 @@ fn undo_and_redo_show_depth_and_author_of_last_change() {
 fn keys_undo_and_redo_but_not_while_a_number_is_typed() {
     let mut panel = connected(RigState::Engaged);
     let (undo, redo) = (Modifiers::COMMAND, Modifiers::COMMAND | Modifiers::SHIFT);
-    panel.key_press_modifiers(undo, Key::Z);
-    panel.run();
+    panel.hit_with(undo, Key::Z);
     assert_eq!(asked(&mut panel), [], "there is nothing to undo");
     hear(&mut panel, of_depth(1, 1));
-    panel.key_press_modifiers(undo, Key::Z);
-    panel.run();
-    panel.key_press_modifiers(redo, Key::Z);
-    panel.run();
+    panel.hit_with(undo, Key::Z);
+    panel.hit_with(redo, Key::Z);
     assert_eq!(asked(&mut panel), [Intent::Undo, Intent::Redo]);
     type_into(&mut panel, "mass value", "7");
-    panel.key_press_modifiers(undo, Key::Z);
-    panel.run();
+    panel.hit_with(undo, Key::Z);
     assert_eq!(asked(&mut panel), [], "the field's own undo");
 }
 
@@ -283,9 +277,7 @@ fn what_is_kept_outlives_the_daemon() {
 fn a_try_goes_back_by_itself_after_two_seconds() {
     let mut panel = informed();
     press(&mut panel, "try");
-    type_into(&mut panel, "mass value", "2");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "mass value", "2");
     assert_eq!(asked(&mut panel), [set("mass", 2.0)]);
     hear(&mut panel, changed(set("mass", 2.0), 7));
     panel.get_by_label("Trying: goes back by itself");
@@ -311,9 +303,7 @@ fn a_try_goes_back_by_itself_after_two_seconds() {
 fn a_try_lasts_two_seconds_of_the_systems_clock_whoever_asks() {
     let mut panel = informed();
     press(&mut panel, "try");
-    type_into(&mut panel, "mass value", "2");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "mass value", "2");
     asked(&mut panel);
     panel.state_mut().model.apply(changed(set("mass", 2.0), 7));
     let begin = Instant::now() + Duration::from_secs(3600);
@@ -344,30 +334,25 @@ fn a_try_lasts_two_seconds_of_the_systems_clock_whoever_asks() {
 fn a_try_that_somebody_has_overtaken_stays_and_says_so() {
     let mut panel = informed();
     press(&mut panel, "try");
-    type_into(&mut panel, "mass value", "2");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "mass value", "2");
     hear(&mut panel, changed(set("mass", 2.0), 7));
     wait(&mut panel, 2.5);
-    let refused = Update::Answered {
-        intent: Intent::TakeBack { revision: 7 },
-        result: Err(WireError::new(ErrorCode::Conflict, "the newest revision is 8")),
-    };
-    hear(&mut panel, refused);
+    refuse(
+        &mut panel,
+        Intent::TakeBack { revision: 7 },
+        ErrorCode::Conflict,
+        "the newest revision is 8",
+    );
     panel.get_by_label("the try stays: the newest revision is 8");
 }
 
 #[test]
 fn lists_are_used_by_keyboard_alone() {
     let mut panel = informed();
-    panel.get_by_label("friction law").focus();
-    panel.run();
-    panel.key_press(Key::Enter);
-    panel.run();
-    panel.get_by_label("dahl").focus();
-    panel.run();
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.focus_on("friction law");
+    panel.hit(Key::Enter);
+    panel.focus_on("dahl");
+    panel.hit(Key::Enter);
     let asked = crate::bench::asked(&mut panel);
     assert!(
         matches!(asked.as_slice(), [Intent::Load { what, .. }] if what == "law dahl"),
@@ -387,8 +372,7 @@ fn escape_stops_and_closes_what_is_open() {
     ] {
         press(&mut panel, opens);
         panel.get_by_label(shows);
-        panel.key_press(Key::Escape);
-        panel.run();
+        panel.hit(Key::Escape);
         assert_eq!(asked(&mut panel), [Intent::Stop]);
         assert!(panel.query_by_label(shows).is_none(), "{opens}");
     }

@@ -1,6 +1,6 @@
 //! Stop: its keys, its button, and what the panel says of it.
 
-use crate::bench::{Panel, asked, connected, hear, in_state, press, strike, type_into, value_of, wait};
+use crate::bench::{Hands as _, Panel, asked, connected, hear, in_state, press, strike, type_into, value_of, wait};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -14,12 +14,10 @@ fn space_and_escape_stop_wherever_no_text_is_typed() {
         for focus in [None, Some("mass slider"), Some("Engage"), Some("friction law")] {
             let mut panel = connected(RigState::Idle);
             if let Some(focus) = focus {
-                panel.get_by_label(focus).focus();
-                panel.run();
+                panel.focus_on(focus);
                 assert!(panel.get_by_label(focus).is_focused());
             }
-            panel.key_press(key);
-            panel.run();
+            panel.hit(key);
             assert_eq!(asked(&mut panel), [Intent::Stop], "{key:?} with the focus on {focus:?}");
         }
     }
@@ -54,11 +52,9 @@ fn in_every_text_field_keys_are_typed_and_escape_stops() {
         // Half a text may name a folder, and never changes the rig.
         let are_harmless = |asked: &[Intent]| asked.iter().all(|intent| intent.request().is_none());
         for field in fields {
-            panel.get_by_label(&field).focus();
-            panel.run();
+            panel.focus_on(&field);
             assert!(is_drawn(&panel, "Esc stops"), "{field}");
-            panel.key_press_modifiers(Modifiers::COMMAND, Key::A);
-            panel.run();
+            panel.hit_with(Modifiers::COMMAND, Key::A);
             strike(&mut panel, "7 nm");
             assert_eq!(value_of(&panel, &field), "7 nm");
             assert!(panel.query_by_label("note on this moment").is_none(), "{field}");
@@ -90,8 +86,7 @@ fn a_page_is_turned_to_by_its_key_and_by_its_name() {
         .zip([Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5])
         .rev()
     {
-        panel.key_press_modifiers(Modifiers::COMMAND, key);
-        panel.run();
+        panel.hit_with(Modifiers::COMMAND, key);
         assert_eq!(panel.state().model.page(), *page);
     }
 }
@@ -116,8 +111,7 @@ fn a_held_key_is_one_stop() {
 fn a_stop_drops_a_half_typed_number() {
     let mut panel = connected(RigState::Engaged);
     type_into(&mut panel, "mass value", "7");
-    panel.key_press(Key::Escape);
-    panel.run();
+    panel.hit(Key::Escape);
     assert_eq!(asked(&mut panel), [Intent::Stop], "the half-typed 7 must not be set");
     assert_eq!(value_of(&panel, "mass value"), "0.5");
 }
@@ -235,8 +229,7 @@ fn refused(error: WireError) -> Update {
 #[test]
 fn a_stop_that_failed_says_so() {
     let mut panel = connected(RigState::Engaged);
-    panel.key_press(Key::Escape);
-    panel.run();
+    panel.hit(Key::Escape);
     let error = WireError::new(ErrorCode::NotResponding, "the real-time thread does not answer");
     hear(&mut panel, refused(error));
     panel.get_by_label("Not stopped: the real-time thread does not answer");
@@ -250,8 +243,7 @@ fn a_stop_that_failed_says_so() {
 #[test]
 fn stop_without_a_device_is_shown_until_the_rig_is_reset() {
     let mut panel = connected(RigState::Disconnected);
-    panel.key_press(Key::Escape);
-    panel.run();
+    panel.hit(Key::Escape);
     hear(
         &mut panel,
         refused(WireError::new(ErrorCode::NoDevice, "no device is connected")),

@@ -1,7 +1,9 @@
 //! The pages of studies: what is typed, asked and shown, and the subject's window.
 
-use crate::bench::{Panel, asked, at_page, connected, hear, is_enabled, panel, press, strike, type_into, value_of};
-use crate::plots::{feel, rows};
+use crate::bench::{
+    Hands as _, Panel, asked, at_page, connected, hear, is_enabled, panel, press, strike, type_into, value_of,
+};
+use crate::plots::felt;
 use egui::Key;
 use egui_kittest::kittest::Queryable;
 use haptic_ipc::RigState;
@@ -131,8 +133,7 @@ fn typed_fields_make_a_study_and_wrong_fields_are_named() {
 
 #[test]
 fn open_study_turns_to_its_page_and_controls_send_commands() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    let mut panel = felt(0..2000, |_| 1.0);
     tell(&mut panel, StudyNews::State(Box::new(state(Task::Fitts, held()))));
     assert_eq!(panel.state().model.page(), Page::Task);
     asked(&mut panel);
@@ -179,21 +180,18 @@ fn open_study_turns_to_its_page_and_controls_send_commands() {
 // hazard: H28
 #[test]
 fn a_note_during_a_trial_stops_nothing_and_is_never_lost() {
-    let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    let mut panel = felt(0..2000, |_| 1.0);
     tell(&mut panel, StudyNews::State(Box::new(state(Task::Fitts, running()))));
     asked(&mut panel);
     let note = "note on the study";
-    panel.get_by_label(note).focus();
-    panel.run();
+    panel.focus_on(note);
     strike(&mut panel, "steel ");
     // The next trial begins meanwhile.
     tell(&mut panel, StudyNews::Row(row(&["7", "0.612"], None)));
     tell(&mut panel, StudyNews::State(Box::new(state(Task::Fitts, held()))));
     strike(&mut panel, "on");
     assert_eq!(value_of(&panel, note), "steel on");
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.hit(Key::Enter);
     let text = "steel on".to_owned();
     assert_eq!(commands(&mut panel), [StudyCommand::Note(text.clone())]);
     strike(&mut panel, "late");

@@ -1,10 +1,13 @@
 //! The values of parameters: typed, dragged, refused, and changed by others.
 
-use crate::bench::{Panel, asked, connected, hear, in_state, of_depth, set, state_event, type_into, value_of, wait};
+use crate::bench::{
+    Hands as _, Panel, answer, asked, connected, enter, hear, of_depth, refuse, set, state_event, type_into, value_of,
+    wait,
+};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Directional;
-use haptic_ipc::{ChangeReply, ErrorCode, Event, RigState, WireError};
+use haptic_ipc::{ChangeReply, ErrorCode, Event, RigState};
 use haptic_panel::{Answer, Intent, Update};
 
 #[test]
@@ -12,8 +15,7 @@ fn a_typed_value_is_set_on_enter() {
     let mut panel = connected(RigState::Engaged);
     type_into(&mut panel, "mass value", "1.25");
     assert_eq!(asked(&mut panel), [], "not while typing");
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.hit(Key::Enter);
     assert_eq!(asked(&mut panel), [set("mass", 1.25)]);
     assert_eq!(value_of(&panel, "mass value"), "1.25");
     panel.get_by_label("pending");
@@ -22,12 +24,8 @@ fn a_typed_value_is_set_on_enter() {
 #[test]
 fn a_value_may_be_typed_with_its_unit() {
     let mut panel = connected(RigState::Engaged);
-    type_into(&mut panel, "mass value", "750g");
-    panel.key_press(Key::Enter);
-    panel.run();
-    type_into(&mut panel, "static force value", "2 kg");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "mass value", "750g");
+    enter(&mut panel, "static force value", "2 kg");
     assert_eq!(asked(&mut panel), [set("mass", 0.75)]);
     panel.get_by_label("`kg` is not a unit of this; give N, mN or kN");
 }
@@ -35,15 +33,11 @@ fn a_value_may_be_typed_with_its_unit() {
 #[test]
 fn what_is_no_number_is_not_sent() {
     let mut panel = connected(RigState::Engaged);
-    type_into(&mut panel, "mass value", "heavy");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "mass value", "heavy");
     assert_eq!(asked(&mut panel), []);
     panel.get_by_label("`heavy` is not a finite number");
     assert_eq!(value_of(&panel, "mass value"), "0.5");
-    type_into(&mut panel, "stiffness value", "25,000");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "stiffness value", "25,000");
     assert_eq!(asked(&mut panel), [], "which would be 25 to some");
     panel.get_by_label("`25,000` has a comma: write a decimal point, and no separator between thousands");
 }
@@ -111,8 +105,7 @@ fn a_parameter_is_a_row_of_40_points() {
 #[test]
 fn arrow_keys_move_a_slider_by_steps_that_are_felt() {
     let mut panel = connected(RigState::Engaged);
-    panel.get_by_label("static force slider").focus();
-    panel.run();
+    panel.focus_on("static force slider");
     panel.key_press(Key::ArrowRight);
     panel.step();
     assert_eq!(asked(&mut panel), [set("static_force", 4.2)], "a hundredth of 20 N");
@@ -126,30 +119,24 @@ fn arrow_keys_move_a_slider_by_steps_that_are_felt() {
     assert_eq!(values, ["set static_force = 4.4", "set static_force = 4.38"]);
     assert_eq!(merges(&more), [true, true], "one step of undo");
     wait(&mut panel, 1.5);
-    panel.key_press(Key::ArrowRight);
-    panel.run();
+    panel.hit(Key::ArrowRight);
     assert_eq!(merges(&asked(&mut panel)), [false], "after a pause it is another");
 }
 
 #[test]
 fn enter_sets_a_value_and_leaves_the_keyboard_in_its_field() {
     let mut panel = connected(RigState::Engaged);
-    type_into(&mut panel, "mass value", "2");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "mass value", "2");
     assert!(panel.get_by_label("mass value").is_focused());
     // The next number takes the place of this one.
     panel.get_by_label("mass value").type_text("3");
     panel.run();
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.hit(Key::Enter);
     assert_eq!(asked(&mut panel), [set("mass", 2.0), set("mass", 3.0)]);
     hear(&mut panel, of_depth(2, 0));
-    panel.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    panel.run();
+    panel.hit_with(Modifiers::COMMAND, Key::Z);
     assert_eq!(asked(&mut panel), [Intent::Undo], "nothing is half-typed there");
-    panel.key_press(Key::Tab);
-    panel.run();
+    panel.hit(Key::Tab);
     assert!(!panel.get_by_label("mass value").is_focused());
 }
 
@@ -158,15 +145,11 @@ fn a_refusal_goes_when_something_else_is_done() {
     let message = "mass = 1000 kg is out of range: 1e-6 to 100 kg";
     let refused = || {
         let mut panel = connected(RigState::Engaged);
-        type_into(&mut panel, "mass value", "1000");
-        panel.key_press(Key::Enter);
-        panel.run();
-        let refused = Update::Answered {
-            intent: set("mass", 1000.0),
-            result: Err(WireError::new(ErrorCode::OutOfRange, message)),
-        };
-        hear(&mut panel, refused);
+        enter(&mut panel, "mass value", "1000");
+        refuse(&mut panel, set("mass", 1000.0), ErrorCode::OutOfRange, message);
         panel.get_by_label(message);
+        panel.get_by_label("refused");
+        assert_eq!(value_of(&panel, "mass value"), "0.5", "the active value");
         panel
     };
     let mut panel = refused();
@@ -181,28 +164,9 @@ fn a_refusal_goes_when_something_else_is_done() {
 }
 
 #[test]
-fn a_refusal_is_shown_and_the_field_returns_to_the_active_value() {
-    let mut panel = connected(RigState::Engaged);
-    type_into(&mut panel, "mass value", "1000");
-    panel.key_press(Key::Enter);
-    panel.run();
-    let message = "mass = 1000 kg is out of range: 1e-6 to 100 kg";
-    let refused = Update::Answered {
-        intent: set("mass", 1000.0),
-        result: Err(WireError::new(ErrorCode::OutOfRange, message)),
-    };
-    hear(&mut panel, refused);
-    panel.get_by_label(message);
-    panel.get_by_label("refused");
-    assert_eq!(value_of(&panel, "mass value"), "0.5");
-}
-
-#[test]
 fn an_accepted_change_is_shown_with_its_revision_and_tick() {
     let mut panel = connected(RigState::Engaged);
-    type_into(&mut panel, "mass value", "2");
-    panel.key_press(Key::Enter);
-    panel.run();
+    enter(&mut panel, "mass value", "2");
     let reply = ChangeReply {
         revision: 2,
         changed: true,
@@ -210,11 +174,7 @@ fn an_accepted_change_is_shown_with_its_revision_and_tick() {
         applied: [("mass".to_owned(), 2.0)].into(),
         ..ChangeReply::default()
     };
-    let applied = Update::Answered {
-        intent: set("mass", 2.0),
-        result: Ok(Answer::Changed(reply)),
-    };
-    hear(&mut panel, applied);
+    answer(&mut panel, set("mass", 2.0), Answer::Changed(reply));
     assert_eq!(value_of(&panel, "mass value"), "2");
     panel.get_by_label("Revision 2, applied at tick 321");
     panel.get_by_label("applied at tick 321");
@@ -239,17 +199,6 @@ fn foreign_change_spares_the_field_being_typed_in() {
 }
 
 #[test]
-fn an_old_state_does_not_undo_a_newer_change() {
-    let mut panel = connected(RigState::Engaged);
-    let mut newer = state_event(RigState::Engaged, 200);
-    newer.revision = 3;
-    newer.params.insert("mass".into(), Directional::both(3.0));
-    hear(&mut panel, Update::Event(Event::State(newer)));
-    hear(&mut panel, in_state(RigState::Engaged, 150));
-    assert_eq!(value_of(&panel, "mass value"), "3");
-}
-
-#[test]
 fn uneven_directional_parameter_has_a_row_for_each_direction() {
     let mut panel = connected(RigState::Engaged);
     assert!(panel.query_by_label("static force + value").is_none());
@@ -263,8 +212,7 @@ fn uneven_directional_parameter_has_a_row_for_each_direction() {
     hear(&mut panel, Update::Event(Event::State(event)));
     assert_eq!(value_of(&panel, "static force + value"), "5");
     assert_eq!(value_of(&panel, "static force - value"), "3");
-    panel.get_by_label("static force by direction").click();
-    panel.run();
+    panel.click_on("static force by direction");
     assert_eq!(
         asked(&mut panel),
         [set("static_force", 5.0)],
@@ -275,11 +223,8 @@ fn uneven_directional_parameter_has_a_row_for_each_direction() {
 #[test]
 fn a_split_parameter_is_set_by_direction() {
     let mut panel = connected(RigState::Engaged);
-    panel.get_by_label("viscous by direction").click();
-    panel.run();
-    type_into(&mut panel, "viscous - value", "2");
-    panel.key_press(Key::Enter);
-    panel.run();
+    panel.click_on("viscous by direction");
+    enter(&mut panel, "viscous - value", "2");
     let asked = asked(&mut panel);
     let [Intent::Set { target, value, .. }] = asked.as_slice() else {
         panic!("{asked:?}");

@@ -1,0 +1,104 @@
+//! Large numbers that can be read from across the table.
+
+use super::{Daemon, Staleness};
+use crate::tape::signal::MM_PER_M;
+use crate::tapes::Tapes;
+use crate::theme::{Palette, SMALLEST_TEXT};
+use egui::{Color32, Label, RichText, Ui};
+use haptic_ipc::Sample;
+
+/// Size of the largest numbers, points.
+const LARGEST: f32 = 28.0;
+
+/// Width of the longest number with its unit, as a multiple of its height.
+const DIGITS: f32 = 5.0;
+
+/// Height of a unit, as a share of the height of its number.
+const UNIT_SHARE: f32 = 0.57;
+
+/// Shows the newest sample in large type, and dashes without one. Numbers that are not of now are grey, and named so.
+pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
+    let palette = Palette::of(ui);
+    let sample = tapes.last();
+    // A daemon that has just come has yet to send one.
+    let is_old = tapes.newest().is_none();
+    let staleness = daemon.staleness().or(is_old.then_some(Staleness::Gone));
+    let staleness = staleness.filter(|_| sample.is_some());
+    let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
+    // Without force there is no surface to touch.
+    let (contact, contact_color) = match sample
+        .filter(|sample| sample.state.is_live())
+        .map(|sample| sample.contact)
+    {
+        None => ("–", None),
+        Some(0) => ("Stuck", None),
+        Some(1..) => ("Sliding +", Some(palette.sliding)),
+        Some(..0) => ("Sliding -", Some(palette.sliding)),
+    };
+    let force = value(|sample| sample.command_force_n);
+    let device = value(|sample| sample.device_position_m * MM_PER_M);
+    let has_block = daemon
+        .mirror
+        .scene
+        .whole
+        .as_ref()
+        .is_none_or(|scene| scene.block.is_some());
+    let (block, block_unit) = if has_block {
+        (value(|sample| sample.block_position_m * MM_PER_M), "mm")
+    } else {
+        ("none".to_owned(), "")
+    };
+    ui.columns_const(|[first, second, third, fourth]| {
+        let show_one = |ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>| match staleness {
+            None => show_one(ui, title, value, unit, color),
+            Some(staleness) => {
+                let title = match staleness {
+                    Staleness::Gone => format!("{title}, last"),
+                    Staleness::Faulted => title.to_owned(),
+                };
+                let grey = ui.visuals().weak_text_color();
+                show_one(ui, &title, value, unit, Some(grey));
+            }
+        };
+        show_one(first, "Force on the hand", &force, "N", Some(palette.device));
+        show_one(second, "Device position", &device, "mm", Some(palette.device));
+        show_one(third, "Block position", &block, block_unit, Some(palette.block));
+        show_one(fourth, "Contact", contact, "", contact_color);
+    });
+    ui.add_space(4.0);
+}
+
+fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>) {
+    ui.spacing_mut().item_spacing = egui::vec2(4.0, 0.0);
+    // In a narrow window the numbers are smaller, so that they do not overlap.
+    let size = (ui.available_width() / DIGITS).clamp(SMALLEST_TEXT, LARGEST);
+    ui.add(Label::new(RichText::new(title).small()).truncate());
+    let color = color.unwrap_or(ui.visuals().strong_text_color());
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(value).size(size).color(color));
+        let unit = RichText::new(unit).size((size * UNIT_SHARE).max(SMALLEST_TEXT)).weak();
+        ui.add(Label::new(unit).truncate());
+    });
+}
+
+/// Two decimals, without the "-0.00" that would flicker around rest.
+fn fixed(value: f64) -> String {
+    let text = format!("{value:.2}");
+    match text.as_str() {
+        "-0.00" => "0.00".to_owned(),
+        _ if text.len() > 9 => format!("{value:.2e}"),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readouts_keep_their_width() {
+        for (value, text) in [(-0.001, "0.00"), (-12.345, "-12.35"), (1e300, "1.00e300")] {
+            assert_eq!(fixed(value), text);
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! What was identified, and what is done with it.
+
+use super::Found;
+use super::fitting::{Fitting, Foreseen, Progress};
+use crate::drop_down::is_entered;
+use crate::intent::Intent;
+use crate::model::Model;
+use crate::theme::Palette;
+use crate::tune::TRIAL;
+use egui::{Button, CollapsingHeader, Grid, Label, RichText, TextEdit, Ui};
+use haptic_core::Scene;
+use haptic_lab::identify::in_words;
+
+/// Shows it; `active` is the scene on the rig.
+pub(super) fn show(ui: &mut Ui, found: &Found, active: Option<&Scene>) {
+    let Found { origin, identified, .. } = found;
+    ui.separator();
+    let model = identified.model.name();
+    let heading = format!("{model}, residual {:.4} N rms", identified.residual_rms_n);
+    ui.label(RichText::new(heading).strong());
+    small(ui, &format!("From {origin}"));
+    if let Some(why) = &identified.chosen_because {
+        small(ui, &format!("Chosen because {why}"));
+    }
+    // The longest interval has room beside its value.
+    let grid = Grid::new("values").num_columns(4).striped(true).spacing([3.0, 4.0]);
+    grid.show(ui, |ui| {
+        for text in ["", "value", "", "95 % interval"] {
+            ui.label(RichText::new(text).small().weak());
+        }
+        ui.end_row();
+        for value in identified.values() {
+            ui.label(&value.what);
+            ui.label(RichText::new(&value.value).strong());
+            ui.label(value.unit);
+            ui.label(RichText::new(&value.interval).small());
+            ui.end_row();
+        }
+    });
+    let caution = Palette::of(ui).caution_text;
+    for refusal in &identified.refused {
+        let name = RichText::new(format!("Not determined: {}", in_words(&refusal.parameter))).color(caution);
+        ui.label(name);
+        small(ui, &format!("{}. Record instead: {}.", refusal.reason, refusal.instead));
+    }
+    let assumptions = found.scene.iter().flat_map(|made| &made.assumptions);
+    for note in identified.notes.iter().chain(assumptions) {
+        small(ui, note);
+    }
+    if found.scene.is_ok() && active.is_some_and(|active| active.coupling.is_some()) {
+        small(
+            ui,
+            "here it is tried and saved with the coupling of the active scene, which suits the rig",
+        );
+    }
+}
+
+fn small(ui: &mut Ui, text: &str) {
+    ui.add(Label::new(RichText::new(text).small()).wrap());
+}
+
+/// Height of the window from which the remarks are open, points.
+const TALL: f32 = 760.0;
+
+/// Shows what the daemon says of the scene, and the buttons.
+pub(super) fn show_use(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+    let is_connected = model.is_connected();
+    let is_tuning = model.view.tuning.trial.is_active();
+    let fitting = &mut model.view.fitting;
+    let Progress::Found(found) = fitting.progress() else {
+        return;
+    };
+    if let Err(why) = &found.scene {
+        wrapped(ui, why, Palette::of(ui).caution_text);
+    }
+    let Some(scene) = fitting.scene(model.daemon.mirror.scene.whole.as_ref()) else {
+        return;
+    };
+    show_advice(ui, fitting.advice());
+    let seconds = TRIAL.as_secs();
+    let can_try = is_connected && !fitting.is_trying() && !is_tuning;
+    let button = Button::new(format!("Try this for {seconds} s"));
+    let button = ui.add_enabled(can_try, button);
+    let hint = format!(
+        "The hand feels it at once, and the scene before comes back after {seconds} s. Meanwhile the panel holds a \
+         lease: if it is lost, the rig is released."
+    );
+    let why_not = if is_connected {
+        "A try is under way"
+    } else {
+        "There is no daemon"
+    };
+    if button.on_hover_text(hint).on_disabled_hover_text(why_not).clicked() {
+        intents.push(fitting.begin_trial());
+    }
+    ui.horizontal_wrapped(|ui| show_saving(ui, fitting, &scene, is_connected, intents));
+}
+
+fn show_saving(ui: &mut Ui, fitting: &mut Fitting, scene: &Scene, is_connected: bool, intents: &mut Vec<Intent>) {
+    let field = TextEdit::singleline(&mut fitting.save_as)
+        .hint_text("name")
+        .desired_width(150.0);
+    let field = ui.add(field).accessible_name("name of the identified scene");
+    let name = fitting.save_as.trim().to_owned();
+    let save = ui
+        .add_enabled(is_connected && !name.is_empty(), Button::new("Save as scene"))
+        .on_hover_text("Keeps it in the daemon's library");
+    let is_pressed = save.clicked() || (is_connected && !name.is_empty() && is_entered(ui, &field));
+    let save = |name: String, replace| Intent::Save {
+        scene: Some(Box::new(Scene {
+            name: name.clone(),
+            ..scene.clone()
+        })),
+        name,
+        replace,
+    };
+    if is_pressed {
+        intents.push(save(name, false));
+    }
+    if let Some(taken) = fitting.would_replace.clone()
+        && ui.button(format!("Replace {taken}")).clicked()
+    {
+        fitting.would_replace = None;
+        intents.push(save(taken, true));
+    }
+}
+
+/// What the daemon remarks on the scene.
+fn show_advice(ui: &mut Ui, advice: &Foreseen) {
+    let palette = Palette::of(ui);
+    match advice {
+        Foreseen::Told(Ok(advice)) if advice.is_empty() => {
+            let text = "The adviser has no objection to this scene on this rig";
+            wrapped(ui, text, ui.visuals().text_color());
+        }
+        Foreseen::Told(Ok(advice)) => {
+            let plural = if advice.len() == 1 { "" } else { "s" };
+            let title = format!("The adviser has {} remark{plural} on this scene", advice.len());
+            let title = RichText::new(title).color(palette.caution_text);
+            let is_tall = ui.ctx().content_rect().height() >= TALL;
+            CollapsingHeader::new(title)
+                .id_salt("advice")
+                .default_open(is_tall)
+                .show(ui, |ui| {
+                    for advice in advice {
+                        wrapped(ui, &advice.message, palette.caution_text);
+                    }
+                });
+        }
+        Foreseen::Told(Err(why)) => wrapped(ui, &format!("The daemon refuses this scene: {why}"), palette.error_text),
+        Foreseen::Unasked | Foreseen::Asked => {}
+    }
+}
+
+fn wrapped(ui: &mut Ui, text: &str, color: egui::Color32) {
+    ui.add(Label::new(RichText::new(text).small().color(color)).wrap());
+}

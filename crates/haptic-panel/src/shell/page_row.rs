@@ -1,0 +1,120 @@
+//! The row of pages, with what is recorded and the outcome of the last file beside it.
+
+use super::close_question;
+use crate::intent::Intent;
+use crate::model::Model;
+use crate::notice;
+use crate::page::Page;
+use crate::record::amount;
+use crate::theme::Palette;
+use crate::view::{Closing, Reading};
+use egui::{Frame, Key, Label, Modifiers, ProgressBar, RichText, Ui};
+use std::time::Duration;
+
+/// The keys of the pages, in the order of the row, each with Ctrl.
+const KEYS: [Key; 9] = [
+    Key::Num1,
+    Key::Num2,
+    Key::Num3,
+    Key::Num4,
+    Key::Num5,
+    Key::Num6,
+    Key::Num7,
+    Key::Num8,
+    Key::Num9,
+];
+
+/// Width of the bar of a recording that is read, points.
+const BAR_WIDTH: f32 = 140.0;
+
+/// Turns to the page whose key is pressed.
+pub(crate) fn take_keys(ui: &Ui, page: &mut Page) {
+    for (key, of_key) in KEYS.iter().zip(Page::ALL) {
+        if ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, *key)) {
+            *page = *of_key;
+        }
+    }
+}
+
+/// What is said while no sample comes.
+fn silence_line(lasts: Duration) -> String {
+    let s = lasts.as_secs_f64();
+    format!(
+        "No sample for {s:.1} s: nobody knows what the rig does. Stop is still sent; if in doubt, cut the motor's power"
+    )
+}
+
+/// Shows the row. Its height is the same with and without a message, so that nothing below it moves.
+pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+    let Model { daemon, tapes, view } = model;
+    ui.horizontal(|ui| {
+        for (place, page) in Page::ALL.iter().enumerate() {
+            let name = RichText::new(page.name()).size(16.0);
+            ui.selectable_value(&mut view.page, *page, name)
+                .accessible_name(format!("{} page", page.name()))
+                .on_hover_text(format!("{} (Ctrl+{})", page.hint(), place + 1));
+        }
+        ui.toggle_value(&mut view.help_shown, RichText::new("?").size(16.0))
+            .accessible_name("help")
+            .on_hover_text("Keys, plots and the sign of force (F1 or ?)");
+        ui.add_space(8.0);
+        if view.closing != Closing::No {
+            close_question::show_question(ui, &mut view.closing, intents);
+            return;
+        }
+        if let Some(lasts) = daemon.silence() {
+            let palette = Palette::of(ui);
+            let text = silence_line(lasts);
+            Frame::new()
+                .fill(palette.halt)
+                .inner_margin(3)
+                .corner_radius(4)
+                .show(ui, |ui| {
+                    let line = RichText::new(&text).small().strong().color(palette.on_fill);
+                    ui.add(Label::new(line).truncate()).on_hover_text(&text);
+                });
+            return;
+        }
+        if let Some(written) = tapes.recording() {
+            let palette = Palette::of(ui);
+            let mut text = format!("Recording {}: {}", written.path.display(), amount(&written.totals));
+            let mut color = palette.caution_text;
+            if written.lost > 0 || written.lost_changes > 0 {
+                let (samples, changes) = (written.lost, written.lost_changes);
+                text = format!("The disk does not keep up: {samples} samples and {changes} changes lost. {text}");
+                color = palette.error_text;
+            }
+            let line = Label::new(RichText::new(&text).small().color(color)).truncate();
+            ui.add(line).on_hover_text(text);
+        }
+        if let Some(reading) = &view.reading {
+            show_reading(ui, reading);
+        }
+        // What a page did is shown before what was done to a file.
+        let of_page = match view.page {
+            Page::Identify => &mut view.fitting.report,
+            Page::Task | Page::Perception => &mut view.studying.report,
+            Page::Tune | Page::Record => &mut None,
+        };
+        let notice = if of_page.is_some() {
+            of_page
+        } else {
+            &mut view.file_notice
+        };
+        notice::show(ui, notice);
+    });
+}
+
+/// How much of a recording is read.
+fn show_reading(ui: &mut Ui, reading: &Reading) {
+    let share = reading.share.unwrap_or(0.0);
+    #[expect(clippy::cast_possible_truncation, reason = "a share")]
+    let bar = ProgressBar::new(share as f32)
+        .desired_width(BAR_WIDTH)
+        .desired_height(14.0)
+        .text(RichText::new(format!("{:.0} %", 100.0 * share)).small());
+    let name = reading.path.file_name().unwrap_or_default().to_string_lossy();
+    ui.add(bar).accessible_name(format!("share of {name} that is read"));
+    let line = Label::new(RichText::new(format!("Reading {name}")).small()).truncate();
+    ui.add(line).on_hover_text(reading.path.display().to_string());
+}

@@ -1,0 +1,88 @@
+//! The journal: who changed what, and when.
+
+use egui::{Button, CollapsingHeader, Label, RichText, Ui};
+use haptic_ipc::{DaemonMirror, JournalEntry};
+
+/// Shows the changes, the newest first.
+pub(crate) fn show(ui: &mut Ui, daemon: &DaemonMirror) {
+    CollapsingHeader::new("Changes").default_open(false).show(ui, |ui| {
+        if daemon.journal.is_empty() {
+            ui.label(RichText::new("No changes since the panel connected").small().weak());
+        }
+        for entry in daemon.journal.iter().rev() {
+            ui.horizontal_top(|ui| {
+                show_copy(ui, entry.command(&daemon.library));
+                ui.add(Label::new(RichText::new(line(entry)).small()).wrap());
+            });
+        }
+    });
+}
+
+/// The button that copies the command which repeats the change.
+fn show_copy(ui: &mut Ui, command: Option<String>) {
+    let button = ui.add_enabled(command.is_some(), Button::new("Copy").small());
+    let Some(command) = command else {
+        button.on_disabled_hover_text("No haptic-ctl command repeats this");
+        return;
+    };
+    let button = button.accessible_name(format!("copy {command}"));
+    if button.on_hover_text(format!("Copies: {command}")).clicked() {
+        ui.ctx().copy_text(command);
+    }
+}
+
+/// An entry as a line.
+pub(crate) fn line(entry: &JournalEntry) -> String {
+    let by = entry
+        .by
+        .as_ref()
+        .map_or_else(|| "the daemon".to_owned(), ToString::to_string);
+    let mut parts = vec![format!("{} UTC {by}: {}", clock(entry.time_unix_s), entry.op)];
+    if let Some(state) = &entry.state {
+        parts.push(format!("{} -> {}", state.before, state.after));
+    }
+    parts.extend(entry.changes.iter().map(ToString::to_string));
+    parts.extend(entry.message.clone());
+    parts.join(", ")
+}
+
+/// The time of day.
+fn clock(unix_s: f64) -> String {
+    let of_day = unix_s.max(0.0).rem_euclid(86_400.0).floor();
+    let (hours, minutes, seconds) = (of_day / 3600.0, of_day % 3600.0 / 60.0, of_day % 60.0);
+    format!("{:02}:{:02}:{:02}", hours.floor(), minutes.floor(), seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::Directional;
+    use haptic_ipc::{Difference, Peer, Value};
+
+    #[test]
+    fn an_entry_says_when_who_and_what() {
+        let entry = JournalEntry {
+            seq: 3,
+            time_unix_s: 1_700_000_000.9,
+            tick: Some(17),
+            by: Some(Peer {
+                user: Some("ada".into()),
+                program: Some("haptic-ctl".into()),
+                pid: Some(31),
+                ..Peer::default()
+            }),
+            revision: 4,
+            changes: vec![Difference {
+                param: "static_force".into(),
+                unit: Some("N".into()),
+                before: Some(Value::Number(Directional::both(4.0))),
+                after: Some(Value::Number(Directional::both(5.0))),
+            }],
+            ..JournalEntry::of("set")
+        };
+        assert_eq!(
+            line(&entry),
+            "22:13:20 UTC ada (haptic-ctl, process 31): set, static_force: 4 N -> 5 N"
+        );
+    }
+}
