@@ -75,6 +75,7 @@ mod math;
 pub mod nearest;
 pub mod parameters;
 pub mod passivity;
+pub mod planar;
 pub mod position_guard;
 pub mod pulse;
 mod render;
