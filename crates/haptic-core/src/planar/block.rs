@@ -191,8 +191,7 @@ impl PlanarBlock {
     #[must_use]
     pub fn coupling_force(&self) -> Plane {
         let state = &self.state;
-        state.deflection() * self.coupling.stiffness
-            + (state.device_velocity - state.velocity) * self.coupling.damping
+        state.deflection() * self.coupling.stiffness + (state.device_velocity - state.velocity) * self.coupling.damping
     }
 
     fn frictionless(&self) -> bool {
@@ -302,7 +301,10 @@ impl PlanarBlock {
                 return;
             }
             let threshold = velocity_threshold > 0.0 && self.state.armed;
-            if !threshold && let Some(landing) = self.sliding.lands(velocity, &pull) && landing.after_s < remaining {
+            if !threshold
+                && let Some(landing) = self.sliding.lands(velocity, &pull)
+                && landing.after_s < remaining
+            {
                 course.time += landing.after_s;
                 course.moved += landing.displacement;
                 if sink.listens() {
@@ -314,7 +316,8 @@ impl PlanarBlock {
             if self.follow_slowly(&pull, course, sink) {
                 return;
             }
-            self.sliding.goes_on(velocity, &pull, self.step_for(speed, &pull, remaining))
+            self.sliding
+                .goes_on(velocity, &pull, self.step_for(speed, &pull, remaining))
         };
         self.follow(&motion, course, sink);
     }
@@ -414,7 +417,9 @@ impl PlanarBlock {
             sink,
             after_s: course.time,
         };
-        let Rendered { events, work_exhausted, .. } = self.line.advance(remaining, end, 0.0, &mut shifted);
+        let Rendered {
+            events, work_exhausted, ..
+        } = self.line.advance(remaining, end, 0.0, &mut shifted);
         let end = self.line.state();
         course.moved += along * (end.position);
         course.time = course.elapsed_s;
@@ -422,7 +427,11 @@ impl PlanarBlock {
         course.rendered.work_exhausted |= work_exhausted;
         self.state.velocity = along * end.velocity;
         self.state.armed = end.armed;
-        self.state.contact = if end.contact == Contact::Stuck { Contact::Stuck } else { SLIDING };
+        self.state.contact = if end.contact == Contact::Stuck {
+            Contact::Stuck
+        } else {
+            SLIDING
+        };
     }
 
     /// A tick without friction: each axis for itself.
@@ -431,8 +440,10 @@ impl PlanarBlock {
         let remaining = course.remaining();
         let stiffness = self.coupling.stiffness;
         let mut axis = |velocity: f64, force: f64, slope: f64| {
-            self.line.set_state(BlockState::new(0.0, velocity, force / stiffness, 0.0));
-            self.line.advance(remaining, (force + slope * remaining) / stiffness, 0.0, &mut ());
+            self.line
+                .set_state(BlockState::new(0.0, velocity, force / stiffness, 0.0));
+            self.line
+                .advance(remaining, (force + slope * remaining) / stiffness, 0.0, &mut ());
             let end = self.line.state();
             (end.position, end.velocity)
         };
@@ -491,7 +502,11 @@ impl PlanarState {
         Self {
             position,
             velocity,
-            contact: if velocity == Plane::ZERO { Contact::Stuck } else { SLIDING },
+            contact: if velocity == Plane::ZERO {
+                Contact::Stuck
+            } else {
+                SLIDING
+            },
             armed: false,
             device_position,
             device_velocity,

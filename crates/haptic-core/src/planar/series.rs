@@ -91,7 +91,9 @@ impl Motion {
         }
         let mut excess = [0.0; ROOM];
         excess[..ROOM - 1].copy_from_slice(&since[1..]);
-        (excess[0] > 0.0).then(|| first_root(&excess, ORDER + 1, self.until - rises))?.map(|after| rises + after)
+        (excess[0] > 0.0)
+            .then(|| first_root(&excess, ORDER + 1, self.until - rises))?
+            .map(|after| rises + after)
     }
 }
 

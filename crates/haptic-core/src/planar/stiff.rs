@@ -101,9 +101,12 @@ impl Sliding {
             let mut series = [0.0; ROOM];
             series[0] = first;
             for k in 0..ROOM - 1 {
-                let back = if k == 0 { 0.0 } else { sprung * RECIPROCAL[k] * series[k - 1] };
-                series[k + 1] =
-                    (force.get(k).copied().unwrap_or(0.0) - damped * series[k] - back) * RECIPROCAL[k + 1];
+                let back = if k == 0 {
+                    0.0
+                } else {
+                    sprung * RECIPROCAL[k] * series[k - 1]
+                };
+                series[k + 1] = (force.get(k).copied().unwrap_or(0.0) - damped * series[k] - back) * RECIPROCAL[k + 1];
             }
             series
         };

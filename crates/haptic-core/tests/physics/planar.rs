@@ -3,7 +3,7 @@
 use crate::random::Random;
 use haptic_core::block::{BlockState, Contact, Coupling, EventSink};
 use haptic_core::friction::{Friction, Karnopp};
-use haptic_core::planar::{IsotropicKarnopp, Plane, PlanarBlock, PlanarState};
+use haptic_core::planar::{IsotropicKarnopp, PlanarBlock, PlanarState, Plane};
 use haptic_core::scene::Block;
 use haptic_core::{Directional, Renderer, Scene, Scheme};
 use std::path::Path;
@@ -70,7 +70,9 @@ impl EventSink for Heard {
 }
 
 fn table(name: &str) -> Vec<Vec<f64>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/planar").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/planar")
+        .join(name);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let row = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect();
     text.lines().skip(1).map(row).collect()
@@ -97,10 +99,19 @@ fn references_are_met_with_their_events() {
             assert!(!rendered.work_exhausted, "{name} at {} s", row[0]);
             let state = block.state();
             let force = (rendered.coupling_force - Plane::new(row[9], row[10])).length();
-            assert!(force <= 1e-9 * (case.stiffness * position.length()).max(1.0), "{name} at {} s: {force:e} N", row[0]);
+            assert!(
+                force <= 1e-9 * (case.stiffness * position.length()).max(1.0),
+                "{name} at {} s: {force:e} N",
+                row[0]
+            );
             let place = (state.position - Plane::new(row[5], row[6])).length();
             assert!(place <= 1e-12, "{name} at {} s: {place:e} m", row[0]);
-            assert_eq!(state.contact != Contact::Stuck, row[11] != 0.0, "{name} at {} s", row[0]);
+            assert_eq!(
+                state.contact != Contact::Stuck,
+                row[11] != 0.0,
+                "{name} at {} s",
+                row[0]
+            );
         }
         assert_eq!(heard.events.len(), events.len(), "{name}");
         for ((at_s, slides), event) in heard.events.iter().zip(&events) {
@@ -145,7 +156,10 @@ impl Hand {
         match self.kind {
             0 => (Plane::new(c, s) * a, Plane::new(-s, c) * (a * w)),
             1 => (Plane::new(s, s2) * a, Plane::new(w * c, v * c2) * a),
-            2 => (Plane::new(s, self.thin * s2) * a, Plane::new(w * c, self.thin * v * c2) * a),
+            2 => (
+                Plane::new(s, self.thin * s2) * a,
+                Plane::new(w * c, self.thin * v * c2) * a,
+            ),
             3 => {
                 let (half_s, half_c) = (0.5 * w * time_s).sin_cos();
                 let position = Plane::new(s * s * s, 0.3 * half_s) * a;
@@ -172,7 +186,11 @@ fn random_case(random: &mut Random) -> Case {
     let static_force = random.decades(0.1, 10.0);
     let share = if random.one_in(3) { 1.0 } else { random.share() };
     let mut some = |odds: f64, low: f64, high: f64| {
-        if random.share() < odds { random.decades(low, high) } else { 0.0 }
+        if random.share() < odds {
+            random.decades(low, high)
+        } else {
+            0.0
+        }
     };
     let (damping, viscous, velocity_threshold) = (some(0.8, 0.05, 50.0), some(0.5, 0.1, 5.0), some(0.3, 1e-4, 0.02));
     let mut case = Case::new(
@@ -186,10 +204,7 @@ fn random_case(random: &mut Random) -> Case {
 
 fn turned(vector: Plane, angle: f64) -> Plane {
     let (sine, cosine) = angle.sin_cos();
-    Plane::new(
-        vector.x * cosine - vector.y * sine,
-        vector.x * sine + vector.y * cosine,
-    )
+    Plane::new(vector.x * cosine - vector.y * sine, vector.x * sine + vector.y * cosine)
 }
 
 /// How often forces may differ by more than 1e-10 N: where a slide all but turns back through zero speed, rounding
@@ -270,7 +285,10 @@ fn a_line_in_the_plane_is_the_tick_of_one_axis() {
             line.tick(T, position.x, velocity.x);
             plane.tick(T, along * position.x, along * velocity.x, &mut ());
             let apart = (plane.state().position - along * line.state().position).length();
-            assert!(apart <= 1e-12, "seed {seed}, tick {tick}: {apart:e} m, {case:?}, {hand:?}");
+            assert!(
+                apart <= 1e-12,
+                "seed {seed}, tick {tick}: {apart:e} m, {case:?}, {hand:?}"
+            );
         }
     }
 }
@@ -293,7 +311,10 @@ fn friction_in_the_plane_creates_no_energy() {
             // The way is at least as long as the displacement.
             let moved = (block.state().position - before.position).length();
             let least = case.friction.dynamic_force * moved;
-            assert!(heard.dissipated_j >= least * (1.0 - 1e-9) - 1e-12, "seed {seed}, tick {tick}");
+            assert!(
+                heard.dissipated_j >= least * (1.0 - 1e-9) - 1e-12,
+                "seed {seed}, tick {tick}"
+            );
             last_n = block.coupling_force();
         }
         assert!(last_n.length().is_finite());
@@ -304,14 +325,22 @@ fn friction_in_the_plane_creates_no_energy() {
 fn without_friction_each_axis_is_for_itself() {
     let case = Case::new(0.5, [1000.0, 2.0], [0.0, 0.0, 3.0]);
     let mut random = random(1);
-    let hand = Hand { kind: 1, ..Hand::random(&mut random, &case) };
+    let hand = Hand {
+        kind: 1,
+        ..Hand::random(&mut random, &case)
+    };
     let begin = hand.at(0.0);
     let mut both = case.block(begin.0, begin);
-    let mut alone = case.block(Plane::new(begin.0.x, 0.0), (Plane::new(begin.0.x, 0.0), Plane::new(begin.1.x, 0.0)));
+    let mut alone = case.block(
+        Plane::new(begin.0.x, 0.0),
+        (Plane::new(begin.0.x, 0.0), Plane::new(begin.1.x, 0.0)),
+    );
     for tick in 1..=300 {
         let (position, velocity) = hand.at(f64::from(tick) * T);
         let force = both.tick(T, position, velocity, &mut ()).coupling_force;
-        let one = alone.tick(T, Plane::new(position.x, 0.0), Plane::new(velocity.x, 0.0), &mut ()).coupling_force;
+        let one = alone
+            .tick(T, Plane::new(position.x, 0.0), Plane::new(velocity.x, 0.0), &mut ())
+            .coupling_force;
         assert!((force.x - one.x).abs() < 1e-12, "{tick}: {} for {}", force.x, one.x);
         assert_eq!(one.y, 0.0);
     }
