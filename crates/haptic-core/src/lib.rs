@@ -76,6 +76,7 @@ pub mod nearest;
 pub mod own_motion;
 pub mod parameters;
 pub mod passivity;
+pub mod planar;
 pub mod position_guard;
 mod render;
 mod renderer;

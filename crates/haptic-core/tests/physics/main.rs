@@ -7,6 +7,7 @@ mod laws;
 mod metamorphic;
 mod no_subnormals;
 mod on_device;
+mod planar;
 mod properties;
 mod random;
 mod random_laws;

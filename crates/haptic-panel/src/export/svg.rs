@@ -158,6 +158,7 @@ fn figure(title: String, chart: &Chart, contacts: &[Run], height_px: f64) -> dra
         across: axis(across, chart.across),
         up: axis(up, chart.up),
         traces,
+        is_logarithmic: false,
         notes: Vec::new(),
         height_px,
     }

@@ -1,0 +1,347 @@
+//! The block in the plane: against references of two solvers in 128-bit numbers, and by properties that need none.
+
+use crate::random::Random;
+use haptic_core::block::{BlockState, Contact, Coupling, EventSink};
+use haptic_core::friction::{Friction, Karnopp};
+use haptic_core::planar::{IsotropicKarnopp, PlanarBlock, PlanarState, Plane};
+use haptic_core::scene::Block;
+use haptic_core::{Directional, Renderer, Scene, Scheme};
+use std::path::Path;
+
+const T: f64 = 1e-3;
+
+/// A block, its grip and its surface.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    mass: f64,
+    stiffness: f64,
+    damping: f64,
+    friction: IsotropicKarnopp,
+}
+
+impl Case {
+    const fn new(mass: f64, [stiffness, damping]: [f64; 2], [static_force, dynamic_force, viscous]: [f64; 3]) -> Self {
+        Self {
+            mass,
+            stiffness,
+            damping,
+            friction: IsotropicKarnopp {
+                static_force,
+                dynamic_force,
+                viscous,
+                velocity_threshold: 0.0,
+            },
+        }
+    }
+
+    fn coupling(&self) -> Coupling {
+        Coupling {
+            stiffness: self.stiffness,
+            damping: self.damping,
+        }
+    }
+
+    /// At rest at `place`, held by a device there or elsewhere.
+    fn block(&self, place: Plane, (position, velocity): (Plane, Plane)) -> PlanarBlock {
+        let mut block = PlanarBlock::new(self.mass, self.coupling(), self.friction);
+        block.set_state(PlanarState::new(place, Plane::ZERO, position, velocity));
+        block
+    }
+}
+
+/// Events, and the energy that friction took.
+#[derive(Default)]
+struct Heard {
+    before_s: f64,
+    events: Vec<(f64, bool)>,
+    dissipated_j: f64,
+    least_j: f64,
+}
+
+impl EventSink for Heard {
+    fn contact_changed(&mut self, at_s: f64, _from: Contact, to: Contact) {
+        self.events.push((self.before_s + at_s, to != Contact::Stuck));
+    }
+
+    fn dissipated(&mut self, energy_j: f64) {
+        self.dissipated_j += energy_j;
+        self.least_j = self.least_j.min(energy_j);
+    }
+}
+
+fn table(name: &str) -> Vec<Vec<f64>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/planar")
+        .join(name);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let row = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+    text.lines().skip(1).map(row).collect()
+}
+
+#[test]
+fn references_are_met_with_their_events() {
+    let references = [
+        ("circle", Case::new(0.5, [25_000.0, 10.0], [4.0, 3.5, 0.0])),
+        ("zig-zag-stick", Case::new(0.5, [2000.0, 4.0], [4.0, 3.5, 0.0])),
+        ("slanted-line", Case::new(0.5, [25_000.0, 10.0], [4.0, 3.5, 2.0])),
+        ("light-block-spiral", Case::new(0.001, [25_000.0, 0.5], [2.0, 1.5, 0.0])),
+    ];
+    for (name, case) in references {
+        let rows = table(&format!("{name}.csv"));
+        let events = table(&format!("{name}.events.csv"));
+        let sample = |row: &[f64]| (Plane::new(row[1], row[2]), Plane::new(row[3], row[4]));
+        let mut block = case.block(Plane::new(rows[0][5], rows[0][6]), sample(&rows[0]));
+        let mut heard = Heard::default();
+        for (last, row) in rows.iter().zip(&rows[1..]) {
+            heard.before_s = last[0];
+            let (position, velocity) = sample(row);
+            let rendered = block.tick(T, position, velocity, &mut heard);
+            assert!(!rendered.work_exhausted, "{name} at {} s", row[0]);
+            let state = block.state();
+            let force = (rendered.coupling_force - Plane::new(row[9], row[10])).length();
+            assert!(
+                force <= 1e-9 * (case.stiffness * position.length()).max(1.0),
+                "{name} at {} s: {force:e} N",
+                row[0]
+            );
+            let place = (state.position - Plane::new(row[5], row[6])).length();
+            assert!(place <= 1e-12, "{name} at {} s: {place:e} m", row[0]);
+            assert_eq!(
+                state.contact != Contact::Stuck,
+                row[11] != 0.0,
+                "{name} at {} s",
+                row[0]
+            );
+        }
+        assert_eq!(heard.events.len(), events.len(), "{name}");
+        for ((at_s, slides), event) in heard.events.iter().zip(&events) {
+            assert_eq!(*slides, event[1] != 0.0, "{name}: {event:?}");
+            assert!((at_s - event[0]).abs() <= 1e-11, "{name}: {at_s} for {event:?}");
+        }
+    }
+}
+
+/// A hand that draws: circles, Lissajous figures, lines that all but pass through themselves, sudden corners, and a pull
+/// that turns just above the friction.
+#[derive(Clone, Copy, Debug)]
+struct Hand {
+    kind: usize,
+    amplitude: f64,
+    rate: f64,
+    other_rate: f64,
+    phase: f64,
+    thin: f64,
+    near_friction: f64,
+}
+
+impl Hand {
+    fn random(random: &mut Random, case: &Case) -> Self {
+        let rate = std::f64::consts::TAU * random.decades(0.3, 10.0);
+        Self {
+            kind: random.one_of(&[0, 1, 2, 3, 4]),
+            amplitude: random.decades(1e-3, 0.06),
+            rate,
+            other_rate: rate * random.between(0.5, 2.0),
+            phase: random.between(0.0, 6.0),
+            thin: random.decades(1e-4, 1.0),
+            near_friction: 1.2 * case.friction.static_force / case.stiffness,
+        }
+    }
+
+    /// Position and velocity.
+    fn at(&self, time_s: f64) -> (Plane, Plane) {
+        let a = self.amplitude;
+        let (w, v) = (self.rate, self.other_rate);
+        let ((s, c), (s2, c2)) = ((w * time_s).sin_cos(), (v * time_s + self.phase).sin_cos());
+        match self.kind {
+            0 => (Plane::new(c, s) * a, Plane::new(-s, c) * (a * w)),
+            1 => (Plane::new(s, s2) * a, Plane::new(w * c, v * c2) * a),
+            2 => (
+                Plane::new(s, self.thin * s2) * a,
+                Plane::new(w * c, self.thin * v * c2) * a,
+            ),
+            3 => {
+                let (half_s, half_c) = (0.5 * w * time_s).sin_cos();
+                let position = Plane::new(s * s * s, 0.3 * half_s) * a;
+                (position, Plane::new(3.0 * s * s * c * w, 0.15 * w * half_c) * a)
+            }
+            _ => (
+                Plane::new(c, s) * self.near_friction,
+                Plane::new(-s, c) * (self.near_friction * w),
+            ),
+        }
+    }
+}
+
+fn random(seed: u64) -> Random {
+    let mut random = Random(seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    // The first numbers of neighbouring seeds are alike.
+    for _ in 0..4 {
+        random.share();
+    }
+    random
+}
+
+fn random_case(random: &mut Random) -> Case {
+    let static_force = random.decades(0.1, 10.0);
+    let share = if random.one_in(3) { 1.0 } else { random.share() };
+    let mut some = |odds: f64, low: f64, high: f64| {
+        if random.share() < odds {
+            random.decades(low, high)
+        } else {
+            0.0
+        }
+    };
+    let (damping, viscous, velocity_threshold) = (some(0.8, 0.05, 50.0), some(0.5, 0.1, 5.0), some(0.3, 1e-4, 0.02));
+    let mut case = Case::new(
+        random.decades(1e-3, 5.0),
+        [random.decades(200.0, 30_000.0), damping],
+        [static_force, static_force * share, viscous],
+    );
+    case.friction.velocity_threshold = velocity_threshold;
+    case
+}
+
+fn turned(vector: Plane, angle: f64) -> Plane {
+    let (sine, cosine) = angle.sin_cos();
+    Plane::new(vector.x * cosine - vector.y * sine, vector.x * sine + vector.y * cosine)
+}
+
+/// How often forces may differ by more than 1e-10 N: where a slide all but turns back through zero speed, rounding
+/// decides how it passes.
+const MAX_SENSITIVE_SHARE: f64 = 0.005;
+
+#[test]
+fn turned_or_cut_into_ten_a_tick_gives_the_same_force() {
+    let seeds = test_run::extent(60, 3000);
+    let (mut ticks, mut exhausted, mut sensitive) = (0_u32, 0_u32, 0_u32);
+    for seed in 0..seeds as u64 {
+        let mut random = random(seed);
+        let case = random_case(&mut random);
+        let hand = Hand::random(&mut random, &case);
+        let angle = random.between(0.0, 6.0);
+        let begin = hand.at(0.0);
+        let turn = |(position, velocity): (Plane, Plane)| (turned(position, angle), turned(velocity, angle));
+        let mut whole = case.block(begin.0, begin);
+        let mut cut = whole.clone();
+        let mut other = case.block(turned(begin.0, angle), turn(begin));
+        let (mut worst, mut last) = (0.0_f64, begin);
+        for tick in 1..=600 {
+            let next = hand.at(f64::from(tick) * T);
+            let rendered = whole.tick(T, next.0, next.1, &mut ());
+            let aside = turn(next);
+            let beside = other.tick(T, aside.0, aside.1, &mut ());
+            let mut fine = rendered;
+            for part in 1..=10 {
+                let share = f64::from(part) / 10.0;
+                let position = last.0 + (next.0 - last.0) * share;
+                let velocity = last.1 + (next.1 - last.1) * share;
+                fine = cut.tick(0.1 * T, position, velocity, &mut ());
+            }
+            let force = rendered.coupling_force;
+            worst = worst.max((force - fine.coupling_force).length());
+            worst = worst.max((turned(force, angle) - beside.coupling_force).length());
+            ticks += 1;
+            exhausted += u32::from(rendered.work_exhausted);
+            last = next;
+        }
+        if worst > 1e-10 {
+            sensitive += 1;
+            println!("seed {seed}: {worst:e} N, {case:?}, {hand:?}");
+        }
+        assert!(worst < 1e-3, "seed {seed}: {worst:e} N, {case:?}, {hand:?}");
+    }
+    let share = f64::from(sensitive) / seeds as f64;
+    println!("{exhausted} of {ticks} ticks exhausted, {sensitive} of {seeds} scenes above 1e-10 N");
+    assert!(share <= MAX_SENSITIVE_SHARE.max(1.0 / seeds as f64), "{share}");
+    assert!(f64::from(exhausted) < 1e-3 * f64::from(ticks), "{exhausted} of {ticks}");
+}
+
+#[test]
+fn a_line_in_the_plane_is_the_tick_of_one_axis() {
+    for seed in 0..test_run::extent(40, 1000) as u64 {
+        let mut random = random(seed);
+        let case = random_case(&mut random);
+        let mut hand = Hand::random(&mut random, &case);
+        hand.kind = 1;
+        let angle = random.between(0.0, 6.0);
+        let along = turned(Plane::new(1.0, 0.0), angle);
+        let friction = case.friction;
+        let mut karnopp = Karnopp::new(friction.static_force, friction.dynamic_force);
+        karnopp.viscous = Directional::both(friction.viscous);
+        karnopp.velocity_threshold = friction.velocity_threshold;
+        let scene = Scene {
+            block: Some(Block { mass: case.mass }),
+            coupling: Some(case.coupling()),
+            friction: Friction::Karnopp(karnopp),
+            ..Scene::light_block()
+        };
+        let mut line = Renderer::new(&scene, Scheme::Exact, T).expect("a scene");
+        let (position, velocity) = hand.at(0.0);
+        line.set_state(BlockState::new(position.x, 0.0, position.x, velocity.x));
+        let mut plane = case.block(along * position.x, (along * position.x, along * velocity.x));
+        for tick in 1..=600 {
+            let (position, velocity) = hand.at(f64::from(tick) * T);
+            line.tick(T, position.x, velocity.x);
+            plane.tick(T, along * position.x, along * velocity.x, &mut ());
+            let apart = (plane.state().position - along * line.state().position).length();
+            assert!(
+                apart <= 1e-12,
+                "seed {seed}, tick {tick}: {apart:e} m, {case:?}, {hand:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn friction_in_the_plane_creates_no_energy() {
+    for seed in 0..test_run::extent(40, 1000) as u64 {
+        let mut random = random(seed);
+        let case = random_case(&mut random);
+        let hand = Hand::random(&mut random, &case);
+        let begin = hand.at(0.0);
+        let mut block = case.block(begin.0, begin);
+        let mut last_n = block.coupling_force();
+        for tick in 1..=600 {
+            let mut heard = Heard::default();
+            let before = block.state();
+            let next = hand.at(f64::from(tick) * T);
+            block.tick(T, next.0, next.1, &mut heard);
+            assert!(heard.least_j >= 0.0, "seed {seed}, tick {tick}: {:e} J", heard.least_j);
+            // The way is at least as long as the displacement.
+            let moved = (block.state().position - before.position).length();
+            let least = case.friction.dynamic_force * moved;
+            assert!(
+                heard.dissipated_j >= least * (1.0 - 1e-9) - 1e-12,
+                "seed {seed}, tick {tick}"
+            );
+            last_n = block.coupling_force();
+        }
+        assert!(last_n.length().is_finite());
+    }
+}
+
+#[test]
+fn without_friction_each_axis_is_for_itself() {
+    let case = Case::new(0.5, [1000.0, 2.0], [0.0, 0.0, 3.0]);
+    let mut random = random(1);
+    let hand = Hand {
+        kind: 1,
+        ..Hand::random(&mut random, &case)
+    };
+    let begin = hand.at(0.0);
+    let mut both = case.block(begin.0, begin);
+    let mut alone = case.block(
+        Plane::new(begin.0.x, 0.0),
+        (Plane::new(begin.0.x, 0.0), Plane::new(begin.1.x, 0.0)),
+    );
+    for tick in 1..=300 {
+        let (position, velocity) = hand.at(f64::from(tick) * T);
+        let force = both.tick(T, position, velocity, &mut ()).coupling_force;
+        let one = alone
+            .tick(T, Plane::new(position.x, 0.0), Plane::new(velocity.x, 0.0), &mut ())
+            .coupling_force;
+        assert!((force.x - one.x).abs() < 1e-12, "{tick}: {} for {}", force.x, one.x);
+        assert_eq!(one.y, 0.0);
+    }
+}
