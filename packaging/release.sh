@@ -14,7 +14,8 @@ Prepares a release of what is committed, in a clone; this repository is not chan
   --dry-run          end before anything is compiled
 
 DIR/source is the clone, with a commit that sets the version and cuts the changelog; DIR/tag.txt the text of its tag;
-DIR/dist the Debian packages, the Python wheels, the licences of all dependencies and SHA256SUMS. The same commit gives
+DIR/dist the Debian packages, a tarball of static programs for other distributions, the Python wheels, the licences of
+all dependencies and SHA256SUMS. The same commit gives
 the same bytes with the same compiler, in whatever folder; but the wheel of the core (hapticd_core) in the same folder
 alone: Cargo reckons the absolute path of crates outside a workspace into the names of their symbols, and it orders by them.
 END
@@ -143,13 +144,33 @@ wheels() {
         --no-deps --wheel-dir "$out/dist" ./python ./python/core
 }
 
+# What the package of hapticd installs, below one folder and with static programs: it runs on any Linux of this processor.
+static_tarball() {
+    local processor name folder=$profile
+    processor=$(uname -m)
+    name=hapticd-$version-$processor-linux
+    [ "$profile" != dev ] || folder=debug
+    rustup target add "$processor-unknown-linux-musl"
+    cargo build --locked --profile "$profile" --target "$processor-unknown-linux-musl" --bins -p hapticd -p haptic-ctl
+    local tree=$out/$name
+    dpkg-deb --extract "$out"/dist/hapticd_*.deb "$tree"
+    mv "$tree"/usr/* "$tree"
+    rmdir "$tree/usr"
+    install -m 755 "$CARGO_TARGET_DIR/$processor-unknown-linux-musl/$folder"/{hapticd,haptic-ctl} "$tree/bin/"
+    cp packaging/tarball.md "$tree/README.md"
+    tar --create --gzip --file "$out/dist/$name.tar.gz" --directory "$out" --sort=name --owner=0 --group=0 --numeric-owner \
+        --mtime="@$SOURCE_DATE_EPOCH" "$name"
+    rm -r "$tree"
+}
+
 # What names this folder has other bytes when it is made elsewhere.
 name_no_folder() {
     local file unpacked=$out/unpacked
-    for file in "$out"/dist/*.deb "$out"/dist/*.whl; do
+    for file in "$out"/dist/*.deb "$out"/dist/*.whl "$out"/dist/*.tar.gz; do
         mkdir "$unpacked"
         case $file in
             *.deb) dpkg-deb --extract "$file" "$unpacked" ;;
+            *.tar.gz) tar --extract --file "$file" --directory "$unpacked" ;;
             *.whl) python3 -m zipfile --extract "$file" "$unpacked" ;;
         esac
         ! grep -raF -m 1 -- "$out" "$unpacked" | cut -c 1-300 | grep . >&2 || fail "${file##*/} names the folder of its build"
@@ -167,6 +188,7 @@ fi
 licences
 compile_alike
 debian_packages
+static_tarball
 wheels
 name_no_folder
 (cd "$out/dist" && sha256sum -- * >SHA256SUMS)

@@ -97,9 +97,7 @@ const PRIORITY: libc::c_int = 60;
 /// Takes a real-time priority for this process, if permitted: a microcontroller is never late.
 #[expect(unsafe_code, reason = "scheduling has no safe wrapper")]
 fn take_priority() {
-    let wanted = libc::sched_param {
-        sched_priority: PRIORITY,
-    };
-    // SAFETY: reads one structure of this frame. Without the right to it the priority stays ordinary.
-    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
+    let wanted = PRIORITY;
+    // SAFETY: reads one number of this frame. Without the right to it the priority stays ordinary.
+    unsafe { libc::syscall(libc::SYS_sched_setscheduler, 0, libc::SCHED_FIFO, &raw const wanted) };
 }

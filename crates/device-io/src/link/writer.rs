@@ -249,9 +249,10 @@ fn run<E>(shared: &Shared, mut waiting: Consumer<Post>, mut send: impl FnMut(Fro
 /// not hold commands back, and below the loop. If this is refused, so was the loop's, which tells
 /// the remedy.
 fn rise() {
-    let lowest = libc::sched_param { sched_priority: 1 };
+    // The kernel's structure is this number. The call itself, as musl has only a stub of its function.
+    let lowest: libc::c_int = 1;
     // SAFETY: a structure of this function, read by the kernel; 0 is this thread alone.
-    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const lowest) };
+    unsafe { libc::syscall(libc::SYS_sched_setscheduler, 0, libc::SCHED_FIFO, &raw const lowest) };
 }
 
 #[cfg(test)]

@@ -224,11 +224,10 @@ fn set_deadline(period_ns: u64) -> Result<(), std::io::Error> {
 }
 
 fn set_fifo(priority: u8) -> Result<(), std::io::Error> {
-    let parameters = libc::sched_param {
-        sched_priority: i32::from(priority),
-    };
+    // The kernel's structure is this number. The call itself, as musl has only a stub of its function.
+    let priority = libc::c_int::from(priority);
     // SAFETY: a plain system call on the calling thread (0) with a valid structure.
-    let result = unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) };
+    let result = unsafe { libc::syscall(libc::SYS_sched_setscheduler, 0, libc::SCHED_FIFO, &raw const priority) };
     if result == 0 {
         Ok(())
     } else {
