@@ -37,6 +37,7 @@
 //!   each behind a block or on the device itself.
 //! * A scene compiles to a [`Renderer`]: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
+//! * [`planar`] has the same block in a plane, on a surface that is alike in all directions.
 //! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions
 //!   against what a hand can do, before anything is made of them.
 //! * [`own_motion`] moves the handle by the rig's own motor: by a pulse while a rig is commissioned, and along an
