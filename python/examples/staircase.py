@@ -46,6 +46,8 @@ class Trial:
     peak_force_N: list[float]
     """Largest force on the hand during each."""
     is_right: bool = False
+    turns: bool = False
+    """Whether the difference turned after it: it had grown and now shrinks, or the other way round."""
 
 
 def present(rig: hapticd.Rig, samples: hapticd.Samples, difference_N: float, stickier: int, duration_s: float) -> Trial:
@@ -90,7 +92,8 @@ def staircase(
         if step == 0:
             continue
         right_in_a_row = 0
-        turned += direction == -step
+        trial.turns = direction == -step
+        turned += trial.turns
         direction = step
         difference_N = min(difference_N * STEP**-step, FIRST_DIFFERENCE_N)
     return trials
@@ -98,13 +101,8 @@ def staircase(
 
 def threshold_N(trials: list[Trial]) -> float:
     """The geometric mean of the differences at which the staircase turned, without the first turn."""
-    differences = [trial.difference_N for trial in trials]
-    turns = [
-        here
-        for before, here, after in zip(differences, differences[1:], differences[2:], strict=False)
-        if (here - before) * (after - here) < 0
-    ]
-    return statistics.geometric_mean(turns[1:] or differences[-1:])
+    turns = [trial.difference_N for trial in trials if trial.turns]
+    return statistics.geometric_mean(turns[1:] or turns)
 
 
 def observer(noise_N: float, chance: random.Random) -> Callable[[Trial], int]:

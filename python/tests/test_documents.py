@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -34,6 +35,24 @@ def example(name: str, *arguments: str) -> list[dict[str, Any]]:
     program = [sys.executable, str(HERE / "examples" / name), "--simulated", "--duration", "0.3", "--seed", "2"]
     run = subprocess.run([*program, *arguments], check=True, capture_output=True, text=True)
     return [json.loads(line) for line in run.stdout.splitlines()]
+
+
+def test_threshold_is_the_mean_of_the_turns_but_the_first() -> None:
+    names = runpy.run_path(str(HERE / "examples" / "staircase.py"))
+    steps = [(2.0, False), (1.4, True), (1.4, False), (0.98, False), (1.4, True), (0.98, True), (1.4, True)]
+    trials = [names["Trial"](difference_N, 1, [], [], turns=turns) for difference_N, turns in steps]
+    assert names["threshold_N"](trials) == pytest.approx((1.4 * 0.98 * 1.4) ** (1 / 3))
+    assert names["threshold_N"](trials[:2]) == pytest.approx(1.4)
+
+
+def test_a_missing_extra_is_named_before_anything_begins(rig: hapticd.Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(ModuleNotFoundError, match="extra `numpy`"):
+        rig.buffer()
+    with pytest.raises(ModuleNotFoundError, match="extra `plot`"):
+        rig.plot()
+    with pytest.raises(ModuleNotFoundError, match="extra `pandas`"):
+        rig.record(0.1)
 
 
 def test_the_staircase_finds_a_threshold_without_a_display() -> None:

@@ -64,7 +64,7 @@ fn references() -> Vec<Reference> {
 
 /// Ways to move the block on.
 enum Method {
-    Exact(PlanarBlock),
+    Exact(Box<PlanarBlock>),
     Moreau(Moreau),
     TwoAxes(Box<[Renderer; 2]>),
 }
@@ -79,7 +79,7 @@ impl Method {
             0 => {
                 let mut block = PlanarBlock::new(mass, coupling, friction);
                 block.set_state(PlanarState::new(Plane::ZERO, Plane::ZERO, position, velocity));
-                Self::Exact(block)
+                Self::Exact(Box::new(block))
             }
             1 | 2 => Self::Moreau(Moreau {
                 mass,

@@ -146,7 +146,7 @@ pub struct SubscribeReply {
     pub topics: Vec<Topic>,
     /// Samples a second: the rate asked for, or the nearest one that the loop's rate divides into.
     pub rate_hz: f64,
-    /// Time between sample events, ms.
+    /// Least time between sample events, ms.
     pub batch_ms: u32,
     /// Names of a row's columns.
     pub columns: Vec<String>,

@@ -224,7 +224,7 @@ operations! {
     } optional {
         /// Samples a second; every tick when absent.
         rate_hz: Option<f64>,
-        /// Time between sample events, ms; 10 when absent.
+        /// Least time between sample events, ms; 10 when absent. They come up to 5 ms later.
         batch_ms: Option<u32> where BATCH,
     } -> crate::SubscribeReply;
     /// The journal: who changed what, and when.

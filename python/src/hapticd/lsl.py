@@ -19,6 +19,7 @@ from typing import Any
 
 from hapticd.connection import encoded
 from hapticd.errors import HapticdError
+from hapticd.extras import need
 from hapticd.rig import Rig, connect
 from hapticd.sample import COLUMNS
 from hapticd.samples import cells
@@ -39,6 +40,7 @@ def publish(rig: Rig, *, name: str = "hapticd", rate_hz: float | None = None, ba
     Raises:
         ConnectionLost: The daemon has ended.
     """
+    need("lsl", "pylsl")
     import pylsl
 
     queue: Queue[dict[str, Any]] = Queue(math.inf, lambda event: 1)

@@ -16,6 +16,7 @@ from hapticd.decoding import decoded
 from hapticd.duration import Duration, milliseconds, seconds
 from hapticd.errors import HapticdError, invalid
 from hapticd.events import Events
+from hapticd.extras import need
 from hapticd.lease import Lease
 from hapticd.operations import Operations
 from hapticd.recording import Recording
@@ -102,6 +103,7 @@ class Rig(Operations):
         Args:
             length: How long samples are kept.
         """
+        need("numpy", "numpy")
         length_s = seconds("length", length)
         return Buffer(self.path, self.loop_rate_hz, length_s, rate_hz=rate_hz, batch_ms=batch_ms)
 
@@ -162,6 +164,7 @@ class Rig(Operations):
             return recording
         if length_s is None:
             raise invalid("length", "length: give how long to record, or the path of a file")
+        need("pandas", "numpy", "pandas")
         from hapticd.recorder import record
 
         return record(self.path, self.request, length_s, rate_hz)
@@ -174,6 +177,7 @@ class Rig(Operations):
         Args:
             length: Time to plot, up to a minute.
         """
+        need("plot", "numpy", "matplotlib")
         from hapticd import plot
 
         return plot.draw(*self._last(seconds("length", length)))

@@ -81,6 +81,10 @@ def start_remedy(path: Path) -> str:
             f"`journalctl -u {name}` says why the service does not run, such as a wrong configuration; "
             f"`sudo systemctl restart {name}` starts it"
         )
+    if os.environ.get("HAPTICD_SOCKET") == str(path):
+        return "HAPTICD_SOCKET names it: start hapticd there, or unset the variable"
+    if path.parent.name.startswith("hapticd@"):
+        return f"start the service {path.parent.name}, or leave out the rig's name"
     return "start one with `hapticd --demo`, or name its socket with HAPTICD_SOCKET"
 
 

@@ -140,8 +140,8 @@ fn inner(a: &Vectors, b: &Vectors, k: usize) -> f64 {
 /// Sum of `s[i] e[k - i]` for `i` from 1 to `k - 1`.
 fn scaled(s: &[f64; ROOM], e: &Vectors, k: usize) -> Plane {
     let mut sum = Plane::ZERO;
-    for i in 1..k {
-        sum += e.get(k - i) * s[i];
+    for (i, speed) in s.iter().enumerate().take(k).skip(1) {
+        sum += e.get(k - i) * *speed;
     }
     sum
 }

@@ -15,10 +15,10 @@ const STAGES: usize = 5;
 
 /// Radau's nodes.
 const NODES: [f64; STAGES] = [
-    0.057_104_196_114_517_682,
-    0.276_843_013_638_123_83,
-    0.583_590_432_368_916_82,
-    0.860_240_135_656_219_45,
+    0.057_104_196_114_517_68,
+    0.276_843_013_638_123_8,
+    0.583_590_432_368_916_8,
+    0.860_240_135_656_219_5,
     1.0,
 ];
 
@@ -27,36 +27,36 @@ const OF_NODES: [[f64; STAGES]; STAGES] = [
     [
         1.586_407_900_186_328_2,
         -1.008_117_881_498_373,
-        0.730_974_866_159_787_46,
-        -0.509_264_884_847_742_72,
+        0.730_974_866_159_787_5,
+        -0.509_264_884_847_742_7,
         0.2,
     ],
     [
-        -11.879_263_560_593_569,
-        21.561_468_539_410_112,
-        -17.021_823_932_825_568,
+        -11.879_263_560_593_57,
+        21.561_468_539_410_11,
+        -17.021_823_932_825_57,
         12.139_618_954_009_025,
         -4.8,
     ],
     [
-        29.933_327_727_047_901,
-        -73.334_306_169_638_121,
-        80.478_815_606_138_422,
+        29.933_327_727_047_9,
+        -73.334_306_169_638_13,
+        80.478_815_606_138_43,
         -62.277_837_163_548_203,
         25.2,
     ],
     [
         -31.054_881_095_723_056,
-        87.946_344_956_204_194,
+        87.946_344_956_204_2,
         -117.938_298_751_790_83,
         105.846_834_891_309_69,
         -44.8,
     ],
     [
         11.414_409_029_082_395,
-        -35.165_389_444_477_812,
+        -35.165_389_444_477_81,
         53.750_332_212_318_185,
-        -55.199_351_796_922_768,
+        -55.199_351_796_922_77,
         25.2,
     ],
 ];
@@ -196,9 +196,9 @@ impl Sliding {
                 direction += *of_node * OF_NODES[power][j];
                 motion.speed[power] += speeds[j] * OF_NODES[power][j];
             }
-            for k in 0..ROOM {
-                motion.velocity_x[k] -= direction.x * braked[k];
-                motion.velocity_y[k] -= direction.y * braked[k];
+            for (k, braked) in braked.iter().enumerate() {
+                motion.velocity_x[k] -= direction.x * braked;
+                motion.velocity_y[k] -= direction.y * braked;
             }
         }
         Some(motion)
@@ -216,8 +216,9 @@ fn solve(matrix: &mut [[f64; STAGES]; STAGES], right: &mut [f64; STAGES]) -> Opt
         right.swap(column, pivot);
         for row in column + 1..STAGES {
             let factor = matrix[row][column] / matrix[column][column];
-            for k in column..STAGES {
-                matrix[row][k] -= factor * matrix[column][k];
+            let of_pivot = matrix[column];
+            for (cell, of_pivot) in matrix[row].iter_mut().zip(of_pivot).skip(column) {
+                *cell -= factor * of_pivot;
             }
             right[row] -= factor * right[column];
         }

@@ -213,9 +213,9 @@ const MAX_SENSITIVE_SHARE: f64 = 0.005;
 
 #[test]
 fn turned_or_cut_into_ten_a_tick_gives_the_same_force() {
-    let seeds = test_run::extent(60, 3000);
+    let seeds: u32 = test_run::extent(60, 3000);
     let (mut ticks, mut exhausted, mut sensitive) = (0_u32, 0_u32, 0_u32);
-    for seed in 0..seeds as u64 {
+    for seed in 0..u64::from(seeds) {
         let mut random = random(seed);
         let case = random_case(&mut random);
         let hand = Hand::random(&mut random, &case);
@@ -251,15 +251,15 @@ fn turned_or_cut_into_ten_a_tick_gives_the_same_force() {
         }
         assert!(worst < 1e-3, "seed {seed}: {worst:e} N, {case:?}, {hand:?}");
     }
-    let share = f64::from(sensitive) / seeds as f64;
+    let share = f64::from(sensitive) / f64::from(seeds);
     println!("{exhausted} of {ticks} ticks exhausted, {sensitive} of {seeds} scenes above 1e-10 N");
-    assert!(share <= MAX_SENSITIVE_SHARE.max(1.0 / seeds as f64), "{share}");
+    assert!(share <= MAX_SENSITIVE_SHARE.max(1.0 / f64::from(seeds)), "{share}");
     assert!(f64::from(exhausted) < 1e-3 * f64::from(ticks), "{exhausted} of {ticks}");
 }
 
 #[test]
 fn a_line_in_the_plane_is_the_tick_of_one_axis() {
-    for seed in 0..test_run::extent(40, 1000) as u64 {
+    for seed in 0..test_run::extent(40_u64, 1000) {
         let mut random = random(seed);
         let case = random_case(&mut random);
         let mut hand = Hand::random(&mut random, &case);
@@ -295,7 +295,7 @@ fn a_line_in_the_plane_is_the_tick_of_one_axis() {
 
 #[test]
 fn friction_in_the_plane_creates_no_energy() {
-    for seed in 0..test_run::extent(40, 1000) as u64 {
+    for seed in 0..test_run::extent(40_u64, 1000) {
         let mut random = random(seed);
         let case = random_case(&mut random);
         let hand = Hand::random(&mut random, &case);

@@ -337,7 +337,7 @@ impl Work<'_> {
                 if force_n >= self.largest_n {
                     let limit_n = status.force_limit_n;
                     return Err(Failure::BadRig(format!(
-                        "the handle did not move under {} N: is the motor supplied, and is the handle free and not at \
+                        "the handle did not move under {:.2} N: is the motor supplied, and is the handle free and not at \
                          its end? --max-force-n allows up to {limit_n} N",
                         sign * force_n
                     )));

@@ -7,6 +7,7 @@ use crate::output;
 use clap::{Args, ValueHint};
 use haptic_ipc::regular_file;
 use haptic_studies::order::{Order, rows};
+use haptic_studies::plan::Plan;
 use haptic_studies::store::{Study, StudyDescription};
 use haptic_studies::subject::numbered_codes;
 use haptic_studies::subject_table::SubjectTable;
@@ -73,6 +74,11 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         about.subjects.join(", "),
         plan::panel(about.task, study.folder())
     ))?;
+    say_unbalanced(&plan, &about)
+}
+
+/// Says where a Latin square is not balanced with so many subjects.
+pub(super) fn say_unbalanced(plan: &Plan, about: &StudyDescription) -> Result<(), Failure> {
     let (things, count) = (plan.ordered_names().len(), about.subjects.len());
     let rows = rows(things);
     if plan.order() == Order::LatinSquare && about.orders.is_empty() && !count.is_multiple_of(rows) {

@@ -72,6 +72,9 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
     let recordings = !arguments.no_recordings;
     let about = StudyDescription::simulated(&plan, &text, arguments.seed, arguments.subjects, recordings);
     let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
+    if !as_json {
+        super::new::say_unbalanced(&plan, &about)?;
+    }
     go_on(study, &arguments.out, as_json).await
 }
 

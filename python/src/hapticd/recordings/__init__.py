@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticd.errors import NotARecording
+from hapticd.extras import need
 
 if TYPE_CHECKING:
     import pandas
@@ -26,6 +27,7 @@ def read(path: str | os.PathLike[str]) -> pandas.DataFrame:
         NotARecording: The file is not a recording, or is damaged.
         OSError: It cannot be read.
     """
+    need("pandas", "numpy", "pandas")
     path = Path(path)
     ending = path.suffix.lower()
     if ending == ".mcap":

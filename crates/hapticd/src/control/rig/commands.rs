@@ -127,6 +127,8 @@ impl RigHandle {
     /// # Errors
     /// As [`Self::command`].
     pub(crate) async fn release_because(&self, why: &str) -> Result<Outcome, WireError> {
+        // Nobody's request: the state before it is as old as the last pump.
+        self.pump();
         let stops_known = self.channel.stops();
         self.carry_out(Command::Release, Admission::NONE, stops_known, Asked::Because(why))
             .await
