@@ -259,7 +259,7 @@ fn turned_or_cut_into_ten_a_tick_gives_the_same_force() {
 
 #[test]
 fn a_line_in_the_plane_is_the_tick_of_one_axis() {
-    for seed in 0..test_run::extent(40_u64, 1000) {
+    for seed in 0..test_run::extent(200_u64, 1000) {
         let mut random = random(seed);
         let case = random_case(&mut random);
         let mut hand = Hand::random(&mut random, &case);
@@ -295,7 +295,7 @@ fn a_line_in_the_plane_is_the_tick_of_one_axis() {
 
 #[test]
 fn friction_in_the_plane_creates_no_energy() {
-    for seed in 0..test_run::extent(40_u64, 1000) {
+    for seed in 0..test_run::extent(200_u64, 1000) {
         let mut random = random(seed);
         let case = random_case(&mut random);
         let hand = Hand::random(&mut random, &case);
