@@ -48,15 +48,15 @@ describe() {
     state) package=haptic-core files=(servo/rig.rs) tests=(servo --skip every_build_gives) ;;
     servo)
         package=haptic-core tests=(servo --skip every_build_gives)
-        files=(servo/{mod,inputs,sensing,transition,force_offset,fault,state}.rs)
+        files=(servo/{clock_doubt,inputs,sensing,servo,state,transition}.rs)
         ;;
     forces)
-        package=haptic-core files=(servo/{force,compile}.rs compensation.rs)
+        package=haptic-core files=(servo/{step,compile}.rs compensation.rs)
         tests=(servo compensation --skip every_build_gives)
         ;;
     motion)
-        package=haptic-core files=(excitation/{mod,course}.rs pulse.rs rig_friction.rs bound_error.rs)
-        tests=(excitation pulse rig_friction bound_error servo::tests::motion)
+        package=haptic-core files=(excitation/{mod,course}.rs own_motion.rs rig_friction.rs bound_error.rs)
+        tests=(excitation own_motion rig_friction bound_error servo::tests::motion)
         ;;
     session)
         package=device-io files=(link/session.rs link/sent_messages.rs)
