@@ -108,7 +108,7 @@ def test_who_may_not_enter_the_directory_learns_the_group(monkeypatch: pytest.Mo
 
 def test_a_service_that_does_not_run_is_looked_up_in_its_log(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(socket_path, "_UNITS", [str(tmp_path)])
-    assert "--demo" in socket_path.start_remedy(Path("/run/hapticd@left/control.sock"))
+    assert "start the service hapticd@left" in socket_path.start_remedy(Path("/run/hapticd@left/control.sock"))
     (tmp_path / "hapticd@.service").touch()
     remedy = socket_path.start_remedy(Path("/run/hapticd@left/control.sock"))
     assert "journalctl -u hapticd@left`" in remedy and "--demo" not in remedy
