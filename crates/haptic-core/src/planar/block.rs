@@ -23,6 +23,11 @@ const SERIES_TURNS: f64 = 8.0;
 /// A slide's contact. A plane has no direction of its own, so there is only one.
 const SLIDING: Contact = Contact::Sliding(Direction::Positive);
 
+/// A contact on a line, as one in the plane.
+fn of_plane(contact: Contact) -> Contact {
+    if contact == Contact::Stuck { contact } else { SLIDING }
+}
+
 /// Karnopp friction of a surface that is alike in all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IsotropicKarnopp {
@@ -170,7 +175,8 @@ impl PlanarBlock {
     ) -> PlanarRendered {
         let mut rendered = PlanarRendered::default();
         if elapsed_s > 0.0 {
-            rendered = self.advance(elapsed_s, position, velocity, sink);
+            let course = self.course(elapsed_s, position, velocity);
+            rendered = self.advance(course, sink);
             self.state.position = self.state.position.flushed();
             self.state.velocity = self.state.velocity.flushed();
             if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
@@ -200,18 +206,13 @@ impl PlanarBlock {
         if self.frictionless() { SLIDING } else { Contact::Stuck }
     }
 
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: Plane,
-        velocity: Plane,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> PlanarRendered {
+    /// A tick to a sample of the device, at its beginning.
+    fn course(&self, elapsed_s: f64, position: Plane, velocity: Plane) -> Course {
         let Coupling { stiffness, damping } = self.coupling;
         let state = &self.state;
         let place = state.device_position.sum().max(position.sum()) + state.position.sum();
         let speed = state.device_velocity.sum().max(velocity.sum());
-        let mut course = Course {
+        Course {
             elapsed_s,
             load: Pull {
                 force: state.deflection() * stiffness + state.device_velocity * damping,
@@ -226,8 +227,11 @@ impl PlanarBlock {
             pieces: 0,
             stiff_step_s: elapsed_s.min(self.sliding.longest_stiff_step()),
             rendered: PlanarRendered::default(),
-        };
-        while course.time < elapsed_s {
+        }
+    }
+
+    fn advance(&mut self, mut course: Course, sink: &mut (impl EventSink + ?Sized)) -> PlanarRendered {
+        while course.time < course.elapsed_s {
             if course.pieces == MAX_PIECES {
                 self.implicit_step(&mut course, sink);
                 course.rendered.work_exhausted = true;
@@ -298,8 +302,8 @@ impl PlanarBlock {
                 self.follow_line(course, sink);
                 return;
             }
-            let threshold = velocity_threshold > 0.0 && self.state.armed;
-            if !threshold
+            let falls_before = velocity_threshold > 0.0 && self.state.armed;
+            if !falls_before
                 && let Some(landing) = self.sliding.lands(velocity, &pull)
                 && landing.after_s < remaining
             {
@@ -350,7 +354,7 @@ impl PlanarBlock {
     /// A step, s, whose series has some prospect to converge: a slide that stops soon is not expanded beyond its stop.
     fn step_for(&self, speed: f64, pull: &Pull, remaining: f64) -> f64 {
         let force = pull.force.length() + self.friction.dynamic_force + self.sliding.damping * speed;
-        remaining.min(8.0 * self.sliding.mass * speed / force)
+        remaining.min(SERIES_TURNS * self.sliding.mass * speed / force)
     }
 
     /// When in a piece a slide that has been faster than the velocity threshold falls to it.
@@ -401,55 +405,39 @@ impl PlanarBlock {
 
     /// The rest of the tick on the line of the motion, in closed form.
     fn follow_line(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
-        let speed = self.state.velocity.length();
-        let along = self.state.velocity * (1.0 / speed);
-        let pull = course.pull(self.coupling.stiffness);
-        let remaining = course.remaining();
-        let stiffness = self.coupling.stiffness;
-        let begin = along.dot(pull.force) / stiffness;
-        let end = begin + along.dot(pull.slope) * remaining / stiffness;
-        let mut state = BlockState::new(0.0, speed, begin, 0.0);
-        state.armed = self.state.armed;
-        self.line.set_state(state);
+        let along = self.state.velocity * (1.0 / self.state.velocity.length());
         let mut shifted = Shifted {
             sink,
             after_s: course.time,
         };
-        let Rendered {
-            events, work_exhausted, ..
-        } = self.line.advance(remaining, end, 0.0, &mut shifted);
-        let end = self.line.state();
-        course.moved += along * (end.position);
+        let (rendered, end) = self.on_line(along, course, &mut shifted);
+        course.moved += along * end.position;
         course.time = course.elapsed_s;
-        course.rendered.events += events;
-        course.rendered.work_exhausted |= work_exhausted;
+        course.rendered.events += rendered.events;
+        course.rendered.work_exhausted |= rendered.work_exhausted;
         self.state.velocity = along * end.velocity;
         self.state.armed = end.armed;
-        self.state.contact = if end.contact == Contact::Stuck {
-            Contact::Stuck
-        } else {
-            SLIDING
-        };
+        self.state.contact = of_plane(end.contact);
     }
 
     /// A tick without friction: each axis for itself.
     fn glide(&mut self, course: &mut Course) {
-        let pull = course.pull(self.coupling.stiffness);
-        let remaining = course.remaining();
-        let stiffness = self.coupling.stiffness;
-        let mut axis = |velocity: f64, force: f64, slope: f64| {
-            self.line
-                .set_state(BlockState::new(0.0, velocity, force / stiffness, 0.0));
-            self.line
-                .advance(remaining, (force + slope * remaining) / stiffness, 0.0, &mut ());
-            let end = self.line.state();
-            (end.position, end.velocity)
-        };
-        let (x, u) = axis(self.state.velocity.x, pull.force.x, pull.slope.x);
-        let (y, v) = axis(self.state.velocity.y, pull.force.y, pull.slope.y);
-        course.moved += Plane::new(x, y);
-        self.state.velocity = Plane::new(u, v);
+        let (_, x) = self.on_line(Plane::new(1.0, 0.0), course, &mut ());
+        let (_, y) = self.on_line(Plane::new(0.0, 1.0), course, &mut ());
+        course.moved += Plane::new(x.position, y.position);
+        self.state.velocity = Plane::new(x.velocity, y.velocity);
         course.time = course.elapsed_s;
+    }
+
+    /// The rest of the tick of the block on a line through it. Its place is what it has moved from here.
+    fn on_line(&mut self, along: Plane, course: &Course, sink: &mut impl EventSink) -> (Rendered, BlockState) {
+        let (pull, remaining) = (course.pull(self.coupling.stiffness), course.remaining());
+        let begin = along.dot(pull.force) / self.coupling.stiffness;
+        let end = begin + along.dot(pull.slope) * remaining / self.coupling.stiffness;
+        let velocity = along.dot(self.state.velocity);
+        self.line.set_state(BlockState::new(0.0, velocity, begin, 0.0));
+        let rendered = self.line.advance(remaining, end, 0.0, sink);
+        (rendered, self.line.state())
     }
 
     /// One backward-Euler step to the end of the tick (Moreau 1988): stable and dissipative whatever its length.
@@ -471,12 +459,11 @@ impl PlanarBlock {
             }
             return;
         }
+        if self.state.contact == Contact::Stuck {
+            self.change_contact(SLIDING, course, sink);
+        }
         let speed = (length - dynamic_force) / (mass / step_s + damping + stiffness * step_s);
         self.state.velocity = impulse * (speed / length);
-        if self.state.contact == Contact::Stuck {
-            self.state.contact = SLIDING;
-            sink.contact_changed(course.time, Contact::Stuck, SLIDING);
-        }
         course.moved += self.state.velocity * step_s;
         sink.dissipated(dynamic_force * step_s * speed);
         self.state.armed = speed > self.friction.velocity_threshold;
@@ -533,8 +520,7 @@ struct Shifted<'a, S: ?Sized> {
 
 impl<S: EventSink + ?Sized> EventSink for Shifted<'_, S> {
     fn contact_changed(&mut self, at_s: f64, from: Contact, to: Contact) {
-        let one = |contact| if contact == Contact::Stuck { contact } else { SLIDING };
-        let (from, to) = (one(from), one(to));
+        let (from, to) = (of_plane(from), of_plane(to));
         // On a line a slide may turn round; in the plane it goes on.
         if from != to {
             self.sink.contact_changed(self.after_s + at_s, from, to);

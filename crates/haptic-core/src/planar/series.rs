@@ -11,6 +11,7 @@
 use super::vector::Plane;
 use crate::math::{powf, sqrt};
 use crate::series::{RECIPROCAL, ROOM, first_root, value};
+use core::mem::replace;
 
 /// Up to this error, N, a series is carried on.
 pub(super) const TOLERANCE_N: f64 = 1e-12;
@@ -31,6 +32,20 @@ pub(super) struct Sliding {
     pub(super) dynamic_force: f64,
     /// What a change of velocity is worth in force, N s/m.
     pub(super) impedance: f64,
+}
+
+/// What multiplies the terms of the equation of motion, in velocity, m/s, over a piece.
+pub(super) struct Scales {
+    /// A force, N.
+    pub(super) share: f64,
+    /// The slope of a force, N/s.
+    pub(super) slope: f64,
+    /// The velocity.
+    pub(super) damped: f64,
+    /// The direction of the slide.
+    pub(super) rubbed: f64,
+    /// The velocity that has moved the block on.
+    pub(super) sprung: f64,
 }
 
 /// The force on a block that stands still.
@@ -157,6 +172,29 @@ impl Sliding {
         }
     }
 
+    /// The equation of motion in the time of a piece.
+    pub(super) fn scales(&self, step_s: f64) -> Scales {
+        let share = step_s / self.mass;
+        Scales {
+            share,
+            slope: share * step_s,
+            damped: share * self.damping,
+            rubbed: share * self.dynamic_force,
+            sprung: share * self.stiffness * step_s,
+        }
+    }
+
+    /// Takes the newest velocity of a series into its `last` term, N. Returns up to which share of the piece it converges
+    /// where it ends there: with small terms, of which there are `enough`, or with its highest order.
+    fn ends(&self, newest: Plane, last: &mut f64, enough: bool, is_highest: bool) -> Option<f64> {
+        let before = replace(last, self.impedance * newest.sum());
+        if enough && *last < TOLERANCE_N && before < 4.0 * TOLERANCE_N {
+            Some(1.0)
+        } else {
+            is_highest.then(|| converges_until(before, *last))
+        }
+    }
+
     /// The slide that goes on with `velocity`, which is not zero, for at most `step_s`.
     pub(super) fn goes_on(&self, velocity: Plane, pull: &Pull, step_s: f64) -> Motion {
         let speed = velocity.length();
@@ -166,39 +204,36 @@ impl Sliding {
         w.set(0, velocity);
         s[0] = speed;
         e.set(0, velocity * (1.0 / speed));
-        let share = step_s / self.mass;
-        let (damped, rubbed) = (share * self.damping, share * self.dynamic_force);
-        let sprung = share * self.stiffness * step_s;
+        let Scales {
+            share,
+            slope,
+            damped,
+            rubbed,
+            sprung,
+        } = self.scales(step_s);
         let inverse = 1.0 / speed;
-        let (mut last, mut end) = (f64::INFINITY, None);
+        let (mut last, mut until) = (f64::INFINITY, 1.0);
         for k in 0..ORDER {
             let pulled = match k {
                 0 => pull.force * share,
-                1 => pull.slope * (share * step_s) - velocity * sprung,
+                1 => pull.slope * slope - velocity * sprung,
                 _ => w.get(k - 1) * (-sprung * RECIPROCAL[k]),
             };
             let newest = (pulled - w.get(k) * damped - e.get(k) * rubbed) * RECIPROCAL[k + 1];
             w.set(k + 1, newest);
-            let term = self.impedance * newest.sum();
             // e . e = 1 and w = s e, both of order k + 1.
             let n = k + 1;
             let turned = -0.5 * inner(&e, &e, n);
             s[n] = e.get(0).dot(newest) + speed * turned + inner(&w, &e, n);
             e.set(n, (newest - scaled(&s, &e, n) - e.get(0) * s[n]) * inverse);
-            if k >= 2 && term < TOLERANCE_N && last < 4.0 * TOLERANCE_N {
-                end = Some(1.0);
+            if let Some(share) = self.ends(newest, &mut last, k >= 2, n == ORDER) {
+                until = share;
                 break;
             }
-            if k + 1 < ORDER {
-                last = term;
-            } else {
-                end = Some(converges_until(last, term));
-            }
         }
-        let until = keeps_speed(&s, end.unwrap_or(1.0));
         Motion {
             step_s,
-            until,
+            until: keeps_speed(&s, until),
             speed: s,
             velocity_x: w.x,
             velocity_y: w.y,
@@ -210,10 +245,14 @@ impl Sliding {
     pub(super) fn sets_off(&self, pull: &Pull, step_s: f64) -> Motion {
         let force = pull.force.length();
         let along = pull.force * (1.0 / force);
-        let share = step_s / self.mass;
+        let Scales {
+            share,
+            slope,
+            damped,
+            rubbed,
+            sprung,
+        } = self.scales(step_s);
         let first = share * (force - self.dynamic_force);
-        let (damped, rubbed) = (share * self.damping, share * self.dynamic_force);
-        let sprung = share * self.stiffness * step_s;
         let mut w = Vectors::ZERO;
         let mut s = [0.0; ROOM];
         let mut e = Vectors::ZERO;
@@ -222,7 +261,7 @@ impl Sliding {
         e.set(0, along);
         let turns = rubbed / first;
         let inverse = 1.0 / first;
-        let (mut last, mut end) = (self.impedance * first, None);
+        let (mut last, mut until) = (self.impedance * first, 1.0);
         for k in 1..ORDER {
             // What is known of e[k]: its part along, and across what the older orders give.
             let lengthwise = -0.5 * inner(&e, &e, k);
@@ -230,8 +269,8 @@ impl Sliding {
             let older_across = older - along * along.dot(older);
             let known = along * lengthwise - older_across * inverse;
             let pulled = match k {
-                1 => pull.slope * (share * step_s),
-                // The velocity's order k - 2 is w[k - 3 + ...]: x[k] = h v[k - 1] / k, v[k - 1] = w[k - 2].
+                1 => pull.slope * slope,
+                // x[k] = h v[k - 1] / k, and the velocity's order k - 1 is W[k - 2].
                 _ => w.get(k - 2) * (-sprung * RECIPROCAL[k]),
             };
             let q = pulled - w.get(k - 1) * damped - known * rubbed;
@@ -242,40 +281,36 @@ impl Sliding {
             w.set(k, newest);
             e.set(k, known + across * inverse);
             s[k] = along.dot(newest) + first * lengthwise + inner(&w, &e, k);
-            let term = self.impedance * newest.sum();
-            if k >= 3 && term < TOLERANCE_N && last < 4.0 * TOLERANCE_N {
-                end = Some(1.0);
+            if let Some(share) = self.ends(newest, &mut last, k >= 3, k + 1 == ORDER) {
+                until = share;
                 break;
             }
-            if k + 1 < ORDER {
-                last = term;
-            } else {
-                end = Some(converges_until(last, term));
-            }
         }
-        let until = keeps_speed(&s, end.unwrap_or(1.0));
         Motion::shifted(&w, &s, 1, until, step_s)
     }
 
     /// The slide that begins where the pull has just come to the friction: its velocity is `theta^2 V`. The pull grows.
     pub(super) fn begins_to_slide(&self, pull: &Pull, step_s: f64) -> Motion {
         let along = pull.force * (1.0 / pull.force.length());
-        let share = step_s / self.mass;
-        let damped = share * self.damping;
-        let rubbed = share * self.dynamic_force;
-        let sprung = share * self.stiffness * step_s;
+        let Scales {
+            slope,
+            damped,
+            rubbed,
+            sprung,
+            ..
+        } = self.scales(step_s);
         let across_of = |vector: Plane| vector - along * along.dot(vector);
         let mut v = Vectors::ZERO;
         let mut s = [0.0; ROOM];
         let mut e = Vectors::ZERO;
         e.set(0, along);
         let mut across = Plane::ZERO; // of V[k - 1]
-        let (mut last, mut end) = (f64::INFINITY, None);
+        let (mut last, mut until) = (f64::INFINITY, 1.0);
         // Order k of the equation gives V[k - 1] along and e[k] across.
         for k in 1..=ORDER {
             let lengthwise = -0.5 * inner(&e, &e, k);
             let pulled = match k {
-                1 => pull.slope * (share * step_s),
+                1 => pull.slope * slope,
                 2 => Plane::ZERO,
                 // x[k] = h v[k - 1] / k, and the velocity's order k - 1 is V[k - 3].
                 _ => v.get(k - 3) * (-sprung * RECIPROCAL[k]),
@@ -292,18 +327,11 @@ impl Sliding {
             let e_across = (across_of(known) - across * (k + 1) as f64) * (1.0 / rubbed);
             e.set(k, along * lengthwise + e_across);
             across = e_across * s[0] + across_of(scaled(&s, &e, k));
-            let term = self.impedance * newest.sum();
-            if k >= 4 && term < TOLERANCE_N && last < 4.0 * TOLERANCE_N {
-                end = Some(1.0);
+            if let Some(share) = self.ends(newest, &mut last, k >= 4, k == ORDER) {
+                until = share;
                 break;
             }
-            if k < ORDER {
-                last = term;
-            } else {
-                end = Some(converges_until(last, term));
-            }
         }
-        let until = keeps_speed(&s, end.unwrap_or(1.0));
         Motion::shifted(&v, &s, 2, until, step_s)
     }
 }
@@ -318,7 +346,7 @@ impl Motion {
         };
         Self {
             step_s,
-            until,
+            until: keeps_speed(speed, until),
             speed: shift(speed),
             velocity_x: shift(&velocity.x),
             velocity_y: shift(&velocity.y),

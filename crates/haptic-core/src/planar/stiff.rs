@@ -6,7 +6,7 @@
 //! solved to rounding. The unknowns are speed and angle at each node: in them the equation stays mild however small the
 //! speed is. A step counts when two of half its length end alike.
 
-use super::series::{Motion, Pull, Sliding, TOLERANCE_N};
+use super::series::{Motion, Pull, Scales, Sliding, TOLERANCE_N};
 use super::vector::Plane;
 use crate::math::sqrt;
 use crate::series::{RECIPROCAL, ROOM, value};
@@ -97,9 +97,13 @@ impl Sliding {
     }
 
     fn collocated(&self, velocity: Plane, pull: &Pull, step_s: f64) -> Option<Motion> {
-        let share = step_s / self.mass;
-        let (damped, rubbed) = (share * self.damping, share * self.dynamic_force);
-        let sprung = share * self.stiffness * step_s;
+        let Scales {
+            share,
+            slope,
+            damped,
+            rubbed,
+            sprung,
+        } = self.scales(step_s);
         // A velocity's series under a force that acts on it alone.
         let driven = |first: f64, force: &[f64]| {
             let mut series = [0.0; ROOM];
@@ -114,7 +118,6 @@ impl Sliding {
             }
             series
         };
-        let slope = share * step_s;
         let free_x = driven(velocity.x, &[share * pull.force.x, slope * pull.slope.x]);
         let free_y = driven(velocity.y, &[share * pull.force.y, slope * pull.slope.y]);
         let mut braked = [[0.0; ROOM]; STAGES];
