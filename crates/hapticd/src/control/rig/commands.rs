@@ -127,8 +127,6 @@ impl RigHandle {
     /// # Errors
     /// As [`Self::command`].
     pub(crate) async fn release_because(&self, why: &str) -> Result<Outcome, WireError> {
-        // Nobody's request: the state before it is as old as the last pump.
-        self.pump();
         let stops_known = self.channel.stops();
         self.carry_out(Command::Release, Admission::NONE, stops_known, Asked::Because(why))
             .await
@@ -162,6 +160,8 @@ impl RigHandle {
                 ..setup
             });
         }
+        // The turn may have come late, and what nobody asked for comes without a request's pump.
+        self.pump();
         let before = self.channel.state();
         let serial = self
             .channel
@@ -208,6 +208,7 @@ impl RigHandle {
     /// The state of the rig with no command under way, and a guard that keeps commands waiting.
     pub(in crate::control) async fn quiet_state(&self) -> (tokio::sync::MutexGuard<'_, ()>, RigState) {
         let turn = self.channel.turn().await;
+        self.pump();
         (turn, self.channel.state())
     }
 
@@ -266,5 +267,39 @@ impl RigHandle {
              switches it off)"
         );
         Err(WireError::new(code, message).about("device"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::rig::fixture::rig;
+    use crate::rt::outbox::FromLoop;
+    use crate::rt::outbox::tests::record;
+
+    #[tokio::test]
+    async fn journal_has_the_state_before_a_release_nobody_asked_for() {
+        let (rig, mut loop_side) = rig();
+        loop_side.outbox.push(|| record(0));
+        rig.pump();
+        // In a record that nobody has taken yet it is engaged.
+        let mut engaged = record(1);
+        engaged.state = RigState::Engaged;
+        loop_side.outbox.push(|| engaged);
+        let outcome = Outcome {
+            tick: 2,
+            state: RigState::Releasing,
+            refused: false,
+        };
+        // The answer to the first command is there before it is asked for.
+        loop_side.outbox.send(FromLoop::Done { serial: 1, outcome });
+        rig.release_because("a lease has lapsed").await.expect("released");
+        rig.pump();
+        let entry = rig.journal(0, 9).entries.swap_remove(0);
+        let change = StateChange {
+            before: RigState::Engaged,
+            after: RigState::Releasing,
+        };
+        assert_eq!((&*entry.op, entry.state), ("release", Some(change)));
     }
 }
