@@ -146,6 +146,12 @@ impl DaemonMirror {
         self.scene.whole.as_ref().filter(|_| is_of)
     }
 
+    /// Whether there is a block, as far as is known.
+    #[must_use]
+    pub fn has_block(&self) -> bool {
+        self.scene.whole.as_ref().is_none_or(|scene| scene.block.is_some())
+    }
+
     /// Takes the answer to `subscribe`.
     pub fn take_subscription(&mut self, reply: &SubscribeReply) {
         self.rate_hz = Some(reply.rate_hz);

@@ -73,12 +73,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     paint_ground(ui, &painter, strip, scale);
     let newest = tapes.newest();
     if let Some(sample) = newest {
-        let has_block = daemon
-            .mirror
-            .scene
-            .whole
-            .as_ref()
-            .is_none_or(|scene| scene.block.is_some());
+        let has_block = daemon.mirror.has_block();
         let block_m = (has_block && sample.state.is_live()).then_some(sample.block_position_m);
         let y = strip.top() + (HEIGHT - BAR_HEIGHT) / 2.0;
         paint_positions(ui, &painter, y, scale, (block_m, sample.device_position_m, target_m));

@@ -37,12 +37,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     };
     let force = value(|sample| sample.command_force_n);
     let device = value(|sample| sample.device_position_m * MM_PER_M);
-    let has_block = daemon
-        .mirror
-        .scene
-        .whole
-        .as_ref()
-        .is_none_or(|scene| scene.block.is_some());
+    let has_block = daemon.mirror.has_block();
     let (block, block_unit) = if has_block {
         (value(|sample| sample.block_position_m * MM_PER_M), "mm")
     } else {
