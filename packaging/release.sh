@@ -158,7 +158,7 @@ static_tarball() {
     rmdir "$tree/usr"
     install -m 755 "$CARGO_TARGET_DIR/$processor-unknown-linux-musl/$folder"/{hapticd,haptic-ctl} "$tree/bin/"
     cp packaging/tarball.md "$tree/README.md"
-    tar --create --gzip --file "$out/dist/$name.tar.gz" --directory "$out" --sort=name --owner=0 --group=0 --numeric-owner \
+    tar --create --use-compress-program='gzip --best --no-name' --file "$out/dist/$name.tar.gz" --directory "$out" --sort=name --owner=0 --group=0 --numeric-owner \
         --mtime="@$SOURCE_DATE_EPOCH" "$name"
     rm -r "$tree"
 }

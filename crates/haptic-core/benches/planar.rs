@@ -1,8 +1,8 @@
 //! The block in the plane, speed against error: `cargo bench -p haptic-core --bench planar`.
 //!
 //! Beside the exact tick: Moreau's implicit step, which physics engines take, once and a hundred times a tick, and one
-//! Karnopp block for each axis, which is what the firmware of force-feedback devices does. Errors are those of the force,
-//! N, to the references of tests/data/planar. Nanoseconds are of single ticks, less those of reading the clock;
+//! Karnopp block for each axis, which is what the firmware of force-feedback devices does. Errors are those of the
+//! force, N, to the references of tests/data/planar. Nanoseconds are of single ticks, less those of reading the clock;
 //! instructions come from callgrind, where valgrind is installed, under which the program starts itself once more.
 
 use haptic_core::block::{BlockState, Coupling};

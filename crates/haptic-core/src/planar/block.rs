@@ -116,7 +116,7 @@ impl Course {
 }
 
 impl PlanarBlock {
-    /// At rest at the origin, of `mass` kg. All numbers are as [`Scene::validate`](crate::Scene::validate) accepts them.
+    /// At rest at the origin, of `mass` kg. The numbers are as [`Scene::validate`](crate::Scene::validate) accepts them.
     #[must_use]
     pub fn new(mass: f64, coupling: Coupling, friction: IsotropicKarnopp) -> Self {
         let friction = IsotropicKarnopp {

@@ -1,12 +1,12 @@
 //! A slide in the plane as a power series of time.
 //!
-//! The block obeys `M w' = R(t) - C w - Fd w / |w|`, where `R(t) = f0 + g1 t - K X` is the force on the block if it stood
-//! still, `X` is its displacement since the start of the piece and `C = B + b`. Time is scaled so that the piece covers 0
-//! to 1. Each order of the velocity follows from the orders before it (Moore 1966), and the direction `e = w / |w|` and
-//! the speed `s = |w|` from `w = s e` and `e . e = 1`.
+//! The block obeys `M w' = R(t) - C w - Fd w / |w|`, where `R(t) = f0 + g1 t - K X` is the force on the block if it
+//! stood still, `X` is its displacement since the start of the piece and `C = B + b`. Time is scaled so that the piece
+//! covers 0 to 1. Each order of the velocity follows from the orders before it (Moore 1966), and the direction
+//! `e = w / |w|` and the speed `s = |w|` from `w = s e` and `e . e = 1`.
 //!
-//! From rest `w / |w|` has no value; but `w / t` has one where the pull exceeds the friction, and `w / t^2` where it only
-//! begins to.
+//! From rest `w / |w|` has no value; but `w / t` has one where the pull exceeds the friction, and `w / t^2` where it
+//! only begins to.
 
 use super::vector::Plane;
 use crate::math::{powf, sqrt};
@@ -184,8 +184,8 @@ impl Sliding {
         }
     }
 
-    /// Takes the newest velocity of a series into its `last` term, N. Returns up to which share of the piece it converges
-    /// where it ends there: with small terms, of which there are `enough`, or with its highest order.
+    /// Takes the newest velocity of a series into its `last` term, N. Returns up to which share of the piece it
+    /// converges where it ends there: with small terms, of which there are `enough`, or with its highest order.
     fn ends(&self, newest: Plane, last: &mut f64, enough: bool, is_highest: bool) -> Option<f64> {
         let before = replace(last, self.impedance * newest.sum());
         if enough && *last < TOLERANCE_N && before < 4.0 * TOLERANCE_N {

@@ -67,8 +67,8 @@ const MAX_NEWTON: u32 = 12;
 /// Turns of the free block, rad, or time constants of its damping, that a step may cover: its linear part is a series.
 const MAX_PHASE: f64 = 1.0;
 
-/// By so much, rad, a slide may be turned against where the polynomial begins, however slow it is: the law decides at zero
-/// speed whether one that turns round sticks.
+/// By so much, rad, a slide may be turned against where the polynomial begins, however slow it is: the law decides at
+/// zero speed whether one that turns round sticks.
 const MAX_TURN: f64 = 0.1;
 
 /// By so much, N, two half steps may differ from the whole, of an order that leaves them far more accurate.

@@ -121,8 +121,8 @@ fn references_are_met_with_their_events() {
     }
 }
 
-/// A hand that draws: circles, Lissajous figures, lines that all but pass through themselves, sudden corners, and a pull
-/// that turns just above the friction.
+/// A hand that draws: circles, Lissajous figures, lines that all but pass through themselves, sudden corners, and a
+/// pull that turns just above the friction.
 #[derive(Clone, Copy, Debug)]
 struct Hand {
     kind: usize,
