@@ -45,7 +45,7 @@ pub fn measure_excitations(instructions: Option<&[u64]>) -> Result<Vec<SceneCost
             let mut times_ns: Vec<u64> = (0..TIMES)
                 .map(|_| {
                     let (mut own, began) = (begun, Instant::now());
-                    measured_motion(&mut own, &motion);
+                    measured_ticks(Measured::Motion(&mut own), &motion);
                     u64::try_from(began.elapsed().as_nanos()).unwrap_or(u64::MAX)
                 })
                 .collect();
@@ -109,21 +109,32 @@ pub fn measure(instructions: Option<&[u64]>) -> Result<Vec<SceneCost>, SceneErro
         .collect()
 }
 
-/// What is measured: a function of its own, so that callgrind can separate it from the rest of the program.
-#[inline(never)]
-pub fn measured_ticks(renderer: &mut Renderer, motion: &[DeviceSample]) {
-    for pair in motion.windows(2) {
-        let (from, to) = (&pair[0], &pair[1]);
-        std::hint::black_box(renderer.tick(to.t_s - from.t_s, to.position_m, to.velocity_mps));
-    }
+/// What is measured.
+#[derive(Debug)]
+pub enum Measured<'a> {
+    /// A scene.
+    Scene(&'a mut Renderer),
+    /// A motion of the rig's own.
+    Motion(&'a mut OwnMotion),
 }
 
-/// The same of a motion of the rig's own.
+/// Its ticks: one function for all of it, so that callgrind can separate them from the rest of the program. Of two such
+/// functions it would count nothing.
 #[inline(never)]
-pub fn measured_motion(own: &mut OwnMotion, motion: &[DeviceSample]) {
-    for pair in motion.windows(2) {
-        let (from, to) = (&pair[0], &pair[1]);
-        std::hint::black_box(own.tick(to.t_s - from.t_s, to.position_m, to.velocity_mps));
+pub fn measured_ticks(what: Measured<'_>, motion: &[DeviceSample]) {
+    fn each(motion: &[DeviceSample], mut tick: impl FnMut(f64, f64, f64)) {
+        for pair in motion.windows(2) {
+            let (from, to) = (&pair[0], &pair[1]);
+            tick(to.t_s - from.t_s, to.position_m, to.velocity_mps);
+        }
+    }
+    match what {
+        Measured::Scene(renderer) => each(motion, |elapsed_s, position, velocity| {
+            std::hint::black_box(renderer.tick(elapsed_s, position, velocity));
+        }),
+        Measured::Motion(own) => each(motion, |elapsed_s, position, velocity| {
+            std::hint::black_box(own.tick(elapsed_s, position, velocity));
+        }),
     }
 }
 
@@ -176,10 +187,8 @@ impl Probe {
             Self::Scenes => {
                 let motion = hand();
                 for (_, scene) in scenes() {
-                    measured_ticks(
-                        &mut renderer(&scene, Scheme::Exact, &motion, Start::default())?,
-                        &motion,
-                    );
+                    let mut renderer = renderer(&scene, Scheme::Exact, &motion, Start::default())?;
+                    measured_ticks(Measured::Scene(&mut renderer), &motion);
                 }
             }
             Self::Excitations => {
@@ -187,7 +196,7 @@ impl Probe {
                 for (_, excitation) in excitations() {
                     // They are bounded, which a test runs through.
                     if let Ok(mut own) = begun(excitation, &motion) {
-                        measured_motion(&mut own, &motion);
+                        measured_ticks(Measured::Motion(&mut own), &motion);
                     }
                 }
             }
@@ -197,7 +206,7 @@ impl Probe {
                 } in cases::all()
                 {
                     for scheme in crate::accuracy::schemes() {
-                        measured_ticks(&mut renderer(&scene, scheme, &motion, start)?, &motion);
+                        measured_ticks(Measured::Scene(&mut renderer(&scene, scheme, &motion, start)?), &motion);
                     }
                 }
             }
@@ -205,14 +214,14 @@ impl Probe {
                 for case in law_cases(Extent::REPORT.samples) {
                     for scheme in schemes_by_law() {
                         let mut renderer = renderer(&case.scene, scheme, &case.motion, Start::default())?;
-                        measured_ticks(&mut renderer, &case.motion);
+                        measured_ticks(Measured::Scene(&mut renderer), &case.motion);
                     }
                 }
             }
             Self::Limits => {
                 for (_, case) in limited_cases() {
                     let mut renderer = renderer(&case.scene, Scheme::Exact, &case.motion, Start::default())?;
-                    measured_ticks(&mut renderer, &case.motion);
+                    measured_ticks(Measured::Scene(&mut renderer), &case.motion);
                 }
             }
         }
@@ -243,7 +252,7 @@ mod tests {
         let motion = hand();
         for (name, excitation) in excitations() {
             let mut own = begun(excitation, &motion).expect("bounded");
-            measured_motion(&mut own, &motion);
+            measured_ticks(Measured::Motion(&mut own), &motion);
             assert_eq!(own.end(), None, "{name}");
         }
     }
