@@ -6,6 +6,7 @@
 
 use crate::address::{Address, DEFAULT_BAUD};
 use crate::link::hid_node::{self, HidNode};
+use crate::link::remedy;
 use crate::link::{ConnectError, Connector, DeviceInfo, LinkCounters, LoopTiming};
 use crate::usb_boards;
 use rustix::fs::{Access, access};
@@ -82,7 +83,11 @@ pub fn list() -> Vec<Candidate> {
         {
             candidate.access_problem = Some(AccessProblem {
                 why: format!("{} is open in {user}", candidate.node.display()),
-                remedy: "end that program; docs/how-to/ports.md keeps it away from the rig".to_owned(),
+                remedy: if user.starts_with("hapticd ") {
+                    "its rig is among those of `haptic-ctl --all status`".to_owned()
+                } else {
+                    "end that program; docs/how-to/ports.md keeps it away from the rig".to_owned()
+                },
             });
         }
     }
@@ -166,7 +171,7 @@ fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Candidate {
         },
         description: describe("serial port", &node, identity.as_ref()),
         identity,
-        access_problem: closed(&node, || crate::link::serial_permission_remedy(&node)),
+        access_problem: closed(&node, || remedy::serial_permission(&node)),
         node,
     }
 }
@@ -184,7 +189,7 @@ fn hid_device(device: HidNode) -> Candidate {
             why,
             remedy: "not a rig, or its firmware does not speak the link protocol: docs/device-protocol.md".to_owned(),
         }),
-        Ok(_) => closed(&device.path, || hid_node::permission_remedy(&device.id)),
+        Ok(_) => closed(&device.path, || remedy::hid_permission(&device.id)),
     };
     Candidate {
         address: Address::Hid(device.id),

@@ -2,6 +2,7 @@
 //! nodes change; and the opening of a node.
 
 use super::connector::ConnectError;
+use super::remedy;
 use super::reports::Reports;
 use rustix::fd::OwnedFd;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
@@ -134,17 +135,6 @@ pub(super) fn what(id: &HidId) -> String {
     format!("HID device {id}")
 }
 
-/// The remedy for a missing right to open a device.
-pub(crate) fn permission_remedy(id: &HidId) -> String {
-    format!(
-        "put this line into /etc/udev/rules.d/71-rig.rules: SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"{:04x}\", \
-         ATTRS{{idProduct}}==\"{:04x}\", \
-         GROUP=\"hapticd\", MODE=\"0660\"; then run `sudo udevadm control --reload && sudo udevadm trigger` as a user \
-         of that group",
-        id.vendor, id.product
-    )
-}
-
 /// Opens a node for this process alone, as far as other processes respect a lock.
 pub(super) fn open_node(path: &Path, id: &HidId) -> Result<OwnedFd, ConnectError> {
     let refused = |error: Errno, remedy: String| ConnectError::Refused {
@@ -155,17 +145,12 @@ pub(super) fn open_node(path: &Path, id: &HidId) -> Result<OwnedFd, ConnectError
     let flags = OFlags::RDWR | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let node = open(path, flags, Mode::empty()).map_err(|error| match error {
         Errno::NOENT | Errno::NODEV | Errno::NXIO => ConnectError::Absent { what: what(id) },
-        Errno::ACCESS | Errno::PERM => refused(error, permission_remedy(id)),
+        Errno::ACCESS | Errno::PERM => refused(error, remedy::hid_permission(id)),
         _ => refused(error, "unplug it and plug it in again".to_owned()),
     })?;
     // The kernel lets another process open it as well; two hosts would take each other's answers
     // for their own.
-    flock(&node, FlockOperation::NonBlockingLockExclusive).map_err(|error| {
-        refused(
-            error,
-            format!("another program has it open: `fuser -v {}` names it", path.display()),
-        )
-    })?;
+    flock(&node, FlockOperation::NonBlockingLockExclusive).map_err(|error| refused(error, remedy::busy(path)))?;
     Ok(node)
 }
 
@@ -244,8 +229,5 @@ mod tests {
         assert!(remedy.contains("fuser -v"), "{remedy}");
         drop(first);
         open_node(&path, &id).expect("nobody has it any more");
-        assert!(permission_remedy(&id).contains(
-            r#"SUBSYSTEM=="hidraw", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", GROUP="hapticd", MODE="0660""#
-        ));
     }
 }

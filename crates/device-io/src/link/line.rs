@@ -4,10 +4,11 @@
 
 use super::connector::ConnectError;
 use super::health::{LinkCounters, LinkError};
+use super::remedy;
 use crate::device::DeviceError;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::{AsRawFd, FromRawFd, IntoRawFd, OwnedFd};
-use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::fs::{FlockOperation, OFlags, fcntl_getfl, fcntl_setfl, flock};
 use rustix::io::Errno;
 use rustix::termios::{QueueSelector, tcflush};
 use std::path::Path;
@@ -65,20 +66,20 @@ impl Line {
             });
         };
         let name = target.to_string_lossy().into_owned();
+        // A pseudo-terminal stays closed to others (TIOCEXCL) after its user has closed it, until its other end closes.
+        let is_pty = target.starts_with("/dev/pts");
         let port = serialport::new(&name, baud)
             .timeout(Duration::ZERO)
+            .exclusive(!is_pty)
             .open_native()
             .map_err(|error| match error.kind() {
                 serialport::ErrorKind::Io(std::io::ErrorKind::NotFound) => ConnectError::Absent {
                     what: path.display().to_string(),
                 },
                 serialport::ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => {
-                    refused(error.to_string(), permission_remedy(&target))
+                    refused(error.to_string(), remedy::serial_permission(&target))
                 }
-                _ if is_busy(&error) => refused(
-                    error.to_string(),
-                    format!("another program has it open: `fuser -v {name}` names it"),
-                ),
+                _ if is_busy(&error) => refused(error.to_string(), remedy::busy(&target)),
                 _ => refused(
                     error.to_string(),
                     "is it a serial line, and does it know this baud rate?".to_owned(),
@@ -94,12 +95,20 @@ impl Line {
             stuck_since_ns: None,
             failure: None,
         };
-        line.prepare()
-            .map_err(|error| refused(error.to_string(), "unplug it and plug it in again".to_owned()))?;
+        line.prepare().map_err(|error| {
+            refused(
+                error.to_string(),
+                match error {
+                    Errno::WOULDBLOCK => remedy::busy(&target),
+                    _ => "unplug it and plug it in again".to_owned(),
+                },
+            )
+        })?;
         Ok(line)
     }
 
     fn prepare(&self) -> Result<(), Errno> {
+        flock(&self.fd, FlockOperation::NonBlockingLockExclusive)?;
         // serialport clears this flag when it opens.
         fcntl_setfl(&self.fd, fcntl_getfl(&self.fd)? | OFlags::NONBLOCK)?;
         ask_low_latency(&self.fd);
@@ -208,14 +217,6 @@ impl Line {
     }
 }
 
-/// The remedy for a missing right to open a line.
-pub(crate) fn permission_remedy(line: &Path) -> String {
-    format!(
-        "add the user to the group of {} (`sudo usermod -aG dialout $USER`, then log in again)",
-        line.display()
-    )
-}
-
 fn is_busy(error: &serialport::Error) -> bool {
     error.kind() == serialport::ErrorKind::NoDevice
         || error.to_string().contains("busy")
@@ -259,5 +260,38 @@ fn ask_low_latency(line: &OwnedFd) {
             serial.flags |= ASYNC_LOW_LATENCY;
             libc::ioctl(line.as_raw_fd(), libc::TIOCSSERIAL, &raw const serial);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fake::Port;
+
+    #[test]
+    fn pty_opens_for_one_at_a_time_and_again_after_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("rig");
+        let _rig = Port::plug_in(&path).expect("a terminal");
+        let first = Line::open(&path, 1_000_000).expect("nobody has it");
+        let Err(ConnectError::Refused { remedy, .. }) = Line::open(&path, 1_000_000) else {
+            panic!("it is in use");
+        };
+        assert!(remedy.contains("fuser -v"), "{remedy}");
+        // A kill leaves the line without a close of ours. The superuser may open it in any case, so the flag is read.
+        assert!(!is_exclusive(&first.fd));
+        drop(first);
+        Line::open(&path, 1_000_000).expect("nobody has it any more");
+    }
+
+    #[expect(unsafe_code, reason = "this request has no safe wrapper")]
+    fn is_exclusive(line: &OwnedFd) -> bool {
+        let mut exclusive: libc::c_int = -1;
+        // SAFETY: the kernel writes one number of this frame.
+        assert_eq!(
+            unsafe { libc::ioctl(line.as_raw_fd(), libc::TIOCGEXCL, &raw mut exclusive) },
+            0
+        );
+        exclusive != 0
     }
 }

@@ -34,6 +34,7 @@ mod nodes;
 mod quality_tests;
 #[cfg(test)]
 mod queue_tests;
+pub(crate) mod remedy;
 mod reports;
 mod sent_messages;
 pub(crate) mod serial;
@@ -47,7 +48,6 @@ pub use hid::HidConnector;
 pub use hid_node::HidId;
 pub use identity::RigIdentity;
 pub use keeper::{Keeper, LinkMonitor, LinkState, RunningKeeper};
-pub(crate) use line::permission_remedy as serial_permission_remedy;
 pub use line::{Line, MAX_AT_ONCE, SendOutcome};
 pub use link_device::LinkDevice;
 pub use nodes::folder_of;
