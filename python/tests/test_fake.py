@@ -106,6 +106,13 @@ def test_who_may_not_enter_the_directory_learns_the_group(monkeypatch: pytest.Mo
     assert "alone" in socket_path.permission_remedy(places[1])
 
 
+def test_the_rig_without_a_name_goes_by_its_service(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HAPTICD_SOCKET", "/elsewhere")
+    named = socket_path.candidates("hapticd")
+    monkeypatch.delenv("HAPTICD_SOCKET")
+    assert named == socket_path.candidates() and named != socket_path.candidates("left")
+
+
 def test_a_service_that_does_not_run_is_looked_up_in_its_log(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(socket_path, "_UNITS", [str(tmp_path)])
     assert "start the service hapticd@left" in socket_path.start_remedy(Path("/run/hapticd@left/control.sock"))

@@ -228,6 +228,24 @@ fn with_several_rigs_in_reach_every_other_command_asks_for_one() {
         let arguments: Vec<&str> = line.split(' ').collect();
         assert_eq!(ctl(rigs, &arguments).status.code(), Some(0), "{line}");
     }
+    // The rig without a name is named by its service; an unknown one is told which there are.
+    assert_eq!(ctl(rigs, &["--rig", "hapticd", "status"]).status.code(), Some(0));
+    let unknown = ctl(rigs, &["--rig", "lefft", "status"]);
+    is_refused(
+        "--rig lefft",
+        &unknown,
+        3,
+        &["no rig `lefft`", "hapticd, left", "`--rig hapticd`"],
+    );
+    assert!(!stderr(&unknown).contains("--demo"), "{unknown:?}");
+    // What needs no daemon asks for none.
+    assert_eq!(ctl(rigs, &["devices"]).status.code(), Some(0));
+    is_refused(
+        "a probe",
+        &ctl(rigs, &["devices", "--probe", "fake"]),
+        2,
+        &["2 rigs are in reach"],
+    );
     let [own, left] = daemons;
     drop(own);
     // Its socket is left behind, and the other one is the only one in reach.

@@ -127,12 +127,8 @@ fn as_json(answer: &impl Serialize) -> Result<Value, Failure> {
 }
 
 fn status_row(status: &Status) -> Vec<String> {
-    let state = match &status.fault {
-        Some(fault) => format!("{}: {fault}", status.state),
-        None => status.state.to_string(),
-    };
-    vec![
-        state,
+    let mut row = vec![
+        status.state.to_string(),
         format!(
             "{:.3} N of {} N",
             status.command_force_n,
@@ -140,13 +136,17 @@ fn status_row(status: &Status) -> Vec<String> {
         ),
         status.scene.clone(),
         status.device.description.clone(),
-    ]
+    ];
+    row.extend(status.fault.clone());
+    row
 }
 
 fn stop_row(reply: &StateReply, status: Option<Status>, socket: &Path) -> Vec<String> {
-    let answer = stop::outcome(reply, status.as_ref());
+    let (done, note) = stop::outcome(reply, status.as_ref());
     let device = status.map_or_else(String::new, |status| status.device.description);
-    vec![answer, device, socket.display().to_string()]
+    let mut row = vec![done, device, socket.display().to_string()];
+    row.extend(note);
+    row
 }
 
 impl RigAnswer {

@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     pub(crate) socket: Option<PathBuf>,
 
-    /// Rig of this name: the daemon of the service hapticd@NAME
+    /// Rig of this name: of the service hapticd@NAME, or of hapticd itself
     #[arg(long = "rig", value_name = "NAME", value_parser = rig_name, conflicts_with = "socket")]
     pub(crate) rig_name: Option<String>,
 

@@ -147,12 +147,14 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Command::Stop = command {
         return stop::run(&named, json).await;
     }
-    let meant = named.one_path()?;
+    let needs_daemon = !matches!(command, Command::Devices(devices) if !devices.needs_daemon());
+    let meant = match named.one_path() {
+        Err(_) if !needs_daemon => return devices::run_here(json),
+        meant => meant?,
+    };
     let socket = meant.as_deref();
     let connected = Daemon::connect(socket).await;
-    if let (Command::Devices(devices), Err(_)) = (command, &connected)
-        && !devices.needs_daemon()
-    {
+    if connected.is_err() && !needs_daemon {
         return devices::run_here(json);
     }
     let daemon = &mut connected?;

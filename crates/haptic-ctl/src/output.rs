@@ -121,12 +121,13 @@ pub(crate) fn moment(unix_s: f64, zone: &TimeZone) -> Option<Zoned> {
     Some(moment.to_zoned(zone.clone()))
 }
 
-/// Columns, each as wide as its widest cell; cells after the last column are not padded.
+/// Columns, each as wide as its widest cell that has another behind it: a note at the end of a row widens no column.
 pub(crate) fn table(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
         rows.iter()
-            .filter_map(|row| row.get(column))
+            .filter(|row| row.len() > column + 1)
+            .map(|row| &row[column])
             .map(|cell| cell.chars().count())
             .max()
             .unwrap_or(0)
@@ -185,5 +186,10 @@ mod tests {
     fn columns_line_up() {
         let rows = [vec!["a".into(), "bb".into()], vec!["ccc".into(), "d".into()]];
         assert_eq!(table(&rows), "a    bb\nccc  d");
+        let noted = [
+            vec!["left".into(), "no daemon answers".into()],
+            vec!["b".into(), "idle".into(), "0 N".into()],
+        ];
+        assert_eq!(table(&noted), "left  no daemon answers\nb     idle  0 N");
     }
 }

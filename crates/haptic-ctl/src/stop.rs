@@ -93,20 +93,19 @@ async fn one(socket: Option<&Path>, json: bool) -> Result<(), Failure> {
     }
     let socket = socket_path::for_client(socket);
     let status = all::status_soon(&socket).await;
-    let outcome = outcome(&reply, status.as_ref());
+    let (done, note) = outcome(&reply, status.as_ref());
+    let outcome = [done].into_iter().chain(note).collect::<Vec<_>>().join(", ");
     let device = status.map_or_else(String::new, |status| format!("{}, ", status.device.description));
     output::unless_quiet(&format!("{outcome} ({device}{})", socket.display()))
 }
 
-/// What has become of a stop. A faulted rig has no force already, and stays faulted.
-pub(crate) fn outcome(reply: &StateReply, status: Option<&Status>) -> String {
-    let done = format!("{} at tick {}", reply.state, reply.tick);
-    match status.and_then(|status| status.fault.as_ref()) {
-        Some(fault) if reply.state == RigState::Faulted => {
-            format!("{done}, with zero force: {fault}; `haptic-ctl reset` clears the fault")
-        }
-        _ => done,
-    }
+/// What has become of a stop, and a note to it. A faulted rig has no force already, and stays faulted.
+pub(crate) fn outcome(reply: &StateReply, status: Option<&Status>) -> (String, Option<String>) {
+    let fault = status.and_then(|status| status.fault.as_ref());
+    let note = fault
+        .filter(|_| reply.state == RigState::Faulted)
+        .map(|fault| format!("with zero force: {fault}; `haptic-ctl reset` clears the fault"));
+    (format!("{} at tick {}", reply.state, reply.tick), note)
 }
 
 /// Asks a rig to stop. Where there is a prefix, a warning that begins with it says meanwhile what to do.

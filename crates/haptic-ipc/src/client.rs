@@ -5,7 +5,7 @@ use crate::error::WireError;
 use crate::event::Event;
 use crate::line::{Hello, ServerLine};
 use crate::request::Request;
-use crate::socket_path::unit_remedy;
+use crate::socket_path;
 use crate::{MAX_LINE_BYTES, PROTOCOL_VERSION, socket_permission};
 use serde::de::DeserializeOwned;
 use std::collections::VecDeque;
@@ -89,7 +89,7 @@ impl ClientError {
 
 /// What a user does where no daemon serves a socket.
 fn remedy(socket: &Path) -> String {
-    unit_remedy(socket).unwrap_or_else(|| {
+    socket_path::remedy(socket).unwrap_or_else(|| {
         "start one with `hapticd --demo`, or name its socket with --socket or HAPTICD_SOCKET".to_owned()
     })
 }

@@ -6,7 +6,7 @@
 //! `/run/hapticd/control.sock` (the service, and root). Never a directory that others can write to.
 //!
 //! A rig with a name has a service of its own, `hapticd@NAME`, and its socket in directories of that name instead of
-//! `hapticd`.
+//! `hapticd`. The rig without one goes by the name of its service.
 
 use std::collections::HashSet;
 use std::io::ErrorKind;
@@ -20,6 +20,9 @@ const SOCKET: &str = "control.sock";
 
 /// The directory in which those of systemd's units lie.
 const SERVICES: &str = "/run";
+
+/// The directory of the services' configurations: a rig with a name is there if it has one.
+const CONFIGURATIONS: &str = "/etc/hapticd";
 
 /// The directories of systemd's units.
 const UNITS: [&str; 3] = ["/etc/systemd/system", "/usr/lib/systemd/system", "/lib/systemd/system"];
@@ -130,10 +133,13 @@ impl Environment {
         most_likely(self.candidates())
     }
 
-    /// The socket of the rig of this name, chosen in the same way.
+    /// The socket of the rig of this name, chosen in the same way; `hapticd` is the rig without one.
     #[must_use]
     pub fn for_rig(&self, name: &str) -> PathBuf {
-        most_likely(self.of_service(&format!("{SERVICE}@{name}")))
+        most_likely(match name {
+            SERVICE => self.of_service(SERVICE),
+            _ => self.of_service(&format!("{SERVICE}@{name}")),
+        })
     }
 }
 
@@ -182,24 +188,56 @@ fn unit(socket: &Path) -> Option<&str> {
     (rig.is_empty() || rig.strip_prefix('@').is_some_and(is_rig_name)).then_some(unit)
 }
 
-/// Whether a unit, or the template of it, lies in one of these directories.
-fn is_installed(unit: &str, directories: &[&Path]) -> bool {
-    let file = match unit.split_once('@') {
-        Some((template, _)) => format!("{template}@.service"),
-        None => format!("{unit}.service"),
+/// Whether a unit lies in one of these directories, or the template of it, for a rig that is configured.
+fn is_installed(unit: &str, directories: &[&Path], configurations: &Path) -> bool {
+    let (file, is_configured) = match unit.split_once('@') {
+        Some((template, _)) => (
+            format!("{template}@.service"),
+            configurations.join(format!("{unit}.toml")).exists(),
+        ),
+        None => (format!("{unit}.service"), true),
     };
-    directories.iter().any(|directory| directory.join(&file).exists())
+    is_configured && directories.iter().any(|directory| directory.join(&file).exists())
 }
 
 /// Whether a service of this machine serves, or served, this socket.
 fn is_of_service(socket: &Path) -> bool {
-    unit(socket).is_some_and(|unit| is_installed(unit, &UNITS.map(Path::new)))
+    unit(socket).is_some_and(|unit| is_installed(unit, &UNITS.map(Path::new), Path::new(CONFIGURATIONS)))
 }
 
-/// What a user does where the service of a socket does not serve it; nothing where the socket is not of a service.
+/// What a user does where the service of a socket does not serve it, or no rig has the name that the socket has; nothing
+/// where the socket is neither of a service nor of a rig with a name.
 #[must_use]
-pub fn unit_remedy(socket: &Path) -> Option<String> {
-    unit(socket).filter(|_| is_of_service(socket)).map(remedy_of)
+pub fn remedy(socket: &Path) -> Option<String> {
+    unit(socket)
+        .filter(|_| is_of_service(socket))
+        .map(remedy_of)
+        .or_else(|| unknown_rig(socket, &Environment::of_process().all(None)))
+}
+
+/// That there is no rig of a socket's name, and which there are.
+fn unknown_rig(socket: &Path, rigs: &[NamedSocket]) -> Option<String> {
+    let service = socket.parent()?.file_name()?.to_str()?;
+    let name = service.strip_prefix(SERVICE)?.strip_prefix('@')?;
+    if rigs.iter().any(|rig| rig.path == socket) {
+        return Some(format!("the daemon of the rig `{name}` has ended: start it again"));
+    }
+    if rigs.is_empty() {
+        return Some(format!(
+            "there is no rig `{name}`, nor any other: {CONFIGURATIONS}/{SERVICE}@{name}.toml configures it, and \
+             `sudo systemctl start {SERVICE}@{name}` starts it"
+        ));
+    }
+    let known: Vec<&str> = rigs.iter().map(|rig| &*rig.name).collect();
+    let unnamed = if known.contains(&SERVICE) {
+        format!("; `--rig {SERVICE}` is the one without a name")
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "there is no rig `{name}`; there are {}{unnamed}",
+        known.join(", ")
+    ))
 }
 
 fn remedy_of(unit: &str) -> String {
@@ -274,6 +312,7 @@ mod tests {
         assert_eq!(s.for_rig("left"), Path::new("/run/user/1000/hapticd@left/control.sock"));
         (s.runtime_dir, s.session_dir, s.home) = (None, None, None);
         assert_eq!(s.for_rig("left"), Path::new("/run/hapticd@left/control.sock"));
+        assert_eq!(s.for_rig("hapticd"), Path::new("/run/hapticd/control.sock"));
         for name in ["left", "rig-2", "a.b_c"] {
             assert!(is_rig_name(name), "{name}");
         }
@@ -341,14 +380,49 @@ mod tests {
     fn a_service_that_is_installed_is_looked_up_in_its_log() {
         let units = tempfile::tempdir().expect("a directory");
         let directories = [Path::new("/nonexistent"), units.path()];
+        let installed = |unit: &str| is_installed(unit, &directories, units.path());
         for (unit, file) in [("hapticd", "hapticd.service"), ("hapticd@left", "hapticd@.service")] {
-            assert!(!is_installed(unit, &directories), "{unit}");
+            assert!(!installed(unit), "{unit}");
             std::fs::write(units.path().join(file), "").expect("a file");
-            assert!(is_installed(unit, &directories), "{unit}");
+            if unit.contains('@') {
+                assert!(!installed(unit), "{unit} is not configured");
+                std::fs::write(units.path().join(format!("{unit}.toml")), "").expect("a file");
+            }
+            assert!(installed(unit), "{unit}");
             let remedy = remedy_of(unit);
             assert!(remedy.contains(&format!("`journalctl -u {unit}`")), "{remedy}");
         }
-        assert_eq!(unit_remedy(Path::new("/run/user/1000/hapticd/control.sock")), None);
+        assert_eq!(remedy(Path::new("/run/user/1000/hapticd/control.sock")), None);
+    }
+
+    #[test]
+    fn unknown_rig_is_told_which_rigs_there_are() {
+        let socket = Path::new("/run/user/1000/hapticd@lefft/control.sock");
+        let rigs = ["hapticd", "left"].map(|name| NamedSocket {
+            name: name.to_owned(),
+            path: PathBuf::new(),
+        });
+        for (rigs, said) in [
+            (
+                &rigs[..],
+                "no rig `lefft`; there are hapticd, left; `--rig hapticd` is the one without a name",
+            ),
+            (&rigs[1..], "no rig `lefft`; there are left"),
+            (&[], "/etc/hapticd/hapticd@lefft.toml configures it"),
+        ] {
+            let remedy = unknown_rig(socket, rigs).expect("it is of a rig with a name");
+            assert!(remedy.contains(said) && !remedy.contains("--demo"), "{remedy}");
+        }
+        assert_eq!(unknown_rig(Path::new("/run/hapticd/control.sock"), &rigs), None);
+        let died = [NamedSocket {
+            name: "lefft".to_owned(),
+            path: socket.to_owned(),
+        }];
+        assert!(
+            unknown_rig(socket, &died)
+                .expect("it is of a rig with a name")
+                .contains("has ended")
+        );
     }
 
     #[test]

@@ -19,12 +19,12 @@ _UNITS = ["/etc/systemd/system", "/usr/lib/systemd/system", "/lib/systemd/system
 
 
 def candidates(rig: str | None = None) -> list[Path]:
-    """The sockets at which a client looks, in order; those of the service hapticd@RIG for a rig with a name. Without
-    one `$HAPTICD_SOCKET` is the only one where it is set.
+    """The sockets at which a client looks, in order; those of the service hapticd@RIG for a rig with a name; `hapticd`
+    is the rig without one. Where none is named `$HAPTICD_SOCKET` is the only one where it is set.
     """
     if rig is None and (named := os.environ.get("HAPTICD_SOCKET")):
         return [Path(named)]
-    service = "hapticd" if rig is None else f"hapticd@{rig}"
+    service = "hapticd" if rig in (None, "hapticd") else f"hapticd@{rig}"
     user = os.geteuid()
     places = [os.environ.get("XDG_RUNTIME_DIR"), f"/run/user/{user}"]
     if user != 0 and (home := os.environ.get("HOME")):

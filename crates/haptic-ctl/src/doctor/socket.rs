@@ -63,7 +63,7 @@ pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
     match error {
         ClientError::Permission { .. } => Check::fail("socket", error.to_string(), "see the check of the permission"),
         ClientError::NoDaemon { .. } | ClientError::NoGreeting { .. }
-            if let Some(remedy) = socket_path::unit_remedy(path) =>
+            if let Some(remedy) = socket_path::remedy(path) =>
         {
             Check::fail("socket", format!("no daemon serves {}", path.display()), remedy)
         }
