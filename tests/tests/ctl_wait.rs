@@ -44,10 +44,11 @@ fn what_is_waited_for_ends_the_wait() {
 }
 
 #[test]
-fn a_stop_ends_what_waits_for_another_state_with_6() {
+fn stop_ends_wait_for_another_state_or_a_force_with_6() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     let engaged = waiting(&daemon, &mut client, "state=engaged");
+    let pulled = waiting(&daemon, &mut client, "command_force_N>100N");
     let heavier = waiting(&daemon, &mut client, "mass=1.5");
     daemon.ctl_ok(&["stop"]);
     let (code, said) = ended(engaged);
@@ -56,6 +57,10 @@ fn a_stop_ends_what_waits_for_another_state_with_6() {
         said.contains("the rig is stopped") && said.contains("haptic-ctl reset"),
         "{said}"
     );
+    assert_eq!(ended(pulled).0, Some(6));
+    // Also where the rig is stopped already.
+    let late = ["wait", "--until", "command_force_N<-1"];
+    daemon.ctl_refused(&late, 6, "the rig is stopped");
     // A stopped rig can still get a heavier block.
     daemon.ctl_ok(&["set", "mass=1.5"]);
     assert_eq!(ended(heavier).0, Some(0));

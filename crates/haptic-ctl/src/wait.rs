@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::units::duration;
 use crate::{complete, output, progress};
 use clap_complete::engine::ArgValueCompleter;
-use haptic_ipc::{Event, Request, RigState, SubscribeReply, Timing, Topic};
+use haptic_ipc::{Event, Request, SubscribeReply, Timing, Topic};
 use std::time::{Duration, Instant};
 
 #[derive(Debug, clap::Args)]
@@ -26,7 +26,8 @@ pub(crate) fn help() -> String {
         "Fields: {}; and the parameters of the scene by name or symbol. Numbers may have units \
          (device_position_m>1cm). A contact is a \
          number or one of {}. A word with spaces is put in quotes.\n\n\
-         Exits with 5 on a timeout, and with 6 if the rig is stopped or faulted while waiting for another state.\n\n\
+         Exits with 5 on a timeout, and with 6 if the rig is stopped or faulted while waiting for another state or a \
+         force.\n\n\
          Example:\n  haptic-ctl wait --until 'state=engaged and device_position_m>1cm' --timeout 5s",
         condition::fields(),
         condition::words("contact").join(", ")
@@ -118,10 +119,7 @@ fn holds(known: &mut Observations, event: Event, condition: &Condition) -> Resul
     if known.take(event, condition) {
         return Ok(true);
     }
-    if let Some(state) = &known.state
-        && matches!(state.state, RigState::Stopped | RigState::Faulted)
-        && condition.is_ruled_out_by(state.state)
-    {
+    if let Some(state) = known.halt(condition) {
         let why = state
             .fault
             .as_ref()

@@ -40,6 +40,9 @@ const OPERATORS: [(&str, Operator); 7] = [
     (">", Operator::Greater),
 ];
 
+/// The columns of a sample that are zero while no force may flow.
+const ZERO_WITHOUT_FORCE: [&str; 3] = ["command_force_N", "coupling_force_N", "contact"];
+
 impl Condition {
     /// The condition that the rig is in a state.
     pub(crate) fn in_state(state: RigState) -> Self {
@@ -66,12 +69,13 @@ impl Condition {
         topics
     }
 
-    /// Whether it compares the rig's state, and does not hold in this one.
+    /// Whether it cannot hold while the rig is in this state, without force: it wants another state, or a force.
     pub(crate) fn is_ruled_out_by(&self, state: RigState) -> bool {
-        self.comparisons
-            .iter()
-            .filter(|one| one.field == Field::State)
-            .any(|one| !one.matches_word(&state.to_string()))
+        self.comparisons.iter().any(|one| match one.field {
+            Field::State => !one.matches_word(&state.to_string()),
+            Field::Sample(column) => ZERO_WITHOUT_FORCE.contains(&column) && !one.number_holds(0.0),
+            _ => false,
+        })
     }
 }
 
@@ -189,13 +193,18 @@ mod tests {
     }
 
     #[test]
-    fn a_stopped_rig_rules_out_what_waits_for_another_state() {
+    fn a_stopped_rig_rules_out_another_state_and_a_force() {
         for (text, ruled_out) in [
             ("state=engaged", true),
             ("state=stopped", false),
             ("state!=engaged", false),
             ("state!=stopped", true),
             ("contact=0", false),
+            ("contact!=stuck", true),
+            ("command_force_N>1N and revision>2", true),
+            ("coupling_force_N<-1", true),
+            ("command_force_N<1N", false),
+            ("device_position_m>1cm", false),
         ] {
             assert_eq!(condition(text).is_ruled_out_by(RigState::Stopped), ruled_out, "{text}");
         }

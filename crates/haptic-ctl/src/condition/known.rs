@@ -3,7 +3,7 @@
 use super::comparison::{Comparison, Condition};
 use super::field::{COUNTS, Field};
 use haptic_core::Directional;
-use haptic_ipc::{Event, Sample, StateEvent, TimingWindow, Topic};
+use haptic_ipc::{Event, RigState, Sample, StateEvent, TimingWindow, Topic};
 
 /// The newest state, sample and counts, from the events so far.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +39,16 @@ impl Observations {
                 Topic::Timing => self.counts.is_some(),
                 Topic::State | Topic::Log | Topic::Snapshot => true,
             })
+    }
+
+    /// Why the condition cannot hold before somebody resets the rig: it is stopped or faulted, and no sample from before
+    /// that is still on its way.
+    pub(crate) fn halt(&self, condition: &Condition) -> Option<&StateEvent> {
+        let state = self.state.as_ref()?;
+        let is_halted = matches!(state.state, RigState::Stopped | RigState::Faulted);
+        let is_newest = self.sample.is_none_or(|sample| sample.tick >= state.tick);
+        let is_known = is_newest && self.is_enough_for(condition);
+        (is_halted && is_known && condition.is_ruled_out_by(state.state)).then_some(state)
     }
 
     /// The newest tick that is known.
@@ -92,7 +102,7 @@ impl Observations {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_ipc::{RigState, SamplesEvent};
+    use haptic_ipc::SamplesEvent;
 
     fn state(state: RigState, revision: u64) -> Event {
         let mut scene = haptic_core::Scene::paper();
@@ -147,6 +157,35 @@ mod tests {
         ] {
             assert_eq!(after(state(RigState::Engaged, 42), text), holds, "{text}");
         }
+    }
+
+    #[test]
+    fn fault_ends_wait_for_force_after_all_samples_before_it() {
+        let force = condition("command_force_N>1N");
+        let batch = |tick: u64| {
+            Event::Samples(SamplesEvent {
+                seq: 0,
+                dropped: 0,
+                rows: vec![Sample {
+                    tick,
+                    ..Sample::default()
+                }],
+            })
+        };
+        let mut known = Observations::default();
+        assert!(!known.take(state(RigState::Faulted, 1), &force));
+        assert_eq!(known.halt(&force), None, "no sample is known");
+        known.take(batch(4), &force);
+        assert_eq!(known.halt(&force), None, "the sample is older than the fault");
+        known.take(batch(5), &force);
+        assert!(known.halt(&force).is_some());
+        assert_eq!(
+            known.halt(&condition("device_position_m>1cm")),
+            None,
+            "a hand may still move it"
+        );
+        known.take(state(RigState::Idle, 1), &force);
+        assert_eq!(known.halt(&force), None, "somebody may engage it");
     }
 
     #[test]
