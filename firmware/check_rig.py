@@ -574,7 +574,10 @@ def pushes(rig, force_n):
     axes, limits_mn = rig.open().axes, rig.hello.force_limit_mn
     expect(1000 * force_n <= min(limits_mn), f"{force_n} N are beyond its {min(limits_mn) / 1000} N")
     told = []
+    rest = [m for m in rig.hold(0.15) if isinstance(m, Sample)]
     for axis in range(axes):
+        # What it moves by itself shows no direction, nor does the last count of the encoder.
+        clear = max(4, 2 * abs(steps(rest[0].count[axis], rest[-1].count[axis])))
         moved = {}
         for sign in (1, -1):
             rig.enable()
@@ -589,7 +592,8 @@ def pushes(rig, force_n):
         strokes = [up - down for up, down in zip(moved[1], moved[-1])]
         other = abs(strokes[1 - axis]) if axes > 1 else 0
         expect(other <= abs(strokes[axis]), f"{shown}, but the other axis moves by {other}: swap the plugs of the two encoders or motors")
-        expect(strokes[axis] > 0, f"{shown}: swap the motor's or the encoder's wires, or the handle was held")
+        expect(abs(strokes[axis]) >= clear, f"{shown}: less than {clear} counts apart show no direction: let go of the handle, or push harder")
+        expect(strokes[axis] > 0, f"{shown}: swap the motor's or the encoder's wires")
         told.append(shown)
     return "; ".join(told)
 

@@ -71,3 +71,23 @@ fn a_clock_that_lies_is_seen() {
         ("clock-speed 1.08", "keeps_time", "times the speed of this computer's"),
     ]);
 }
+
+#[test]
+fn direction_is_told_only_by_a_clear_move() {
+    if !test_run::is_long_for("what the checker of firmware sees") {
+        return;
+    }
+    let push = |options: &[&str]| {
+        let rig = FakeRig::start(&[&["--hand", "free", "--mass-kg", "0.2"], options].concat());
+        checked(rig.link(), &["--only", "says_who_it_is", "--push", "2"])
+    };
+    for (options, passes, words) in [
+        (&[][..], true, "+2.0 N: +"),
+        (&["--reversed"], false, "swap the motor's or the encoder's wires"),
+        (&["--friction-n", "4"], false, "show no direction"),
+        (&["--reversed", "--resolution-mm", "100"], false, "show no direction"),
+    ] {
+        let Some((passed, said)) = push(options) else { return };
+        assert!(passed == passes && said.contains(words), "{options:?}: {said}");
+    }
+}
