@@ -5,6 +5,14 @@
 # Usage: packaging/generate.sh PACKAGE DIR, where PACKAGE is hapticd or haptic-gui and DIR has the built programs, as
 # target/release has.
 set -eu
+
+# Turns links that lead from pages so far below docs/ out of it, which would lead nowhere, into words.
+name_the_source() {
+    below=$1
+    shift
+    sed -zEi "s|\[([^]]*)\]\($below\.\./([^)#]*)[^)]*\)|\1 (\2 of the source)|g" "$@"
+}
+
 package=$1 programs=$2
 made=$programs/packaged/$package
 rm -rf "$made"
@@ -18,6 +26,9 @@ case $package in
             "$programs/haptic-ctl" completions $shell >"$made/completions.$shell"
         done
         gzip --best --no-name --keep "$made"/man/*
+        cp -r "$(dirname "$0")/../docs" "$made/docs"
+        name_the_source '' "$made"/docs/*.md
+        name_the_source '\.\./' "$made"/docs/*/*.md
         ;;
     haptic-gui)
         "$programs/haptic-gui" --manual-page >"$made/haptic-gui.1"

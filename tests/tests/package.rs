@@ -8,6 +8,7 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Instant;
+use system_tests::links::dead_ends;
 use system_tests::pid1::{Machine, PACKAGE};
 use system_tests::{binary, package, pull_until, status, stderr, wait_for_state};
 
@@ -302,11 +303,42 @@ fn manual_pages_completions_and_schema_are_made() {
     }
     let schema = read(hapticd.join("control-protocol.schema.json"));
     assert!(schema.starts_with("{\n") && schema.contains("RequestLine"), "{schema}");
+    let dead = dead_links_of_packaged_documents(programs.path());
+    assert!(dead.is_empty(), "{}", dead.join("\n"));
     // The panel is compiled for it.
     if test_run::is_long_for("the panel's manual page") {
         let page = read(made("haptic-gui", &["haptic-gui"]).join("haptic-gui.1"));
         assert!(page.contains(".TH "), "{page}");
     }
+}
+
+/// The links of the packaged documents that lead to nothing that is packaged, where a folder has what was generated.
+fn dead_links_of_packaged_documents(programs: &Path) -> Vec<String> {
+    let manifest = Path::new(PACKAGING).join("../crates/hapticd/Cargo.toml");
+    let manifest = fs::read_to_string(manifest).expect("it is there");
+    let assets = manifest.lines().filter_map(|line| {
+        let (from, to) = line.trim().strip_prefix("[\"target/release/")?.split_once("\", \"")?;
+        let (from, name) = from.rsplit_once('/')?;
+        let to = to.split_once("usr/share/doc/hapticd/")?.1.split('"').next()?;
+        Some((programs.join(from), name.strip_prefix('*')?.to_owned(), to.to_owned()))
+    });
+    let installed = tempfile::tempdir().expect("a directory");
+    let mut pages = Vec::new();
+    for (from, ending, to) in assets {
+        let to = installed.path().join(to);
+        fs::create_dir_all(&to).expect("a directory");
+        for entry in fs::read_dir(&from).expect("it is generated").flatten() {
+            let path = to.join(entry.file_name());
+            if entry.path().is_file() && path.to_string_lossy().ends_with(&ending) {
+                fs::copy(entry.path(), &path).expect("a copy");
+                pages.push(path);
+            }
+        }
+    }
+    pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
+    assert!(pages.len() > 20, "{pages:?}");
+    let read = |page: &PathBuf| dead_ends(page, &fs::read_to_string(page).expect("a page"));
+    pages.iter().flat_map(read).collect()
 }
 
 #[test]
