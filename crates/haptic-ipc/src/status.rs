@@ -24,7 +24,7 @@ pub struct Status {
     pub uptime_s: f64,
     /// Nominal rate of the loop, Hz.
     pub rate_hz: f64,
-    /// Integration of the block: `exact`, `literal` or `literal:N`.
+    /// Integration of the block: `exact`, `implicit`, `literal` or `literal:N`.
     pub scheme: String,
     /// Estimator of the velocity.
     pub velocity_estimator: String,

@@ -128,7 +128,7 @@ class Status:
     energy_excess_J: float = 0.0
     """Energy that the sampled loop has created beyond the rig's own losses, J."""
     scheme: str = ""
-    """Integration of the block: `exact`, `literal` or `literal:N`."""
+    """Integration of the block: `exact`, `implicit`, `literal` or `literal:N`."""
     velocity_estimator: str = ""
     """Estimator of the device's velocity from its positions."""
     leases: int = 0

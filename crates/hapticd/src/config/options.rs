@@ -156,8 +156,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) allow_no_watchdog: Option<bool>,
 
-    /// Integration of the block: `exact`, `literal` as the paper prints it, or `literal:N` with N
-    /// steps a tick [default: exact]
+    /// Integration of the block: `exact`, `implicit`, `literal` as the paper prints it, or `literal:N`
+    /// with N steps a tick [default: exact]
     #[arg(long, value_name = "SCHEME", hide_short_help = true)]
     pub(super) scheme: Option<Named<Scheme>>,
 
