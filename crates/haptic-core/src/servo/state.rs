@@ -186,7 +186,8 @@ impl fmt::Display for Fault {
             Self::Stale => "the device sent no new sample for too long",
             Self::MotorOff { watchdog: false } => "the device has switched its motor off",
             Self::MotorOff { watchdog: true } => {
-                "the device's watchdog has switched its motor off: it heard no command"
+                "the device's watchdog has switched its motor off: it heard no command; `haptic-ctl timing` shows whether the \
+                 loop was late, and `haptic-ctl status` what the link lost"
             }
             Self::CommandsIgnored => {
                 "commands_ignored: the device sends samples, and for as long as its watchdog waits it has confirmed no \
@@ -202,7 +203,7 @@ impl fmt::Display for Fault {
             Self::Stalled => "stalled: the loop stood still for longer than stale-ms while force flowed",
             Self::ControlLost => {
                 "control_lost: no stop could be heard, as the control thread hung or nobody could reach its socket; the force was \
-                 let down"
+                 let down; `haptic-ctl doctor` checks the machine and the socket"
             }
             Self::StillEnabled => {
                 "still_enabled: the device has not switched its motor off 100 ms after it was told to: cut its power"
