@@ -135,7 +135,7 @@ operations! {
         /// The scene.
         scene: SceneRef,
     } with options -> crate::ChangeReply;
-    /// Save a scene in the library.
+    /// Save a scene in the library; the active one, changed since it came from there, as `changed from TITLE`.
     SceneSave "scene.save" {
         /// Its name there.
         name: String,

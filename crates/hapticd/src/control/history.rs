@@ -15,6 +15,9 @@ pub(crate) const FIRST_REVISION: u64 = 1;
 /// Most scenes kept, and most steps that can be undone.
 const MAX_KEPT: usize = 1000;
 
+/// Before the title of the scene that a saved one was made from.
+const CHANGED_FROM: &str = "changed from ";
+
 /// A scene with its title and the two counts of its sharing.
 const SHARED_SCENE_BYTES: usize = size_of::<Scene>() + MAX_TITLE + 2 * size_of::<usize>();
 
@@ -272,6 +275,25 @@ impl History {
         })
     }
 
+    /// The title with which the newest scene is saved under a name: that of a scene of the library is not another's,
+    /// with other values.
+    pub(crate) fn title_to_save(&self, name: &str) -> String {
+        let scene = &*self.newest().scene;
+        let title = &scene.name;
+        let is_others = |origin: &Origin| {
+            ![name, title.as_str()].contains(&&*origin.name) && origin.scene.name == *title && origin.scene != *scene
+        };
+        let changed = format!("{CHANGED_FROM}{title}");
+        if self.origin.as_deref().is_some_and(is_others)
+            && !title.starts_with(CHANGED_FROM)
+            && changed.len() <= MAX_TITLE
+        {
+            changed
+        } else {
+            title.clone()
+        }
+    }
+
     /// Notes that a scene was saved in the library; the newest one comes from there if it is the same.
     pub(crate) fn saved(&mut self, name: &str, scene: &Scene) {
         self.forget_origin(name);
@@ -333,6 +355,12 @@ mod tests {
         })
     }
 
+    fn heavy(kg: f64) -> Scene {
+        Scene::paper()
+            .with(&[("mass".parse().expect("a parameter"), kg)])
+            .expect("valid")
+    }
+
     #[test]
     fn drag_is_undone_in_one_step_without_foreign_changes() {
         let mut history = History::new(1, named(0));
@@ -359,8 +387,7 @@ mod tests {
 
     #[test]
     fn a_ramp_is_where_the_newest_tick_has_come() {
-        let heavy = |kg: f64| Scene::paper().with(&[("mass".parse().expect("a parameter"), kg)]);
-        let (from, to) = (heavy(1.0).expect("valid"), heavy(4.0).expect("valid"));
+        let (from, to) = (heavy(1.0), heavy(4.0));
         let mut history = History::new(1, from.clone().into());
         let revision = history.moved(Move::Forward, to.into());
         let ramp = SceneRamp { from, over_s: 0.01 };
@@ -380,6 +407,26 @@ mod tests {
         assert_eq!(at(&history, revision, 10), (Some(4.0), false));
         history.end_ramp();
         assert_eq!(at(&history, revision, 5), (None, false));
+    }
+
+    #[test]
+    fn changed_scene_is_not_saved_under_its_old_title() {
+        let ice = |mass: f64| {
+            Rc::new(Scene {
+                name: "thin ice".to_owned(),
+                ..heavy(mass)
+            })
+        };
+        let mut history = History::new(1, ice(1.0));
+        history.moved(Move::Forward, ice(2.0));
+        assert_eq!(history.title_to_save("mine"), "thin ice", "it is in no library");
+        history.saved("ice", &ice(2.0));
+        assert_eq!(history.title_to_save("mine"), "thin ice", "nothing has changed");
+        history.moved(Move::Forward, ice(3.0));
+        assert_eq!(history.title_to_save("mine"), "changed from thin ice");
+        assert_eq!(history.title_to_save("ice"), "thin ice", "it replaces what it was");
+        history.moved(Move::Undo, ice(2.0));
+        assert_eq!(history.title_to_save("mine"), "thin ice");
     }
 
     proptest! {

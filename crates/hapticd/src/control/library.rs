@@ -305,11 +305,15 @@ pub(super) async fn save(
     replace: bool,
 ) -> Result<SceneSaveReply, WireError> {
     let path = rig.library.path_of_saved(&name, "replaced")?;
-    let scene = match scene {
+    let is_active = scene.is_none();
+    let mut scene = match scene {
         Some(scene) => find_file(rig, scene).await?,
         None => Scene::clone(&rig.scene()).into(),
     };
     let kept = scene.clone().on(rig.known.coupling());
+    if is_active {
+        scene.name = rig.history().title_to_save(&name);
+    }
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
     let shown = path.clone();
     let write = move || {
