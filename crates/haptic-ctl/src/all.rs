@@ -144,7 +144,7 @@ fn status_row(status: &Status) -> Vec<String> {
 fn stop_row(reply: &StateReply, status: Option<Status>, socket: &Path) -> Vec<String> {
     let (done, note) = stop::outcome(reply, status.as_ref());
     let device = status.map_or_else(String::new, |status| status.device.description);
-    let mut row = vec![done, device, socket.display().to_string()];
+    let mut row = vec![done, socket.display().to_string(), device];
     row.extend(note);
     row
 }
