@@ -220,7 +220,9 @@ fn unknown_rig(socket: &Path, rigs: &[NamedSocket]) -> Option<String> {
     let service = socket.parent()?.file_name()?.to_str()?;
     let name = service.strip_prefix(SERVICE)?.strip_prefix('@')?;
     if rigs.iter().any(|rig| rig.path == socket) {
-        return Some(format!("the daemon of the rig `{name}` has ended: start it again"));
+        return Some(format!(
+            "the rig `{name}` does not answer: if its daemon has ended, start it again"
+        ));
     }
     if rigs.is_empty() {
         return Some(format!(
@@ -234,10 +236,7 @@ fn unknown_rig(socket: &Path, rigs: &[NamedSocket]) -> Option<String> {
     } else {
         String::new()
     };
-    Some(format!(
-        "there is no rig `{name}`; there are {}{unnamed}",
-        known.join(", ")
-    ))
+    Some(format!("there is no rig `{name}`, but {}{unnamed}", known.join(", ")))
 }
 
 fn remedy_of(unit: &str) -> String {
@@ -405,9 +404,9 @@ mod tests {
         for (rigs, said) in [
             (
                 &rigs[..],
-                "no rig `lefft`; there are hapticd, left; `--rig hapticd` is the one without a name",
+                "no rig `lefft`, but hapticd, left; `--rig hapticd` is the one without a name",
             ),
-            (&rigs[1..], "no rig `lefft`; there are left"),
+            (&rigs[1..], "no rig `lefft`, but left"),
             (&[], "/etc/hapticd/hapticd@lefft.toml configures it"),
         ] {
             let remedy = unknown_rig(socket, rigs).expect("it is of a rig with a name");
@@ -421,7 +420,7 @@ mod tests {
         assert!(
             unknown_rig(socket, &died)
                 .expect("it is of a rig with a name")
-                .contains("has ended")
+                .contains("start it again")
         );
     }
 
