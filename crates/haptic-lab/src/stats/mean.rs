@@ -42,7 +42,8 @@ pub(crate) fn student_t_of(share: f64, degrees_of_freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(f64::NAN, |student| student.inverse_cdf(0.5 * (1.0 + share)))
 }
 
-/// The mean of values that come in clusters, as the sequences of one subject do, and its interval.
+/// The mean of values that come in clusters, as the sequences of one subject do, and its interval. Values are sizes:
+/// where none is below zero the mean cannot be either, and the interval ends there.
 ///
 /// Values of one subject are alike, so the clusters count as independent and not the values: the interval is Student's
 /// with as many degrees of freedom as there are clusters, less one, on the scatter of the clusters' sums about the mean
@@ -58,9 +59,11 @@ pub fn clustered_mean(clusters: &[Vec<f64>]) -> Mean {
         .map(|cluster| cluster.iter().map(|one| one - value).sum::<f64>().powi(2))
         .sum();
     let half = student_t(count - 1.0) * (count / (count - 1.0) * squares).sqrt() / values.len() as f64;
+    let least = values.iter().copied().fold(0.0, f64::min);
+    let floor = if least < 0.0 { f64::NEG_INFINITY } else { 0.0 };
     Mean {
         value,
-        interval: half.is_finite().then_some([value - half, value + half]),
+        interval: half.is_finite().then_some([(value - half).max(floor), value + half]),
         count: values.len(),
     }
 }
@@ -102,6 +105,14 @@ mod tests {
         let width = |mean: &Mean| mean.interval.map(|[low, high]| high - low).expect("three clusters");
         assert!((width(&once) - width(&ten_times)).abs() < 1e-12);
         assert_eq!(clustered_mean(&[vec![1.0, 2.0, 3.0]]).interval, None);
+    }
+
+    #[test]
+    fn the_interval_of_sizes_does_not_go_below_zero() {
+        let [low, high] = clustered_mean(&[vec![0.1], vec![0.9]]).interval.expect("two clusters");
+        assert!(low == 0.0 && high > 5.0, "{low} {high}");
+        let [low, _] = clustered_mean(&[vec![-0.1], vec![0.9]]).interval.expect("two clusters");
+        assert!(low < 0.0, "{low}");
     }
 
     #[test]

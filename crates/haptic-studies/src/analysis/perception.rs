@@ -33,7 +33,8 @@ pub struct SubjectThreshold {
     /// Why there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
-    /// Its intervals, N.
+    /// Its intervals, N. Absent where the answers jump at a level: they are as far apart as the levels, however many
+    /// answers there are.
     pub intervals: Option<Bootstrap>,
     /// The mean of the reversals, N, where the levels are a staircase's.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -158,7 +159,7 @@ fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
         if fit.is_step(&found.levels) {
             notes.push(format!(
                 "{of}: the answers jump at the level of {} N: the width is at its lower bound, any narrower one fits as well, \
-                 and the threshold is at that level because no other was tested near it",
+                 and the threshold is at that level because no other was tested near it, so that it has no interval",
                 fit.threshold
             ));
         }
@@ -213,10 +214,16 @@ fn analysed(
         let clusters: Vec<Vec<f64>> = subjects.iter().filter_map(value).map(|one| vec![one]).collect();
         (!clusters.is_empty()).then(|| clustered_mean(&clusters))
     };
+    // Thresholds at one level are alike because of the levels, not of the subjects.
+    let is_known = subjects.iter().all(|one| one.fit.is_none() == one.intervals.is_none());
+    let fitted = mean_of(&|one| one.fit.map(|fit| fit.threshold)).map(|mean| Mean {
+        interval: mean.interval.filter(|_| is_known),
+        ..mean
+    });
     CaseAnalysis {
         case,
         method,
-        jnd_n: mean_of(&|one| one.fit.map(|fit| fit.threshold)),
+        jnd_n: fitted,
         staircase_n: mean_of(&|one| one.staircase.map(|estimate| estimate.threshold)),
         paper_jnd_n: paper::jnd_n(case),
         pooled,
@@ -239,7 +246,9 @@ fn threshold<'a>(
     let found = SubjectThreshold {
         subject: subject.map(str::to_owned),
         trials: answers.len(),
-        intervals: fit.map(|fit| bootstrap(&levels, &fit, Resampling::Parametric, DRAWS, seed)),
+        intervals: fit
+            .filter(|fit| !fit.is_step(&levels))
+            .map(|fit| bootstrap(&levels, &fit, Resampling::Parametric, DRAWS, seed)),
         levels,
         fit,
         refused: error.as_ref().map(StatsError::to_string),

@@ -20,7 +20,7 @@ pub enum Resampling {
 /// The 95 % intervals of a fit, from percentiles of the fits to drawn answers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bootstrap {
-    /// Interval of the threshold, in the unit of the levels.
+    /// Interval of the threshold, in the unit of the levels. Where no level is below zero it does not go below zero.
     pub threshold_interval: [f64; 2],
     /// Interval of the width, in the unit of the levels.
     pub width_interval: [f64; 2],
@@ -61,11 +61,13 @@ pub fn bootstrap(levels: &[Level], fit: &Psychometric, resampling: Resampling, d
         values.sort_by(f64::total_cmp);
         [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)].map(|share| quantile(&values, share))
     };
+    let floor = levels.iter().map(|level| level.level).fold(0.0, f64::min);
+    let [low, high] = interval(|one| one.threshold);
     let worse = fits.iter().filter(|one| one.deviance >= fit.deviance).count();
     #[expect(clippy::cast_precision_loss, reason = "a count of draws")]
     let worse_fits = worse as f64 / draws as f64;
     Bootstrap {
-        threshold_interval: interval(|one| one.threshold),
+        threshold_interval: [low.max(floor), high.max(floor)],
         width_interval: interval(|one| one.width),
         worse_fits,
         draws,
