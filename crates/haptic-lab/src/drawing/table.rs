@@ -38,23 +38,149 @@ impl Table {
         text
     }
 
-    /// The table as a float of LaTeX, which needs no package. `name` follows `tab:` in its label.
+    /// The table as a float of LaTeX, which needs no package. `name` follows `tab:` in its label. It fits the text of an
+    /// article of 10 pt: a wider one is in smaller letters, its columns below one another where that is not enough, and
+    /// one that is longer than a page has more floats of the same number.
     #[must_use]
     pub fn latex(&self, name: &str) -> String {
-        let mut rows = self.rows.iter().map(|row| {
-            let cells: Vec<String> = row.iter().map(|cell| escaped(cell, latex_letter)).collect();
-            format!("{} \\\\\n", cells.join(" & "))
-        });
-        let columns = self.rows.first().map_or(1, Vec::len);
-        let head = rows.next().unwrap_or_default();
-        format!(
-            "\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\label{{tab:{name}}}\n\\begin{{tabular}}{{l{}}}\n\\hline\n{head}\\hline\n\
-             {}\\hline\n\\end{{tabular}}\n\\end{{table}}\n",
-            escaped(&self.caption, latex_letter),
-            "r".repeat(columns.saturating_sub(1)),
-            rows.collect::<String>()
-        )
+        let mut rows = self
+            .rows
+            .iter()
+            .map(|row| row.iter().map(|cell| latex_text(cell)).collect());
+        let head: Vec<String> = rows.next().unwrap_or_default();
+        let body: Vec<Vec<String>> = rows.collect();
+        let size = self.latex_size();
+        let blocks = self.latex_blocks(size);
+        // A table of nothing but its heading is one too.
+        let parts = if body.is_empty() {
+            vec![&body[..]]
+        } else {
+            body.chunks(MAX_LATEX_ROWS.div_ceil(blocks.len())).collect()
+        };
+        let caption = latex_text(&self.caption);
+        let mut text = String::new();
+        for (part, rows) in parts.into_iter().enumerate() {
+            let heading = match part {
+                0 => format!("\\caption{{{caption}}}\n\\label{{tab:{name}}}"),
+                _ => format!("\\addtocounter{{table}}{{-1}}\n\\caption{{{caption} (continued)}}"),
+            };
+            let tabulars: Vec<String> = blocks.iter().map(|columns| tabular(&head, rows, columns)).collect();
+            let (letters, tabulars) = (size.command, tabulars.join("\n\\medskip\n\n"));
+            text.push_str(&format!(
+                "\\begin{{table}}\n\\centering\n{heading}\n{letters}{tabulars}\\end{{table}}\n"
+            ));
+        }
+        text
     }
+
+    /// Letters of the widest cell of each column.
+    fn letters(&self) -> Vec<usize> {
+        let columns = self.rows.first().map_or(1, Vec::len);
+        let cells = |column: usize| self.rows.iter().filter_map(move |row| row.get(column));
+        let of = |column| cells(column).map(|cell| cell.chars().count()).max().unwrap_or(0);
+        (0..columns).map(of).collect()
+    }
+
+    /// The largest letters with which all columns stand beside one another; else the smallest.
+    fn latex_size(&self) -> LatexSize {
+        let letters = self.letters();
+        let fits = |size: &LatexSize| letters.iter().map(|count| size.column_pt(*count)).sum::<f64>() <= LATEX_TEXT_PT;
+        LATEX_SIZES.into_iter().find(fits).unwrap_or(LATEX_SIZES[2])
+    }
+
+    /// The columns as they fit beside one another, the first one in each block.
+    fn latex_blocks(&self, size: LatexSize) -> Vec<Vec<usize>> {
+        let widths: Vec<f64> = self.letters().into_iter().map(|count| size.column_pt(count)).collect();
+        let first_pt = widths.first().copied().unwrap_or(0.0);
+        let (mut blocks, mut used_pt) = (vec![vec![0]], first_pt);
+        for (column, width_pt) in widths.iter().enumerate().skip(1) {
+            if used_pt + width_pt > LATEX_TEXT_PT && used_pt > first_pt {
+                blocks.push(vec![0]);
+                used_pt = first_pt;
+            }
+            if let Some(block) = blocks.last_mut() {
+                block.push(column);
+            }
+            used_pt += width_pt;
+        }
+        blocks
+    }
+}
+
+/// Width of the text of an article of 10 pt, pt.
+const LATEX_TEXT_PT: f64 = 345.0;
+/// Most rows of a float: fewer than fill that page.
+const MAX_LATEX_ROWS: usize = 40;
+
+/// Letters of LaTeX.
+#[derive(Clone, Copy)]
+struct LatexSize {
+    /// What chooses them.
+    command: &'static str,
+    /// Width of a digit of Computer Modern, pt; other letters have it on average.
+    letter_pt: f64,
+    /// Room to either side of a column, pt.
+    beside_pt: f64,
+}
+
+impl LatexSize {
+    fn column_pt(&self, letters: usize) -> f64 {
+        letters as f64 * self.letter_pt + 2.0 * self.beside_pt
+    }
+}
+
+const LATEX_SIZES: [LatexSize; 3] = [
+    LatexSize {
+        command: "",
+        letter_pt: 5.0,
+        beside_pt: 6.0,
+    },
+    LatexSize {
+        command: "\\small\\setlength{\\tabcolsep}{4pt}\n",
+        letter_pt: 4.63,
+        beside_pt: 4.0,
+    },
+    LatexSize {
+        command: "\\footnotesize\\setlength{\\tabcolsep}{3pt}\n",
+        letter_pt: 4.25,
+        beside_pt: 3.0,
+    },
+];
+
+/// Some columns of a table, the first at the left.
+fn tabular(head: &[String], rows: &[Vec<String>], columns: &[usize]) -> String {
+    let line = |row: &[String]| {
+        let cells = columns.iter().filter_map(|column| row.get(*column).map(String::as_str));
+        format!("{} \\\\\n", cells.collect::<Vec<_>>().join(" & "))
+    };
+    let body: String = rows.iter().map(|row| line(row)).collect();
+    format!(
+        "\\begin{{tabular}}{{l{}}}\n\\hline\n{}\\hline\n{body}\\hline\n\\end{{tabular}}\n",
+        "r".repeat(columns.len().saturating_sub(1)),
+        line(head)
+    )
+}
+
+/// A text for LaTeX: a hyphen before a number is a minus, and one alone a dash.
+fn latex_text(text: &str) -> String {
+    if text == "-" {
+        return "--".to_owned();
+    }
+    let mut shown = String::with_capacity(text.len());
+    let mut before = None;
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let is_minus = letter == '-'
+            && letters.peek().is_some_and(char::is_ascii_digit)
+            && !before.is_some_and(char::is_alphanumeric);
+        match latex_letter(letter) {
+            _ if is_minus => shown.push_str("$-$"),
+            Some(escaped) => shown.push_str(escaped),
+            None => shown.push(letter),
+        }
+        before = Some(letter);
+    }
+    shown
 }
 
 /// A text with each letter that has a meaning replaced by what shows it.
@@ -118,6 +244,52 @@ mod tests {
                 .to_vec(),
         };
         assert_eq!(table.csv(), b"name,N\n\"a, \"\"b\"\"\",1.5\n");
+    }
+
+    /// A table of these rows.
+    fn of(rows: &[&[&str]]) -> Table {
+        let row = |row: &&[&str]| row.iter().map(|cell| (*cell).to_owned()).collect();
+        Table {
+            caption: "c".to_owned(),
+            rows: rows.iter().map(row).collect(),
+        }
+    }
+
+    #[test]
+    fn latex_has_a_minus_before_numbers_and_hyphens_in_words() {
+        let latex = of(&[&["a-b", "x"], &["-", "-0.5 to -0.1"], &["P-1", "1e-5"]]).latex("t");
+        for line in [r"a-b & x \\", r"-- & $-$0.5 to $-$0.1 \\", r"P-1 & 1e-5 \\"] {
+            assert!(latex.contains(line), "{line} in {latex}");
+        }
+    }
+
+    #[test]
+    fn a_wide_latex_table_has_smaller_letters_and_then_blocks() {
+        let columns = |count: usize| of(&[&["0123456789"; 30][..count]]).latex("t");
+        assert!(!columns(5).contains("small"));
+        assert!(columns(6).contains(r"\small"));
+        assert!(columns(7).contains(r"\footnotesize"));
+        // The first column stands in each of three blocks.
+        let wide = columns(16);
+        assert_eq!(wide.matches(r"\begin{tabular}{lrrrrrr}").count(), 2, "{wide}");
+        assert_eq!(wide.matches(r"\begin{tabular}{lrrr}").count(), 1, "{wide}");
+        assert_eq!(wide.matches(r"\caption").count(), 1);
+    }
+
+    #[test]
+    fn a_long_latex_table_is_numbered_once() {
+        let rows = [&["a", "b"][..]; 101];
+        let latex = of(&rows).latex("t");
+        assert_eq!(latex.matches(r"\begin{table}").count(), 3);
+        assert_eq!(
+            latex
+                .matches("\\addtocounter{table}{-1}\n\\caption{c (continued)}")
+                .count(),
+            2
+        );
+        assert_eq!(latex.matches(r"\label{tab:t}").count(), 1);
+        // Each float has its heading.
+        assert_eq!(latex.matches("a & b").count(), 101 + 2);
     }
 
     #[test]
