@@ -131,7 +131,8 @@ fn show(
         return output::json(analysis);
     }
     for (_, table) in tables.into_iter().filter(|(_, table)| table.rows.len() > 1) {
-        output::line(&format!("{}\n{}\n", table.caption, output::table(&table.rows)))?;
+        output::text(&table.caption)?;
+        output::line(&format!("{}\n", output::table(&table.rows)))?;
     }
     for Refusal { what, reason } in refused {
         output::text(&format!("not found: {what}: {reason}"))?;

@@ -17,6 +17,8 @@ pub(super) const BOTTOM: f64 = 50.0;
 const LINE: f64 = 18.0;
 /// Width of a letter, px; about, as the reader's font decides.
 const LETTER: f64 = 7.0;
+/// The same of a title, which is bold.
+const BOLD_LETTER: f64 = 8.5;
 
 /// Room for a number at the horizontal and at the vertical axis, px.
 const MARK_ROOM: [f64; 2] = [45.0, 12.0];
@@ -118,21 +120,37 @@ fn legend_rows(chart: &Chart, width: f64) -> f64 {
     legend(chart, width).last().map_or(0.0, |(_, row, _)| row + 1.0)
 }
 
-/// The notes in lines as wide as the plot.
-fn note_lines(chart: &Chart, width: f64) -> Vec<String> {
+/// A text in lines from the plot's left edge to the image's right one.
+fn lines_over_plot(text: &str, width: f64, letter: f64) -> Vec<String> {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "letters of a line"
     )]
-    let letters = ((width - LEFT - RIGHT) / LETTER).max(1.0) as usize;
-    chart.notes.iter().flat_map(|note| wrapped(note, letters)).collect()
+    let letters = ((width - LEFT - RIGHT) / letter).max(1.0) as usize;
+    wrapped(text, letters)
+}
+
+fn title_lines(chart: &Chart, width: f64) -> Vec<String> {
+    lines_over_plot(&chart.title, width, BOLD_LETTER)
+}
+
+fn note_lines(chart: &Chart, width: f64) -> Vec<String> {
+    let notes = chart.notes.iter();
+    notes.flat_map(|note| lines_over_plot(note, width, LETTER)).collect()
+}
+
+/// Foot of the first line of the legend below the upper edge, px.
+#[expect(clippy::cast_precision_loss, reason = "few lines")]
+fn legend_foot(chart: &Chart, width: f64) -> f64 {
+    LINE * (1.2 + title_lines(chart, width).len() as f64)
 }
 
 /// Height of what stands above the plot, px.
 #[expect(clippy::cast_precision_loss, reason = "few lines")]
 pub(super) fn head(chart: &Chart, width: f64) -> f64 {
-    LINE * (1.0 + legend_rows(chart, width) + note_lines(chart, width).len() as f64) + 14.0
+    let lines = title_lines(chart, width).len() + note_lines(chart, width).len();
+    LINE * (lines as f64 + legend_rows(chart, width)) + 14.0
 }
 
 fn height(chart: &Chart, width: f64) -> f64 {
@@ -179,15 +197,22 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
     add(
         image,
         format_args!(
-            "<g class=\"chart\"><rect class=\"ground\" x=\"0\" y=\"{top}\" width=\"{width}\" height=\"{}\"/>\n\
-             <text x=\"{LEFT}\" y=\"{}\" font-weight=\"bold\">{}</text>",
-            height(chart, width),
-            top + LINE,
-            escaped(&chart.title)
+            "<g class=\"chart\"><rect class=\"ground\" x=\"0\" y=\"{top}\" width=\"{width}\" height=\"{}\"/>",
+            height(chart, width)
         ),
     );
+    let mut y = top;
+    for line in title_lines(chart, width) {
+        y += LINE;
+        let line = escaped(&line);
+        add(
+            image,
+            format_args!("<text x=\"{LEFT}\" y=\"{y}\" font-weight=\"bold\">{line}</text>"),
+        );
+    }
+    let legend_foot = top + legend_foot(chart, width);
     for (x, row, index) in legend(chart, width) {
-        let (trace, y) = (&chart.traces[index], top + LINE * (2.2 + row));
+        let (trace, y) = (&chart.traces[index], legend_foot + LINE * row);
         let (class, middle) = (class(trace, index), y - 4.0);
         let sample = match trace.form {
             Form::Discs => format!(
@@ -203,7 +228,7 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
             format_args!("{sample}<text x=\"{}\" y=\"{y:.1}\">{name}</text>", x + 32.0),
         );
     }
-    let mut y = top + LINE * (2.2 + legend_rows(chart, width));
+    let mut y = legend_foot + LINE * legend_rows(chart, width);
     for line in note_lines(chart, width) {
         let line = escaped(&line);
         add(
@@ -388,7 +413,7 @@ mod tests {
         let rows = legend(&many, WIDTH);
         assert_eq!(legend(&many.clone().with(Trace::line("", Vec::new())), WIDTH), rows);
         assert!(rows.iter().all(|(x, ..)| *x < WIDTH - RIGHT - 100.0));
-        let lowest = LINE * (2.2 + rows.last().expect("a place").1);
+        let lowest = legend_foot(&many, WIDTH) + LINE * rows.last().expect("a place").1;
         assert!(
             lowest >= 4.0 * LINE && lowest < head(&many, WIDTH),
             "{lowest} of {}",
@@ -420,6 +445,24 @@ mod tests {
         });
         let heights: Vec<f64> = heights.collect();
         assert!(heights.windows(2).all(|pair| pair[1] - pair[0] >= LINE), "{heights:?}");
+    }
+
+    #[test]
+    fn a_title_wider_than_the_image_takes_a_second_line() {
+        let mut titled = chart(vec![[0.0, 0.0]]);
+        let before = head(&titled, 320.0);
+        titled.title = "high stiction: time against the size of errors".to_owned();
+        assert_eq!(title_lines(&titled, 320.0).len(), 2);
+        assert_eq!(head(&titled, 320.0), before + LINE);
+        let mut image = String::new();
+        draw(&mut image, &titled, 320.0, 0.0);
+        for part in [
+            "y=\"18\" font-weight=\"bold\">high",
+            "y=\"36\" font-weight=\"bold\">",
+            "y=\"57.6\">a &lt; b",
+        ] {
+            assert!(image.contains(part), "{part} in {image}");
+        }
     }
 
     #[test]

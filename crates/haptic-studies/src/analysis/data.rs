@@ -1,10 +1,12 @@
 //! The analysis as tidy tables: a row for each observation, a value in each cell with all its digits, each column once.
-//! An interval is two columns, `low` and `high`; a value that the trials do not determine is an empty cell.
+//! An interval is two columns, `low` and `high`; a value that the trials do not determine is an empty cell. The first
+//! column says who did the trials.
 
 use super::FittsAnalysis;
 use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
 use super::tables::file;
 use crate::subject_table::{SUBJECT, SubjectTable};
+use crate::trial::Operator;
 use haptic_lab::drawing::Table;
 use haptic_lab::stats::proportion::share_interval;
 
@@ -69,17 +71,30 @@ pub fn fitts_data(analysis: &FittsAnalysis, subjects: &SubjectTable) -> Vec<(Str
     tables.push(("difficulty-points".to_owned(), difficulty_points(analysis)));
     tables.push(("sequences".to_owned(), with_fields(sequences(analysis), subjects)));
     tables.push(("differences".to_owned(), with_fields(differences(analysis), subjects)));
-    tables
+    by(analysis.operator, tables)
 }
 
 /// The tidy tables of a perception test, each under the name of its file.
 #[must_use]
 pub fn perception_data(analysis: &PerceptionAnalysis, subjects: &SubjectTable) -> Vec<(String, Table)> {
-    vec![
+    let tables = vec![
         ("jnd".to_owned(), thresholds_by_case(analysis)),
         ("subjects".to_owned(), with_fields(thresholds(analysis), subjects)),
         ("psychometric".to_owned(), shares(analysis)),
-    ]
+    ];
+    by(analysis.operator, tables)
+}
+
+/// The tables with a first column that says who did the trials, as in the trials themselves: empty where they do not.
+fn by(operator: Option<Operator>, mut tables: Vec<(String, Table)>) -> Vec<(String, Table)> {
+    let name = cell(operator.map(Operator::name));
+    for (_, table) in &mut tables {
+        for (place, row) in table.rows.iter_mut().enumerate() {
+            let cell = if place == 0 { "operator" } else { name.as_str() };
+            row.insert(0, cell.to_owned());
+        }
+    }
+    tables
 }
 
 /// A table with a column `subject`, and the free fields of each subject behind.

@@ -1,9 +1,10 @@
 //! The analysis as a page: tables, quadrant plots, Fitts's law, trajectories, psychometric functions.
 
 use super::perception::{CaseAnalysis, PerceptionAnalysis};
-use super::tables::{PAGE, decimals, fitts_tables, perception_tables};
+use super::tables::{PAGE, SIMULATED, decimals, fitts_tables, perception_tables};
 use super::trajectories::Trajectory;
 use super::{Difference, FittsAnalysis, Refusal};
+use crate::trial::Operator;
 use haptic_lab::drawing::{Chart, Observation, Page, Table, Trace};
 use haptic_lab::stats::proportion::share_interval;
 use std::collections::BTreeSet;
@@ -12,6 +13,9 @@ use std::collections::BTreeSet;
 const SMALL_PX: f64 = 220.0;
 /// Points of a curve.
 const CURVE: usize = 200;
+/// Distance between two resistances of one condition, as a share of the difficulties' extent: their bars stand beside
+/// one another.
+const BESIDE: f64 = 0.007;
 /// Room beside the outermost levels, as a share of their extent.
 const MARGIN: f64 = 0.06;
 
@@ -24,17 +28,29 @@ pub(super) fn fitts_charts(analysis: &FittsAnalysis, trajectories: &[Trajectory]
             .filter_map(|resistance| of(&analysis.differences, resistance))
             .collect()
     };
-    vec![
+    let charts = vec![
         ("difficulty", vec![difficulty(analysis)]),
         ("quadrants-errors", quadrants(against_errors)),
         ("quadrants-size", quadrants(against_size)),
         ("trajectories", courses(trajectories)),
-    ]
+    ];
+    marked(charts, analysis.operator)
+}
+
+/// Says on each chart that a model did the trials, if so: a figure is copied without the notes of the analysis.
+fn marked(mut charts: Vec<(&'static str, Vec<Chart>)>, operator: Option<Operator>) -> Vec<(&'static str, Vec<Chart>)> {
+    if operator == Some(Operator::Simulated) {
+        for chart in charts.iter_mut().flat_map(|(_, charts)| charts) {
+            chart.notes.insert(0, format!("A {SIMULATED}"));
+        }
+    }
+    charts
 }
 
 /// The charts of a perception test, by the name of the picture that holds them.
 pub(super) fn perception_charts(analysis: &PerceptionAnalysis) -> Vec<(&'static str, Vec<Chart>)> {
-    vec![("psychometric", analysis.cases.iter().map(psychometric).collect())]
+    let charts = analysis.cases.iter().map(psychometric).collect();
+    marked(vec![("psychometric", charts)], analysis.operator)
 }
 
 /// The page of a targeting task.
@@ -80,18 +96,25 @@ fn difficulty(analysis: &FittsAnalysis) -> Chart {
         "Index of difficulty (bit)",
         "Movement time (s)",
     );
+    let difficulties = points().map(|point| point.difficulty_bit);
+    let extent_bit = difficulties.clone().fold(f64::MIN, f64::max) - difficulties.fold(f64::MAX, f64::min);
+    #[expect(clippy::cast_precision_loss, reason = "a handful of resistances")]
+    let beside_bit =
+        |place: usize| (place as f64 - 0.5 * (analysis.difficulty.len() as f64 - 1.0)) * BESIDE * extent_bit;
     for (colour, one) in analysis.difficulty.iter().enumerate() {
         let points = one.points.iter().map(|point| Observation {
-            at: [point.difficulty_bit, point.movement_time_s],
+            at: [point.difficulty_bit + beside_bit(colour), point.movement_time_s],
             bar: point.movement_time_interval_s,
             count: u32::try_from(point.movements).unwrap_or(u32::MAX),
         });
         let points: Vec<Observation> = points.collect();
         let ends = one
             .line
-            .zip(points.first().zip(points.last()))
+            .zip(one.points.first().zip(one.points.last()))
             .map(|(line, (first, last))| {
-                [first.at[0], last.at[0]].map(|difficulty| [difficulty, line.intercept + line.slope * difficulty])
+                [first, last]
+                    .map(|point| point.difficulty_bit)
+                    .map(|difficulty| [difficulty, line.intercept + line.slope * difficulty])
             });
         chart = chart.with(Trace::discs(one.resistance.as_str(), &points).in_colour(colour));
         if let Some(ends) = ends {
@@ -168,7 +191,7 @@ fn courses(trajectories: &[Trajectory]) -> Vec<Chart> {
             let chart = Chart::new(
                 format!("A movement under each resistance: subject {subject}, condition {condition}"),
                 "Time since the target became active (s)",
-                "Way of the handle along the movement (mm)",
+                "Distance along the movement (mm)",
             );
             own.fold(chart, |chart, one| {
                 let points = one.points.iter().map(|[t_s, way_m]| [*t_s, 1e3 * way_m]).collect();

@@ -3,6 +3,7 @@
 use super::comparison::{Comparison, Counts, Measure};
 use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
 use super::{FittsAnalysis, Summary};
+use crate::trial::Operator;
 use haptic_lab::drawing::Table;
 
 /// Letters in a row that the resistances of one table may take in a terminal, with two blanks before each.
@@ -36,6 +37,19 @@ pub fn fitts_tables(analysis: &FittsAnalysis, room: usize) -> Vec<(String, Table
         tables.push(("beside-paper".to_owned(), beside_paper(analysis)));
     }
     tables.push(("difficulty".to_owned(), difficulty(analysis)));
+    marked(tables, analysis.operator)
+}
+
+/// What stands beside everything of a model's trials.
+pub(super) const SIMULATED: &str = "simulated operator, not people";
+
+/// Says in each caption that a model did the trials, if so: a table is copied without the notes.
+fn marked(mut tables: Vec<(String, Table)>, operator: Option<Operator>) -> Vec<(String, Table)> {
+    if operator == Some(Operator::Simulated) {
+        for (_, table) in &mut tables {
+            table.caption.push_str(&format!("; {SIMULATED}"));
+        }
+    }
     tables
 }
 
@@ -115,11 +129,11 @@ pub(super) const fn file(measure: Measure) -> &'static str {
 fn caption(comparison: &Comparison) -> String {
     let threshold = comparison.threshold;
     match comparison.measure {
-        Measure::Time => format!("Table 3. Time of a segment, better/worse by {threshold} s"),
-        Measure::Errors => format!("Table 4. Errors of a segment, better/worse by {threshold}"),
+        Measure::Time => format!("Time of a segment, better/worse by {threshold} s (the paper's Table 3)"),
+        Measure::Errors => format!("Errors of a segment, better/worse by {threshold} (the paper's Table 4)"),
         Measure::ErrorSize => {
             format!(
-                "Table 5. Mean size of the errors, better/worse by {} mm",
+                "Mean size of the errors, better/worse by {} mm (the paper's Table 5)",
                 1e3 * threshold
             )
         }
@@ -259,7 +273,7 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
         .cases
         .iter()
         .flat_map(|case| case.subjects.iter().map(move |subject| subject_row(case, subject)));
-    vec![
+    let tables = vec![
         (
             "jnd".to_owned(),
             table(
@@ -278,7 +292,8 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
                 subjects,
             ),
         ),
-    ]
+    ];
+    marked(tables, analysis.operator)
 }
 
 fn number(value: Option<f64>) -> String {

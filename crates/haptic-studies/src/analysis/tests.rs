@@ -310,13 +310,12 @@ fn the_files_have_every_table_and_every_figure() {
     assert!(text("table-3-time.tex").contains("easy & 3.000 & 2/0 & 0/1 \\\\\n"));
     assert!(
         text("table-3-time.csv")
-            .starts_with("condition,difficulty_bit,resistance,better,worse,same,sign_test_p\neasy,")
+            .starts_with("operator,condition,difficulty_bit,resistance,better,worse,same,sign_test_p\n,easy,")
     );
     assert_eq!(text("sequences.csv").lines().count(), 1 + 13);
-    assert!(
-        text("differences.csv")
-            .starts_with("subject,resistance,condition,difficulty_bit,time_s,errors,error_size_m\na,real,easy,3")
-    );
+    assert!(text("differences.csv").starts_with(
+        "operator,subject,resistance,condition,difficulty_bit,time_s,errors,error_size_m\n,a,real,easy,3"
+    ));
     assert!(text("difficulty.svg").contains("Movement time against") && text("quadrants-size.svg").contains("viscous"));
     // Two conditions give no line, and each resistance says so.
     assert!(text("difficulty.svg").contains(">real has no line: points of the regression: 2; at least 3 are needed<"));
@@ -433,6 +432,86 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
             .expect_err("twice")
             .to_string()
             .contains("is there twice")
+    );
+}
+
+#[test]
+fn bars_of_one_condition_stand_beside_one_another() {
+    let files = fitts_files(&analysed(&study()), &[], &SubjectTable::default(), "A study");
+    let (_, picture) = files
+        .iter()
+        .find(|(name, _)| name == "difficulty.svg")
+        .expect("a figure");
+    let picture = String::from_utf8_lossy(picture);
+    // The discs of the plot have their bars before them; those of the legend have none.
+    let places: Vec<&str> = picture
+        .split("<circle")
+        .skip(1)
+        .filter_map(|disc| disc.split_once("cx=\"")?.1.split('"').next())
+        .collect();
+    let distinct: std::collections::BTreeSet<&&str> = places.iter().collect();
+    assert_eq!(distinct.len(), places.len(), "{places:?}");
+}
+
+#[test]
+fn every_file_of_a_simulated_operator_says_so() {
+    let mut trials = study();
+    let mut heard = answers(
+        Case::A,
+        Method::Constant,
+        &[(0.1, true, false), (0.3, false, false), (0.5, true, false)],
+    );
+    for operator in [None, Some(Operator::Human), Some(Operator::Simulated)] {
+        trials.iter_mut().for_each(|trial| trial.operator = operator);
+        heard.iter_mut().for_each(|trial| trial.operator = operator);
+        let heard = perception(&heard, 1).expect("an analysis");
+        let files = [
+            fitts_files(&analysed(&trials), &[], &SubjectTable::default(), "A study"),
+            perception_files(&heard, &SubjectTable::default(), "Cases"),
+        ];
+        for (name, bytes) in files.concat() {
+            let text = String::from_utf8(bytes).expect("text");
+            let says_so = match name.rsplit('.').next() {
+                Some("csv") => text.lines().skip(1).all(|row| row.starts_with("simulated,")),
+                _ => text.contains("simulated operator, not people"),
+            };
+            // A table without a row says nothing.
+            let is_empty = text.lines().count() == 1;
+            let is_simulated = operator == Some(Operator::Simulated);
+            assert!(is_empty || says_so == is_simulated, "{operator:?} {name}:\n{text}");
+        }
+    }
+}
+
+#[test]
+fn answers_that_jump_have_no_interval() {
+    // Chance below 0.3 N, certain above: 20 answers at each level.
+    let trials: Vec<PerceptionTrial> = ["01", "02"]
+        .into_iter()
+        .flat_map(|subject| {
+            let levels = [(0.1, 10), (0.2, 10), (0.3, 15), (0.4, 20), (0.5, 20)];
+            let own = levels.map(|(level, correct)| (0..20).map(move |place| (level, place < correct, false)));
+            let mut own = answers(
+                Case::A,
+                Method::Constant,
+                &own.into_iter().flatten().collect::<Vec<_>>(),
+            );
+            own.iter_mut().for_each(|trial| trial.subject = subject.to_owned());
+            own
+        })
+        .collect();
+    let found = perception(&trials, 1).expect("an analysis");
+    let case = &found.cases[0];
+    assert!(
+        case.subjects
+            .iter()
+            .all(|one| one.fit.is_some() && one.intervals.is_none())
+    );
+    let mean = case.jnd_n.expect("two thresholds");
+    assert!((mean.value - 0.3).abs() < 1e-3 && mean.interval.is_none(), "{mean:?}");
+    assert!(
+        found.notes.iter().any(|note| note.ends_with("it has no interval")),
+        "{found:?}"
     );
 }
 

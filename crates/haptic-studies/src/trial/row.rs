@@ -121,3 +121,14 @@ pub enum Operator {
     /// A model of one. Its trials say nothing about people.
     Simulated,
 }
+
+impl Operator {
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Human => "human",
+            Self::Simulated => "simulated",
+        }
+    }
+}
