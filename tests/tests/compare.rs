@@ -27,7 +27,12 @@ fn what_cannot_be_compared_is_refused_with_the_reason() {
         path.display().to_string()
     };
     let (there, back, still) = (line("there.csv", 0.02), line("back.csv", -0.02), line("still.csv", 0.0));
+    let without_force = directory.path().join("motion.csv").display().to_string();
+    std::fs::write(&without_force, "t_s,position_m\n0,0\n0.001,0.001\n").expect("written");
+    let simulate = format!("haptic-ctl simulate SCENE --motion {without_force}");
     for (arguments, code, part) in [
+        (vec![&*without_force], 2, "no force column among"),
+        (vec![&without_force], 2, simulate.as_str()),
         (vec![&*back], 1, "no motion in common"),
         (vec![&still], 1, "the rendered record holds no motion"),
         (vec![&back, "--align", "time"], 1, "--align velocity"),

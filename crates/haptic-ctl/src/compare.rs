@@ -7,6 +7,7 @@ use haptic_lab::compare::{self, AlignedBy, Options};
 use haptic_lab::drawing::PlotFormat;
 use haptic_lab::identify::record_file::{self, Loaded, RecordFileError, Source};
 use haptic_lab::identify::{self, Clocks, ModelKind, Record};
+use haptic_motion::table::TableError;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -112,6 +113,14 @@ fn read(path: &Path) -> Result<Loaded, Failure> {
 /// Why a record is not read. No option names the columns of a table, as there are two of them.
 fn reason(error: &RecordFileError) -> String {
     match error {
+        RecordFileError::Table(error @ TableError::MissingColumn { path, what, .. }) if what.contains("force") => {
+            format!(
+                "{}. compare needs the force in both records; `haptic-ctl simulate SCENE --motion {}` computes it along \
+                 a motion that was recorded without one",
+                error.by_heading(),
+                path.display()
+            )
+        }
         RecordFileError::Table(error) => error.by_heading(),
         error => error.to_string(),
     }

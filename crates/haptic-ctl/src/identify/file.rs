@@ -191,6 +191,6 @@ pub(super) fn run(
     identified.found.notes.splice(0..0, loaded.notes);
     bar.finish_and_clear();
     let shown = report::show(&identified.found, json);
-    output.write(&path.display().to_string(), &identified)?;
+    output.write(&path.display().to_string(), &identified, json)?;
     shown
 }

@@ -58,7 +58,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let options = arguments.wanted.options();
     let identified = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;
     let shown = report::show(&identified.found, json);
-    arguments.output.write("the rig", &identified)?;
+    arguments.output.write("the rig", &identified, json)?;
     shown
 }
 

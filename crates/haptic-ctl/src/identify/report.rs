@@ -48,7 +48,7 @@ impl Arguments {
 
     /// Writes what was asked for. A scene is not written where the record does not determine one; that is
     /// said, and ends with exit code 1.
-    pub(super) fn write(&self, origin: &str, identification: &Identification) -> Result<(), Failure> {
+    pub(super) fn write(&self, origin: &str, identification: &Identification, json: bool) -> Result<(), Failure> {
         let found = &identification.found;
         if let Some((path, format)) = &self.plot {
             let page = Page {
@@ -81,7 +81,11 @@ impl Arguments {
             text.push_str(&format!("# {assumption}\n"));
         }
         text.push_str(&toml::to_string(&made.scene).map_err(|error| failed(error.to_string()))?);
-        std::fs::write(path, text).map_err(|error| failed(error.to_string()))
+        std::fs::write(path, text).map_err(|error| failed(error.to_string()))?;
+        if json {
+            return Ok(());
+        }
+        output::unless_quiet(&written(path, &made.assumptions))
     }
 }
 
@@ -97,6 +101,16 @@ pub(super) fn show(found: &Identified, json: bool) -> Result<(), Failure> {
     } else {
         Err(Failure::Silent(1))
     }
+}
+
+/// What was written, and what in it the record does not determine.
+fn written(path: &Path, assumptions: &[String]) -> String {
+    let lines = assumptions.iter().map(|assumption| format!("\n- {assumption}"));
+    format!(
+        "\n{}: the scene of these values, in which{}",
+        path.display(),
+        lines.collect::<String>()
+    )
 }
 
 /// The values with their units and intervals, under the names of the columns.
@@ -163,6 +177,25 @@ mod tests {
     use super::*;
     use haptic_core::Directional;
     use haptic_lab::identify::ModelKind;
+
+    #[test]
+    fn a_written_scene_says_where_it_is_and_what_it_assumes() {
+        let found = Identified {
+            mass_kg: Some(1.0),
+            dynamic_force_n: Some(Directional::new(2.0, 1.9)),
+            viscous_ns_per_m: Some(Directional::both(3.0)),
+            ..Identified::empty(ModelKind::Karnopp)
+        };
+        let made = found.scene("s").expect("a scene");
+        let text = written(Path::new("out/s.toml"), &made.assumptions);
+        for part in [
+            "out/s.toml: ",
+            "\n- static friction was refused",
+            "2.0000 N in the positive and 1.9000 N",
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+    }
 
     #[test]
     fn report_gives_units_intervals_and_recording_instructions() {

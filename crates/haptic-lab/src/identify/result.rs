@@ -96,13 +96,13 @@ pub struct Identified {
     pub model: ModelKind,
     /// Mass, kg.
     pub mass_kg: Option<f64>,
-    /// Dynamic (Coulomb) friction by direction of motion, N (> 0).
+    /// Dynamic (Coulomb) friction by direction of motion, N (>= 0).
     #[serde(rename = "dynamic_force_N", serialize_with = "as_pair")]
     pub dynamic_force_n: Option<Directional>,
     /// Viscous friction by direction of motion, N s/m.
     #[serde(rename = "viscous_Ns_per_m", serialize_with = "as_pair")]
     pub viscous_ns_per_m: Option<Directional>,
-    /// Static friction by direction of motion, N (> 0).
+    /// Static friction by direction of motion, N (>= 0).
     #[serde(rename = "static_force_N", serialize_with = "as_pair")]
     pub static_force_n: Option<Directional>,
     /// Constant force, N: what the sensor's zero or an incline adds.
@@ -372,7 +372,11 @@ impl Identified {
             }
         }
         if self.static_force_n.is_none() && self.model != ModelKind::Dahl {
-            assumptions.push("static friction was refused: it is set to the dynamic friction".to_owned());
+            let Directional { positive, negative } = dynamic;
+            assumptions.push(format!(
+                "static friction was refused: it is set to the dynamic friction, {positive:.4} N in the positive and \
+                 {negative:.4} N in the negative direction"
+            ));
         }
         let scene: SceneFile = serde_json::from_value(json!({
             "name": name,

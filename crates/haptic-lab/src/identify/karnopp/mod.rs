@@ -96,6 +96,7 @@ pub(super) fn identify(even: &Even, options: &Options) -> Identified {
     statics::report(&mut found, &problem, &slides, options);
     refusal::refuse_poor(&mut found, &problem, &slides, options);
     refusal::refuse_beside_offset(&mut found, &slides, options);
+    refusal::floor_forces(&mut found);
     place::note_assumptions(&problem, &slides, &mut found);
     found
 }

@@ -7,9 +7,10 @@ use super::problem::{Problem, Slides};
 use super::regression::{Rows, Shape, Unknown};
 use crate::identify::grid::Grid;
 use crate::identify::options::{Directions, Options};
-use crate::identify::result::{Identified, Refusal};
+use crate::identify::result::{Identified, Interval, Refusal};
 use crate::robust_fit::Unfit;
 use crate::two_clocks::NoShift;
+use haptic_core::Directional;
 use haptic_motion::median::extent;
 
 /// Fewest windows in a direction.
@@ -31,6 +32,8 @@ const HARMLESS_SHARE: f64 = 0.05;
 
 /// Fewest encoder steps, or standard deviations of noise, that the whole stroke must have.
 const MIN_STROKE_STEPS: f64 = 30.0;
+
+const DIRECTIONS: [&str; 2] = ["positive", "negative"];
 
 const MOVE_BOTH_WAYS: &str = "push and pull by turns at 0.5 to 3 Hz, with strokes of 10 mm or more, for 10 s";
 
@@ -222,7 +225,7 @@ pub(super) fn refuse_beside_offset(found: &mut Identified, slides: &Slides, opti
 /// Refuses what sliding in one direction alone does not determine.
 pub(super) fn refuse_one_direction(found: &mut Identified, slides: &Slides, problem: &Problem<'_>) {
     let side = usize::from(!slides.fit.shape.sides[0]);
-    let direction = ["positive", "negative"][side];
+    let direction = DIRECTIONS[side];
     let level = slides.fit.value(Unknown::Level(side)).unwrap_or(0.0);
     let (slow, fast) = speeds(problem.motion);
     let viscous = slides.fit.value(Unknown::Viscous(side));
@@ -243,7 +246,7 @@ pub(super) fn refuse_one_direction(found: &mut Identified, slides: &Slides, prob
 
 /// Takes back what the fit holds too loosely.
 pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
-    if refuse_reversed(found, options) {
+    if refuse_reversed(found, problem.motion, options) {
         return;
     }
     refuse_poor_mass(found, slides, problem.motion, options);
@@ -254,14 +257,14 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
     let dynamic = found
         .dynamic_force_n
         .map_or(0.0, |dynamic| dynamic.positive.min(dynamic.negative));
-    let reach = |name: &str| {
-        ["positive", "negative"]
-            .iter()
-            .filter_map(|direction| found.intervals.get(&format!("{name}.{direction}")))
+    let reach = |found: &Identified, name: &str| {
+        DIRECTIONS
+            .into_iter()
+            .filter_map(|direction| interval(found, name, direction))
             .map(|[low, high]| (high - low) / 2.0)
             .fold(0.0, f64::max)
     };
-    let viscous_reach = reach("viscous_Ns_per_m");
+    let viscous_reach = reach(found, "viscous_Ns_per_m");
     let least_viscous = found
         .viscous_ns_per_m
         .map_or(0.0, |viscous| viscous.positive.min(viscous.negative));
@@ -283,26 +286,125 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
         refuse(found, "dynamic_force_N", &level, instead);
         return;
     }
-    let dynamic_reach = reach("dynamic_force_N");
+    let drag = Drag {
+        force_n: least_viscous * fast,
+        fast_mps: fast,
+    };
+    if refuse_pushing(found, &drag) || report_no_dry_friction(found, &drag) {
+        return;
+    }
+    let dynamic_reach = reach(found, "dynamic_force_N");
     if dynamic_reach > MAX_UNCERTAINTY * dynamic.abs() && dynamic_reach > 0.1 * slides.fit.rms_n() {
         let why = format!("its interval is +-{dynamic_reach:.4} N around {dynamic:.4} N");
         refuse(found, "dynamic_force_N", &why, MOVE_BOTH_WAYS);
     }
 }
 
-/// Refuses everything where friction would push: the force or the position has the other sign.
-fn refuse_reversed(found: &mut Identified, options: &Options) -> bool {
-    let highest = ["positive", "negative"].map(|direction| {
-        let interval = found.intervals.get(&format!("dynamic_force_N.{direction}"));
-        interval.map_or(f64::INFINITY, |[_, high]| *high)
-    });
-    let Some(dynamic) = found.dynamic_force_n.filter(|_| highest.iter().all(|high| *high < 0.0)) else {
+/// The viscous friction of the fastest slides.
+struct Drag {
+    force_n: f64,
+    fast_mps: f64,
+}
+
+impl Drag {
+    /// The largest dry friction that makes no difference beside it, N.
+    fn harmless_n(&self) -> f64 {
+        HARMLESS_SHARE * self.force_n
+    }
+}
+
+/// The interval of a parameter in a direction.
+fn interval(found: &Identified, name: &str, direction: &str) -> Option<Interval> {
+    found.intervals.get(&format!("{name}.{direction}")).copied()
+}
+
+/// The intervals of the dynamic friction, N, where it is known in both directions.
+fn dynamic_intervals(found: &Identified) -> Option<[Interval; 2]> {
+    let [positive, negative] = DIRECTIONS.map(|direction| interval(found, "dynamic_force_N", direction));
+    Some([positive?, negative?])
+}
+
+/// Refuses a dynamic friction that would push, and by more than makes no difference.
+fn refuse_pushing(found: &mut Identified, drag: &Drag) -> bool {
+    let pushes = |intervals: [Interval; 2]| intervals.iter().any(|[_, high]| *high < -drag.harmless_n().max(0.0));
+    let Some(dynamic) = found
+        .dynamic_force_n
+        .filter(|_| dynamic_intervals(found).is_some_and(pushes))
+    else {
         return false;
     };
     let reason = format!(
-        "the force points against the motion: it would be a friction of {:.4} N in the positive and {:.4} N in the \
-         negative direction",
+        "it would be {:.4} N in the positive and {:.4} N in the negative direction, and friction does not push: there is \
+         a constant force, or a drag that does not grow in proportion to the velocity",
         dynamic.positive, dynamic.negative
+    );
+    let instead = "zero the force sensor without contact on a level axis and give --offset 0; record slower motions";
+    refuse(found, "dynamic_force_N", &reason, instead);
+    true
+}
+
+/// Puts no dry friction into the result, where the record shows none beside the drag: none that slides and, without a
+/// breakaway, none that holds.
+fn report_no_dry_friction(found: &mut Identified, drag: &Drag) -> bool {
+    let Some(intervals) = dynamic_intervals(found) else {
+        return false;
+    };
+    let is_none = intervals
+        .iter()
+        .all(|[low, high]| *low <= 0.0 && *high <= drag.harmless_n());
+    if !is_none {
+        return false;
+    }
+    // Beyond zero to the other side it is an error of the fit all the same.
+    let most_n = intervals.iter().flatten().map(|end| end.abs()).fold(0.0, f64::max);
+    found.notes.push(format!(
+        "no dry friction: at most {most_n:.4} N beside a drag of {:.4} N at {:.4} m/s",
+        drag.force_n, drag.fast_mps
+    ));
+    found.dynamic_force_n = Some(Directional::both(0.0));
+    let mut names = vec!["dynamic_force_N"];
+    if found.static_force_n.is_none() {
+        found.static_force_n = found.dynamic_force_n;
+        found.refused.retain(|refusal| refusal.parameter != "static_force_N");
+        names.push("static_force_N");
+    }
+    for name in names {
+        for direction in DIRECTIONS {
+            found.intervals.insert(format!("{name}.{direction}"), [0.0, most_n]);
+        }
+    }
+    true
+}
+
+/// A force that brakes is never below zero, whatever the noise: neither is its interval.
+pub(super) fn floor_forces(found: &mut Identified) {
+    let floor = |force: Directional| Directional::new(force.positive.max(0.0), force.negative.max(0.0));
+    found.dynamic_force_n = found.dynamic_force_n.map(floor);
+    found.static_force_n = found.static_force_n.map(floor);
+    for (name, ends) in &mut found.intervals {
+        if name.starts_with("dynamic_force_N") || name.starts_with("static_force_N") {
+            *ends = ends.map(|end| end.max(0.0));
+        }
+    }
+}
+
+/// Refuses everything where friction would push also at the fastest slides: the force or the position has the other
+/// sign.
+fn refuse_reversed(found: &mut Identified, motion: &Motion, options: &Options) -> bool {
+    let (_, fast) = speeds(motion);
+    let pushes = |direction: &str| {
+        let high = |name| interval(found, name, direction).map(|[_, high]| high);
+        high("dynamic_force_N").is_some_and(|dynamic| dynamic + high("viscous_Ns_per_m").unwrap_or(0.0) * fast < 0.0)
+    };
+    let Some(dynamic) = found.dynamic_force_n.filter(|_| DIRECTIONS.into_iter().all(pushes)) else {
+        return false;
+    };
+    let viscous = found.viscous_ns_per_m.unwrap_or_default();
+    let reason = format!(
+        "the force points against the motion: it would be a friction of {:.4} N in the positive and {:.4} N in the \
+         negative direction at {fast:.4} m/s",
+        dynamic.positive + viscous.positive * fast,
+        dynamic.negative + viscous.negative * fast
     );
     let names = ["mass_kg", "dynamic_force_N", "viscous_Ns_per_m", "static_force_N"];
     found

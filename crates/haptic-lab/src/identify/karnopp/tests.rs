@@ -409,6 +409,39 @@ fn directions_beside_an_offset_that_is_not_known_are_refused() {
 }
 
 #[test]
+fn a_viscous_surface_has_no_dry_friction() {
+    let drag = |dry: f64, viscous| Karnopp {
+        viscous: Directional::both(viscous),
+        ..Karnopp::new(dry, dry)
+    };
+    let of = |record: &Record| found(record);
+    let mut record_of_drag = record(drag(0.0, 35.0), 1);
+    let found = of(&record_of_drag);
+    assert_eq!(found.dynamic_force_n, Some(Directional::both(0.0)), "{found:#?}");
+    assert!(found.refused.is_empty(), "{found:#?}");
+    assert!(
+        found.notes.iter().any(|note| note.starts_with("no dry friction")),
+        "{found:#?}"
+    );
+    let [low, high] = found.intervals["dynamic_force_N.positive"];
+    assert!(low == 0.0 && high > 0.0, "{low} {high}");
+    assert!(found.scene("drag").is_ok(), "{found:#?}");
+    // A sensor that points the other way is told from it.
+    record_of_drag.force_n.iter_mut().for_each(|force| *force = -*force);
+    let found = of(&record_of_drag);
+    assert_eq!(found.missing(), ["mass_kg", "dynamic_force_N", "viscous_Ns_per_m"]);
+    let reasons: Vec<&str> = found.refused.iter().map(|one| one.reason.as_str()).collect();
+    assert!(
+        reasons.iter().all(|why| why.contains("points against the motion")),
+        "{found:#?}"
+    );
+    // A little that the record shows is reported.
+    let found = of(&record(drag(0.15, 35.0), 4));
+    let [low, high] = found.intervals["dynamic_force_N.positive"];
+    assert!(low > 0.0 && low < 0.15 && high > 0.15, "{found:#?}");
+}
+
+#[test]
 fn a_known_mass_is_taken_and_not_identified() {
     let options = Options {
         mass_kg: Some(0.5),
