@@ -11,6 +11,7 @@ pub mod analysis;
 pub mod fitts;
 pub mod operator;
 pub mod order;
+pub mod pace;
 pub mod perception;
 pub mod person;
 pub mod plan;

@@ -4,6 +4,7 @@ use super::plan;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::{Args, ValueEnum};
+use haptic_studies::pace::time_left;
 use haptic_studies::run::{self, Progress, RunError};
 use haptic_studies::store::{StoreError, Study, StudyDescription};
 use haptic_studies::trial;
@@ -130,6 +131,7 @@ fn people(study: &Study, as_json: bool) -> Result<(), Failure> {
 /// Runs what is left of a study.
 async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure> {
     let subjects = study.about().subjects.len();
+    let trials = trials(&study)?;
     let progress = Arc::new(Progress::default());
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut interrupt = signal(SignalKind::interrupt())?;
@@ -138,14 +140,15 @@ async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure
     let began = Instant::now();
     let watched = Arc::clone(&progress);
     let mut work = tokio::task::spawn_blocking(move || run::run(&study, threads, &watched));
-    let bar = progress::steps(subjects);
+    let bar = progress::steps(trials.map_or(subjects, |(_, of)| of));
     let mut shown = tokio::time::interval(Duration::from_millis(100));
     let result = loop {
         tokio::select! {
             ended = &mut work => break ended,
             _ = shown.tick() => {
-                bar.set_position(progress.subjects() as u64);
-                bar.set_message(format!("subjects, {} trials", progress.trials()));
+                let position = trials.map_or(progress.subjects(), |(before, _)| before + progress.trials());
+                bar.set_position(position as u64);
+                bar.set_message(under_way(trials, &progress, subjects, began.elapsed().as_secs_f64()));
             }
             _ = interrupt.recv() => progress.stop(),
             _ = terminate.recv() => progress.stop(),
@@ -159,6 +162,29 @@ async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure
     let is_finished = progress.subjects() == subjects;
     report(&progress, folder, is_finished, took_s, as_json)?;
     if is_finished { Ok(()) } else { Err(Failure::Interrupted) }
+}
+
+/// Trials that all subjects have done, and trials in all; none where a staircase has no such number.
+fn trials(study: &Study) -> Result<Option<(usize, usize)>, Failure> {
+    let mut sum = Some((0, 0));
+    for subject in study.subjects() {
+        let (done, of) = study.progress(&subject).map_err(not_stored)?;
+        sum = sum
+            .zip(of)
+            .map(|((all_done, all_of), of)| (all_done + done, all_of + of));
+    }
+    Ok(sum)
+}
+
+/// What stands behind the position of a run: trials of all of them, or subjects where that is not known.
+fn under_way(trials: Option<(usize, usize)>, progress: &Progress, subjects: usize, took_s: f64) -> String {
+    let done = progress.trials();
+    let Some((before, of)) = trials else {
+        return format!("subjects, {done} trials");
+    };
+    let left = of.saturating_sub(before + done);
+    let left = time_left(done, took_s, left).map_or_else(String::new, |left| format!(", {left}"));
+    format!("trials, {} of {subjects} subjects{left}", progress.subjects())
 }
 
 fn not_run(error: RunError) -> Failure {

@@ -60,6 +60,16 @@ impl Conductor {
         self.period_s
     }
 
+    /// The newest tick that came.
+    pub(super) fn newest_tick(&self) -> u64 {
+        self.newest_tick
+    }
+
+    /// Whether the subject waits for the experimenter.
+    pub(super) fn is_interrupted(&self) -> bool {
+        !self.is_begun || self.session.interruption().is_some()
+    }
+
     /// Ends it, once all that became final is on the disk.
     pub(super) fn close(self) -> Result<(), PersonError> {
         self.session.close()

@@ -85,8 +85,10 @@ fn subject_line(subject: &SubjectState) -> String {
 }
 
 fn trials_done(subject: &SubjectState) -> String {
+    let left = subject.time_left.as_ref();
+    let left = left.map_or_else(String::new, |left| format!(", {left}"));
     match subject.progress {
-        Some((done, Some(all))) => format!("{done} of {all} trials"),
+        Some((done, Some(all))) => format!("{done} of {all} trials{left}"),
         Some((done, None)) => format!("{done} trials"),
         None => String::new(),
     }
@@ -158,4 +160,22 @@ pub(super) fn show_stage(ui: &mut Ui, state: &StudyState) {
         ui.add(Label::new(RichText::new(text).size(18.0).color(color)).truncate())
             .on_hover_text(text);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_progress_has_trials_and_the_time_left() {
+        let mut subject = SubjectState {
+            code: "01".to_owned(),
+            progress: Some((12, Some(440))),
+            time_left: None,
+            is_finished: false,
+        };
+        assert_eq!(trials_done(&subject), "12 of 440 trials");
+        subject.time_left = Some("about 15 min left".to_owned());
+        assert_eq!(trials_done(&subject), "12 of 440 trials, about 15 min left");
+    }
 }

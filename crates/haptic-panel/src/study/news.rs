@@ -51,6 +51,8 @@ pub struct SubjectState {
     /// Trials done, and trials in all, practice included, of the one that is chosen; a staircase may have no such
     /// number.
     pub progress: Option<(usize, Option<usize>)>,
+    /// Time that the trials left will take, in words, once some are done.
+    pub time_left: Option<String>,
     /// Nothing is left to be done.
     pub is_finished: bool,
 }

@@ -9,6 +9,7 @@ use crate::intent::{BATCH_MS, Intent};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::{DaemonMirror, Event};
+use haptic_studies::pace::Pace;
 use haptic_studies::person::{PersonSession, SessionEvent};
 use haptic_studies::plan::Plan;
 use haptic_studies::session::{Phase, View};
@@ -57,6 +58,8 @@ pub(super) struct SessionThread {
     /// The chosen subject, by its place.
     subject: usize,
     conductor: Option<Conductor>,
+    /// How fast the chosen subject is.
+    pace: Pace,
     /// Why the study does not continue, where the disk or the study's files are to blame.
     problem: Option<String>,
     reported: Option<Box<StudyState>>,
@@ -80,6 +83,7 @@ impl SessionThread {
             study: None,
             subject: 0,
             conductor: None,
+            pace: Pace::default(),
             problem: None,
             reported: None,
             shown: None,
@@ -195,7 +199,10 @@ impl SessionThread {
         };
         let period_s = rig.loop_rate_hz.recip();
         match PersonSession::open(&study.folder, &subject.code, rig) {
-            Ok(session) => self.conductor = Some(Conductor::new(session, period_s)),
+            Ok(session) => {
+                self.conductor = Some(Conductor::new(session, period_s));
+                self.pace = Pace::default();
+            }
             Err(error) => self.problem = Some(error.to_string()),
         }
     }
@@ -268,11 +275,18 @@ impl SessionThread {
                 return;
             }
         };
+        if conductor.is_interrupted() {
+            self.pace.interrupt();
+        }
+        let tick = conductor.newest_tick();
         let intents = conductor.due(&self.daemon, &mut self.before);
         self.ask(intents);
         for happening in happened {
             match happening {
-                SessionEvent::Kept(row) => self.report(StudyNews::Row(table::row(&row))),
+                SessionEvent::Kept(row) => {
+                    self.pace.done(tick);
+                    self.report(StudyNews::Row(table::row(&row)));
+                }
                 SessionEvent::Voided(voided) => self.report(StudyNews::Row(table::void(&voided))),
                 SessionEvent::Finished => {}
             }
@@ -318,6 +332,7 @@ impl SessionThread {
             SubjectState {
                 code: subject.code.clone(),
                 progress: view.map(|view| (view.done, view.of)),
+                time_left: view.and_then(|view| self.time_left(&view)),
                 is_finished: view.is_some_and(|view| view.phase == Phase::Done),
             }
         });
@@ -342,6 +357,12 @@ impl SessionThread {
             target_m: session.and_then(table::target_m),
             columns: table::columns(study.plan.task()),
         })
+    }
+
+    /// Time that the chosen subject will take, in words.
+    fn time_left(&self, view: &View) -> Option<String> {
+        let period_s = self.conductor.as_ref()?.period_s();
+        self.pace.time_left(view.of?.saturating_sub(view.done), period_s)
     }
 
     /// Gives the rig and the screen back.

@@ -16,6 +16,7 @@ pub(crate) fn state(task: Task, stage: Stage) -> StudyState {
     let subject = |code: &str, progress| SubjectState {
         code: code.to_owned(),
         progress,
+        time_left: None,
         is_finished: false,
     };
     StudyState {
