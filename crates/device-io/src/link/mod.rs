@@ -19,6 +19,7 @@
 
 mod connector;
 mod device_clock;
+mod direct_rig;
 mod health;
 mod hid;
 pub(crate) mod hid_node;
@@ -43,6 +44,7 @@ mod wire;
 mod writer;
 
 pub use connector::{ConnectError, Connection, Connector, DeviceInfo, GreetedDevice, LoopTiming};
+pub use direct_rig::DirectRig;
 pub use health::{AskGuard, Delivery, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 pub use hid::HidConnector;
 pub use hid_node::HidId;

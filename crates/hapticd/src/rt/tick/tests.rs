@@ -1,6 +1,7 @@
 //! The loop's tick on a scripted rig: the bench here, one idea in each file below.
 
 mod admission;
+mod behind_a_link;
 mod changes;
 mod engaging;
 mod happenings;
@@ -81,8 +82,8 @@ impl Device for Scripted {
     }
 }
 
-struct Bench {
-    tick: Tick<Scripted>,
+struct Bench<D: Device = Scripted> {
+    tick: Tick<D>,
     shared: Arc<Shared>,
     inbox: Sender,
     records: outbox::Consumer,
@@ -92,6 +93,9 @@ struct Bench {
     missed_periods: u64,
     asleep_ns: u64,
 }
+
+/// What the clock shows before the first tick, ns.
+const BEGAN_NS: u64 = 1_000_000_000;
 
 const MAX_FORCE: f64 = 20.0;
 
@@ -163,7 +167,6 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
 }
 
 fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench {
-    let (ControlSide { shared, inbox, records }, loop_side) = hand_over(RECORDS);
     let written = Arc::default();
     let device = Scripted {
         readings: readings.into_iter().collect(),
@@ -180,6 +183,15 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
         enabled: Vec::new(),
         link: None,
     };
+    Bench {
+        written,
+        ..bench_on(device, settings)
+    }
+}
+
+/// A loop on a device.
+fn bench_on<D: Device>(device: D, settings: Settings) -> Bench<D> {
+    let (ControlSide { shared, inbox, records }, loop_side) = hand_over(RECORDS);
     let tick = Tick::new(
         Box::new(device),
         loop_side,
@@ -192,9 +204,9 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
         shared,
         inbox,
         records,
-        written,
+        written: Arc::default(),
         serial: 0,
-        clock_ns: 1_000_000_000,
+        clock_ns: BEGAN_NS,
         missed_periods: 0,
         asleep_ns: 0,
     }
@@ -207,7 +219,7 @@ pub(crate) fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
     )
 }
 
-impl Bench {
+impl<D: Device> Bench<D> {
     fn tick(&mut self) -> TickRecord {
         self.tick_after(1_000_000)
     }
@@ -248,7 +260,9 @@ impl Bench {
             .command(self.serial)
             .expect("answered in the tick")
     }
+}
 
+impl Bench {
     fn last_written(&self) -> f64 {
         *self
             .written
