@@ -20,12 +20,7 @@ pub const PUSH_N: f64 = 2.0;
 
 /// A daemon on a rig, with a ramp that does not take long; the rig is idle.
 pub fn daemon(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
-    daemon_with(rig, &[&SHORT_RAMP, arguments].concat())
-}
-
-/// The same with a ramp of the caller's.
-pub fn daemon_with(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
-    let daemon = Daemon::start_strictly_on(&rig.address(), arguments);
+    let daemon = Daemon::start_strictly_on(&rig.address(), &[&SHORT_RAMP, arguments].concat());
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     (daemon, client)

@@ -33,7 +33,7 @@ mod timed;
 pub mod transcript;
 
 pub use held::{HeldThread, real_time_thread};
-pub use timed::{count_logged, excused, timed};
+pub use timed::{count_logged, timed};
 
 use haptic_ipc::{
     Client, ClientError, JournalEntry, LogReply, Request, RigState, StateReply, Status, SubscribeReply, Topic,
@@ -230,9 +230,12 @@ impl Daemon {
         &self.said
     }
 
-    /// A client of the daemon.
+    /// A client of the daemon; its greeting may come late on a busy machine.
     pub fn client(&self) -> Client {
-        Client::connect(&self.socket).expect("the daemon serves")
+        until_some("the daemon does not serve", || match Client::connect(&self.socket) {
+            Err(ClientError::Io(error)) if error.kind() == std::io::ErrorKind::WouldBlock => None,
+            client => Some(client.expect("the daemon serves")),
+        })
     }
 
     /// A bare connection on which the greeting has been read.

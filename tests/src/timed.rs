@@ -30,7 +30,7 @@ pub fn timed(what: &str, case: impl Fn()) {
 }
 
 /// Runs a case, and once more if it fails and its own daemon has counted missed periods or overruns.
-pub fn excused(case: impl Fn()) {
+fn excused(case: impl Fn()) {
     for tries_left in (0..TRIES).rev() {
         MISSED.set(0);
         let Err(failure) = catch_unwind(AssertUnwindSafe(&case)) else {
@@ -47,7 +47,6 @@ pub fn excused(case: impl Fn()) {
 pub(crate) fn count_missed(socket: &Path) {
     let missed = missed(socket).unwrap_or(0);
     if missed > 0 {
-        // .ci/run goes by this.
         println!("its daemon missed or overran {missed} periods");
     }
     MISSED.set(MISSED.get() + missed);

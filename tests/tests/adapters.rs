@@ -203,46 +203,50 @@ fn the_papers_scene_is_felt_on_every_board() {
 
 #[test]
 fn a_daemon_that_is_killed_leaves_no_force() {
-    for kind in &KINDS {
-        let mut setup = Setup::new(kind);
-        setup.pull();
-        let Setup {
-            mut board,
-            daemon: killed,
-            directory,
-            ..
-        } = setup;
-        killed.end(Signal::KILL);
-        let force = board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
-        assert!(force.watchdog, "{}: {force:?}", kind.firmware);
-        // The next daemon finds it as it must be, and can use it.
-        let next = daemon(kind, directory.path());
-        let mut client = next.client();
-        connected(&mut client);
-        pull_until(&mut client, |_| board.force().now_n.abs() > 1.0);
-    }
+    timed("a killed daemon on boards of others", || {
+        for kind in &KINDS {
+            let mut setup = Setup::new(kind);
+            setup.pull();
+            let Setup {
+                mut board,
+                daemon: killed,
+                directory,
+                ..
+            } = setup;
+            killed.end(Signal::KILL);
+            let force = board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
+            assert!(force.watchdog, "{}: {force:?}", kind.firmware);
+            // The next daemon finds it as it must be, and can use it.
+            let next = daemon(kind, directory.path());
+            let mut client = next.client();
+            connected(&mut client);
+            pull_until(&mut client, |_| board.force().now_n.abs() > 1.0);
+        }
+    });
 }
 
 #[test]
 fn unplugged_board_disconnects_and_comes_back_idle() {
-    for kind in &KINDS {
-        let mut setup = Setup::new(kind);
-        setup.pull();
-        let Setup { client, board, .. } = &mut setup;
-        let before = counts(&status(client)).connections;
-        board.ask("hang-up 1");
-        wait_for(client, "the hang-up", |status| {
-            status.state == RigState::Disconnected || counts(status).connections > before
-        });
-        board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
-        let back = connected(client);
-        assert!(counts(&back).connections > before, "{back:?}");
-        board.force();
-        let before = samples(&status(client));
-        wait_for(client, "samples", |status| samples(status) > before + 200);
-        let force = board.force();
-        assert_eq!((force.largest_n, force.on), (0.0, false), "it never engages by itself");
-    }
+    timed("boards of others, unplugged", || {
+        for kind in &KINDS {
+            let mut setup = Setup::new(kind);
+            setup.pull();
+            let Setup { client, board, .. } = &mut setup;
+            let before = counts(&status(client)).connections;
+            board.ask("hang-up 1");
+            wait_for(client, "the hang-up", |status| {
+                status.state == RigState::Disconnected || counts(status).connections > before
+            });
+            board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
+            let back = connected(client);
+            assert!(counts(&back).connections > before, "{back:?}");
+            board.force();
+            let before = samples(&status(client));
+            wait_for(client, "samples", |status| samples(status) > before + 200);
+            let force = board.force();
+            assert_eq!((force.largest_n, force.on), (0.0, false), "it never engages by itself");
+        }
+    });
 }
 
 #[test]
@@ -256,34 +260,36 @@ fn a_board_that_cannot_be_used_says_why() {
 // hazard: H9
 #[test]
 fn a_motor_that_a_board_does_not_switch_off_is_an_alarm() {
-    for wrong in ["ignore-off", "stay-enabled"] {
-        let mut setup = Setup::new(&KINDS[0]);
-        setup.pull();
-        setup.board.ask(wrong);
-        let stopped = setup.daemon.ctl(&["--json", "stop"]);
-        let said = stderr(&stopped);
-        assert!(
-            !stopped.status.success() && said.contains("not_confirmed"),
-            "{wrong}: {said}"
-        );
-        let alarmed = wait_for_state(&mut setup.client, RigState::Faulted);
-        let fault = alarmed.fault.unwrap_or_default();
-        assert!(fault.starts_with("still_enabled"), "{fault}");
-        setup.board.ask("honest");
-        setup
-            .board
-            .wait_for("the motor to be off", |force| !force.on && force.now_n == 0.0);
-        // A release, and the end of the daemon, are no better than a stop.
-        setup.pull();
-        setup.board.ask(wrong);
-        let released = setup.daemon.ctl(&["release", "--wait"]);
-        let said = stderr(&released);
-        assert_eq!(released.status.code(), Some(6), "{wrong}: {said}");
-        assert!(said.contains("still_enabled"), "{wrong}: {said}");
-        let (ended, said) = setup.daemon.end(Signal::TERM);
-        assert!(
-            !ended.success() && said.contains("has not confirmed"),
-            "{wrong}: {said}"
-        );
-    }
+    timed("a board that does not switch its motor off", || {
+        for wrong in ["ignore-off", "stay-enabled"] {
+            let mut setup = Setup::new(&KINDS[0]);
+            setup.pull();
+            setup.board.ask(wrong);
+            let stopped = setup.daemon.ctl(&["--json", "stop"]);
+            let said = stderr(&stopped);
+            assert!(
+                !stopped.status.success() && said.contains("not_confirmed"),
+                "{wrong}: {said}"
+            );
+            let alarmed = wait_for_state(&mut setup.client, RigState::Faulted);
+            let fault = alarmed.fault.unwrap_or_default();
+            assert!(fault.starts_with("still_enabled"), "{fault}");
+            setup.board.ask("honest");
+            setup
+                .board
+                .wait_for("the motor to be off", |force| !force.on && force.now_n == 0.0);
+            // A release, and the end of the daemon, are no better than a stop.
+            setup.pull();
+            setup.board.ask(wrong);
+            let released = setup.daemon.ctl(&["release", "--wait"]);
+            let said = stderr(&released);
+            assert_eq!(released.status.code(), Some(6), "{wrong}: {said}");
+            assert!(said.contains("still_enabled"), "{wrong}: {said}");
+            let (ended, said) = setup.daemon.end(Signal::TERM);
+            assert!(
+                !ended.success() && said.contains("has not confirmed"),
+                "{wrong}: {said}"
+            );
+        }
+    });
 }

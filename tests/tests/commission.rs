@@ -199,7 +199,9 @@ fn with_uncommissioned_in_the_configuration_any_rig_engages() {
     std::fs::write(&path, "uncommissioned = true\n").expect("written");
     let (_daemon, mut client) = daemon(&rig, &["--config", path.to_str().expect("a plain path")]);
     assert_eq!(status(&mut client).device.engage_refused, []);
-    engage(&mut client);
+    let _: StateReply = client
+        .request(Request::Engage { anyway: true })
+        .expect("nothing is in the way");
 }
 
 // hazard: H13
@@ -244,7 +246,7 @@ fn missing_or_long_watchdog_engages_only_when_allowed() {
     }
     drop((strict, client));
     let (_lenient, mut client) = daemon(&rig, &["--allow-no-watchdog", "--uncommissioned"]);
-    engage(&mut client);
+    let _: StateReply = client.request(Request::Engage { anyway: true }).expect("it is allowed");
 }
 
 fn on_a_terminal(daemon: &Daemon, arguments: &[&str]) -> Terminal {

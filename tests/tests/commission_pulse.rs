@@ -7,83 +7,89 @@ use system_tests::commissioning::{
     OWN, PUSH_N, Ticks, after_the_pulse, begun, daemon, let_go, pulse, renders_the_scene,
 };
 use system_tests::fake_rig::FakeRig;
-use system_tests::{binary, refused, status, wait_for, wait_for_state};
+use system_tests::{binary, refused, status, timed, wait_for, wait_for_state};
 
 // hazard: H13
 #[test]
 fn reversed_motor_ends_in_zero_force_and_is_not_kept() {
-    let rig = FakeRig::start(&[&OWN[..], &["--reversed"]].concat());
-    let (daemon, mut client) = daemon(&rig, &[]);
-    let ticks = Ticks::of(&daemon);
-    let said = daemon.ctl_refused(&["commission", "--yes"], 1, "wired the other way");
-    assert!(said.contains("the wrong way"), "{said}");
-    let rows = ticks.come_so_far();
-    // From the first count against the force to the last force.
-    let last = rows
-        .iter()
-        .rposition(|row| row.command_force_n != 0.0)
-        .expect("a force");
-    let force_n = rows[last].command_force_n;
-    let moved = rows
-        .iter()
-        .position(|row| row.device_position_m * force_n.signum() < -0.5e-5)
-        .expect("it moved against the force");
-    assert!(
-        rows[last].tick < rows[moved].tick + 50,
-        "{:?} {:?}",
-        rows[moved],
-        rows[last]
-    );
-    let farthest = rows.iter().map(|row| row.device_position_m.abs()).fold(0.0, f64::max);
-    assert!(farthest < 5e-3, "{farthest} m");
-    wait_for_state(&mut client, RigState::Idle);
-    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
-    let kept = daemon.scene_dir().with_file_name("state").join("commissioned");
-    assert!(!kept.exists(), "nothing is kept");
+    timed("a commissioning of a reversed motor", || {
+        let rig = FakeRig::start(&[&OWN[..], &["--reversed"]].concat());
+        let (daemon, mut client) = daemon(&rig, &[]);
+        let ticks = Ticks::of(&daemon);
+        let said = daemon.ctl_refused(&["commission", "--yes"], 1, "wired the other way");
+        assert!(said.contains("the wrong way"), "{said}");
+        let rows = ticks.come_so_far();
+        // From the first count against the force to the last force.
+        let last = rows
+            .iter()
+            .rposition(|row| row.command_force_n != 0.0)
+            .expect("a force");
+        let force_n = rows[last].command_force_n;
+        let moved = rows
+            .iter()
+            .position(|row| row.device_position_m * force_n.signum() < -0.5e-5)
+            .expect("it moved against the force");
+        assert!(
+            rows[last].tick < rows[moved].tick + 50,
+            "{:?} {:?}",
+            rows[moved],
+            rows[last]
+        );
+        let farthest = rows.iter().map(|row| row.device_position_m.abs()).fold(0.0, f64::max);
+        assert!(farthest < 5e-3, "{farthest} m");
+        wait_for_state(&mut client, RigState::Idle);
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
+        let kept = daemon.scene_dir().with_file_name("state").join("commissioned");
+        assert!(!kept.exists(), "nothing is kept");
+    });
 }
 
 // hazard: H13
 #[test]
 fn stop_in_pulse_acts_at_once_and_ends_commissioning() {
-    let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
-    let mut commissioner = begun(&daemon);
-    let _: CommissionReply = commissioner.request(pulse(PUSH_N, 300.0)).expect("it is bounded");
-    wait_for(&mut client, "a force", |_| rig.force().now_n > 0.5);
-    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
-    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-    let reply = after_the_pulse(&mut commissioner);
-    assert_eq!(reply.ended.as_deref(), Some("the rig was stopped"));
-    let error = refused(&mut commissioner, pulse(PUSH_N, 100.0));
-    assert_eq!(error.code, ErrorCode::Stopped, "{error}");
-    assert_eq!(status(&mut client).commissioning, None);
-    let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
-    assert_eq!(reply.last.expect("a pulse").end, PulseEnd::Interrupted);
-    renders_the_scene(&daemon, &mut client);
+    timed("a stop in a pulse", || {
+        let mut rig = FakeRig::start(&["--hand", "free"]);
+        let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
+        let mut commissioner = begun(&daemon);
+        let _: CommissionReply = commissioner.request(pulse(PUSH_N, 300.0)).expect("it is bounded");
+        wait_for(&mut client, "a force", |_| rig.force().now_n > 0.5);
+        let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+        let reply = after_the_pulse(&mut commissioner);
+        assert_eq!(reply.ended.as_deref(), Some("the rig was stopped"));
+        let error = refused(&mut commissioner, pulse(PUSH_N, 100.0));
+        assert_eq!(error.code, ErrorCode::Stopped, "{error}");
+        assert_eq!(status(&mut client).commissioning, None);
+        let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
+        assert_eq!(reply.last.expect("a pulse").end, PulseEnd::Interrupted);
+        renders_the_scene(&daemon, &mut client);
+    });
 }
 
 // hazard: H13
 #[test]
 fn haptic_ctl_killed_in_pulse_leaves_no_force() {
-    let mut rig = FakeRig::start(&OWN);
-    let (daemon, mut client) = daemon(&rig, &[]);
-    let mut child = Command::new(binary("haptic-ctl"))
-        .args(["commission", "--yes", "--socket"])
-        .arg(daemon.socket())
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("haptic-ctl starts");
-    wait_for(&mut client, "a pulse", |_| rig.force().now_n.abs() > 0.1);
-    child.kill().expect("it runs");
-    child.wait().expect("it ends");
-    wait_for(&mut client, "the end of it", |status| {
-        status.commissioning.is_none() && !status.state.is_live()
+    timed("haptic-ctl killed in a pulse", || {
+        let mut rig = FakeRig::start(&OWN);
+        let (daemon, mut client) = daemon(&rig, &[]);
+        let mut child = Command::new(binary("haptic-ctl"))
+            .args(["commission", "--yes", "--socket"])
+            .arg(daemon.socket())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("haptic-ctl starts");
+        wait_for(&mut client, "a pulse", |_| rig.force().now_n.abs() > 0.1);
+        child.kill().expect("it runs");
+        child.wait().expect("it ends");
+        wait_for(&mut client, "the end of it", |status| {
+            status.commissioning.is_none() && !status.state.is_live()
+        });
+        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+        let_go(&mut client);
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
     });
-    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-    let_go(&mut client);
-    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
 }
 
 // hazard: H13

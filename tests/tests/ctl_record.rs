@@ -344,8 +344,9 @@ fn unplugging_and_return_are_marked_in_recording() {
     let (_directory, file) = somewhere("csv");
     let recorder = daemon.recorder(&file, &[]);
     wait_for_rows(&file, 100);
-    rig.fail("hang-up 0.3");
+    rig.fail("hang-up 3600");
     wait_for_state(&mut client, RigState::Disconnected);
+    rig.fail("hang-up 0");
     wait_for_state(&mut client, RigState::Idle);
     wait_for_more_rows(&file, 300);
     assert_eq!(end(recorder, Signal::INT).status.code(), Some(0));

@@ -6,7 +6,7 @@ use std::process::Command;
 use system_tests::commissioning::daemon;
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, status, until};
+use system_tests::{Daemon, binary, status, timed, until};
 
 /// How old a sample may be; and a device that stands still for longer, and for less than the pause before a motion is
 /// repeated.
@@ -64,23 +64,25 @@ fn agree(terminal: &mut Terminal) {
 // hazard: F20
 #[test]
 fn motion_repeats_as_often_as_agreed_then_needs_consent() {
-    let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &STALE);
-    let mut terminal = identifying(&daemon, "1");
-    pulls(&mut rig, &mut terminal);
-    rig.fail(INTERRUPTION);
-    // Once by itself: nobody types.
-    terminal.wait_for("the announcement", |shown| shown.contains("In 3 s the rig is reset"));
-    lets_go(&mut rig);
-    pulls(&mut rig, &mut terminal);
-    rig.fail(INTERRUPTION);
-    // No further time: nothing moves before a yes.
-    terminal.wait_for("the question", question);
-    lets_go(&mut rig);
-    assert_eq!(status(&mut client).state, RigState::Faulted);
-    agree(&mut terminal);
-    pulls(&mut rig, &mut terminal);
-    let written = terminal.written();
-    assert_eq!(written.matches("In 3 s the rig is reset").count(), 1, "{written}");
-    assert!(written.contains(QUESTION), "{written}");
+    timed("a motion that the link interrupts", || {
+        let mut rig = FakeRig::start(&["--hand", "free"]);
+        let (daemon, mut client) = daemon(&rig, &STALE);
+        let mut terminal = identifying(&daemon, "1");
+        pulls(&mut rig, &mut terminal);
+        rig.fail(INTERRUPTION);
+        // Once by itself: nobody types.
+        terminal.wait_for("the announcement", |shown| shown.contains("In 3 s the rig is reset"));
+        lets_go(&mut rig);
+        pulls(&mut rig, &mut terminal);
+        rig.fail(INTERRUPTION);
+        // No further time: nothing moves before a yes.
+        terminal.wait_for("the question", question);
+        lets_go(&mut rig);
+        assert_eq!(status(&mut client).state, RigState::Faulted);
+        agree(&mut terminal);
+        pulls(&mut rig, &mut terminal);
+        let written = terminal.written();
+        assert_eq!(written.matches("In 3 s the rig is reset").count(), 1, "{written}");
+        assert!(written.contains(QUESTION), "{written}");
+    });
 }

@@ -5,7 +5,7 @@ use haptic_ipc::{
     Client, ErrorCode, ExcitationEnd, IdentificationReply, LeaseReply, Request, RigState, Sample, SceneRef, StateReply,
 };
 use serde_json::Value;
-use system_tests::commissioning::{OWN, Ticks, daemon, daemon_with, let_go, renders_the_scene};
+use system_tests::commissioning::{OWN, Ticks, daemon, let_go, renders_the_scene};
 use system_tests::fake_rig::FakeRig;
 use system_tests::{Daemon, refused, status, timed, until_some, wait_for};
 
@@ -59,19 +59,22 @@ fn after_it(client: &mut Client) -> IdentificationReply {
     })
 }
 
-/// Waits until the motor of a rig pulls under an excitation.
-fn pulls(rig: &mut FakeRig, client: &mut Client) {
-    wait_for(client, "a force", |_| rig.force().now_n.abs() > 0.3);
-    let reply = identification(client);
-    assert!(reply.moving, "{reply:?}");
-}
-
 /// A client whose excitation pulls.
-fn pulling(rig: &mut FakeRig, daemon: &Daemon) -> Client {
+fn pulling(daemon: &Daemon) -> Client {
     let mut identifier = begun(daemon);
     excite(&mut identifier);
-    pulls(rig, &mut identifier);
+    wait_for(&mut identifier, "a force", |status| status.command_force_n.abs() > 0.3);
+    let reply = identification(&mut identifier);
+    assert!(reply.moving, "{reply:?}");
     identifier
+}
+
+fn without_force(client: &mut Client) {
+    wait_for(client, "zero force", |status| status.command_force_n == 0.0);
+}
+
+fn is_over(row: &Sample) -> bool {
+    !matches!(row.state, RigState::Engaging | RigState::Engaged | RigState::Releasing)
 }
 
 // hazard: F20
@@ -93,11 +96,11 @@ fn a_longer_lease_ends_the_identification_and_its_force() {
 // hazard: F20
 #[test]
 fn stop_in_excitation_acts_at_once_and_scene_returns() {
-    let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
-    let mut identifier = pulling(&mut rig, &daemon);
+    let daemon = Daemon::start(&["--hand=free", "--ramp-ms=20"]);
+    let mut client = daemon.client();
+    let mut identifier = pulling(&daemon);
     let _: StateReply = client.request(Request::Stop {}).expect("a stop");
-    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+    without_force(&mut client);
     let reply = after_it(&mut identifier);
     assert_eq!(reply.ended.as_deref(), Some("the rig was stopped"));
     let last = reply.last.as_ref().expect("it had begun");
@@ -115,16 +118,15 @@ fn stop_in_excitation_acts_at_once_and_scene_returns() {
 // hazard: F20
 #[test]
 fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
-    let mut rig = FakeRig::start(&["--hand", "free"]);
     // A ramp that is longer than any test waits: along it the force would go on.
-    let (daemon, mut client) = daemon_with(&rig, &["--uncommissioned", "--ramp-ms", "600"]);
-    let identifier = pulling(&mut rig, &daemon);
+    let daemon = Daemon::start(&["--hand=free", "--ramp-ms=600"]);
+    let mut client = daemon.client();
+    let identifier = pulling(&daemon);
     let ticks = Ticks::of(&daemon);
     drop(identifier);
-    let is_over = |row: &Sample| !matches!(row.state, RigState::Engaged | RigState::Releasing);
     let rows = ticks.until("the end", is_over);
     wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
-    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+    without_force(&mut client);
     assert_eq!(rows.last().map(|row| row.state), Some(RigState::Idle));
     let released: Vec<&Sample> = rows.iter().filter(|row| row.state == RigState::Releasing).collect();
     assert!(!released.is_empty(), "{} rows", rows.len());
@@ -138,15 +140,16 @@ fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
 #[test]
 fn hand_taking_handle_away_feels_at_most_the_force_limit() {
     // It moves 30 mm to and fro whatever the motor does.
-    let mut rig = FakeRig::start(&["--hand", "sine"]);
-    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
+    let daemon = Daemon::start(&["--hand=sine", "--ramp-ms=20"]);
     let mut identifier = begun(&daemon);
-    rig.force();
+    let ticks = Ticks::of(&daemon);
     excite(&mut identifier);
     let reply = after_it(&mut identifier);
-    let felt_n = rig.force().largest_n.abs();
-    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-    assert!(felt_n <= 3.0 + 1e-3, "{felt_n} N");
+    without_force(&mut identifier);
+    ticks.until("a force", |row| row.command_force_n != 0.0);
+    let rows = ticks.until("the end", is_over);
+    let felt_n = rows.iter().map(|row| row.command_force_n.abs()).fold(0.0, f64::max);
+    assert!(felt_n > 0.0 && felt_n <= 3.0 + 1e-3, "{felt_n} N");
     assert!(
         matches!(
             reply.last.as_ref().map(|last| last.end),
@@ -180,20 +183,22 @@ fn identify_reply_gives_handle_position_and_travel_limit() {
 // hazard: F20
 #[test]
 fn unplugged_rig_ends_excitation_and_returns_without_force() {
-    let mut rig = FakeRig::start(&["--hand", "free"]);
-    let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
-    let mut identifier = pulling(&mut rig, &daemon);
-    rig.fail("hang-up 0.3");
-    let reply = after_it(&mut identifier);
-    assert!(reply.ended.is_some(), "{reply:?}");
-    wait_for(&mut client, "the rig again", |status| {
-        matches!(status.state, RigState::Idle | RigState::Faulted)
+    timed("a rig that is unplugged in an excitation", || {
+        let mut rig = FakeRig::start(&["--hand", "free"]);
+        let (daemon, mut client) = daemon(&rig, &["--uncommissioned"]);
+        let mut identifier = pulling(&daemon);
+        rig.fail("hang-up 0.3");
+        let reply = after_it(&mut identifier);
+        assert!(reply.ended.is_some(), "{reply:?}");
+        wait_for(&mut client, "the rig again", |status| {
+            matches!(status.state, RigState::Idle | RigState::Faulted)
+        });
+        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+        let error = refused(&mut identifier, again());
+        assert!(error.message.contains("has ended"), "{error}");
+        let_go(&mut client);
+        assert_eq!(rig.force().now_n, 0.0);
     });
-    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-    let error = refused(&mut identifier, again());
-    assert!(error.message.contains("has ended"), "{error}");
-    let_go(&mut client);
-    assert_eq!(rig.force().now_n, 0.0);
 }
 
 // hazard: H13

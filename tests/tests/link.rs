@@ -21,72 +21,74 @@ fn connections(status: &Status) -> u64 {
 
 #[test]
 fn the_papers_scene_is_rendered_over_the_wire() {
-    let _one = crate::one_of_two();
-    // However long the machine keeps the fake rig from running.
-    let (mut rig, _daemon, mut client) =
-        connected(&["--watchdog-ms", "0"], &["--allow-no-watchdog", "--stale-ms", "1000"]);
-    pull(&mut rig, &mut client);
-    let from = status(&mut client);
-    let watched = test_run::extent(1500, 5000);
-    let to = wait_for(&mut client, "some seconds", |status| {
-        status.tick >= from.tick + watched || status.state != RigState::Engaged
+    timed("the paper's scene over a line", || {
+        let _one = crate::one_of_two();
+        // However long the machine keeps the fake rig from running.
+        let (mut rig, _daemon, mut client) = connected(&["--watchdog-ms", "0"], &["--allow-no-watchdog"]);
+        pull(&mut rig, &mut client);
+        let from = status(&mut client);
+        let to = wait_for(&mut client, "some seconds", |status| {
+            status.tick >= from.tick + 5000 || status.state != RigState::Engaged
+        });
+        assert_eq!(connections(&to), connections(&from), "{:?}", to.fault);
+        let (before, after) = (link(&from).counts, link(&to).counts);
+        println!("{to:#?}");
+        assert_eq!(to.state, RigState::Engaged);
+        assert!(after.samples > before.samples + 100, "{after:?}");
+        assert_eq!(
+            [
+                after.bad_crc - before.bad_crc,
+                after.malformed - before.malformed,
+                after.out_of_sequence - before.out_of_sequence,
+                after.device_errors - before.device_errors,
+                after.clipped - before.clipped,
+            ],
+            [0; 5]
+        );
+        let device = link(&to).device.as_ref().expect("it is connected");
+        assert!(device.firmware.starts_with("fake-rig "), "{device:?}");
+        assert_eq!((device.force_limit_n, device.sample_rate_hz), (20.0, 1000.0));
+        assert!((device.resolution_m - 1e-5).abs() < 1e-10, "{device:?}");
+        // The scene's kinetic friction is 3.5 N and its stiction 4 N. What passes late on a busy
+        // machine makes it swing, up to the limit.
+        let force = rig.force();
+        assert!((3.0..=20.0).contains(&force.largest_n), "{force:?}");
+        let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+        wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
     });
-    assert_eq!(connections(&to), connections(&from), "{:?}", to.fault);
-    let (before, after) = (link(&from).counts, link(&to).counts);
-    println!("{to:#?}");
-    assert_eq!(to.state, RigState::Engaged);
-    assert!(after.samples > before.samples + 100, "{after:?}");
-    assert_eq!(
-        [
-            after.bad_crc - before.bad_crc,
-            after.malformed - before.malformed,
-            after.out_of_sequence - before.out_of_sequence,
-            after.device_errors - before.device_errors,
-            after.clipped - before.clipped,
-        ],
-        [0; 5]
-    );
-    let device = link(&to).device.as_ref().expect("it is connected");
-    assert!(device.firmware.starts_with("fake-rig "), "{device:?}");
-    assert_eq!((device.force_limit_n, device.sample_rate_hz), (20.0, 1000.0));
-    assert!((device.resolution_m - 1e-5).abs() < 1e-10, "{device:?}");
-    // The scene's kinetic friction is 3.5 N and its stiction 4 N. What passes late on a busy
-    // machine makes it swing, up to the limit.
-    let force = rig.force();
-    assert!((3.0..=20.0).contains(&force.largest_n), "{force:?}");
-    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
-    wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
 }
 
 // hazard: H18
 #[test]
 fn loss_is_journalled_even_after_reset_of_silent_device() {
-    let _one = crate::one_of_two();
-    let (mut rig, daemon, mut client) = connected(&[], &STALE);
-    pull(&mut rig, &mut client);
-    // Without samples there is nothing to be idle on; the line stays open meanwhile.
-    rig.fail("stall 0.4");
-    wait_for_state(&mut client, RigState::Faulted);
-    let _: StateReply = client.request(Request::Reset {}).expect("a reset");
-    wait_for_state(&mut client, RigState::Disconnected);
-    let back = wait_for(&mut daemon.client(), "samples", |status| {
-        // It did not say in time that its motor is off.
-        if status.state == RigState::Faulted {
-            let _: StateReply = client.request(Request::Reset {}).expect("a reset");
-        }
-        status.state == RigState::Idle
+    timed("a device that falls silent under force", || {
+        let _one = crate::one_of_two();
+        let (mut rig, daemon, mut client) = connected(&[], &STALE);
+        pull(&mut rig, &mut client);
+        // Without samples there is nothing to be idle on; the line stays open meanwhile.
+        rig.fail("stall 0.4");
+        wait_for_state(&mut client, RigState::Faulted);
+        let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+        wait_for_state(&mut client, RigState::Disconnected);
+        let back = wait_for(&mut daemon.client(), "samples", |status| {
+            // It did not say in time that its motor is off.
+            if status.state == RigState::Faulted {
+                let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+            }
+            status.state == RigState::Idle
+        });
+        let before = connections(&back);
+        rig.fail("hang-up 0");
+        wait_for(&mut client, "the next connection", |status| {
+            connections(status) > before && status.state == RigState::Idle
+        });
+        let ops = journal(&mut client).into_iter().map(|entry| entry.op);
+        let told: Vec<String> = ops.filter(|op| op.ends_with("connected")).collect();
+        assert_eq!(
+            told,
+            ["connected", "disconnected", "connected", "disconnected", "connected"]
+        );
     });
-    let before = connections(&back);
-    rig.fail("hang-up 0");
-    wait_for(&mut client, "the next connection", |status| {
-        connections(status) > before && status.state == RigState::Idle
-    });
-    let ops = journal(&mut client).into_iter().map(|entry| entry.op);
-    let told: Vec<String> = ops.filter(|op| op.ends_with("connected")).collect();
-    assert_eq!(
-        told,
-        ["connected", "disconnected", "connected", "disconnected", "connected"]
-    );
 }
 
 /// Stops a rig that has no device; the answer says both, and what comes after is not held up.
@@ -115,32 +117,36 @@ fn stop_unheard(client: &mut Client) {
 
 #[test]
 fn rig_stopped_while_unplugged_returns_stopped() {
-    let _one = crate::one_of_two();
-    let (mut rig, _daemon, mut client) = connected(&[], &[]);
-    pull(&mut rig, &mut client);
-    rig.fail("hang-up 3600");
-    stop_unheard(&mut client);
-    rig.fail("hang-up 0");
-    let back = wait_for(&mut client, "samples", |status| {
-        link(status).counts.connections == 2 && link(status).counts.samples > 500
+    timed("a rig that is stopped while it is unplugged", || {
+        let _one = crate::one_of_two();
+        let (mut rig, _daemon, mut client) = connected(&[], &[]);
+        pull(&mut rig, &mut client);
+        rig.fail("hang-up 3600");
+        stop_unheard(&mut client);
+        rig.fail("hang-up 0");
+        let back = wait_for(&mut client, "samples", |status| {
+            link(status).counts.connections == 2 && link(status).counts.samples > 500
+        });
+        assert_eq!((back.state, back.command_force_n), (RigState::Stopped, 0.0));
+        rig.force();
+        assert_eq!(rig.force().largest_n, 0.0);
+        let stopped: StateReply = client.request(Request::Stop {}).expect("there is somebody to hear it");
+        assert_eq!(stopped.state, RigState::Stopped);
+        let reset: StateReply = client.request(Request::Reset {}).expect("a reset");
+        assert_eq!(reset.state, RigState::Idle);
     });
-    assert_eq!((back.state, back.command_force_n), (RigState::Stopped, 0.0));
-    rig.force();
-    assert_eq!(rig.force().largest_n, 0.0);
-    let stopped: StateReply = client.request(Request::Stop {}).expect("there is somebody to hear it");
-    assert_eq!(stopped.state, RigState::Stopped);
-    let reset: StateReply = client.request(Request::Reset {}).expect("a reset");
-    assert_eq!(reset.state, RigState::Idle);
 }
 
 #[test]
 fn a_daemon_that_is_killed_leaves_the_motor_off() {
-    let _one = crate::one_of_two();
-    let (mut rig, daemon, mut client) = connected(&[], &[]);
-    pull(&mut rig, &mut client);
-    drop(daemon);
-    until("the force stays", || rig.force().now_n == 0.0);
-    assert!(rig.force().watchdog, "the firmware's own watchdog has done that");
+    timed("a daemon that is killed, and the rig's watchdog", || {
+        let _one = crate::one_of_two();
+        let (mut rig, daemon, mut client) = connected(&[], &[]);
+        pull(&mut rig, &mut client);
+        drop(daemon);
+        until("the force stays", || rig.force().now_n == 0.0);
+        assert!(rig.force().watchdog, "the firmware's own watchdog has done that");
+    });
 }
 
 /// Asks to engage, with a reset where it faulted meanwhile, until this comes of it.
@@ -186,90 +192,90 @@ fn a_rig_that_takes_too_few_commands_or_none_is_not_engaged() {
 
 #[test]
 fn a_daemon_that_ends_lets_the_force_down_itself() {
-    let _one = crate::one_of_two();
-    let (mut rig, daemon, mut client) = connected(&[], &[]);
-    pull(&mut rig, &mut client);
-    drop(client);
-    let (ended, said) = daemon.end(rustix::process::Signal::TERM);
-    assert!(ended.success(), "{said}");
-    // The last word may still be on its way.
-    until("the force stays", || rig.force().now_n == 0.0);
-    assert!(!rig.force().watchdog);
+    timed("a daemon that ends with force on a line", || {
+        let _one = crate::one_of_two();
+        let (mut rig, daemon, mut client) = connected(&[], &[]);
+        pull(&mut rig, &mut client);
+        drop(client);
+        let (ended, said) = daemon.end(rustix::process::Signal::TERM);
+        assert!(ended.success(), "{said}");
+        // The last word may still be on its way.
+        until("the force stays", || rig.force().now_n == 0.0);
+        assert!(!rig.force().watchdog);
+    });
 }
+
+const UNPLUGS: u32 = 1000;
 
 #[test]
 fn repeated_unplugging_leaks_nothing_and_never_pulls() {
-    let _one = crate::one_of_two();
-    let (mut rig, daemon, mut client) = connected(&["--sample-rate-hz", "1000"], &[]);
-    let began = Instant::now();
-    let unplugs = test_run::extent(40, 1000);
-    let held = || {
-        let resident_kib = size_kib(daemon.pid(), "VmRSS").expect("it runs");
-        (descriptors(daemon.pid()), resident_kib)
-    };
-    // A machine that is held up may let the rig fault on its way, which is one more state to be unplugged in.
-    let mut engaged = 0;
-    let mut tries_to_engage = |client: &mut Client| {
-        drop(client.request::<StateReply>(Request::engage()));
-        let reached = wait_for(client, "an engagement or a fault", |status| {
-            matches!(status.state, RigState::Engaged | RigState::Faulted)
-        });
-        engaged += u32::from(reached.state == RigState::Engaged);
-    };
-    let mut first = None;
-    let mut random = 12345_u32;
-    for cycle in 0..unplugs {
-        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        // In every state that it can be in, and at any moment in it.
-        match random >> 30 {
-            0 => {}
-            1 => {
-                drop(client.request::<StateReply>(Request::engage()));
+    timed("a rig that is unplugged a thousand times", || {
+        let _one = crate::one_of_two();
+        let (mut rig, daemon, mut client) = connected(&["--sample-rate-hz", "1000"], &[]);
+        let began = Instant::now();
+        let held = || {
+            let resident_kib = size_kib(daemon.pid(), "VmRSS").expect("it runs");
+            (descriptors(daemon.pid()), resident_kib)
+        };
+        // A machine that is held up may let the rig fault on its way, which is one more state to be unplugged in.
+        let mut engaged = 0;
+        let mut tries_to_engage = |client: &mut Client| {
+            drop(client.request::<StateReply>(Request::engage()));
+            let reached = wait_for(client, "an engagement or a fault", |status| {
+                matches!(status.state, RigState::Engaged | RigState::Faulted)
+            });
+            engaged += u32::from(reached.state == RigState::Engaged);
+        };
+        let mut first = None;
+        let mut random = 12345_u32;
+        for cycle in 0..UNPLUGS {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            // In every state that it can be in, and at any moment in it.
+            match random >> 30 {
+                0 => {}
+                1 => {
+                    drop(client.request::<StateReply>(Request::engage()));
+                }
+                2 => tries_to_engage(&mut client),
+                _ => {
+                    tries_to_engage(&mut client);
+                    drop(client.request::<StateReply>(Request::Release {}));
+                }
             }
-            2 => tries_to_engage(&mut client),
-            _ => {
-                tries_to_engage(&mut client);
-                drop(client.request::<StateReply>(Request::Release {}));
+            let until = status(&mut client).tick + u64::from(random >> 16) % 8;
+            let before = connections(&wait_for(&mut client, "a moment", |status| status.tick >= until));
+            rig.fail("hang-up 0");
+            let back = wait_for(&mut client, "the next connection", |status| {
+                connections(status) > before && matches!(status.state, RigState::Idle | RigState::Faulted)
+            });
+            if back.state == RigState::Faulted {
+                // It had faulted before it was unplugged.
+                let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+            }
+            assert_eq!(back.command_force_n, 0.0);
+            // What the motor has done since it was plugged in again: the fake rig answers in order.
+            rig.force();
+            assert_eq!(rig.force().largest_n, 0.0, "in cycle {cycle}");
+            // By then it has touched what it will ever touch: its rings, its histograms of ten seconds.
+            if cycle == UNPLUGS * 2 / 5 {
+                first = Some(held());
             }
         }
-        let until = status(&mut client).tick + u64::from(random >> 16) % 8;
-        let before = connections(&wait_for(&mut client, "a moment", |status| status.tick >= until));
-        rig.fail("hang-up 0");
-        let back = wait_for(&mut client, "the next connection", |status| {
-            connections(status) > before && matches!(status.state, RigState::Idle | RigState::Faulted)
-        });
-        if back.state == RigState::Faulted {
-            // It had faulted before it was unplugged.
-            let _: StateReply = client.request(Request::Reset {}).expect("a reset");
-        }
-        assert_eq!(back.command_force_n, 0.0);
-        // What the motor has done since it was plugged in again: the fake rig answers in order.
-        rig.force();
-        assert_eq!(rig.force().largest_n, 0.0, "in cycle {cycle}");
-        // By then it has touched what it will ever touch: its rings, its histograms of ten seconds.
-        if cycle == unplugs * 2 / 5 {
-            first = Some(held());
-        }
-    }
-    assert!(engaged > unplugs / 4, "{engaged} of {unplugs}");
-    let (descriptors_before, resident_before) = first.expect("at least one cycle");
-    let (descriptors_after, resident_after) = held();
-    println!(
-        "{} cycles in {:?}: descriptors {descriptors_before} -> {descriptors_after}, resident {resident_before} -> {resident_after} KiB",
-        unplugs,
-        began.elapsed()
-    );
-    assert_eq!(descriptors_after, descriptors_before);
-    // A short run says little of memory: the histograms of ten seconds still grow.
-    if !test_run::is_long_for("memory after a thousand reconnections") {
-        return;
-    }
-    // 600 cycles that each lost a connection would lose megabytes; the journal, which fills up
-    // meanwhile, takes a few hundred KiB.
-    assert!(
-        resident_after < resident_before + 1024,
-        "{resident_before} -> {resident_after} KiB"
-    );
+        assert!(engaged > UNPLUGS / 4, "{engaged} of {UNPLUGS}");
+        let (descriptors_before, resident_before) = first.expect("at least one cycle");
+        let (descriptors_after, resident_after) = held();
+        println!(
+            "{UNPLUGS} cycles in {:?}: descriptors {descriptors_before} -> {descriptors_after}, resident {resident_before} -> {resident_after} KiB",
+            began.elapsed()
+        );
+        assert_eq!(descriptors_after, descriptors_before);
+        // 600 cycles that each lost a connection would lose megabytes; the journal, which fills up
+        // meanwhile, takes a few hundred KiB.
+        assert!(
+            resident_after < resident_before + 1024,
+            "{resident_before} -> {resident_after} KiB"
+        );
+    });
 }
 
 #[test]

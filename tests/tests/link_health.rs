@@ -125,9 +125,8 @@ fn silent_rig_is_told_apart_from_missing_one() {
             link(status).waiting.as_deref().is_some_and(|why| why.contains(what))
         })
     };
-    // Its firmware takes two seconds to come up.
-    rig.fail("stall 3");
-    rig.fail("hang-up 1");
+    rig.fail("hang-up 3600");
+    rig.fail("stall 3600");
     let gone = says(&mut client, "is not there");
     // And why it went is still to be seen.
     let error = link(&gone).last_error.clone().expect("a bus error");
@@ -137,6 +136,9 @@ fn silent_rig_is_told_apart_from_missing_one() {
         "{error:?}"
     );
     says(&mut client, &format!("before that, {}", error.message));
+    // Its firmware does not come up at once.
+    rig.fail("hang-up 0");
     says(&mut client, "is there, but has not answered the hello yet");
+    rig.fail("stall 0");
     wait_for_state(&mut client, RigState::Idle);
 }

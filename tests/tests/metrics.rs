@@ -18,7 +18,7 @@ const PACKAGED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging/monito
 
 /// A daemon with metrics, and their address.
 fn daemon(more: &[&str]) -> (Daemon, SocketAddr) {
-    let daemon = Daemon::start(&[&["--metrics", "127.0.0.1:0", "--stale-ms", "500"], more].concat());
+    let daemon = Daemon::start(&[&["--metrics", "127.0.0.1:0"], more].concat());
     let address = address_of(&daemon);
     (daemon, address)
 }
