@@ -140,7 +140,8 @@ fn what_was_lost_is_told_once_somebody_reads() {
     let mut client = daemon.client();
     // Each is a line, and more than pipe and queue hold.
     for _ in 0..3000 {
-        let _: StateReply = client.request(Request::engage()).expect("it is answered");
+        // Refused where a busy machine has faulted the rig; that is a line as well.
+        drop(client.request::<StateReply>(Request::engage()));
     }
     let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
     let told = lines.find(|line| line.contains("lost")).expect("it is told");
