@@ -41,7 +41,10 @@ impl<W: Write> Writer<W> {
             .has_headers(false)
             .from_writer(&mut self.out);
         for row in rows {
-            csv.serialize(row).map_err(io::Error::other)?;
+            csv.serialize(row).map_err(|error| match error.into_kind() {
+                ::csv::ErrorKind::Io(error) => error,
+                kind => io::Error::other(format!("{kind:?}")),
+            })?;
         }
         csv.flush()
     }
@@ -98,5 +101,21 @@ impl<W: Write> Write for CountingWriter<W> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.inner.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::{metadata, sample};
+
+    #[test]
+    fn a_reader_that_has_gone_is_told_from_other_errors() {
+        let (reader, pipe) = io::pipe().expect("a pipe");
+        let mut writer = Writer::new(pipe, &metadata()).expect("begun");
+        drop(reader);
+        // More than is kept in memory.
+        let error = writer.rows(&[sample(1); 1000]).expect_err("nobody reads it");
+        assert_eq!(error.kind(), io::ErrorKind::BrokenPipe);
     }
 }
