@@ -4,7 +4,7 @@
 
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
-use device_io::protocol::view::{View, ViewError};
+use device_io::protocol::view::{Axes, View, ViewError};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -23,7 +23,8 @@ fuzz_target!(|bytes: &[u8]| {
     }
     // As a message: the fuzzer does not find CRCs by itself.
     read(View::whole(bytes));
-    read(View::padded(bytes));
+    read(View::padded(bytes, Axes::One));
+    read(View::padded(bytes, Axes::Two));
 });
 
 fn read(view: Result<View<'_>, ViewError>) {

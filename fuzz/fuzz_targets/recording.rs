@@ -5,16 +5,17 @@
     reason = "no real-time thread comes here, and none waits for it"
 )]
 
-use haptic_ipc::Sample;
+use haptic_ipc::{Sample, SampleY};
 use haptic_recording::{Format, Metadata, Reader, Writer};
 use libfuzzer_sys::fuzz_target;
 use std::sync::{LazyLock, Once};
 
-/// A recording in each format, to be damaged.
+/// A recording in each format, of one axis and of two, to be damaged.
 static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     let about = Metadata {
         server: "hapticd".into(),
         device: "fuzz".into(),
+        axes: 1,
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
         started_unix_s: 0.0,
@@ -25,17 +26,20 @@ static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
         notes: None,
         configuration: None,
     };
-    let write = |format: Format| {
+    let write = |format: Format, axes: u8| {
         let name = format!("hapticd-fuzz-{}.{}", std::process::id(), format.ending());
         let path = std::env::temp_dir().join(name);
+        let about = Metadata { axes, ..about.clone() };
         let mut writer = Writer::create(&path, &about, true).expect("begun");
-        writer.rows(&[Sample::default(); 3]).expect("written");
+        let rows_y = vec![SampleY::default(); if axes == 2 { 3 } else { 0 }];
+        writer.rows(&[Sample::default(); 3], &rows_y).expect("written");
         writer.finish().expect("written");
         let bytes = std::fs::read(&path).expect("it is there");
         drop(std::fs::remove_file(&path));
         bytes
     };
-    Format::ALL.into_iter().map(write).collect()
+    let each = Format::ALL.into_iter().flat_map(|format| [(format, 1), (format, 2)]);
+    each.map(|(format, axes)| write(format, axes)).collect()
 });
 
 fuzz_target!(|bytes: &[u8]| {

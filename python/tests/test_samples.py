@@ -83,6 +83,7 @@ def _fed(on_gap: Any, most: int = 100) -> Samples:
     samples._on_gap = on_gap
     samples._ready = []
     samples._gaps = Gaps(1)
+    samples._kind = hapticd.Sample
     samples._queue = Queue(most, lambda batch: len(batch.rows))
     samples._overrun = samples._taken = 0
     for ticks, dropped in (([10, 11], 0), ([15], 0), ([18], 2)):

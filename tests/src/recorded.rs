@@ -34,6 +34,6 @@ pub fn entries(recording: &Recording) -> impl Iterator<Item = Entry> {
         if let Some((_, mark)) = marks.next_if(|(before, _)| *before <= at) {
             return Some(Entry::Mark(mark.clone()));
         }
-        rows.next().map(|(_, row)| Entry::Row(*row))
+        rows.next().map(|(_, row)| Entry::Row(*row, None))
     })
 }

@@ -59,6 +59,10 @@ pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
         let name = text(&cell["title"]);
         page.push_str(&types.item(name, "", cell, summary(cell), 0, &NOTHING));
     }
+    let second = haptic_ipc::SAMPLE_Y_COLUMNS.map(|name| format!("`{name}`")).join(", ");
+    page.push_str(&format!(
+        "\nOf two axes (`axes` is 2) a row has the same of the second axis behind these: {second}.\n"
+    ));
     let codes = types.all["ErrorCode"];
     page.push_str(&format!("\n### {REFUSED}\n\n{}\n\n", summary(codes)));
     page.push_str(&types.body(codes, 0, &NOTHING));

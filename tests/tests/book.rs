@@ -127,6 +127,12 @@ fn a_firmware_is_tried() {
 }
 
 #[test]
+fn a_plane_is_felt() {
+    let _one = one_of_two();
+    follow("how-to/two-axes.md");
+}
+
+#[test]
 fn recordings_are_made_replayed_and_collected() {
     follow("how-to/record.md");
 }

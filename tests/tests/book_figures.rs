@@ -219,6 +219,7 @@ fn pushed(stiffness: f64) -> Vec<[f64; 2]> {
         stale_ns: 20 * MS,
         stop_button: None,
         enable_button: None,
+        workspace: None,
         compensation: None,
     };
     let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1)));

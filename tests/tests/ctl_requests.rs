@@ -78,7 +78,7 @@ fn a_shell_completes_parameters_scenes_and_subcommands() {
     assert_eq!(complete(&["haptic-ctl", "scene", "load", "visc"]), ["viscous-drag"]);
     assert_eq!(
         complete(&["haptic-ctl", "wait", "--until", "device_v"]),
-        ["device_velocity_mps"]
+        ["device_velocity_mps", "device_velocity_y_mps"]
     );
     assert_eq!(complete(&["haptic-ctl", "sce"]), ["scene"]);
     assert_eq!(complete(&["haptic-ctl", "scene", "d"]), ["delete", "diff"]);

@@ -122,6 +122,7 @@ impl Host {
         self.say(FromHost::Command {
             sequence,
             force_mn,
+            second_mn: None,
             enabled: true,
         });
     }

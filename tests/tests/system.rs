@@ -51,6 +51,7 @@ mod outside_files;
 mod package;
 mod panel_flows;
 mod parquet_types;
+mod plane;
 mod recording_set;
 mod release;
 mod reload;

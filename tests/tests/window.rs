@@ -175,6 +175,7 @@ fn stick_slip() -> SamplesEvent {
         seq: 0,
         dropped: 0,
         rows: (0..=5000).map(row).collect(),
+        ..SamplesEvent::default()
     }
 }
 

@@ -1,6 +1,7 @@
 //! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`, `hid:1209:0001:SERIAL`.
 
 use crate::link::{Connector, HidConnector, HidId, SerialConnector, serial};
+use crate::protocol::view::Axes;
 use haptic_core::nearest::nearest;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -167,7 +168,7 @@ impl Address {
     /// It carries less; the error has the figures.
     pub fn check_rate(&self, rate_hz: f64) -> Result<(), String> {
         match self {
-            Self::Serial { baud, .. } if *baud < DEFAULT_BAUD => serial::check_commands(*baud, rate_hz),
+            Self::Serial { baud, .. } if *baud < DEFAULT_BAUD => serial::check_commands(*baud, rate_hz, Axes::One),
             _ => Ok(()),
         }
     }

@@ -47,11 +47,11 @@ impl Default for DeviceBounds {
     }
 }
 
-/// A one-axis rig, as the real-time loop uses it.
+/// A rig, as the real-time loop uses it: of one axis, or of two that move a hand in a plane.
 ///
 /// No method but [`Self::description`] may allocate, lock or wait longer than the link needs.
 /// Dropping a device leaves it at zero force.
-pub trait Device: Send {
+pub trait Device<V = f64>: Send {
     /// What the rig is, for people.
     fn description(&self) -> String;
 
@@ -63,7 +63,7 @@ pub trait Device: Send {
     ///
     /// # Errors
     /// The rig could not be read. The caller must not render an older position in its place.
-    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError>;
+    fn read(&mut self, now_ns: u64) -> Result<Measurement<V>, DeviceError>;
 
     /// Commands the force on the hand, N, until the next command. A motor that is not `enabled`
     /// must not be driven, and is switched off by a rig that can. The result says whether the
@@ -72,5 +72,5 @@ pub trait Device: Send {
     ///
     /// # Errors
     /// The rig could not be written.
-    fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError>;
+    fn write(&mut self, force_n: V, enabled: bool) -> Result<Written, DeviceError>;
 }

@@ -16,6 +16,7 @@ mod device;
 #[cfg(feature = "links")]
 pub mod discovery;
 pub mod fake;
+pub mod kinematics;
 #[cfg(feature = "links")]
 pub mod link;
 pub mod protocol;

@@ -35,6 +35,7 @@ fn settings(share: Option<f64>) -> Settings {
         stale_ns: 20 * MS,
         stop_button: None,
         enable_button: None,
+        workspace: None,
         compensation: share.map(|share| Compensation {
             share,
             friction: RigFriction {

@@ -79,7 +79,6 @@ fn what_is_no_rig_is_told_apart() {
     for (option, value, words) in [
         ("--fault", "version 9", "version 9"),
         ("--fault", "loss 1", "nothing answers"),
-        ("--axes", "2", "the device has two axes, and hapticd renders one"),
     ] {
         let other = FakeRig::start(folder.path(), &[option, value]);
         let Err(ConnectError::Protocol { heard, .. }) = ask(&other.address()) else {

@@ -2,9 +2,20 @@
 //! what the code does.
 
 use device_io::protocol::frame::{Decoder, Frame, FrameError, MAX_FRAME};
-use device_io::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, MessageError};
-use device_io::protocol::view::{Kind, LONGEST_OF_TWO_AXES, View, ViewError};
+use device_io::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, MessageError, TwoAxes};
+use device_io::protocol::view::{Axes, Kind, LONGEST, View, ViewError};
 use proptest::prelude::*;
+
+fn two_axes() -> impl Strategy<Value = TwoAxes> {
+    (1.0_f32..1e10, any::<(u32, bool, bool)>()).prop_map(|(second_counts, (second_limit, are_rotary, are_absolute))| {
+        TwoAxes {
+            second_counts,
+            second_limit,
+            are_rotary,
+            are_absolute,
+        }
+    })
+}
 
 fn from_device() -> impl Strategy<Value = FromDevice> {
     let hello = (
@@ -16,9 +27,20 @@ fn from_device() -> impl Strategy<Value = FromDevice> {
         any::<u8>(),
         any::<bool>(),
         any::<[u8; 24]>(),
+        prop::option::of(two_axes()),
     )
         .prop_map(
-            |(nonce, counts_per_metre, force_limit_mn, sample_rate_hz, watchdog_ms, buttons, wide, firmware)| {
+            |(
+                nonce,
+                counts_per_metre,
+                force_limit_mn,
+                sample_rate_hz,
+                watchdog_ms,
+                buttons,
+                wide,
+                firmware,
+                two_axes,
+            )| {
                 FromDevice::Hello(DeviceHello {
                     nonce,
                     counts_per_metre,
@@ -28,22 +50,30 @@ fn from_device() -> impl Strategy<Value = FromDevice> {
                     buttons,
                     wide,
                     firmware,
+                    two_axes,
                 })
             },
         );
-    let sample = (any::<[u32; 3]>(), any::<i32>(), any::<[bool; 2]>(), any::<u8>()).prop_map(
-        |([sequence, time_us, command], count, [enabled, watchdog], buttons)| {
-            FromDevice::Sample(DeviceSample {
-                sequence,
-                time_us,
-                count,
-                command,
-                enabled,
-                watchdog,
-                buttons,
-            })
-        },
-    );
+    let sample = (
+        any::<[u32; 3]>(),
+        any::<(i32, Option<i32>)>(),
+        any::<[bool; 2]>(),
+        any::<u8>(),
+    )
+        .prop_map(
+            |([sequence, time_us, command], (count, second_count), [enabled, watchdog], buttons)| {
+                FromDevice::Sample(DeviceSample {
+                    sequence,
+                    time_us,
+                    count,
+                    second_count,
+                    command,
+                    enabled,
+                    watchdog,
+                    buttons,
+                })
+            },
+        );
     let acknowledge = any::<(u32, bool)>().prop_map(|(sequence, done)| FromDevice::Acknowledge { sequence, done });
     let code = prop_oneof![
         Just(ErrorCode::BadMessage),
@@ -58,9 +88,10 @@ fn from_device() -> impl Strategy<Value = FromDevice> {
 fn from_host() -> impl Strategy<Value = FromHost> {
     prop_oneof![
         any::<u32>().prop_map(|nonce| FromHost::Hello { nonce }),
-        any::<(u32, i32, bool)>().prop_map(|(sequence, force_mn, enabled)| FromHost::Command {
+        any::<(u32, i32, Option<i32>, bool)>().prop_map(|(sequence, force_mn, second_mn, enabled)| FromHost::Command {
             sequence,
             force_mn,
+            second_mn,
             enabled
         }),
         any::<(u32, bool)>().prop_map(|(sequence, enabled)| FromHost::Enable { sequence, enabled }),
@@ -98,7 +129,29 @@ proptest! {
         // A report is longer than the message.
         let mut report = [0xA5; 64];
         report[..bytes.as_slice().len()].copy_from_slice(bytes.as_slice());
-        prop_assert_eq!(View::padded(&report), Ok(view));
+        let axes = if view.has_second_axis() { Axes::Two } else { Axes::One };
+        prop_assert_eq!(View::padded(&report, axes), Ok(view));
+    }
+
+    /// The fields of a second axis come behind, and leave the others as they are, but for the hello's flags.
+    #[test]
+    fn a_second_axis_is_appended(message in from_device(), command in any::<(u32, i32, i32, bool)>()) {
+        let mut one = message;
+        match &mut one {
+            FromDevice::Hello(hello) => hello.two_axes = None,
+            FromDevice::Sample(sample) => sample.second_count = None,
+            FromDevice::Acknowledge { .. } | FromDevice::Error { .. } => {}
+        }
+        let (one, both) = (one.bytes(), message.bytes());
+        let (one, both) = (one.as_slice(), both.as_slice());
+        prop_assert_eq!(&both[..2], &one[..2]);
+        prop_assert_eq!(both[2] & !0b1110, one[2] & !0b1110);
+        prop_assert_eq!(&both[3..one.len()], &one[3..]);
+        let (sequence, force_mn, second, enabled) = command;
+        let command = |second_mn| FromHost::Command { sequence, force_mn, second_mn, enabled }.bytes();
+        let appended = [command(None).as_slice(), &second.to_le_bytes()].concat();
+        let both = command(Some(second));
+        prop_assert_eq!(both.as_slice(), &appended[..]);
     }
 
     #[test]
@@ -111,7 +164,7 @@ proptest! {
 
     #[test]
     fn frames_come_through_whatever_lies_between_them(
-        messages in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=LONGEST_OF_TWO_AXES), 1..10),
+        messages in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=LONGEST), 1..10),
         noise in prop::collection::vec(any::<u8>(), 0..200),
     ) {
         let mut stream = noise;
@@ -150,7 +203,8 @@ proptest! {
         for frame in decoded(&bytes).into_iter().flatten() {
             read(View::whole(&frame));
         }
-        read(View::padded(&bytes));
+        read(View::padded(&bytes, Axes::One));
+        read(View::padded(&bytes, Axes::Two));
     }
 }
 
@@ -170,10 +224,11 @@ fn another_version_kind_or_length_is_refused_by_name() {
         View::whole(&longer),
         Err(ViewError::Length {
             kind: Kind::HostHello,
+            axes: Axes::One,
             got
         })
     );
-    assert!(View::whole(&good[..5]).is_err() && View::padded(&good[..5]).is_err());
+    assert!(View::whole(&good[..5]).is_err() && View::padded(&good[..5], Axes::One).is_err());
     assert_eq!(View::whole(&[]), Err(ViewError::Empty));
     let impossible = FromDevice::Hello(DeviceHello {
         nonce: 0,
@@ -184,6 +239,7 @@ fn another_version_kind_or_length_is_refused_by_name() {
         buttons: 0,
         wide: false,
         firmware: [0; 24],
+        two_axes: None,
     });
     let bytes = impossible.bytes();
     let view = View::whole(bytes.as_slice()).expect("a message");
@@ -199,6 +255,7 @@ fn vectors() -> Vec<(&'static str, Vec<u8>)> {
         sequence: 258,
         time_us: 4_000_000_000,
         count: -2,
+        second_count: None,
         command: 256,
         enabled: true,
         watchdog: false,
@@ -229,6 +286,7 @@ fn vectors() -> Vec<(&'static str, Vec<u8>)> {
                 buttons: 1,
                 wide: false,
                 firmware: DeviceHello::firmware_of("demo 1.0"),
+                two_axes: None,
             })),
         ),
         ("enable on, sequence 1", host(FromHost::Enable { sequence, enabled })),
@@ -241,6 +299,7 @@ fn vectors() -> Vec<(&'static str, Vec<u8>)> {
             host(FromHost::Command {
                 sequence: 256,
                 force_mn: -1500,
+                second_mn: None,
                 enabled,
             }),
         ),
@@ -259,26 +318,99 @@ fn vectors() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// The first frame of the document's vectors of two axes.
-#[test]
-fn a_device_with_two_axes_is_refused_by_name() {
-    let document = include_str!("../../../docs/device-protocol.md");
-    let (_, vectors) = document.split_once("<!-- vectors of two axes -->").expect("its place");
-    let frame = vectors
-        .lines()
-        .find_map(|line| line.strip_prefix("frame"))
-        .expect("a frame");
-    let digits: Vec<char> = frame.chars().filter(|letter| !letter.is_whitespace()).collect();
-    let frame: Vec<u8> = digits
-        .chunks(2)
-        .map(|byte| u8::from_str_radix(&byte.iter().collect::<String>(), 16).expect("a byte"))
-        .collect();
-    let [Ok(message)] = &decoded(&frame)[..] else {
-        panic!("one message");
+/// Those of two axes, in its order.
+fn vectors_of_two_axes() -> Vec<(&'static str, Vec<u8>)> {
+    let sample = DeviceSample {
+        sequence: 258,
+        time_us: 4_000_000_000,
+        count: -2,
+        second_count: Some(9),
+        command: 256,
+        enabled: true,
+        watchdog: false,
+        buttons: 0b10,
     };
-    assert_eq!(
-        View::whole(message).expect_err("two axes").to_string(),
-        "the device has two axes, and hapticd renders one"
+    let narrow = FromDevice::Sample(sample).bytes().as_slice().to_vec();
+    let channels = [2500_i32, -9810, 9, -100, 40].map(i32::to_le_bytes).concat();
+    let wide = [&[Kind::WideMeasurement as u8], &narrow[1..20], &channels].concat();
+    let read = View::whole(&wide)
+        .map_err(MessageError::from)
+        .and_then(FromDevice::read);
+    assert_eq!(read, Ok(FromDevice::Sample(sample)));
+    let hello = DeviceHello {
+        nonce: 0x0102_0304,
+        counts_per_metre: 100_000.0,
+        force_limit_mn: 20_000,
+        sample_rate_hz: 1000,
+        watchdog_ms: 50,
+        buttons: 1,
+        wide: false,
+        firmware: DeviceHello::firmware_of("demo 2.0"),
+        two_axes: Some(TwoAxes {
+            second_counts: 50_000.0,
+            second_limit: 10_000,
+            are_rotary: false,
+            are_absolute: false,
+        }),
+    };
+    let command = FromHost::Command {
+        sequence: 256,
+        force_mn: -1500,
+        second_mn: Some(700),
+        enabled: true,
+    };
+    vec![
+        (
+            "device hello to nonce 0x01020304: the one above, two axes, \"demo 2.0\"; second axis 50000 counts/m, 10 N",
+            FromDevice::Hello(hello).bytes().as_slice().to_vec(),
+        ),
+        (
+            "command of -1.5 N and 0.7 N, enabled, sequence 256",
+            command.bytes().as_slice().to_vec(),
+        ),
+        ("sample 258 as above, counts -2 and 9", narrow),
+        (
+            "the same, wide: 2.5 N, -9810 mm/s², and of the second axis -0.1 N, 40 mm/s²",
+            wide,
+        ),
+    ]
+}
+
+#[test]
+fn a_hello_whose_flags_and_length_differ_is_refused() {
+    let message = &vectors_of_two_axes()[0].1;
+    let mut unflagged = message.clone();
+    unflagged[2] = 0;
+    for bytes in [&message[..48], &unflagged] {
+        assert!(
+            matches!(
+                View::whole(bytes),
+                Err(ViewError::Length {
+                    kind: Kind::DeviceHello,
+                    ..
+                })
+            ),
+            "{bytes:?}"
+        );
+    }
+    assert!(
+        View::padded(&message[..48], Axes::One).is_err(),
+        "in a report that is too short"
+    );
+    let mut impossible = message.clone();
+    impossible[48..52].copy_from_slice(&0.5_f32.to_le_bytes());
+    let read = View::whole(&impossible)
+        .map_err(MessageError::from)
+        .and_then(FromDevice::read);
+    assert!(
+        matches!(
+            read,
+            Err(MessageError::Value {
+                field: "counts_per_metre",
+                value: 0.5
+            })
+        ),
+        "{read:?}"
     );
 }
 
@@ -286,18 +418,24 @@ fn a_device_with_two_axes_is_refused_by_name() {
 fn the_documents_vectors_are_those_of_the_code() {
     let digits = |group: &[u8]| group.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     let hex = |bytes: &[u8]| bytes.chunks(4).map(digits).collect::<Vec<_>>().join(" ");
-    let written: String = vectors()
-        .iter()
-        .map(|(what, message)| {
-            format!(
-                "{what}\n\n```text\nmessage {}\nframe   {}\n```\n\n",
-                hex(message),
-                hex(Frame::of(message).as_slice())
-            )
-        })
-        .collect();
     let document = include_str!("../../../docs/device-protocol.md");
-    let (_, rest) = document.split_once("<!-- vectors -->\n").expect("its place");
-    let (there, _) = rest.split_once("<!-- end of vectors -->").expect("its end");
-    assert!(there.trim() == written.trim(), "the document is to say:\n{written}");
+    for (vectors, axes) in [(vectors(), ""), (vectors_of_two_axes(), " of two axes")] {
+        let written: String = vectors
+            .iter()
+            .map(|(what, message)| {
+                format!(
+                    "{what}\n\n```text\nmessage {}\nframe   {}\n```\n\n",
+                    hex(message),
+                    hex(Frame::of(message).as_slice())
+                )
+            })
+            .collect();
+        let (_, rest) = document
+            .split_once(&format!("<!-- vectors{axes} -->\n"))
+            .expect("its place");
+        let (there, _) = rest
+            .split_once(&format!("<!-- end of vectors{axes} -->"))
+            .expect("its end");
+        assert!(there.trim() == written.trim(), "the document is to say:\n{written}");
+    }
 }

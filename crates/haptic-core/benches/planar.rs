@@ -228,7 +228,8 @@ fn main() {
     }
     let clock_ns = clock_ns();
     println!(
-        "reference          | method       | error, N: median, worst | ns: median, p99, worst | instructions: median, mean"
+        "| reference | tick | error, N: median | worst | ns: median | p99 | worst | instructions: median | mean |\n\
+         |---|---|---|---|---|---|---|---|---|"
     );
     for (index, reference) in references.iter().enumerate() {
         for (method, name) in METHODS.iter().enumerate() {
@@ -249,8 +250,8 @@ fn main() {
             let counts = instructions(method, index, reference.samples.len() - 1);
             let [median, mean] = counts.unwrap_or([f64::NAN; 2]);
             println!(
-                "{:18} | {name:12} | {error:10.0e} {worst:10.0e}   | {median_ns:6.0} {p99_ns:6.0} {worst_ns:8.0} | \
-                 {median:8.0} {mean:8.0}",
+                "| {} | {name} | {error:.0e} | {worst:.0e} | {median_ns:.0} | {p99_ns:.0} | {worst_ns:.0} | {median:.0} | \
+                 {mean:.0} |",
                 reference.name
             );
         }

@@ -22,10 +22,11 @@ fn main() {
         stale_ns: 20_000_000,
         stop_button: None,
         enable_button: None,
+        workspace: None,
         compensation: None,
     };
     let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
-    let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1)));
+    let mut servo = Servo::<f64>::new(settings, Box::new(CompiledScene::at_once(renderer, 1)));
     let mut costs: Vec<f64> = (0..TIMES)
         .map(|_| {
             let began = Instant::now();

@@ -26,6 +26,7 @@ use crate::math::copysign;
 use crate::passivity::RigLosses;
 use crate::rig_friction::RigFriction;
 use crate::snapshot::Archive;
+use core::fmt::Debug;
 
 /// Largest share of the rig's friction that may be compensated. The rest is more than identified
 /// friction differs between two directions, two places and two days.
@@ -89,22 +90,62 @@ impl Compensation {
 
 /// The motion at a sample.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion {
+pub struct Motion<V = f64> {
     /// Since the sample before, s; 0 without a new one.
     pub(crate) elapsed_s: f64,
     /// m
-    pub(crate) position: f64,
+    pub(crate) position: V,
     /// m/s
-    pub(crate) velocity: f64,
+    pub(crate) velocity: V,
     /// Distance between two positions that the device can distinguish, m.
     pub(crate) resolution: f64,
     /// Nominal time between two samples, s (> 0).
     pub(crate) period_s: f64,
 }
 
+/// What compensates a rig's friction.
+pub trait Compensating<V>: Clone + Debug + Send + Sized {
+    /// With an empty account; `None` where it cannot be done.
+    fn new(compensation: Compensation) -> Option<Self>;
+    /// No force flows: the account is empty.
+    fn rest(&mut self);
+    /// All force of the motor until the next sample, N.
+    fn applied(&mut self, motor_n: V);
+    /// The force that compensates the rig's friction at a sample, N.
+    fn force(&mut self, motion: Motion<V>) -> V;
+    /// Saves or loads the account.
+    fn archive(&mut self, archive: &mut Archive<'_>);
+}
+
+/// In the plane a rig's friction is not compensated: there is none of these.
+#[derive(Clone, Copy, Debug)]
+pub enum NoCompensator {}
+
+impl<V> Compensating<V> for NoCompensator {
+    fn new(_: Compensation) -> Option<Self> {
+        None
+    }
+
+    fn rest(&mut self) {
+        match *self {}
+    }
+
+    fn applied(&mut self, _: V) {
+        match *self {}
+    }
+
+    fn force(&mut self, _: Motion<V>) -> V {
+        match *self {}
+    }
+
+    fn archive(&mut self, _: &mut Archive<'_>) {
+        match *self {}
+    }
+}
+
 /// Compensates one rig's friction.
 #[derive(Clone, Debug)]
-pub(crate) struct Compensator {
+pub struct Compensator {
     share: f64,
     friction: RigFriction,
     assured: RigLosses,
@@ -128,9 +169,8 @@ struct Before {
     motor_n: f64,
 }
 
-impl Compensator {
-    /// Saves or loads the account.
-    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
+impl Compensating<f64> for Compensator {
+    fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("account_J", &mut self.account_j);
         archive.option("has_sample", &mut self.before, Before::default(), |archive, before| {
             archive.number("sample_m", &mut before.position);
@@ -141,11 +181,11 @@ impl Compensator {
         archive.number("sample_s", &mut self.sample_s);
     }
 
-    pub(crate) fn new(compensation: Compensation) -> Self {
+    fn new(compensation: Compensation) -> Option<Self> {
         let friction = compensation.friction;
         let losses = friction.losses();
         let most_n = friction.dynamic_force.greatest() + RESERVE_SPEED_MPS * friction.viscous.greatest();
-        Self {
+        Some(Self {
             share: compensation.bounded_share(),
             friction,
             assured: RigLosses {
@@ -157,29 +197,28 @@ impl Compensator {
             before: None,
             still_s: 0.0,
             sample_s: 0.0,
-        }
+        })
     }
 
-    /// No force flows: the account is empty.
-    pub(crate) fn rest(&mut self) {
+    fn rest(&mut self) {
         (self.account_j, self.before) = (0.0, None);
         (self.still_s, self.sample_s) = (0.0, 0.0);
     }
 
-    /// All force of the motor until the next sample, N.
-    pub(crate) fn applied(&mut self, motor_n: f64) {
+    fn applied(&mut self, motor_n: f64) {
         if let Some(before) = &mut self.before {
             before.motor_n = motor_n;
         }
     }
 
-    /// The force that compensates the rig's friction at a sample, N.
-    pub(crate) fn force(&mut self, motion: Motion) -> f64 {
+    fn force(&mut self, motion: Motion) -> f64 {
         self.keep_account(motion);
         // A NaN account also gives zero.
         if self.account_j > 0.0 { self.wanted(motion) } else { 0.0 }
     }
+}
 
+impl Compensator {
     fn keep_account(&mut self, motion: Motion) {
         if motion.elapsed_s > 0.0 {
             self.sample_s = motion.elapsed_s;

@@ -89,6 +89,7 @@ mod scheme;
 mod series;
 pub mod servo;
 pub mod snapshot;
+mod vector;
 pub mod velocity;
 
 pub use bound_error::BoundError;
@@ -96,6 +97,7 @@ pub use directional::{Direction, Directional};
 pub use excitation::{Course, Excitation};
 pub use own_motion::{MotionEnd, OwnMotion, PulseShape};
 pub use parameters::{Parameter, ParameterKey};
-pub use renderer::{FARTHEST_RESEAT_M, Renderer};
+pub use renderer::{FARTHEST_RESEAT_M, Renderer, Rendering};
 pub use scene::{Scene, SceneError};
 pub use scheme::{Scheme, UnknownScheme};
+pub use vector::Vector;

@@ -2,8 +2,8 @@
 //! faster in changing than the rig allows. And the speed beyond which a hand, or an encoder, is out
 //! of control.
 
-use crate::math::flush;
 use crate::snapshot::Archive;
+use crate::vector::Vector;
 use thiserror::Error;
 
 /// What a rig allows.
@@ -43,7 +43,7 @@ pub const MAX_LOWERING_S: f64 = 0.2;
 
 /// Clamps forces and lets nothing through that is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SafetyLimiter {
+pub struct SafetyLimiter<V = f64> {
     limits: Limits,
     /// The configured limit of force as far as its ramp has come, N.
     configured_n: f64,
@@ -51,7 +51,7 @@ pub struct SafetyLimiter {
     move_n_per_s: f64,
     /// Largest force that passes, N: the smaller of the configured limit and the device's own.
     force_n: f64,
-    last_n: f64,
+    last_n: V,
 }
 
 /// A force that is not a finite number: the rig must fault, at zero force.
@@ -59,13 +59,13 @@ pub struct SafetyLimiter {
 #[error("the force computed is {0} N, not a finite number")]
 pub struct NonFiniteForce(pub f64);
 
-impl SafetyLimiter {
+impl<V: Vector> SafetyLimiter<V> {
     /// Saves or loads where its force and its limit are.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("configured_N", &mut self.configured_n);
         archive.number("move_N_per_s", &mut self.move_n_per_s);
         archive.number("force_N", &mut self.force_n);
-        archive.number("last_N", &mut self.last_n);
+        archive.vector("last_N", &mut self.last_n);
     }
 
     /// A gate that begins without force.
@@ -76,7 +76,7 @@ impl SafetyLimiter {
             configured_n: limits.force_n,
             move_n_per_s: 0.0,
             force_n: limits.force_n,
-            last_n: 0.0,
+            last_n: V::ZERO,
         }
     }
 
@@ -89,7 +89,7 @@ impl SafetyLimiter {
         }
         self.limits = limits;
         let to_n = limits.force_n;
-        self.configured_n = self.configured_n.min(to_n.max(self.last_n.abs()));
+        self.configured_n = self.configured_n.min(to_n.max(self.last_n.length()));
         let way_n = to_n - self.configured_n;
         let time_s = if way_n < 0.0 {
             ramp_s.min(MAX_LOWERING_S)
@@ -151,33 +151,25 @@ impl SafetyLimiter {
     /// # Errors
     /// [`NonFiniteForce`] where the product is not a finite number.
     #[inline]
-    pub fn limit(&mut self, force: f64, gain: f64, elapsed_s: f64) -> Result<f64, NonFiniteForce> {
+    pub fn limit(&mut self, force: V, gain: f64, elapsed_s: f64) -> Result<V, NonFiniteForce> {
         let limited = self.limited(force, gain, elapsed_s);
-        self.last_n = limited.unwrap_or(0.0);
+        self.last_n = limited.unwrap_or(V::ZERO);
         limited
     }
 
     /// What [`limit`](Self::limit) would let pass, N.
     #[inline(always)]
-    pub(crate) fn limited(&self, force: f64, gain: f64, elapsed_s: f64) -> Result<f64, NonFiniteForce> {
-        let wanted = flush(force * gain.clamp(0.0, 1.0));
+    pub(crate) fn limited(&self, force: V, gain: f64, elapsed_s: f64) -> Result<V, NonFiniteForce> {
+        let wanted = (force * gain.clamp(0.0, 1.0)).flushed();
         if !wanted.is_finite() {
-            return Err(NonFiniteForce(wanted));
+            return Err(NonFiniteForce(wanted.length()));
         }
-        let mut wanted = self.cut(wanted);
+        // Zero is safe at any rate; more force, or force the other way, is not. Without a limit on the slew the step of
+        // no time is not a number.
         let step = self.step_n(elapsed_s.max(0.0));
-        // Zero is safe at any rate; more force, or force the other way, is not. A change of sign is one change: were
-        // each side of zero allowed a step of its own, 20 N could become -5 N at once. By comparisons and not by
-        // `clamp`, which panics: without a limit on the slew the step of no time is not a number.
-        let (least, most) = (self.last_n - step, self.last_n + step);
-        if wanted < least && wanted < 0.0 {
-            wanted = least.min(0.0);
-        }
-        if wanted > most && wanted > 0.0 {
-            wanted = most.max(0.0);
-        }
+        let reached = wanted.within(self.force_n).reached_from(self.last_n, step);
         // The sum may round to beyond the limit.
-        Ok(self.cut(wanted))
+        Ok(reached.within(self.force_n))
     }
 
     /// How far the force may go in a time, s, N.
@@ -186,39 +178,32 @@ impl SafetyLimiter {
         self.limits.slew_n_per_s * elapsed_s
     }
 
-    /// A force (N) within the limit. Not by `clamp`, which asks first whether its limits are in order.
-    fn cut(&self, force: f64) -> f64 {
-        let most = self.force_n;
-        let force = if force < -most { -most } else { force };
-        if force > most { most } else { force }
-    }
-
     /// The force that was let pass, N.
-    pub(crate) fn passed(&mut self, force: f64) {
+    pub(crate) fn passed(&mut self, force: V) {
         self.last_n = force;
     }
 
     /// The force is zero now, whatever it was: no hand feels a limit that moves.
     pub fn zero(&mut self) {
-        self.last_n = 0.0;
+        self.last_n = V::ZERO;
         self.arrive();
     }
 
     /// Whether a device that had a velocity (m/s), seen over a time (s), can have moved so far (m) in the time (s) after
     /// that, counting with a resolution (m). NaN cannot.
     #[must_use]
-    pub fn allows_step(&self, moved: f64, velocity: f64, seen_over_s: f64, elapsed_s: f64, resolution: f64) -> bool {
+    pub fn allows_step(&self, moved: V, velocity: V, seen_over_s: f64, elapsed_s: f64, resolution: f64) -> bool {
         // At its end the hand may have been faster or slower than in the mean of a long time.
         let changing_s = elapsed_s.max(seen_over_s);
         // The velocity is an estimate from positions, good to about a count a sample.
         let unforeseen = 0.5 * self.limits.acceleration_mps2 * elapsed_s * changing_s + COUNTS_OF_DOUBT * resolution;
-        (moved - velocity * elapsed_s).abs() <= unforeseen
+        (moved - velocity * elapsed_s).length() <= unforeseen
     }
 
     /// Whether a velocity (m/s) is within the limit; NaN is not.
     #[must_use]
-    pub fn allows_speed(&self, velocity: f64) -> bool {
-        velocity.abs() <= self.limits.speed_mps
+    pub fn allows_speed(&self, velocity: V) -> bool {
+        velocity.length() <= self.limits.speed_mps
     }
 }
 

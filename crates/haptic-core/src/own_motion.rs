@@ -216,6 +216,20 @@ impl OwnMotion {
         }
     }
 
+    /// In the plane the handle may leave the line that it is pushed along: a pulse ends where the handle, this far (m) from
+    /// where it began, and this fast (m/s), whatever the direction, is beyond its bounds.
+    pub(crate) fn bound(&mut self, gone: f64, speed: f64) {
+        let bounds = [
+            (gone <= FARTHEST_PULSE_M, MotionEnd::Travel),
+            (speed <= FASTEST_PULSE_MPS, MotionEnd::Speed),
+        ];
+        if !matches!(self.kind, Kind::Rest)
+            && let Some(end) = broken(bounds)
+        {
+            self.end.get_or_insert(end);
+        }
+    }
+
     /// Why it has ended; `None` until then, and of [`REST`](Self::REST).
     #[must_use]
     pub fn end(&self) -> Option<MotionEnd> {

@@ -14,8 +14,9 @@
 //!
 //! The controller, where it is wanted, opposes the motion until the excess is gone.
 
-use crate::math::{NOTHING, copysign};
+use crate::math::NOTHING;
 use crate::snapshot::Archive;
+use crate::vector::Vector;
 
 /// What the rig itself takes up; by default nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,32 +33,32 @@ pub struct RigLosses {
 
 /// Keeps the account of one rig.
 #[derive(Clone, Copy, Debug)]
-pub struct PassivityObserver {
+pub struct PassivityObserver<V = f64> {
     losses: RigLosses,
     /// Largest force that the controller may add, N; zero only observes.
     control_n: f64,
     excess_j: f64,
-    last: Option<Sample>,
+    last: Option<Sample<V>>,
 }
 
 /// What there was at the last sample.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sample {
-    position: f64,
+struct Sample<V> {
+    position: V,
     /// The surface's force on the hand, N.
-    force: f64,
+    force: V,
     /// The force that was applied, with what the controller added, N.
-    applied: f64,
+    applied: V,
 }
 
-impl PassivityObserver {
+impl<V: Vector> PassivityObserver<V> {
     /// Saves or loads the account.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("excess_J", &mut self.excess_j);
         archive.option("has_sample", &mut self.last, Sample::default(), |archive, last| {
-            archive.number("sample_m", &mut last.position);
-            archive.number("surface_N", &mut last.force);
-            archive.number("applied_N", &mut last.applied);
+            archive.vector("sample_m", &mut last.position);
+            archive.vector("surface_N", &mut last.force);
+            archive.vector("applied_N", &mut last.applied);
         });
     }
 
@@ -79,7 +80,7 @@ impl PassivityObserver {
     ///
     /// `position` in m, `velocity` in m/s.
     #[inline(always)]
-    pub fn observe(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
+    pub fn observe(&mut self, elapsed_s: f64, position: V, velocity: V, force: V) -> V {
         let added = self.control(elapsed_s, position, velocity, force);
         self.last = Some(Sample {
             position,
@@ -91,38 +92,39 @@ impl PassivityObserver {
 
     /// The force on the hand (N) that is applied until the next sample: what the rig's limits have
     /// made of the sum.
-    pub fn applied(&mut self, force: f64) {
+    pub fn applied(&mut self, force: V) {
         if let Some(last) = &mut self.last {
             last.applied = force;
         }
     }
 
     #[inline(always)]
-    fn control(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
+    fn control(&mut self, elapsed_s: f64, position: V, velocity: V, force: V) -> V {
         let Some(last) = self.last else {
-            return 0.0;
+            return V::ZERO;
         };
         let moved = position - last.position;
-        let made = (last.applied - 0.5 * (last.force + force)) * moved;
-        let taken_up = self.losses.friction * moved.abs() + self.losses.damping * velocity.abs() * moved.abs();
+        let made = (last.applied - (last.force + force) * 0.5).dot(moved);
+        let (way, speed) = (moved.length(), velocity.length());
+        let taken_up = self.losses.friction * way + self.losses.damping * speed * way;
         let excess_j = self.excess_j + made - taken_up;
         // Next to nothing is nothing. An account that is not a number is closed: the force itself is
         // checked elsewhere.
         if !(NOTHING..f64::INFINITY).contains(&excess_j) {
             self.excess_j = 0.0;
-            return 0.0;
+            return V::ZERO;
         }
         self.excess_j = excess_j;
         if self.control_n == 0.0 {
-            return 0.0;
+            return V::ZERO;
         }
-        let coming = velocity.abs() * elapsed_s;
+        let coming = speed * elapsed_s;
         if coming <= 0.0 {
-            return 0.0;
+            return V::ZERO;
         }
         // Over the way that the hand will go until the next sample it takes out what there is, as
         // far as it may.
-        -copysign((self.excess_j / coming).min(self.control_n), velocity)
+        -velocity.pointing((self.excess_j / coming).min(self.control_n))
     }
 
     /// Without force there is nothing to watch: the account begins again.

@@ -7,6 +7,7 @@
 
 use crate::limiter::SafetyLimiter;
 use crate::snapshot::Archive;
+use crate::vector::Vector;
 
 /// How far a sample may lie from where the motion led, m, on the softest surface: below what a hand
 /// feels as a kick (0.3 mm are 0.3 N at 1 kN/m). On a stiffer one it may lie as far as makes a step of
@@ -42,8 +43,8 @@ pub enum Verdict {
 
 /// The sample that is held back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Held {
-    position: f64,
+struct Held<V> {
+    position: V,
     elapsed_s: f64,
     /// Whether it is farther away than the rig can move.
     too_far: bool,
@@ -51,19 +52,19 @@ struct Held {
 
 /// Holds each position against the motion before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PositionGuard {
-    held: Option<Held>,
+pub struct PositionGuard<V = f64> {
+    held: Option<Held<V>>,
     score: u32,
     forgotten: u64,
 }
 
 /// The motion before a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct Motion<V = f64> {
     /// The last position that was believed, m.
-    pub position: f64,
+    pub position: V,
     /// Velocity there, m/s.
-    pub velocity: f64,
+    pub velocity: V,
     /// Time over which that was seen, s: since the sample before.
     pub seen_over_s: f64,
     /// Distance between two positions that the device can distinguish, m.
@@ -72,33 +73,33 @@ pub struct Motion {
     pub felt: f64,
 }
 
-impl Motion {
+impl<V: Vector> Motion<V> {
     /// Whether nobody doubts that the hand went so far (m) with a velocity (m/s) in a time (s).
     #[inline(always)]
-    fn allows(&self, moved: f64, velocity: f64, elapsed_s: f64, limits: &SafetyLimiter) -> bool {
+    fn allows(&self, moved: V, velocity: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> bool {
         self.allows_within(DOUBT_M.min(self.felt), moved, velocity, elapsed_s, limits)
     }
 
     /// The same of a sample that another one speaks for: on a stiff surface, too, it may lie as far aside as on a soft one.
-    fn confirms(&self, moved: f64, velocity: f64, elapsed_s: f64, limits: &SafetyLimiter) -> bool {
+    fn confirms(&self, moved: V, velocity: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> bool {
         self.allows_within(DOUBT_M, moved, velocity, elapsed_s, limits)
     }
 
     #[inline(always)]
-    fn allows_within(&self, least: f64, moved: f64, velocity: f64, elapsed_s: f64, limits: &SafetyLimiter) -> bool {
+    fn allows_within(&self, least: f64, moved: V, velocity: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> bool {
         let doubt = least
             .max(0.5 * HAND_MPS2 * elapsed_s * elapsed_s)
             .max(DOUBT_COUNTS * self.resolution);
-        (moved - velocity * elapsed_s).abs() <= doubt
+        (moved - velocity * elapsed_s).length() <= doubt
             && limits.allows_step(moved, velocity, self.seen_over_s, elapsed_s, self.resolution)
     }
 }
 
-impl PositionGuard {
+impl<V: Vector> PositionGuard<V> {
     /// Saves or loads what it doubts.
     pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.option("holds_back", &mut self.held, Held::default(), |archive, held| {
-            archive.number("held_back_m", &mut held.position);
+            archive.vector("held_back_m", &mut held.position);
             archive.number("held_back_s", &mut held.elapsed_s);
             archive.flag("held_back_too_far", &mut held.too_far);
         });
@@ -120,7 +121,7 @@ impl PositionGuard {
 
     /// Judges a position (m), taken `elapsed_s` after the sample before it.
     #[inline(always)]
-    pub fn judge(&mut self, before: Motion, position: f64, elapsed_s: f64, limits: &SafetyLimiter) -> Verdict {
+    pub fn judge(&mut self, before: Motion<V>, position: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> Verdict {
         let moved = position - before.position;
         if self.held.is_none() && before.allows(moved, before.velocity, elapsed_s, limits) {
             self.score = self.score.saturating_sub(1);
@@ -131,7 +132,7 @@ impl PositionGuard {
 
     /// Judges a position that lies aside, or that comes after one.
     #[inline(never)]
-    fn judge_doubtful(&mut self, before: Motion, position: f64, elapsed_s: f64, limits: &SafetyLimiter) -> Verdict {
+    fn judge_doubtful(&mut self, before: Motion<V>, position: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> Verdict {
         let moved = position - before.position;
         let Some(held) = self.held else {
             if !moved.is_finite() {
@@ -150,9 +151,9 @@ impl PositionGuard {
         // allowed.
         let step = position - held.position;
         let velocity = (held.position - before.position) / held.elapsed_s;
-        let agrees = |velocity: f64| before.confirms(step, velocity, elapsed_s, limits);
+        let agrees = |velocity: V| before.confirms(step, velocity, elapsed_s, limits);
         let speaks_for_held = !held.too_far && (agrees(before.velocity) || agrees(velocity));
-        let aside = |moved: f64, velocity: f64, elapsed_s: f64| (moved - velocity * elapsed_s).abs();
+        let aside = |moved: V, velocity: V, elapsed_s: f64| (moved - velocity * elapsed_s).length();
         let is_nearer_to_held = aside(step, before.velocity, elapsed_s).min(aside(step, velocity, elapsed_s))
             < aside(moved, before.velocity, since_s);
         if !(speaks_for_held && is_nearer_to_held) && before.allows(moved, before.velocity, since_s, limits) {

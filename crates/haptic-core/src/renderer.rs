@@ -10,10 +10,108 @@ use crate::scene::Scene;
 use crate::scheme::Scheme;
 use crate::snapshot::Archive;
 use alloc::boxed::Box;
+use core::fmt::Debug;
 
 /// Greatest distance from the hand at which a block is re-seated when its coupling changes, m, unless it was
 /// farther away already: a soft coupling would pull steadily wherever the hand went.
 pub const FARTHEST_RESEAT_M: f64 = 0.02;
+
+/// Renders a scene where a hand moves in a space of [`Vector`](crate::Vector)s.
+pub trait Rendering<V>: Clone + Debug + Send + Sized {
+    /// See [`Renderer::new`].
+    ///
+    /// # Errors
+    /// The scene cannot be rendered.
+    fn new(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
+        scene.check_ranges()?;
+        Self::in_range(scene, scheme, period_s)
+    }
+
+    /// The same of a scene whose values are within their ranges.
+    ///
+    /// # Errors
+    /// The scene cannot be rendered.
+    fn in_range(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError>;
+
+    /// The force that a step of the device makes within a tick, N/m: `K + B/T` of the coupling, or of the contact without
+    /// one.
+    fn stiffness(&self) -> f64;
+
+    /// What a tick shows of the block.
+    fn shown(&self) -> Shown<V>;
+
+    /// Puts the block at the device (m), moving with it (m/s), so that the coupling starts without force.
+    fn start_at(&mut self, position: V, velocity: V);
+
+    /// Puts the block somewhere (m), in motion (m/s) or at rest, held by a device at another place; without a block the
+    /// device alone. A block that moves slides.
+    fn hold_at(&mut self, position: V, velocity: V, device_position: V, device_velocity: V);
+
+    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s). Returns the force
+    /// of the coupling on the block, N.
+    fn render(&mut self, elapsed_s: f64, position: V, velocity: V) -> V;
+
+    /// The same, and tells `sink` of each change of contact, and what energy the friction of a block took.
+    fn render_with_events(&mut self, elapsed_s: f64, position: V, velocity: V, sink: &mut dyn EventSink)
+    -> Rendered<V>;
+
+    /// See [`Renderer::take_over`].
+    fn take_over(&mut self, old: &Self) -> V;
+
+    /// Saves or loads all that a tick keeps for the next one.
+    fn archive(&mut self, archive: &mut Archive<'_>);
+}
+
+impl Rendering<f64> for Renderer {
+    fn in_range(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
+        Self::in_range(scene, scheme, period_s)
+    }
+
+    #[inline(always)]
+    fn stiffness(&self) -> f64 {
+        self.stiffness
+    }
+
+    #[inline(always)]
+    fn shown(&self) -> Shown {
+        self.surface.shown()
+    }
+
+    fn start_at(&mut self, position: f64, velocity: f64) {
+        self.start_at(position, velocity);
+    }
+
+    fn hold_at(&mut self, position: f64, velocity: f64, device_position: f64, device_velocity: f64) {
+        let mut state = BlockState::new(position, velocity, device_position, device_velocity);
+        if velocity == 0.0 {
+            state.contact = self.at_rest();
+        }
+        self.set_state(state);
+    }
+
+    #[inline(always)]
+    fn render(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> f64 {
+        self.tick(elapsed_s, position, velocity).coupling_force
+    }
+
+    fn render_with_events(
+        &mut self,
+        elapsed_s: f64,
+        position: f64,
+        velocity: f64,
+        sink: &mut dyn EventSink,
+    ) -> Rendered {
+        self.tick_with_events(elapsed_s, position, velocity, sink)
+    }
+
+    fn take_over(&mut self, old: &Self) -> f64 {
+        self.take_over(old)
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        self.surface.archive(archive);
+    }
+}
 
 /// A scene, ready to be rendered.
 #[derive(Clone, Debug)]
@@ -64,21 +162,10 @@ impl Renderer {
         })
     }
 
-    /// The force that a step of the device makes within a tick, N/m: `K + B/T` of the coupling, or of the contact without
-    /// one.
-    pub(crate) fn stiffness(&self) -> f64 {
-        self.stiffness
-    }
-
     /// The block and the last device sample. Without a block it is the contact at the device.
     #[must_use]
     pub fn state(&self) -> BlockState {
         self.surface.state()
-    }
-
-    /// The part of the [`state`](Self::state) that every tick shows.
-    pub(crate) fn shown(&self) -> Shown {
-        self.surface.shown()
     }
 
     /// Puts the block somewhere, in motion or at rest, without a tick.
@@ -97,11 +184,6 @@ impl Renderer {
             state.memory = ContactMemory::RESTED;
         }
         self.set_state(state);
-    }
-
-    /// Saves or loads all that a tick keeps for the next one.
-    pub(crate) fn archive(&mut self, archive: &mut Archive<'_>) {
-        self.surface.archive(archive);
     }
 
     /// The contact of a block at rest: sliding where no friction can hold it.

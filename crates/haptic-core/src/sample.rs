@@ -5,23 +5,35 @@ use thiserror::Error;
 
 /// One sample of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
+pub struct Measurement<V = f64> {
     /// Counts the samples; the same number again is the same sample. It wraps around.
     pub sequence: u32,
     /// When it was taken, on the device's own clock, ns.
     pub time_ns: u64,
     /// Position of the handle, m.
-    pub position_m: f64,
+    pub position_m: V,
     /// What the motor does, as far as the device reports it.
     pub motor: Motor,
     /// Buttons pressed, one bit each.
     pub buttons: u8,
 }
 
-impl Measurement {
+impl<V> Measurement<V> {
+    /// The same with another position.
+    #[must_use]
+    pub fn at<W>(&self, position_m: W) -> Measurement<W> {
+        Measurement {
+            sequence: self.sequence,
+            time_ns: self.time_ns,
+            position_m,
+            motor: self.motor,
+            buttons: self.buttons,
+        }
+    }
+
     /// A sample of a device without buttons that does not report its motor.
     #[must_use]
-    pub fn new(sequence: u32, time_ns: u64, position_m: f64) -> Self {
+    pub fn new(sequence: u32, time_ns: u64, position_m: V) -> Self {
         Self {
             sequence,
             time_ns,

@@ -7,6 +7,7 @@
 //!
 //! To take one allocates nothing and waits for nothing: it is done between two steps of a loop.
 
+use crate::vector::Vector;
 use alloc::format;
 use alloc::string::{String, ToString};
 use core::fmt;
@@ -161,7 +162,7 @@ enum Mode<'a> {
 }
 
 /// Takes the fields of a state, or gives them.
-pub(crate) struct Archive<'a> {
+pub struct Archive<'a> {
     mode: Mode<'a>,
     part: &'static str,
 }
@@ -204,6 +205,13 @@ impl<'a> Archive<'a> {
     /// A number.
     pub(crate) fn number(&mut self, name: &'static str, number: &mut f64) {
         self.number_at(name, None, number);
+    }
+
+    /// A number, or one for each axis.
+    pub(crate) fn vector<V: Vector>(&mut self, name: &'static str, vector: &mut V) {
+        for (index, number) in (0..).zip(vector.parts()) {
+            self.number_at(name, (V::AXES > 1).then_some(index), number);
+        }
     }
 
     /// A list of numbers.

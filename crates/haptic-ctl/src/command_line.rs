@@ -91,6 +91,8 @@ pub(crate) enum Command {
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,
+    /// Say that the hand of a rig of two axes is in its home pose now
+    Home,
     /// Reload the limits from the configuration; force flows on
     ///
     /// Also looks for changes in the library of scenes.
@@ -154,7 +156,8 @@ pub(crate) enum Command {
     /// Run and analyse studies: targeting and perception
     #[command(subcommand)]
     Study(study::Command),
-    /// Print the completion script of a shell
+    /// Print the completion script of a shell, which a package installs
+    #[command(hide = true)]
     Completions { shell: generated::Shell },
     /// Write the manual pages into a folder, for a package
     #[command(hide = true)]
@@ -176,6 +179,7 @@ impl Command {
             Self::Release(_) => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
+            Self::Home => Request::Home {},
             Self::Reload => Request::Reload {},
             Self::Lease(lease) => lease.request()?,
             Self::Record(record) => record.request()?,

@@ -5,7 +5,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{condition, output, units};
 use clap::ValueEnum;
-use haptic_ipc::{Event, JournalEntry, LogReply, Request, Sample, SamplesEvent, StateEvent, SubscribeReply};
+use haptic_ipc::{Event, JournalEntry, LogReply, Request, Sample, SampleY, SamplesEvent, StateEvent, SubscribeReply};
 use jiff::tz::TimeZone;
 use serde_json::{Value, json};
 
@@ -131,8 +131,10 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         newest_entry: 0,
         state: String::new(),
     };
+    let mut axes = 1;
     if arguments.follow.is_some() {
-        let _: SubscribeReply = daemon.ask(arguments.request()).await?;
+        let subscribed: SubscribeReply = daemon.ask(arguments.request()).await?;
+        axes = subscribed.axes();
     }
     let past: LogReply = daemon.ask(arguments.past()).await?;
     let is_empty = past.entries.is_empty();
@@ -146,7 +148,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         return Ok(());
     };
     if !json && topics.contains(&Topic::Samples) {
-        output::unless_quiet(&header())?;
+        output::unless_quiet(header(axes))?;
     }
     while printer.left > 0 {
         printer.print(&daemon.next_event().await?)?;
@@ -219,13 +221,18 @@ impl Printer {
         }
         let shown = usize::try_from(self.left).unwrap_or(usize::MAX).min(batch.rows.len());
         let mut dropped = batch.dropped;
-        let lines: Result<Vec<String>, Failure> = batch.rows[..shown]
-            .iter()
-            .map(|sample| {
+        let lines: Result<Vec<String>, Failure> = batch
+            .ticks()
+            .take(shown)
+            .map(|(sample, y)| {
                 if !self.json {
-                    return Ok(row(sample));
+                    return Ok(row(sample, y));
                 }
                 let mut object = sample.to_object();
+                object.extend(
+                    y.into_iter()
+                        .flat_map(|y| y.named().map(|(name, cell)| (name.to_owned(), json!(cell)))),
+                );
                 object.insert("event".to_owned(), json!("samples"));
                 object.insert("dropped".to_owned(), json!(std::mem::take(&mut dropped)));
                 output::json_text(&Value::Object(object))
@@ -244,28 +251,40 @@ fn state_text(state: &StateEvent) -> String {
     }
 }
 
-/// The heading of the table.
-fn header() -> String {
-    format!(
-        "{:>10} {:>9}  {:<12} {:<8} {:>11} {:>11} {:>10} {:>9} {:>9}",
-        "tick", "t s", "state", "contact", "device mm", "block mm", "device m/s", "block m/s", "force N"
-    )
+/// The heading of the table. That of two axes has no room for speeds.
+const fn header(axes: u8) -> &'static str {
+    match axes {
+        2 => {
+            "      tick       t s  state        contact    device x mm   device y mm    block x mm    block y mm \
+             force x N force y N"
+        }
+        _ => "      tick       t s  state        contact    device mm    block mm device m/s block m/s   force N",
+    }
 }
 
 /// The row of a sample.
-fn row(sample: &Sample) -> String {
-    format!(
-        "{:>10} {:>9.3}  {:<12} {:<8} {:>11.3} {:>11.3} {:>10.4} {:>9.4} {:>9.3}",
+fn row(sample: &Sample, y: Option<&SampleY>) -> String {
+    let when = format!(
+        "{:>10} {:>9.3}  {:<12} {:<8}",
         sample.tick,
         sample.t_s,
         sample.state,
-        condition::contact(sample.contact),
-        sample.device_position_m * 1e3,
-        sample.block_position_m * 1e3,
-        sample.device_velocity_mps,
-        sample.block_velocity_mps,
-        sample.command_force_n
-    )
+        condition::contact(sample.contact)
+    );
+    let (device_mm, block_mm) = (sample.device_position_m * 1e3, sample.block_position_m * 1e3);
+    match y {
+        None => format!(
+            "{when} {device_mm:>11.3} {block_mm:>11.3} {:>10.4} {:>9.4} {:>9.3}",
+            sample.device_velocity_mps, sample.block_velocity_mps, sample.command_force_n
+        ),
+        Some(y) => format!(
+            "{when} {device_mm:>13.3} {:>13.3} {block_mm:>13.3} {:>13.3} {:>9.3} {:>9.3}",
+            y.device_position_m * 1e3,
+            y.block_position_m * 1e3,
+            sample.command_force_n,
+            y.command_force_n
+        ),
+    }
 }
 
 /// An entry in the local time, with its changes indented below it.
@@ -286,6 +305,16 @@ mod tests {
     use super::*;
     use haptic_core::Directional;
     use haptic_ipc::{Difference, Peer, Value};
+
+    #[test]
+    fn table_has_a_heading_above_each_number() {
+        for (axes, y) in [(1, None), (2, Some(SampleY::default()))] {
+            let (header, row) = (header(axes), row(&Sample::default(), y.as_ref()));
+            // Numbers end where their headings do.
+            let ends = |text: &str| text.trim_end().len();
+            assert_eq!(ends(header), ends(&row), "{header}\n{row}");
+        }
+    }
 
     #[test]
     fn an_entry_says_who_what_and_when() {

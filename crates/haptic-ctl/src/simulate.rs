@@ -6,8 +6,8 @@ use crate::table_file::{self, TableFile};
 use crate::{complete, output, progress, table_options};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
-use haptic_core::{Scene, SceneError, Scheme};
-use haptic_lab::motion::{self, MotionError, MotionReader};
+use haptic_core::{Scene, SceneError, Scheme, Vector};
+use haptic_lab::motion::{self, Motion, MotionError, MotionReader};
 use haptic_lab::simulate::{self, Cost, CostMeter, Row, Simulator, Start};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -33,13 +33,13 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SCHEME", default_value = "exact")]
     scheme: Scheme,
 
-    /// Initial position of the block, m [default: first position of the device]
-    #[arg(long, value_name = "M", allow_hyphen_values = true)]
-    block_position: Option<f64>,
+    /// Initial position of the block, m; X,Y in the plane [default: the device's]
+    #[arg(long, value_name = "M", allow_hyphen_values = true, value_delimiter = ',')]
+    block_position: Vec<f64>,
 
-    /// Initial velocity of the block, m/s; a moving block starts sliding
-    #[arg(long, value_name = "M/S", allow_hyphen_values = true, default_value = "0")]
-    block_velocity: f64,
+    /// Initial velocity of the block, m/s; a moving block starts sliding [default: 0]
+    #[arg(long, value_name = "M/S", allow_hyphen_values = true, value_delimiter = ',')]
+    block_velocity: Vec<f64>,
 
     /// Replace existing files
     #[arg(long)]
@@ -50,11 +50,11 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
-    for (name, value) in [
-        ("block-position", arguments.block_position.unwrap_or(0.0)),
-        ("block-velocity", arguments.block_velocity),
+    for (name, values) in [
+        ("block-position", &arguments.block_position),
+        ("block-velocity", &arguments.block_velocity),
     ] {
-        if !value.is_finite() {
+        if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(Failure::Usage(format!("{name} = {value} is not a finite number")));
         }
     }
@@ -63,18 +63,15 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
         table_file::check(path, arguments.force)?;
     }
     let scene = offline::find(socket, &arguments.scene).await?;
-    if scene.is_on_device() && (arguments.block_position.is_some() || arguments.block_velocity != 0.0) {
+    let moves = arguments.block_velocity.iter().any(|part| *part != 0.0);
+    if scene.is_on_device() && (!arguments.block_position.is_empty() || moves) {
         return Err(Failure::Usage(format!(
             "{}: --block-position and --block-velocity place a block, and this scene has none",
             arguments.scene
         )));
     }
-    let start = Start {
-        position_m: arguments.block_position,
-        velocity_mps: arguments.block_velocity,
-    };
     let bar = progress::busy("simulating");
-    let summary = render(arguments, &scene, start)?;
+    let summary = render(arguments, &scene)?;
     bar.finish_and_clear();
     if as_json {
         return output::json(&json!({
@@ -93,14 +90,19 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
     }
     output::text(&format!(
         "{}, {} scheme: {} ticks, {:.1} ns a tick (median), worst {:.2} us\n\
-         {} changes of contact, {} J of energy created by friction, {} ticks out of work",
+         {} changes of contact, {} of energy created by friction, {} ticks out of work",
         scene.name,
         arguments.scheme,
         summary.ticks,
         summary.cost.median_ns,
         summary.cost.worst_ns as f64 * 1e-3,
         summary.events,
-        output::figure(summary.energy_created_j),
+        summary
+            .energy_created_j
+            .map_or("an unknown amount".to_owned(), |energy_j| format!(
+                "{} J",
+                output::figure(energy_j)
+            )),
         summary.exhausted_ticks,
     ))
 }
@@ -109,30 +111,77 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
 struct Summary {
     ticks: usize,
     events: usize,
-    energy_created_j: f64,
+    /// Not measured on the device itself in the plane.
+    energy_created_j: Option<f64>,
     exhausted_ticks: u64,
     cost: Cost,
     notes: Vec<String>,
 }
 
-/// Renders the motion and writes its rows, one stretch after another, so that the length of a motion
-/// does not matter to memory.
-fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary, Failure> {
+/// The block's beginning in the motion's own space.
+fn start<V: Vector>(arguments: &Arguments) -> Result<Start<V>, Failure> {
+    let vector = |option: &str, numbers: &[f64]| {
+        let mut vector = V::ZERO;
+        if numbers.is_empty() {
+            return Ok(None);
+        }
+        if numbers.len() != V::AXES {
+            let takes = if V::AXES == 1 {
+                "one number where the motion has one axis"
+            } else {
+                "X,Y where the motion has two axes"
+            };
+            let given = numbers.len();
+            return Err(Failure::Usage(format!(
+                "--{option} takes {takes}; numbers given: {given}"
+            )));
+        }
+        for (part, number) in vector.parts().zip(numbers) {
+            *part = *number;
+        }
+        Ok(Some(vector))
+    };
+    Ok(Start {
+        position_m: vector("block-position", &arguments.block_position)?,
+        velocity_mps: vector("block-velocity", &arguments.block_velocity)?.unwrap_or(V::ZERO),
+    })
+}
+
+/// Renders the motion in its own space.
+fn render(arguments: &Arguments, scene: &Scene) -> Result<Summary, Failure> {
     let unreadable = |error: MotionError| Failure::Usage(error.to_string());
     let table = arguments.table.options();
-    let refused = |error: SceneError| Failure::Usage(format!("{}: {error}", arguments.scene));
     // A wrong row is reported before anything is written; a pipe is read only once.
     if arguments.motion.is_file() {
         motion::check(&arguments.motion, &table).map_err(unreadable)?;
     }
-    let mut motion = MotionReader::open(&arguments.motion, &table).map_err(unreadable)?;
+    match Motion::open(&arguments.motion, &table).map_err(unreadable)? {
+        Motion::Line(motion) => render_along(motion, arguments, scene),
+        Motion::Plane(motion) => {
+            let mut summary = render_along(motion, arguments, scene)?;
+            summary.energy_created_j = summary.energy_created_j.filter(|_| !scene.is_on_device());
+            Ok(summary)
+        }
+    }
+}
+
+/// Renders the motion and writes its rows, one stretch after another, so that the length of a motion
+/// does not matter to memory.
+fn render_along<V: Vector>(
+    mut motion: MotionReader<V>,
+    arguments: &Arguments,
+    scene: &Scene,
+) -> Result<Summary, Failure> {
+    let unreadable = |error: MotionError| Failure::Usage(error.to_string());
+    let refused = |error: SceneError| Failure::Usage(format!("{}: {error}", arguments.scene));
+    let start = start(arguments)?;
     let (first, period_s) = (motion.first(), motion.period_s());
     let mut simulator = Simulator::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
     let mut meter = CostMeter::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
     let create = |path| TableFile::create(path, arguments.force);
     let mut rows_file = create(&arguments.out)?;
     let mut events_file = arguments.events.as_deref().map(create).transpose()?;
-    rows_file.write(|file| simulate::write_rows_header(file))?;
+    rows_file.write(|file| simulate::write_rows_header::<V>(file))?;
     if let Some(file) = &mut events_file {
         file.write(|file| simulate::write_events_header(file))?;
     }
@@ -143,7 +192,7 @@ fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary,
             break;
         }
         let mut events = Vec::new();
-        let rows: Vec<Row> = stretch
+        let rows: Vec<Row<V>> = stretch
             .iter()
             .map(|sample| simulator.step(sample, &mut events))
             .collect();
@@ -162,7 +211,7 @@ fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary,
     Ok(Summary {
         ticks: samples - 1,
         events: event_count,
-        energy_created_j: simulator.energy_created_j(),
+        energy_created_j: Some(simulator.energy_created_j()),
         exhausted_ticks: simulator.exhausted_ticks(),
         cost: meter.cost(),
         notes: motion.notes().to_vec(),

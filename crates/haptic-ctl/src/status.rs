@@ -26,6 +26,15 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     output::line(&output::table(&rows))
 }
 
+/// The force on the hand; in the plane its length and its parts.
+fn force(status: &Status) -> String {
+    let x_n = status.command_force_n;
+    match status.command_force_y_n {
+        None => format!("{x_n:.3} N"),
+        Some(y_n) => format!("{:.3} N (x {x_n:.3}, y {y_n:.3})", x_n.hypot(y_n)),
+    }
+}
+
 /// The state of the rig, its force and its scene.
 fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
     let mut rows = vec![("state", state(status.state))];
@@ -40,8 +49,8 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
         (
             "force",
             format!(
-                "{:.3} N on the hand, limits {} N, {} N/s, {} m/s, {} m/s^2",
-                status.command_force_n,
+                "{} on the hand, limits {} N, {} N/s, {} m/s, {} m/s^2",
+                force(status),
                 output::figure(status.device.force_limit_n),
                 output::figure(status.device.slew_limit_n_per_s),
                 output::figure(status.device.speed_limit_mps),
@@ -55,7 +64,13 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
                 status.energy_excess_j * 1e3
             ),
         ),
-        ("position", format!("{:.3} mm", status.device_position_m * 1e3)),
+        (
+            "position",
+            match status.device_position_y_m {
+                None => format!("{:.3} mm", status.device_position_m * 1e3),
+                Some(y_m) => format!("x {:.3} mm, y {:.3} mm", status.device_position_m * 1e3, y_m * 1e3),
+            },
+        ),
         (
             "scene",
             format!(

@@ -62,8 +62,8 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 /// Subscribes to what the condition needs. From here on nothing is missed.
 pub(crate) async fn subscribe(daemon: &mut Daemon, condition: &Condition) -> Result<(), Failure> {
     // Every tick: a condition that holds for one tick is not missed.
-    let _: SubscribeReply = daemon.ask(Request::subscribe(condition.topics())).await?;
-    Ok(())
+    let subscribed: SubscribeReply = daemon.ask(Request::subscribe(condition.topics())).await?;
+    condition.check_axes(subscribed.axes()).map_err(Failure::Usage)
 }
 
 /// Waits until a condition that was subscribed to holds. The timeout runs from when all of its

@@ -32,6 +32,7 @@ fn batch(from: u32, rows: u32) -> Event {
         seq: 0,
         dropped: 0,
         rows: (from..from + rows).map(row).collect(),
+        ..SamplesEvent::default()
     })
 }
 

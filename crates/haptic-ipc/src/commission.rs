@@ -16,6 +16,9 @@ pub struct CommissionReply {
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
+    /// Of a rig of two axes the motor that is commissioned, 1 or 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor: Option<u32>,
     /// Whether a pulse is under way.
     pub pulsing: bool,
     /// Why it has ended, if it has.
@@ -82,6 +85,9 @@ pub struct PulseReport {
     /// Friction of the rig, N, by the motor's work; absent if the handle hardly moved.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
+    /// On a rig of two axes the way of each motor, m or rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motors_moved: Option<[f64; 2]>,
     /// Moved mass, kg, by the motor's work; absent where encoder, friction or a link of 5 ms hide it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,

@@ -211,6 +211,10 @@ impl From<SceneError> for WireError {
                 .within(value, min, max, unit),
             SceneError::UnknownParameter { name, .. } => Self::new(ErrorCode::UnknownParameter, message).about(name),
             SceneError::NotDirectional { given, .. } => Self::new(ErrorCode::NotDirectional, message).about(given),
+            SceneError::PlaneHasNoDirection { param } => {
+                Self::new(ErrorCode::NotApplicable, message).about(param.info().name)
+            }
+            SceneError::OneAxisOnly { what, .. } => Self::new(ErrorCode::NotApplicable, message).about(what),
             SceneError::GivenTwice { param } => Self::new(ErrorCode::GivenTwice, message).about(param.to_string()),
             SceneError::NoCoupling => Self::new(ErrorCode::NoCoupling, message).about("stiffness"),
             SceneError::TooFast { radians, limit, .. } => Self::new(ErrorCode::TooFastForRate, message)

@@ -5,6 +5,7 @@ use crate::journal::JournalEntry;
 use crate::object::{Field, FieldValue, Limits};
 use crate::replay::{SceneArrival, ServoSetup, ServoSnapshot};
 use crate::sample::Sample;
+use crate::sample_y::{Row, SAMPLE_Y_COLUMNS, SampleY, is_one_axis, one_axis};
 use crate::status::RigState;
 use crate::timing::Timing;
 use crate::values::{word, words};
@@ -127,8 +128,8 @@ pub struct SnapshotEvent {
 }
 
 /// A batch of ticks.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Batch", into = "Batch")]
 pub struct SamplesEvent {
     /// Counts the sample events of the subscription, from 0.
     pub seq: u64,
@@ -136,6 +137,87 @@ pub struct SamplesEvent {
     pub dropped: u64,
     /// The ticks, oldest first.
     pub rows: Vec<Sample>,
+    /// What each of them has of a second axis; none on a rig of one.
+    pub rows_y: Vec<SampleY>,
+}
+
+impl SamplesEvent {
+    /// Each tick, oldest first, with what it has of a second axis.
+    pub fn ticks(&self) -> impl Iterator<Item = (&Sample, Option<&SampleY>)> {
+        self.rows
+            .iter()
+            .enumerate()
+            .map(|(index, row)| (row, self.rows_y.get(index)))
+    }
+
+    /// Keeps the oldest `ticks`.
+    pub fn truncate(&mut self, ticks: usize) {
+        self.rows.truncate(ticks);
+        self.rows_y.truncate(ticks);
+    }
+}
+
+/// The same as it is sent: one row for a tick.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(rename = "SamplesEvent", description = "A batch of ticks.")
+)]
+struct Batch {
+    /// Counts the sample events of the subscription, from 0.
+    seq: u64,
+    /// Rows lost since the previous event.
+    dropped: u64,
+    /// 2 where the columns of a second axis follow in each row.
+    #[serde(default = "one_axis", skip_serializing_if = "is_one_axis")]
+    axes: u8,
+    /// The ticks, oldest first.
+    #[cfg_attr(feature = "schema", schemars(with = "Vec<Sample>"))]
+    rows: Vec<Row>,
+}
+
+impl From<Batch> for SamplesEvent {
+    fn from(batch: Batch) -> Self {
+        let is_plane = batch.axes == 2;
+        Self {
+            seq: batch.seq,
+            dropped: batch.dropped,
+            rows: batch.rows.iter().map(|row| row.sample).collect(),
+            rows_y: if is_plane {
+                batch.rows.iter().map(|row| row.y.unwrap_or_default()).collect()
+            } else {
+                Vec::new()
+            },
+        }
+    }
+}
+
+impl From<SamplesEvent> for Batch {
+    fn from(event: SamplesEvent) -> Self {
+        let mut ys = event.rows_y.into_iter();
+        Self {
+            seq: event.seq,
+            dropped: event.dropped,
+            axes: if ys.len() > 0 { 2 } else { 1 },
+            rows: event
+                .rows
+                .into_iter()
+                .map(|sample| Row { sample, y: ys.next() })
+                .collect(),
+        }
+    }
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for SamplesEvent {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        Batch::schema_name()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        Batch::json_schema(generator)
+    }
 }
 
 /// Answer to `subscribe`.
@@ -153,4 +235,59 @@ pub struct SubscribeReply {
     /// The servo's settings behind the rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoSetup>,
+}
+
+impl SubscribeReply {
+    /// Axes of the rig: 2 where the rows have the columns of a second one, else 1.
+    #[must_use]
+    pub fn axes(&self) -> u8 {
+        let has_y = self.columns.iter().any(|column| column == SAMPLE_Y_COLUMNS[0]);
+        if has_y { 2 } else { 1 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::SAMPLE_COLUMNS;
+
+    #[test]
+    fn ticks_keep_their_second_axis() {
+        let row = |tick| Sample {
+            tick,
+            ..Sample::default()
+        };
+        let y = |position| SampleY {
+            device_position_m: position,
+            ..SampleY::default()
+        };
+        let mut event = SamplesEvent {
+            rows: vec![row(1), row(2), row(3)],
+            rows_y: vec![y(0.1), y(0.2), y(0.3)],
+            ..SamplesEvent::default()
+        };
+        let ticks: Vec<_> = event.ticks().collect();
+        assert_eq!(ticks[1], (&row(2), Some(&y(0.2))));
+        assert_eq!(
+            ticks[1].1.and_then(|y| y.named().next()),
+            Some(("device_position_y_m", 0.2))
+        );
+        event.truncate(1);
+        assert_eq!((event.rows.len(), &event.rows_y), (1, &vec![y(0.1)]));
+        event.rows_y.clear();
+        assert_eq!(event.ticks().next(), Some((&row(1), None)));
+    }
+
+    #[test]
+    fn columns_of_a_subscription_tell_the_axes() {
+        let of = |columns: &[&str]| {
+            let columns: Vec<String> = columns.iter().map(ToString::to_string).collect();
+            let reply = serde_json::json!({"topics": [], "rate_hz": 1000.0, "batch_ms": 20, "columns": columns});
+            serde_json::from_value::<SubscribeReply>(reply)
+                .expect("an answer")
+                .axes()
+        };
+        assert_eq!(of(SAMPLE_COLUMNS), 1);
+        assert_eq!(of(&[SAMPLE_COLUMNS, &SAMPLE_Y_COLUMNS].concat()), 2);
+    }
 }

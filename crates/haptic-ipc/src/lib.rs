@@ -29,6 +29,7 @@ mod replay;
 mod request;
 mod rig_friction;
 mod sample;
+mod sample_y;
 mod scene;
 mod schedule;
 #[cfg(feature = "schema")]
@@ -59,6 +60,7 @@ pub use replay::{SceneArrival, SceneRamp, ServoSetup, ServoSnapshot, SnapshotSce
 pub use request::{ChangeOptions, Request};
 pub use rig_friction::{LossSource, RigFrictionStatus};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
+pub use sample_y::{SAMPLE_Y_COLUMNS, SampleY};
 pub use scene::{
     BUILT_IN_SCENES, ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply,
     SceneSaveReply, Value, differences, params_of,

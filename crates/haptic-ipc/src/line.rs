@@ -138,6 +138,7 @@ mod tests {
             seq: 2,
             dropped: 1,
             rows,
+            ..SamplesEvent::default()
         });
         let line = serde_json::to_string(&event).expect("it can be written");
         assert!(line.starts_with(SAMPLES), "{line}");

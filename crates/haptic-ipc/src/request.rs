@@ -20,6 +20,9 @@ const LEASE: Limits = Limits {
 /// Duration of a pulse, ms.
 const PULSE: Limits = Limits::new(20, 300);
 
+/// Motors of a rig of two axes.
+const MOTOR: Limits = Limits::new(1, 2);
+
 /// Time between sample events, ms.
 const BATCH: Limits = Limits::new(1, 1000);
 
@@ -246,8 +249,13 @@ operations! {
         /// Where its arm pulls the handle to, m, from -1 to 1.
         target_m: f64,
     } -> crate::HandReply;
+    /// The hand of a rig of two axes is in its home pose now.
+    Home "home" {} -> crate::StateReply;
     /// Take the rig alone, to commission it.
-    CommissionBegin "commission.begin" {} -> crate::CommissionReply;
+    CommissionBegin "commission.begin" {} optional {
+        /// Of a rig of two axes the motor, 1 or 2.
+        motor: Option<u32> where MOTOR,
+    } -> crate::CommissionReply;
     /// Move the handle by a single pulse of force.
     CommissionPulse "commission.pulse" {
         /// Force on the hand, N, positive in the positive direction.

@@ -2,6 +2,7 @@
 
 use crate::status::RigState;
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
+use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
@@ -36,14 +37,10 @@ macro_rules! sample {
                     }
 
                     fn visit_seq<A: SeqAccess<'de>>(self, mut cells: A) -> Result<Row, A::Error> {
-                        $(let $field = cells
-                            .next_element()?
-                            // An earlier server has fewer columns.
-                            $(.or(Some($default)))?
-                            .ok_or_else(|| A::Error::missing_field($column))?;)*
+                        let sample = Sample::of_cells(&mut cells)?;
                         // A later server may have more columns.
                         while cells.next_element::<IgnoredAny>()?.is_some() {}
-                        Ok(Row($($field),*))
+                        Ok(sample.into())
                     }
                 }
                 deserializer.deserialize_seq(Cells)
@@ -86,6 +83,22 @@ macro_rules! sample {
         }
 
         impl Sample {
+            /// Reads the cells of a row.
+            pub(crate) fn of_cells<'de, A: SeqAccess<'de>>(cells: &mut A) -> Result<Self, A::Error> {
+                $(let $field = cells
+                    .next_element()?
+                    // An earlier server has fewer columns.
+                    $(.or(Some($default)))?
+                    .ok_or_else(|| A::Error::missing_field($column))?;)*
+                Ok(Self { $($field),* })
+            }
+
+            /// Writes the cells of a row.
+            pub(crate) fn write_cells<S: SerializeSeq>(&self, row: &mut S) -> Result<(), S::Error> {
+                $(row.serialize_element(&self.$field)?;)*
+                Ok(())
+            }
+
             /// The sample as an object with the columns' names, for those who read one at a time.
             ///
             /// # Panics

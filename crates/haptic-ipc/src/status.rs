@@ -3,6 +3,7 @@
 use crate::journal::Peer;
 use crate::link::LinkStatus;
 use crate::rig_friction::RigFrictionStatus;
+use crate::sample_y::{is_one_axis, one_axis};
 use crate::schedule::ScheduleStatus;
 pub use haptic_core::servo::RigState;
 use serde::{Deserialize, Serialize};
@@ -49,6 +50,12 @@ pub struct Status {
     pub energy_excess_j: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
+    /// The same along the second axis of a rig of two.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device_position_y_m: Option<f64>,
+    /// Force commanded along the second axis in the last tick, N.
+    #[serde(default, skip_serializing_if = "Option::is_none", rename = "command_force_y_N")]
+    pub command_force_y_n: Option<f64>,
     /// Changes that `undo` can undo.
     #[serde(default)]
     pub undo_depth: usize,
@@ -85,6 +92,15 @@ pub struct LibraryScene {
 pub struct DeviceStatus {
     /// Its description.
     pub description: String,
+    /// Axes of the hand's motion, 1 or 2.
+    #[serde(default = "one_axis", skip_serializing_if = "is_one_axis")]
+    pub axes: u8,
+    /// How the motors of a rig of two axes move the hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kinematics: Option<String>,
+    /// Whether the home pose of a rig of two axes is known, where it must be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub homed: Option<bool>,
     /// Largest force sent to it, N: the smaller of the daemon's limit and the device's.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
@@ -201,7 +217,7 @@ pub struct Problem {
     pub remedy: String,
 }
 
-/// Answer to `engage`, `release`, `stop` and `reset`.
+/// Answer to `engage`, `release`, `stop`, `reset` and `home`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateReply {

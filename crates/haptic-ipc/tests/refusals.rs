@@ -171,7 +171,7 @@ fn listed(line: &str, after: &str) -> Vec<String> {
 
 fn line() -> impl Strategy<Value = String> {
     let operations = listed(r#"{"id":1,"op":"dance"}"#, "the operations are ");
-    assert_eq!(operations.len(), 37, "{operations:?}");
+    assert_eq!(operations.len(), 38, "{operations:?}");
     let mut names: Vec<String> = ["id", "op", "colour"].map(str::to_owned).into();
     for op in &operations {
         names.extend(listed(

@@ -1,20 +1,22 @@
 //! A device's motion, from a file in any of the formats of [`haptic_motion`].
 
+use haptic_core::Vector;
+use haptic_core::planar::Plane;
 use haptic_core::velocity::AlphaBetaGamma;
 pub use haptic_motion::MotionError;
 use haptic_motion::table::TableOptions;
 use haptic_motion::{Row, Rows, median};
 use std::path::Path;
 
-/// One sample of the device.
+/// One sample of the device, on a line or in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DeviceSample {
+pub struct DeviceSample<V = f64> {
     /// Time, s.
     pub t_s: f64,
     /// Position, m.
-    pub position_m: f64,
+    pub position_m: V,
     /// Velocity, m/s.
-    pub velocity_mps: f64,
+    pub velocity_mps: V,
 }
 
 /// A total over a motion as a number a tick.
@@ -28,43 +30,63 @@ pub fn per_tick(total: u64, motion: &[DeviceSample]) -> f64 {
 /// Samples read at a time: memory does not grow with the motion.
 const STRETCH: usize = 10_000;
 
-/// A motion file, read one stretch after another.
-///
-/// Without velocities they are estimated from the positions, as the daemon does.
+/// A motion file of one axis or two.
 #[expect(missing_debug_implementations, reason = "the file's reader has none")]
-pub struct MotionReader {
-    rows: Rows,
-    /// What comes next, as the first stretch is read at once.
-    stretch: Vec<DeviceSample>,
-    period_s: f64,
-    /// Where the file has no velocities.
-    estimator: Option<AlphaBetaGamma>,
-    /// The last sample that the estimator took.
-    last_s: Option<f64>,
+pub enum Motion {
+    /// On a line.
+    Line(MotionReader),
+    /// In the plane.
+    Plane(MotionReader<Plane>),
 }
 
-impl MotionReader {
+impl Motion {
     /// Opens a file and reads its first stretch. `table` says how a table of another program is read.
     ///
     /// # Errors
     /// The file is not a motion; the error names the line or row.
     pub fn open(path: &Path, table: &TableOptions) -> Result<Self, MotionError> {
-        let mut rows = Rows::open_with(path, table)?;
+        let rows = Rows::open_any(path, table)?;
+        Ok(if rows.has_second_axis() {
+            Self::Plane(MotionReader::new(path, rows)?)
+        } else {
+            Self::Line(MotionReader::new(path, rows)?)
+        })
+    }
+}
+
+/// A motion file, read one stretch after another.
+///
+/// Without velocities they are estimated from the positions, as the daemon does.
+#[expect(missing_debug_implementations, reason = "the file's reader has none")]
+pub struct MotionReader<V = f64> {
+    rows: Rows,
+    /// What comes next, as the first stretch is read at once.
+    stretch: Vec<DeviceSample<V>>,
+    period_s: f64,
+    /// One for each axis, where the file has no velocities.
+    estimators: [Option<AlphaBetaGamma>; 2],
+    /// The last sample that the estimators took.
+    last_s: Option<f64>,
+}
+
+impl<V: Vector> MotionReader<V> {
+    fn new(path: &Path, mut rows: Rows) -> Result<Self, MotionError> {
         let stretch = read_stretch(&mut rows)?;
-        if stretch.is_empty() {
+        let Some(first) = stretch.first() else {
             return Err(MotionError::Empty {
                 path: path.to_path_buf(),
             });
-        }
-        let period_s = median_period_s(&stretch);
+        };
+        let period_s = median::median_period_s(stretch.iter().map(|row| row.t_s));
+        let has_velocity = [first.velocity_mps, first.velocity_y_mps].map(|velocity| velocity.is_some());
         let mut motion = Self {
-            estimator: (!rows.has_velocity()).then(|| AlphaBetaGamma::new(period_s)),
             rows,
             stretch: Vec::new(),
             period_s,
+            estimators: has_velocity.map(|has| (!has).then(|| AlphaBetaGamma::new(period_s))),
             last_s: None,
         };
-        motion.stretch = motion.with_velocities(stretch);
+        motion.stretch = motion.samples(&stretch);
         Ok(motion)
     }
 
@@ -82,7 +104,7 @@ impl MotionReader {
 
     /// The first sample of the stretch that comes next.
     #[must_use]
-    pub fn first(&self) -> DeviceSample {
+    pub fn first(&self) -> DeviceSample<V> {
         self.stretch.first().copied().unwrap_or_default()
     }
 
@@ -90,51 +112,65 @@ impl MotionReader {
     ///
     /// # Errors
     /// A row is not one of a motion; the error names it.
-    pub fn next_stretch(&mut self) -> Result<Vec<DeviceSample>, MotionError> {
+    pub fn next_stretch(&mut self) -> Result<Vec<DeviceSample<V>>, MotionError> {
         if !self.stretch.is_empty() {
             return Ok(std::mem::take(&mut self.stretch));
         }
         let stretch = read_stretch(&mut self.rows)?;
-        Ok(self.with_velocities(stretch))
+        Ok(self.samples(&stretch))
     }
 
-    fn with_velocities(&mut self, mut samples: Vec<DeviceSample>) -> Vec<DeviceSample> {
-        if let Some(estimator) = &mut self.estimator {
-            for sample in &mut samples {
-                let last_s = self.last_s.unwrap_or(sample.t_s);
-                sample.velocity_mps = estimator.update(sample.t_s - last_s, sample.position_m);
-                self.last_s = Some(sample.t_s);
+    fn samples(&mut self, rows: &[Row]) -> Vec<DeviceSample<V>> {
+        let sample = |row: &Row| {
+            let elapsed_s = row.t_s - self.last_s.replace(row.t_s).unwrap_or(row.t_s);
+            let read = [
+                (row.position_m, row.velocity_mps),
+                (row.position_y_m.unwrap_or_default(), row.velocity_y_mps),
+            ];
+            let mut sample = DeviceSample {
+                t_s: row.t_s,
+                position_m: V::ZERO,
+                velocity_mps: V::ZERO,
+            };
+            let parts = sample.position_m.parts().zip(sample.velocity_mps.parts());
+            for (((position, velocity), read), estimator) in parts.zip(read).zip(&mut self.estimators) {
+                *position = read.0;
+                *velocity = match estimator {
+                    Some(estimator) => estimator.update(elapsed_s, read.0),
+                    None => read.1.unwrap_or_default(),
+                };
             }
-        }
-        samples
+            sample
+        };
+        rows.iter().map(sample).collect()
     }
 }
 
-fn read_stretch(rows: &mut Rows) -> Result<Vec<DeviceSample>, MotionError> {
-    let sample = |row: Row| DeviceSample {
-        t_s: row.t_s,
-        position_m: row.position_m,
-        velocity_mps: row.velocity_mps.unwrap_or_default(),
-    };
-    rows.take(STRETCH).map(|row| row.map(sample)).collect()
+fn read_stretch(rows: &mut Rows) -> Result<Vec<Row>, MotionError> {
+    rows.take(STRETCH).collect()
 }
 
 /// Reads a motion and keeps nothing of it.
 ///
 /// # Errors
-/// As those of [`MotionReader`].
+/// As those of [`Motion::open`].
 pub fn check(path: &Path, table: &TableOptions) -> Result<(), MotionError> {
-    let mut motion = MotionReader::open(path, table)?;
-    while !motion.next_stretch()?.is_empty() {}
-    Ok(())
+    fn rest<V: Vector>(mut motion: MotionReader<V>) -> Result<(), MotionError> {
+        while !motion.next_stretch()?.is_empty() {}
+        Ok(())
+    }
+    match Motion::open(path, table)? {
+        Motion::Line(motion) => rest(motion),
+        Motion::Plane(motion) => rest(motion),
+    }
 }
 
-/// Reads the whole of a motion.
+/// Reads the whole of a motion of one axis.
 ///
 /// # Errors
-/// As those of [`MotionReader`].
+/// As those of [`Motion::open`]; it is one in the plane.
 pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
-    let mut motion = MotionReader::open(path, &TableOptions::default())?;
+    let mut motion = MotionReader::<f64>::new(path, Rows::open(path)?)?;
     let mut samples = Vec::new();
     loop {
         let stretch = motion.next_stretch()?;
@@ -147,7 +183,7 @@ pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
 
 /// The median time between samples, s; 1 ms where there is none.
 #[must_use]
-pub fn median_period_s(motion: &[DeviceSample]) -> f64 {
+pub fn median_period_s<V>(motion: &[DeviceSample<V>]) -> f64 {
     median::median_period_s(motion.iter().map(|sample| sample.t_s))
 }
 

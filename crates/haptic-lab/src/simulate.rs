@@ -1,33 +1,33 @@
-//! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to
-//! the last bit.
+//! A scene rendered along a motion, on a line or in the plane, tick by tick as the daemon does it: the
+//! same in every run, to the last bit.
 
 use crate::motion::{DeviceSample, median_period_s};
-use haptic_core::block::{BlockState, Contact, EventSink};
-use haptic_core::{Renderer, Scene, SceneError, Scheme};
+use haptic_core::block::{Contact, EventSink};
+use haptic_core::{Renderer, Rendering, Scene, SceneError, Scheme, Vector};
 use haptic_motion::median::median;
 use std::io;
 use std::time::Instant;
 
 /// Where the block begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Start {
+pub struct Start<V = f64> {
     /// Block position, m; the device's first position when absent.
-    pub position_m: Option<f64>,
+    pub position_m: Option<V>,
     /// Block velocity, m/s; a block that moves begins sliding.
-    pub velocity_mps: f64,
+    pub velocity_mps: V,
 }
 
 /// The block after a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct Row<V = f64> {
     /// The sample.
-    pub device: DeviceSample,
+    pub device: DeviceSample<V>,
     /// Block position, m.
-    pub block_position_m: f64,
+    pub block_position_m: V,
     /// Block velocity, m/s.
-    pub block_velocity_mps: f64,
+    pub block_velocity_mps: V,
     /// Coupling force on the block, N; the hand feels its negative.
-    pub coupling_force_n: f64,
+    pub coupling_force_n: V,
     /// Contact with the surface.
     pub contact: Contact,
     /// Whether the tick's bounded work ran out.
@@ -47,9 +47,9 @@ pub struct ContactChange {
 
 /// Result of a run.
 #[derive(Clone, Debug)]
-pub struct Simulation {
+pub struct Simulation<V = f64> {
     /// One row for each sample.
-    pub rows: Vec<Row>,
+    pub rows: Vec<Row<V>>,
     /// The changes of contact.
     pub events: Vec<ContactChange>,
     /// Energy that friction put into the block, J. A friction that only opposes motion gives 0.
@@ -80,14 +80,14 @@ impl EventSink for Listener<'_> {
 
 /// A scene rendered one sample after another.
 #[derive(Debug)]
-pub struct Simulator {
-    renderer: Renderer,
+pub struct Simulator<V: Vector = f64> {
+    renderer: V::Renderer,
     last_s: f64,
     energy_created_j: f64,
     exhausted_ticks: u64,
 }
 
-impl Simulator {
+impl<V: Vector> Simulator<V> {
     /// Begins at the first sample of a motion whose samples are `period_s` apart.
     ///
     /// # Errors
@@ -96,8 +96,8 @@ impl Simulator {
         scene: &Scene,
         scheme: Scheme,
         period_s: f64,
-        first: &DeviceSample,
-        start: Start,
+        first: &DeviceSample<V>,
+        start: Start<V>,
     ) -> Result<Self, SceneError> {
         Ok(Self {
             renderer: renderer_at(scene, scheme, period_s, first, start)?,
@@ -109,13 +109,13 @@ impl Simulator {
 
     /// The block after a sample; adds the changes of contact on the way. No time passes before the
     /// first sample: its row is the start.
-    pub fn step(&mut self, sample: &DeviceSample, events: &mut Vec<ContactChange>) -> Row {
+    pub fn step(&mut self, sample: &DeviceSample<V>, events: &mut Vec<ContactChange>) -> Row<V> {
         let mut listener = Listener {
             tick_began_s: self.last_s,
             events,
             energy_created_j: 0.0,
         };
-        let rendered = self.renderer.tick_with_events(
+        let rendered = self.renderer.render_with_events(
             sample.t_s - self.last_s,
             sample.position_m,
             sample.velocity_mps,
@@ -124,18 +124,18 @@ impl Simulator {
         self.energy_created_j += listener.energy_created_j;
         self.exhausted_ticks += u64::from(rendered.work_exhausted);
         self.last_s = sample.t_s;
-        let state = self.renderer.state();
+        let block = self.renderer.shown();
         Row {
             device: *sample,
-            block_position_m: state.position,
-            block_velocity_mps: state.velocity,
+            block_position_m: block.position,
+            block_velocity_mps: block.velocity,
             coupling_force_n: rendered.coupling_force,
-            contact: state.contact,
+            contact: block.contact,
             at_bound: rendered.work_exhausted,
         }
     }
 
-    /// Energy that friction has put into the block, J.
+    /// Energy that friction has put into the block, J; on the device itself in the plane it is not measured.
     #[must_use]
     pub fn energy_created_j(&self) -> f64 {
         self.energy_created_j
@@ -152,12 +152,12 @@ impl Simulator {
 ///
 /// # Errors
 /// The scene cannot be rendered at the rate of the motion.
-pub fn simulate(
+pub fn simulate<V: Vector>(
     scene: &Scene,
     scheme: Scheme,
-    motion: &[DeviceSample],
-    start: Start,
-) -> Result<Simulation, SceneError> {
+    motion: &[DeviceSample<V>],
+    start: Start<V>,
+) -> Result<Simulation<V>, SceneError> {
     let first = motion.first().copied().unwrap_or_default();
     let mut simulator = Simulator::new(scene, scheme, median_period_s(motion), &first, start)?;
     let mut events = Vec::new();
@@ -183,21 +183,16 @@ pub(crate) fn renderer(
     renderer_at(scene, scheme, median_period_s(motion), &first, start)
 }
 
-fn renderer_at(
+fn renderer_at<V: Vector>(
     scene: &Scene,
     scheme: Scheme,
     period_s: f64,
-    first: &DeviceSample,
-    start: Start,
-) -> Result<Renderer, SceneError> {
-    let mut renderer = Renderer::new(scene, scheme, period_s)?;
-    let at_rest = renderer.at_rest();
+    first: &DeviceSample<V>,
+    start: Start<V>,
+) -> Result<V::Renderer, SceneError> {
+    let mut renderer = V::Renderer::new(scene, scheme, period_s)?;
     let position = start.position_m.unwrap_or(first.position_m);
-    let mut state = BlockState::new(position, start.velocity_mps, first.position_m, first.velocity_mps);
-    if start.velocity_mps == 0.0 {
-        state.contact = at_rest;
-    }
-    renderer.set_state(state);
+    renderer.hold_at(position, start.velocity_mps, first.position_m, first.velocity_mps);
     Ok(renderer)
 }
 
@@ -218,14 +213,14 @@ const RUNS: usize = 5;
 /// Measures the ticks that a [`Simulator`] does, without the bookkeeping, one stretch of the motion
 /// after another.
 #[derive(Debug)]
-pub struct CostMeter {
-    renderer: Renderer,
-    last: DeviceSample,
+pub struct CostMeter<V: Vector = f64> {
+    renderer: V::Renderer,
+    last: DeviceSample<V>,
     batches: Vec<f64>,
     worst_ns: u64,
 }
 
-impl CostMeter {
+impl<V: Vector> CostMeter<V> {
     /// Begins as [`Simulator::new`] does.
     ///
     /// # Errors
@@ -234,8 +229,8 @@ impl CostMeter {
         scene: &Scene,
         scheme: Scheme,
         period_s: f64,
-        first: &DeviceSample,
-        start: Start,
+        first: &DeviceSample<V>,
+        start: Start<V>,
     ) -> Result<Self, SceneError> {
         Ok(Self {
             renderer: renderer_at(scene, scheme, period_s, first, start)?,
@@ -246,9 +241,9 @@ impl CostMeter {
     }
 
     /// Measures the ticks up to each sample of a stretch; the first sample of all has none.
-    pub fn measure(&mut self, stretch: &[DeviceSample]) {
-        let tick = |renderer: &mut Renderer, last: &mut DeviceSample, to: &DeviceSample| {
-            std::hint::black_box(renderer.tick(to.t_s - last.t_s, to.position_m, to.velocity_mps));
+    pub fn measure(&mut self, stretch: &[DeviceSample<V>]) {
+        let tick = |renderer: &mut V::Renderer, last: &mut DeviceSample<V>, to: &DeviceSample<V>| {
+            std::hint::black_box(renderer.render(to.t_s - last.t_s, to.position_m, to.velocity_mps));
             *last = *to;
         };
         let stretch = match stretch {
@@ -345,10 +340,17 @@ pub fn tick_cost(scene: &Scene, scheme: Scheme, motion: &[DeviceSample]) -> Resu
 ///
 /// # Errors
 /// The output cannot be written.
-pub fn write_rows_header(mut out: impl io::Write) -> io::Result<()> {
+pub fn write_rows_header<V: Vector>(mut out: impl io::Write) -> io::Result<()> {
+    let second_axis = if V::AXES == 2 {
+        ",device_position_y_m,device_velocity_y_mps,block_position_y_m,block_velocity_y_mps,coupling_force_y_N,\
+         command_force_y_N"
+    } else {
+        ""
+    };
     writeln!(
         out,
-        "t_s,device_position_m,device_velocity_mps,block_position_m,block_velocity_mps,coupling_force_N,contact"
+        "t_s,device_position_m,device_velocity_mps,block_position_m,block_velocity_mps,coupling_force_N,\
+         contact{second_axis}"
     )
 }
 
@@ -356,21 +358,44 @@ pub fn write_rows_header(mut out: impl io::Write) -> io::Result<()> {
 ///
 /// # Errors
 /// The output cannot be written.
-pub fn write_rows(rows: &[Row], mut out: impl io::Write) -> io::Result<()> {
+pub fn write_rows<V: Vector>(rows: &[Row<V>], mut out: impl io::Write) -> io::Result<()> {
     for row in rows {
-        let DeviceSample {
-            t_s,
-            position_m,
-            velocity_mps,
-        } = row.device;
-        writeln!(
-            out,
-            "{t_s},{position_m},{velocity_mps},{},{},{},{}",
+        let vectors = [
+            row.device.position_m,
+            row.device.velocity_mps,
             row.block_position_m,
             row.block_velocity_mps,
             row.coupling_force_n,
+        ];
+        let axis = |axis: usize| vectors.map(|mut vector| vector.parts().nth(axis).map_or(0.0, |part| *part));
+        let [
+            position_m,
+            velocity_mps,
+            block_position_m,
+            block_velocity_mps,
+            coupling_n,
+        ] = axis(0);
+        write!(
+            out,
+            "{},{position_m},{velocity_mps},{block_position_m},{block_velocity_mps},{coupling_n},{}",
+            row.device.t_s,
             row.contact.as_number()
         )?;
+        if V::AXES == 2 {
+            let [
+                position_m,
+                velocity_mps,
+                block_position_m,
+                block_velocity_mps,
+                coupling_n,
+            ] = axis(1);
+            write!(
+                out,
+                ",{position_m},{velocity_mps},{block_position_m},{block_velocity_mps},{coupling_n},{}",
+                -coupling_n
+            )?;
+        }
+        writeln!(out)?;
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! Which columns of a table make a motion.
 
+use crate::Row;
 use crate::error::MotionError;
 use std::path::Path;
 
@@ -17,6 +18,8 @@ pub(crate) struct Columns {
     pub(crate) time: Column,
     pub(crate) position: Column,
     pub(crate) velocity: Option<Column>,
+    pub(crate) position_y: Option<Column>,
+    pub(crate) velocity_y: Option<Column>,
 }
 
 pub(crate) const TIME: &str = "t_s";
@@ -30,10 +33,39 @@ impl Columns {
                 header: header.join(","),
             })
         };
+        let position_y = either(path, header, "position_y_m", "device_position_y_m")?;
+        let velocity_y = match position_y {
+            Some(_) => either(path, header, "velocity_y_mps", "device_velocity_y_mps")?,
+            None => None,
+        };
         Ok(Self {
+            position_y,
+            velocity_y,
             time: required(find(path, header, TIME)?, TIME)?,
             position: required(either(path, header, "position_m", "device_position_m")?, "position_m")?,
             velocity: either(path, header, "velocity_mps", "device_velocity_mps")?,
+        })
+    }
+
+    /// Its columns in the order of a [`Row`]'s fields.
+    pub(crate) fn all(&self) -> [Option<Column>; 5] {
+        [
+            Some(self.time),
+            Some(self.position),
+            self.velocity,
+            self.position_y,
+            self.velocity_y,
+        ]
+    }
+
+    /// A row of its cells, which are asked for in the order of [`all`](Self::all).
+    pub(crate) fn row(&self, mut cell: impl FnMut(&Column) -> Result<f64, MotionError>) -> Result<Row, MotionError> {
+        Ok(Row {
+            t_s: cell(&self.time)?,
+            position_m: cell(&self.position)?,
+            velocity_mps: self.velocity.as_ref().map(&mut cell).transpose()?,
+            position_y_m: self.position_y.as_ref().map(&mut cell).transpose()?,
+            velocity_y_mps: self.velocity_y.as_ref().map(&mut cell).transpose()?,
         })
     }
 }

@@ -56,12 +56,7 @@ impl CsvTable {
             text.parse::<f64>()
                 .map_err(|_| MotionError::not_a_number(&self.path, place, column.name, text))
         };
-        let row = Row {
-            t_s: number(&self.columns.time)?,
-            position_m: number(&self.columns.position)?,
-            velocity_mps: self.columns.velocity.as_ref().map(number).transpose()?,
-        };
-        Ok(Some((place, row)))
+        Ok(Some((place, self.columns.row(number)?)))
     }
 
     fn check_length(&self, line: u64) -> Result<(), MotionError> {

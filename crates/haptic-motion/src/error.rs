@@ -60,6 +60,14 @@ pub enum MotionError {
         /// The columns found.
         header: String,
     },
+    /// It is a motion in a plane.
+    #[error("{}: a motion of two axes, with a column `{column}`, and this takes one axis", .path.display())]
+    TwoAxes {
+        /// The file.
+        path: PathBuf,
+        /// The position on the second axis.
+        column: &'static str,
+    },
     /// Two columns could be meant.
     #[error("{}: both `{first}` and `{second}` are columns, and either could be meant: remove or rename one", .path.display())]
     AmbiguousColumn {

@@ -15,6 +15,8 @@
 //! | `t_s` | time; it may be irregular, but grows | s |
 //! | `position_m` or `device_position_m` | position | m |
 //! | `velocity_mps` or `device_velocity_mps` | velocity, where it was measured | m/s |
+//! | `position_y_m` or `device_position_y_m` | of a motion in the plane, position on the second axis | m |
+//! | `velocity_y_mps` or `device_velocity_y_mps` | velocity on the second axis, where it was measured | m/s |
 //!
 //! Recordings have the longer names. A recording with both names of a quantity is refused, since either could be
 //! meant. Other columns are ignored. A recording that was broken off reads up to its last whole row.
@@ -44,7 +46,7 @@ use std::path::{Path, PathBuf};
 use table::{Quantity, Table, TableOptions};
 
 /// One row of a motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Row {
     /// Time, s.
     pub t_s: f64,
@@ -52,6 +54,10 @@ pub struct Row {
     pub position_m: f64,
     /// Velocity, m/s; every row of a file has one, or none.
     pub velocity_mps: Option<f64>,
+    /// Position on the second axis, m; every row of a motion in the plane has one.
+    pub position_y_m: Option<f64>,
+    /// Velocity on the second axis, m/s, as [`velocity_mps`](Self::velocity_mps).
+    pub velocity_y_mps: Option<f64>,
 }
 
 /// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are
@@ -75,6 +81,7 @@ enum Source {
     Table {
         rows: std::vec::IntoIter<(Place, Row)>,
         has_velocity: bool,
+        has_second_axis: bool,
     },
 }
 
@@ -96,10 +103,10 @@ pub fn file_of(path: &Path) -> PathBuf {
 }
 
 impl Rows {
-    /// Opens a file and finds its columns.
+    /// Opens a file of one axis and finds its columns.
     ///
     /// # Errors
-    /// The file cannot be read, or is not a motion.
+    /// The file cannot be read, or is not a motion, or is one in the plane.
     pub fn open(path: &Path) -> Result<Self, MotionError> {
         Self::open_with(path, &TableOptions::default())
     }
@@ -109,16 +116,39 @@ impl Rows {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_with(path: &Path, options: &TableOptions) -> Result<Self, MotionError> {
-        let path = &file_of(path);
-        let file = File::open(path).map_err(|source| MotionError::open(path, source))?;
-        Self::new(path, file, options)
+        Self::open_any(path, options)?.of_one_axis()
     }
 
-    /// The same for a [file](file_of) that the caller has opened; `path` is its name.
+    /// The same of one axis or two.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not a motion.
+    pub fn open_any(path: &Path, options: &TableOptions) -> Result<Self, MotionError> {
+        let path = &file_of(path);
+        let file = File::open(path).map_err(|source| MotionError::open(path, source))?;
+        Self::of_file(path, file, options)
+    }
+
+    /// The same of one axis for a [file](file_of) that the caller has opened; `path` is its name.
     ///
     /// # Errors
     /// As [`open`](Self::open).
     pub fn new(path: &Path, file: File, options: &TableOptions) -> Result<Self, MotionError> {
+        Self::of_file(path, file, options)?.of_one_axis()
+    }
+
+    fn of_one_axis(self) -> Result<Self, MotionError> {
+        if self.has_second_axis() {
+            let column = self.columns().and_then(|columns| columns.position_y);
+            return Err(MotionError::TwoAxes {
+                column: column.map_or("position_y_m", |column| column.name),
+                path: self.path,
+            });
+        }
+        Ok(self)
+    }
+
+    fn of_file(path: &Path, file: File, options: &TableOptions) -> Result<Self, MotionError> {
         let file = Opened::new(path, file).map_err(|source| MotionError::open(path, source))?;
         options.check_gains()?;
         // A recording is read as one unless something else is said of its columns.
@@ -134,7 +164,12 @@ impl Rows {
                     is_of_device: true,
                     ..options.clone()
                 };
-                Source::of_table(Table::read(path, file, &options, &MOTION)?, &mut notes)
+                // A column that is named is the only one.
+                let quantities = match options.columns.position {
+                    Some(_) => &MOTION[..2],
+                    None => &MOTION,
+                };
+                Source::of_table(Table::read(path, file, &options, quantities)?, &mut notes)
             }
         };
         Ok(Self {
@@ -152,6 +187,15 @@ impl Rows {
         match self.source {
             Source::Table { has_velocity, .. } => has_velocity,
             _ => self.columns().is_some_and(|columns| columns.velocity.is_some()),
+        }
+    }
+
+    /// Whether it is a motion in the plane.
+    #[must_use]
+    pub fn has_second_axis(&self) -> bool {
+        match self.source {
+            Source::Table { has_second_axis, .. } => has_second_axis,
+            _ => self.columns().is_some_and(|columns| columns.position_y.is_some()),
         }
     }
 
@@ -178,11 +222,23 @@ impl Rows {
             Source::Table { rows, .. } => rows.next(),
         };
         let Some((place, row)) = next else { return Ok(None) };
-        let names = self.columns().map_or(["time", "position", "velocity"], |columns| {
-            let velocity = columns.velocity.map_or("", |column| column.name);
-            [columns.time.name, columns.position.name, velocity]
-        });
-        let cells = [Some(row.t_s), Some(row.position_m), row.velocity_mps];
+        let names = self.columns().map_or(
+            [
+                "time",
+                "position",
+                "velocity",
+                "position on the second axis",
+                "velocity on the second axis",
+            ],
+            |columns| columns.all().map(|column| column.map_or("", |column| column.name)),
+        );
+        let cells = [
+            Some(row.t_s),
+            Some(row.position_m),
+            row.velocity_mps,
+            row.position_y_m,
+            row.velocity_y_mps,
+        ];
         for (name, value) in names.into_iter().zip(cells) {
             if let Some(value) = value.filter(|value| value.is_nan() || value.abs() > LARGEST) {
                 return Err(MotionError::not_a_number(&self.path, place, name, value));
@@ -202,26 +258,35 @@ impl Rows {
 }
 
 /// What a motion has besides its times.
-const MOTION: [Quantity; 2] = [Quantity::Position, Quantity::Velocity];
+const MOTION: [Quantity; 4] = [
+    Quantity::Position,
+    Quantity::Velocity,
+    Quantity::PositionY,
+    Quantity::VelocityY,
+];
 
 impl Source {
-    fn of_table(mut table: Table, notes: &mut Vec<String>) -> Self {
-        let velocities = table.values.pop().unwrap_or_default();
-        let positions = table.values.pop().unwrap_or_default();
+    fn of_table(table: Table, notes: &mut Vec<String>) -> Self {
+        let values = |quantity: usize| table.values.get(quantity).map_or(&[][..], Vec::as_slice);
+        let [positions, velocities, positions_y, velocities_y] = [0, 1, 2, 3].map(values);
         let rows: Vec<(Place, Row)> = (0..table.t_s.len())
             .map(|at| {
                 let row = Row {
                     t_s: table.t_s[at],
                     position_m: positions[at],
                     velocity_mps: velocities.get(at).copied(),
+                    position_y_m: positions_y.get(at).copied(),
+                    velocity_y_mps: velocities_y.get(at).copied().filter(|_| !positions_y.is_empty()),
                 };
                 (table.places[at], row)
             })
             .collect();
+        let (has_velocity, has_second_axis) = (!velocities.is_empty(), !positions_y.is_empty());
         *notes = table.notes;
         Self::Table {
-            has_velocity: !velocities.is_empty(),
             rows: rows.into_iter(),
+            has_velocity,
+            has_second_axis,
         }
     }
 }

@@ -91,12 +91,7 @@ impl McapTable {
             self.rows += 1;
             let place = Place::Row(self.rows);
             let cell = |column: &Column| number(&self.fields[column.index], &self.path, column, place, &data);
-            let row = Row {
-                t_s: cell(&self.columns.time)?,
-                position_m: cell(&self.columns.position)?,
-                velocity_mps: self.columns.velocity.as_ref().map(cell).transpose()?,
-            };
-            return Ok(Some((place, row)));
+            return Ok(Some((place, self.columns.row(cell)?)));
         }
         Ok(None)
     }

@@ -56,11 +56,8 @@ impl ParquetTable {
                 self.rows += 1;
                 let at = group.taken;
                 group.taken += 1;
-                let row = Row {
-                    t_s: group.cells[0][at],
-                    position_m: group.cells[1][at],
-                    velocity_mps: group.cells.get(2).map(|cells| cells[at]),
-                };
+                let mut cells = group.cells.iter().map(|cells| cells[at]);
+                let row = self.columns.row(|_| Ok(cells.next().unwrap_or(f64::NAN)))?;
                 return Ok(Some((Place::Row(self.rows), row)));
             }
             if self.next_group == self.reader.num_row_groups() {
@@ -76,8 +73,8 @@ impl ParquetTable {
 impl Group {
     fn open(reader: &SerializedFileReader<File>, index: usize, columns: &Columns) -> Result<Self, ParquetError> {
         let group = reader.get_row_group(index)?;
-        let columns = [Some(columns.time), Some(columns.position), columns.velocity];
         let readers = columns
+            .all()
             .into_iter()
             .flatten()
             .map(|column| Ok((column, Numbers::open(&*group, column.index)?)))

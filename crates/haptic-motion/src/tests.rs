@@ -23,6 +23,7 @@ fn row(k: u32) -> Row {
         t_s: f64::from(k) * 1e-3,
         position_m: f64::from(k).sin(),
         velocity_mps: Some(f64::from(k).cos()),
+        ..Row::default()
     }
 }
 
@@ -164,6 +165,61 @@ fn each_format_gives_the_same_rows() {
     assert_rows(&rows_of(text.as_bytes()).expect("a motion"), 5000);
 }
 
+/// Here the second axis is at the velocity of the first one.
+#[test]
+fn each_format_has_the_second_axis() {
+    let lines: String = (0..50)
+        .map(row)
+        .map(|row| {
+            let velocity = row.velocity_mps.unwrap_or_default();
+            format!("{},{},{velocity},{velocity},7\n", row.t_s, row.position_m)
+        })
+        .collect();
+    let names = "t_s,device_position_m,device_velocity_mps,device_position_y_m,device_velocity_y_mps";
+    let table = format!("{names}\n{lines}");
+    let schema = format!("{SCHEMA}float32 device_position_y_m\n");
+    let message = |row: Row| {
+        let mut message = cdr(row);
+        message.extend_from_within(message.len() - 4..);
+        message
+    };
+    let columns = COLUMNS.replace('}', "required float position_y_m; }");
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("motion");
+    for (bytes, velocity_y_mps) in [
+        (format!("# hapticd recording 2\n{table}").into_bytes(), Some(7.0)),
+        (table.into_bytes(), Some(7.0)),
+        (mcap(50, &schema, message), None),
+        (parquet(50, &columns, false), None),
+    ] {
+        std::fs::write(&path, &bytes).expect("written");
+        let found = Rows::open_any(&path, &TableOptions::default()).expect("a motion");
+        assert!(found.has_second_axis());
+        let found: Vec<Row> = found.collect::<Result<_, _>>().expect("a motion");
+        assert_rows(&found, 50);
+        for row in found {
+            assert_eq!(
+                (row.position_y_m, row.velocity_y_mps),
+                (row.velocity_mps, velocity_y_mps)
+            );
+        }
+        let message = error_of(&bytes);
+        assert!(
+            message.contains("two axes") && message.contains("position_y_m"),
+            "{message}"
+        );
+    }
+    // A column that is named is the only one.
+    let mut named = TableOptions::default();
+    named.columns.position = Some("device_position_y_m".to_owned());
+    std::fs::write(&path, format!("{names}\n{lines}")).expect("written");
+    let found = Rows::open_with(&path, &named).expect("a motion").nth(3);
+    assert_eq!(
+        Some(found.expect("a row").expect("a motion").position_m),
+        row(3).velocity_mps
+    );
+}
+
 #[test]
 fn a_recording_in_csv_reads_up_to_its_last_newline() {
     let whole = "# hapticd recording 1\n# {\"server\":\"hapticd\"}\nt_s,device_position_m\n0.0,1.0\n# {\"mark\":\"lost\",\"rows\":2}\n0.003,2.0\n";
@@ -220,6 +276,10 @@ fn a_column_that_could_be_two_is_refused() {
         ("t_s,position_m,position_m", vec!["2 columns `position_m`"]),
         ("t_s,x", vec!["`position_m` is missing", "device_position_m", "`t_s,x`"]),
         ("time,position_m", vec!["`t_s` is missing", "`time,position_m`"]),
+        (
+            "t_s,position_m,position_y_m,device_position_y_m",
+            vec!["`position_y_m`", "`device_position_y_m`"],
+        ),
     ] {
         let message = error_of(format!("# hapticd recording 1\n{header}\n0,0,0,0\n").as_bytes());
         for part in parts {

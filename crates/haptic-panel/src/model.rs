@@ -7,6 +7,7 @@ use crate::notice::{self, Notice};
 use crate::page::Page;
 use crate::plots::scope::Scope;
 use crate::record::{Loaded, RecordingNews};
+use crate::tape::Tape;
 use crate::tapes::{Tapes, WhatIf};
 use crate::update::{Answer, Update};
 use crate::view::{Reading, View};
@@ -115,6 +116,14 @@ impl Model {
         has_recording && !self.daemon.was_connected
     }
 
+    /// Whether the rig, or the opened recording, has two axes.
+    pub(crate) fn has_plane(&self) -> bool {
+        let status = self.daemon.mirror.status.as_ref();
+        status.is_some_and(|status| status.device.axes == 2)
+            || self.tapes.live().is_plane()
+            || self.tapes.opened_tape().is_some_and(Tape::is_plane)
+    }
+
     /// Whether the panel is connected to a daemon.
     #[must_use]
     pub fn is_connected(&self) -> bool {
@@ -154,8 +163,8 @@ impl Model {
             // The subject's window has the processor.
             Page::Task | Page::Perception => return SLOWEST,
             Page::Identify => return STANDING,
-            Page::Tune | Page::Record if !scope.follows() => return STANDING,
-            Page::Tune | Page::Record => {}
+            Page::Tune | Page::Record | Page::Plane if !scope.follows() => return STANDING,
+            Page::Tune | Page::Record | Page::Plane => {}
         }
         // About a half of the area is a plot over time.
         let columns = f64::from(self.view.layout.area.width().max(2.0) / 2.0);
@@ -196,7 +205,7 @@ impl Model {
         match event {
             Event::Log(entry) => tapes.mark_journal(&entry),
             Event::Samples(batch) => {
-                let ended = tapes.extend(&batch.rows);
+                let ended = tapes.extend(&batch.rows, &batch.rows_y);
                 view.scope.take_samples(&batch.rows, ended, tapes);
             }
             _ => {}

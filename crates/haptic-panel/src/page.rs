@@ -2,7 +2,7 @@
 
 use crate::intent::Intent;
 use crate::model::Model;
-use crate::{identify, record, study, tune};
+use crate::{identify, plots, record, study, tune};
 use clap::ValueEnum;
 use egui::Ui;
 use haptic_studies::plan::Task;
@@ -21,11 +21,20 @@ pub enum Page {
     Task,
     /// A study of perception, with a person.
     Perception,
+    /// Hand, block and force of a rig of two axes.
+    Plane,
 }
 
 impl Page {
     /// All of them, in the order of the row.
-    pub const ALL: &[Self] = &[Self::Tune, Self::Record, Self::Identify, Self::Task, Self::Perception];
+    pub const ALL: &[Self] = &[
+        Self::Tune,
+        Self::Record,
+        Self::Identify,
+        Self::Task,
+        Self::Perception,
+        Self::Plane,
+    ];
 
     /// Name in the row.
     #[must_use]
@@ -36,6 +45,7 @@ impl Page {
             Self::Identify => "Identify",
             Self::Task => "Task",
             Self::Perception => "Perception",
+            Self::Plane => "Plane",
         }
     }
 
@@ -60,6 +70,7 @@ impl Page {
             Self::Identify => "Find the mass and friction of a real surface, and feel it",
             Self::Task => "Have a subject click on targets under several resistances",
             Self::Perception => "Have a subject tell surfaces apart",
+            Self::Plane => "See hand, block and force of a rig of two axes",
         }
     }
 }
@@ -72,6 +83,7 @@ pub(crate) fn show(page: Page, ui: &mut Ui, model: &mut Model, intents: &mut Vec
         Page::Identify => identify::show,
         Page::Task => study::show_task,
         Page::Perception => study::show_perception,
+        Page::Plane => plots::plane::show,
     };
     show(ui, model, intents);
 }

@@ -4,7 +4,8 @@
 use crate::record::{Loaded, Opened, RecordingNews, WhatIfTape, amount};
 use crate::tape::Tape;
 use crate::tape::mark::{MarkKind, TapeMark};
-use haptic_ipc::{JournalEntry, Sample};
+use crate::tape::plane::Component;
+use haptic_ipc::{JournalEntry, Sample, SampleY};
 use haptic_recording::Totals;
 use std::path::PathBuf;
 
@@ -59,9 +60,9 @@ pub(crate) enum WhatIf {
 }
 
 impl Tapes {
-    /// Adds samples of the live rig. After a lost connection a new tape begins, and the one before is
+    /// Adds samples of the live rig, and what each has of a second axis. After a lost connection a new tape begins, and the one before is
     /// returned.
-    pub(crate) fn extend(&mut self, rows: &[Sample]) -> Option<Tape> {
+    pub(crate) fn extend(&mut self, rows: &[Sample], rows_y: &[SampleY]) -> Option<Tape> {
         let ended = (self.is_over && !rows.is_empty()).then(|| std::mem::take(&mut self.live));
         self.is_over &= ended.is_none();
         if !rows.is_empty() {
@@ -69,7 +70,9 @@ impl Tapes {
                 self.live.mark(mark);
             }
         }
-        self.live.extend(rows.iter().copied());
+        let ticks = rows.iter().enumerate();
+        self.live
+            .extend_ticks(ticks.map(|(place, row)| (*row, rows_y.get(place).copied())));
         ended
     }
 
@@ -246,7 +249,9 @@ impl Tapes {
 
     fn clipped_share(&self, newest_s: f64, limit_n: f64) -> Option<f64> {
         let (mut with_force, mut clipped) = (0.0, 0.0);
-        for sample in self.live.within(newest_s - CLIPPING_OVER_S, newest_s) {
+        // The force that is limited is the whole one.
+        let force = self.live.component(Component::Length).unwrap_or(&self.live);
+        for sample in force.within(newest_s - CLIPPING_OVER_S, newest_s) {
             if sample.state.is_live() {
                 with_force += 1.0;
                 clipped += f64::from(u8::from(sample.command_force_n.abs() >= AT_THE_LIMIT * limit_n));

@@ -10,6 +10,7 @@ use crate::plots::reference::Reference;
 use crate::plots::scope::Scope;
 use crate::record::Recordings;
 use crate::study::form::Studying;
+use crate::tape::Tape;
 use crate::tune::tuning::Tuning;
 use egui::Rect;
 use haptic_recording::Format;
@@ -106,6 +107,8 @@ pub(crate) enum PlotGroup {
     Statistics,
     /// The spectrum of a signal.
     Spectrum,
+    /// Positions and force of a rig of two axes, on a page of their own.
+    Plane,
 }
 
 impl PlotGroup {
@@ -120,6 +123,7 @@ impl PlotGroup {
             Self::ForceVelocity => "Force against velocity",
             Self::Statistics => "Statistics",
             Self::Spectrum => "Spectrum",
+            Self::Plane => "Plane",
         }
     }
 }
@@ -234,7 +238,12 @@ impl View {
 
     /// Whether the plots on the page are those of an opened recording.
     pub(crate) fn shows_recording(&self, tapes: &Tapes) -> bool {
-        self.page == Page::Record && tapes.opened().is_some()
+        match self.page {
+            Page::Record => tapes.opened().is_some(),
+            // The rig comes first: what is felt now is not hidden by a recording.
+            Page::Plane => !tapes.live().is_plane() && tapes.opened_tape().is_some_and(Tape::is_plane),
+            _ => false,
+        }
     }
 }
 
@@ -250,7 +259,7 @@ mod tests {
     fn opened_recording_leaves_the_rig_view_unchanged() {
         let (mut view, mut tapes) = (View::default(), Tapes::default());
         let live: Vec<_> = (0..=20).map(|second| at(f64::from(second))).collect();
-        tapes.extend(&live);
+        tapes.extend(&live, &[]);
         let rows = (0..100).map(|second| at(f64::from(second)));
         tapes.open(Loaded::new("r.csv".into(), metadata(), rows, &[], Ending::Complete));
         view.recorded.open(tapes.opened_tape().expect("a recording"));

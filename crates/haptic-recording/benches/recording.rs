@@ -50,6 +50,7 @@ fn metadata() -> Metadata {
     Metadata {
         server: "hapticd".into(),
         device: "a rig".into(),
+        axes: 1,
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
         recorded_by: None,
@@ -69,7 +70,7 @@ fn write(path: &Path, rows: u64) -> haptic_recording::Totals {
     for begin in (0..rows).step_by(BATCH as usize) {
         batch.clear();
         batch.extend((begin..(begin + BATCH).min(rows)).map(|tick| signal.row(tick)));
-        writer.rows(&batch).expect("written");
+        writer.rows(&batch, &[]).expect("written");
     }
     writer.finish().expect("written")
 }
@@ -77,7 +78,7 @@ fn write(path: &Path, rows: u64) -> haptic_recording::Totals {
 fn read(path: &Path, rows: u64) {
     let (mut count, mut sum) = (0, 0.0);
     for entry in haptic_recording::open(path).expect("reads") {
-        if let haptic_recording::Entry::Row(row) = entry.expect("reads") {
+        if let haptic_recording::Entry::Row(row, _) = entry.expect("reads") {
             count += 1;
             sum += row.command_force_n;
         }

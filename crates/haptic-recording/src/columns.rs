@@ -1,6 +1,6 @@
-//! The columns of a sample, each as 64 bits: what the formats share.
+//! The columns of a row, each as 64 bits: what the formats share.
 
-use haptic_ipc::{RigState, Sample};
+use haptic_ipc::{FIRST_SAMPLE_COLUMNS, RigState, SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS, Sample, SampleY};
 
 /// What the cells of a column are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,20 +30,36 @@ pub(crate) struct Column {
     /// Its name, with its unit.
     pub(crate) name: &'static str,
     pub(crate) kind: Kind,
-    get: fn(&Sample) -> u64,
-    set: fn(&mut Sample, u64) -> bool,
+    get: fn(&Sample, Option<&SampleY>) -> u64,
+    set: fn(&mut Sample, &mut SampleY, u64) -> bool,
 }
 
 impl Column {
     /// The cell's bits: those of the number, of a state its place.
-    pub(crate) fn bits(&self, sample: &Sample) -> u64 {
-        (self.get)(sample)
+    pub(crate) fn bits(&self, sample: &Sample, y: Option<&SampleY>) -> u64 {
+        (self.get)(sample, y)
     }
 
     /// Sets the cell; says whether the bits are one of this kind.
     #[must_use]
-    pub(crate) fn set(&self, sample: &mut Sample, bits: u64) -> bool {
-        (self.set)(sample, bits)
+    pub(crate) fn set(&self, sample: &mut Sample, y: &mut SampleY, bits: u64) -> bool {
+        (self.set)(sample, y, bits)
+    }
+}
+
+/// The columns of a recording by its axes: [`SAMPLE_COLUMNS`], and those of a second axis behind them.
+pub(crate) fn columns(axes: u8) -> &'static [Column] {
+    match axes {
+        2 => COLUMNS,
+        _ => &COLUMNS[..SAMPLE_COLUMNS.len()],
+    }
+}
+
+/// How many of them every recording has, from the first on.
+pub(crate) fn required(axes: u8) -> usize {
+    match axes {
+        2 => COLUMNS.len(),
+        _ => FIRST_SAMPLE_COLUMNS,
     }
 }
 
@@ -114,21 +130,44 @@ impl Cell for RigState {
     }
 }
 
+/// A column of the second axis, by its place among them.
+macro_rules! second {
+    ($place:literal $field:ident) => {
+        Column {
+            name: SAMPLE_Y_COLUMNS[$place],
+            kind: Kind::F64,
+            get: |_, y| y.map_or(0.0, |y| y.$field).to_bits(),
+            set: |_, y, bits| {
+                y.$field = f64::from_bits(bits);
+                true
+            },
+        }
+    };
+}
+
 macro_rules! columns {
     ($($(#[$doc:meta])* $field:ident $name:literal : $type:ty $(= $default:expr)?),* $(,)?) => {
-        /// The columns in the order of [`SAMPLE_COLUMNS`](haptic_ipc::SAMPLE_COLUMNS).
-        pub(crate) const COLUMNS: &[Column] = &[$(Column {
-            name: $name,
-            kind: <$type as Cell>::KIND,
-            get: |sample| sample.$field.bits(),
-            set: |sample, bits| match <$type as Cell>::from_bits(bits) {
-                Some(cell) => {
-                    sample.$field = cell;
-                    true
-                }
-                None => false,
-            },
-        }),*];
+        const COLUMNS: &[Column] = &[
+            $(Column {
+                name: $name,
+                kind: <$type as Cell>::KIND,
+                get: |sample, _| sample.$field.bits(),
+                set: |sample, _, bits| match <$type as Cell>::from_bits(bits) {
+                    Some(cell) => {
+                        sample.$field = cell;
+                        true
+                    }
+                    None => false,
+                },
+            },)*
+            second!(0 device_position_m),
+            second!(1 device_velocity_mps),
+            second!(2 block_position_m),
+            second!(3 block_velocity_mps),
+            second!(4 coupling_force_n),
+            second!(5 command_force_n),
+            second!(6 sample_position_m),
+        ];
     };
 }
 
@@ -137,30 +176,31 @@ haptic_ipc::sample_columns!(columns);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_ipc::SAMPLE_COLUMNS;
 
     #[test]
-    fn every_column_of_a_sample_is_there_in_its_place() {
-        let names: Vec<&str> = COLUMNS.iter().map(|column| column.name).collect();
-        assert_eq!(names, SAMPLE_COLUMNS);
-        let mut sample = Sample::default();
+    fn every_column_of_a_row_is_there_in_its_place() {
+        let names = |axes| columns(axes).iter().map(|column| column.name).collect::<Vec<_>>();
+        assert_eq!(names(1), SAMPLE_COLUMNS);
+        assert_eq!(names(2), [SAMPLE_COLUMNS, &SAMPLE_Y_COLUMNS].concat());
+        let (mut sample, mut y) = (Sample::default(), SampleY::default());
         for (column, bits) in COLUMNS
             .iter()
             .zip([3, 1.5_f64.to_bits(), 5, 255].into_iter().chain(20..))
         {
-            assert!(column.set(&mut sample, bits), "{}", column.name);
-            assert_eq!(column.bits(&sample), bits, "{}", column.name);
+            assert!(column.set(&mut sample, &mut y, bits), "{}", column.name);
+            assert_eq!(column.bits(&sample, Some(&y)), bits, "{}", column.name);
         }
         let object = sample.to_object();
         assert_eq!(object["tick"], 3);
         assert_eq!(object["state"], "stopped");
         assert_eq!(object["contact"], -1);
         assert_eq!(object["error_detail"], 35);
+        assert_eq!(y.cells().map(f64::to_bits), [36, 37, 38, 39, 40, 41, 42]);
         assert_eq!(RigState::ALL.map(|state| state as usize), [0, 1, 2, 3, 4, 5, 6]);
         assert_eq!(RigState::ALL.map(|state| state.to_string()), STATES);
         for (name, bits) in [("state", 7), ("contact", 256), ("input_flags", 1 << 32)] {
             let column = COLUMNS.iter().find(|column| column.name == name).expect("a column");
-            assert!(!column.set(&mut sample, bits), "{name}");
+            assert!(!column.set(&mut sample, &mut y, bits), "{name}");
         }
     }
 }

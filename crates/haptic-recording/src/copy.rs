@@ -5,7 +5,7 @@ use crate::format::Format;
 use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::parquet;
-use crate::reader::{Reader, open};
+use crate::reader::{Reader, open_any};
 use crate::recorder::Gaps;
 use crate::writer::{Totals, Writer};
 use std::ffi::OsString;
@@ -75,7 +75,7 @@ pub fn repair(from: &Path, to: &Path, replace: bool) -> Result<RepairOutcome, Co
                 match &entry {
                     Entry::Mark(Mark::Lost { rows }) => gaps.announce(*rows),
                     Entry::Mark(_) => {}
-                    Entry::Row(row) => {
+                    Entry::Row(row, _) => {
                         let rows = gaps.next(row).lost;
                         if std::mem::take(&mut is_damaged) && rows > 0 {
                             copy.entry(&Entry::Mark(Mark::Lost { rows }))?;
@@ -107,7 +107,7 @@ pub(crate) struct Source {
 
 impl Source {
     pub(crate) fn open(path: &Path) -> Result<Self, CopyError> {
-        match open(path) {
+        match open_any(path) {
             Ok(reader) => Ok(Self {
                 reader,
                 path: path.to_path_buf(),

@@ -38,7 +38,7 @@ pub fn cut(from: &Path, to: &Path, span: &Span, replace: bool, snapshot: Option<
         match (entry, &mut copy) {
             (Entry::Mark(mark), None) => before.recent.push(mark),
             (Entry::Mark(mark), Some(copy)) => copy.entry(&Entry::Mark(mark))?,
-            (Entry::Row(row), begun) => {
+            (Entry::Row(row, y), begun) => {
                 let since_s = row.t_s - *first_s.get_or_insert(row.t_s);
                 (last_s, rows) = (since_s, rows + 1);
                 let (is_early, is_late) = match span {
@@ -46,7 +46,7 @@ pub fn cut(from: &Path, to: &Path, span: &Span, replace: bool, snapshot: Option<
                     Span::Ticks(span) => (row.tick < span.start, row.tick >= span.end),
                 };
                 match begun {
-                    Some(copy) if !is_late => copy.entry(&Entry::Row(row))?,
+                    Some(copy) if !is_late => copy.entry(&Entry::Row(row, y))?,
                     None if is_early => before.pass(),
                     None if !is_late => {
                         let (metadata, mut marks) = before.at(&row, since_s);
@@ -57,7 +57,7 @@ pub fn cut(from: &Path, to: &Path, span: &Span, replace: bool, snapshot: Option<
                         for mark in marks {
                             begun.entry(&Entry::Mark(mark))?;
                         }
-                        begun.entry(&Entry::Row(row))?;
+                        begun.entry(&Entry::Row(row, y))?;
                     }
                     Some(_) => return finish(copy, true, &reader, rows, last_s),
                     None => {}

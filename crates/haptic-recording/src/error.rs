@@ -50,11 +50,14 @@ pub enum RecordingError {
         lacking: String,
     },
     /// It was written by a later release.
-    #[error("a recording of version {found}; this program reads version {VERSION}")]
+    #[error("a recording of version {found}; this program reads versions 1 and 2")]
     Version {
         /// Its version.
         found: String,
     },
+    /// It has two axes, and its reader takes one.
+    #[error("a recording of two axes, and this takes one axis; `haptic-ctl recording` shows, exports and cuts it")]
+    TwoAxes,
     /// It was broken off before its first row.
     #[error("{place}: the recording was broken off before its first row")]
     NoRows {
@@ -125,7 +128,11 @@ impl RecordingError {
     pub fn is_damage(&self) -> bool {
         !matches!(
             self,
-            Self::Open { .. } | Self::NotARecording { .. } | Self::OtherProgram { .. } | Self::Version { .. }
+            Self::Open { .. }
+                | Self::NotARecording { .. }
+                | Self::OtherProgram { .. }
+                | Self::Version { .. }
+                | Self::TwoAxes
         )
     }
 

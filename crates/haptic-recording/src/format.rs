@@ -1,5 +1,6 @@
 //! Which formats a recording may have.
 
+use crate::error::RecordingError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -61,5 +62,29 @@ impl std::fmt::Display for Format {
     }
 }
 
-/// The version that is written here.
+/// Version of a recording of one axis.
 pub(crate) const VERSION: u32 = 1;
+
+/// Version of a recording of two axes: the same with the columns of the second axis behind the others.
+const VERSION_OF_PLANE: u32 = 2;
+
+/// The version of a recording by its axes.
+pub(crate) const fn version(axes: u8) -> u32 {
+    match axes {
+        2 => VERSION_OF_PLANE,
+        _ => VERSION,
+    }
+}
+
+/// The axes of a recording by its version.
+///
+/// # Errors
+/// This program does not know the version.
+pub(crate) fn axes(version: &str) -> Result<u8, RecordingError> {
+    [1, 2]
+        .into_iter()
+        .find(|axes| version == self::version(*axes).to_string())
+        .ok_or_else(|| RecordingError::Version {
+            found: version.to_owned(),
+        })
+}

@@ -8,6 +8,9 @@
 //! metadata and the scenes in the marks a [`Servo`](haptic_core::servo::Servo) gives the same forces
 //! again, to the last bit, where every tick is a row: from any [`Mark::Snapshot`] on, which holds its state.
 //!
+//! A recording of two axes is of version 2, whose rows have the columns of [`SampleY`](haptic_ipc::SampleY) too: a
+//! program that knows version 1 alone refuses it. [`open`] takes one axis, [`open_any`] both.
+//!
 //! A recording that was broken off, by a full disk or a dead process, reads up to its last whole
 //! entry, and [`Ending`] says so.
 #![forbid(unsafe_code)]
@@ -24,6 +27,7 @@ mod metadata;
 pub mod parquet;
 mod reader;
 mod recorder;
+mod rows;
 mod sync;
 mod thread;
 mod writer;
@@ -34,7 +38,7 @@ pub use error::{CopyError, CreateError, Ending, Place, RecordingError};
 pub use format::{Format, UnknownFormat};
 pub use mark::{Entry, Mark, StateMarks};
 pub use metadata::{Metadata, recorded_by};
-pub use reader::{Reader, Recording, open, read};
+pub use reader::{Reader, Recording, open, open_any, read};
 pub use recorder::{Recorder, create};
 pub use thread::{Enqueued, RecordingThread, WaitingParts};
 pub use writer::{Totals, Writer};

@@ -1,7 +1,9 @@
 //! What happened between two rows, and which events of the daemon say so.
 
 use haptic_core::Directional;
-use haptic_ipc::{JournalEntry, RigState, Sample, SceneArrival, ServoEvent, ServoSetup, ServoSnapshot, StateEvent};
+use haptic_ipc::{
+    JournalEntry, RigState, Sample, SampleY, SceneArrival, ServoEvent, ServoSetup, ServoSnapshot, StateEvent,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -138,8 +140,8 @@ impl Mark {
 /// A row or a mark.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
-    /// A sample.
-    Row(Sample),
+    /// A sample, and what it has of a second axis.
+    Row(Sample, Option<SampleY>),
     /// What happened before the next row.
     Mark(Mark),
 }

@@ -1,7 +1,7 @@
 //! Under which circumstances a recording was made, and the same as texts by name: what MCAP and Parquet hold of them.
 
 use crate::error::{Place, RecordingError};
-use crate::format::VERSION;
+use crate::format;
 use haptic_core::Scene;
 use haptic_ipc::ServoSetup;
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,9 @@ pub struct Metadata {
     pub server: String,
     /// What the rig is.
     pub device: String,
+    /// Axes of the rig, 1 or 2; the version of the recording says it.
+    #[serde(skip, default = "one")]
+    pub axes: u8,
     /// Nominal rate of the daemon's loop, Hz.
     pub loop_rate_hz: f64,
     /// Rows a second, Hz: the loop's rate, or less where samples were thinned.
@@ -36,6 +39,10 @@ pub struct Metadata {
     /// The daemon's whole answer to `status` when it began.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<Value>,
+}
+
+const fn one() -> u8 {
+    1
 }
 
 /// Who records: a program, with its version, and the user who runs it.
@@ -61,7 +68,7 @@ const TEXTS: [&str; 3] = ["server", "device", "notes"];
 /// # Errors
 /// Never: metadata are finite numbers, texts and scenes.
 pub(crate) fn to_fields(metadata: &Metadata) -> serde_json::Result<Vec<(String, String)>> {
-    let mut fields = vec![(VERSION_FIELD.to_owned(), VERSION.to_string())];
+    let mut fields = vec![(VERSION_FIELD.to_owned(), format::version(metadata.axes).to_string())];
     if let Value::Object(object) = serde_json::to_value(metadata)? {
         fields.extend(object.into_iter().map(|(name, value)| {
             let text = match value {
@@ -87,7 +94,7 @@ pub(crate) fn from_fields<'a>(
     let mut version = None;
     for (name, text) in fields {
         let value = if name == VERSION_FIELD {
-            version = Some(text.to_owned());
+            version = Some(text);
             continue;
         } else if TEXTS.contains(&name) {
             Value::String(text.to_owned())
@@ -96,10 +103,8 @@ pub(crate) fn from_fields<'a>(
         };
         object.insert(name.to_owned(), value);
     }
-    match version {
-        None => return Err(failed(format!("there is no {VERSION_FIELD}"))),
-        Some(found) if found != VERSION.to_string() => return Err(RecordingError::Version { found }),
-        Some(_) => {}
-    }
-    Metadata::deserialize(Value::Object(object)).map_err(|error| failed(error.to_string()))
+    let version = version.ok_or_else(|| failed(format!("there is no {VERSION_FIELD}")))?;
+    let axes = format::axes(version)?;
+    let metadata = Metadata::deserialize(Value::Object(object)).map_err(|error| failed(error.to_string()))?;
+    Ok(Metadata { axes, ..metadata })
 }

@@ -6,7 +6,7 @@ use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
 use crate::{csv, mcap, parquet};
 use bytes::Bytes;
-use haptic_ipc::Sample;
+use haptic_ipc::{Sample, SampleY};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::Path;
@@ -51,12 +51,24 @@ enum Source {
     Parquet(Box<parquet::Reader>),
 }
 
-/// Opens a recording; its first bytes say which format it has. In the place of a Parquet file that
-/// is being made, or was broken off, it opens what there is of it beside.
+/// Opens a recording of one axis; else as [`open_any`].
+///
+/// # Errors
+/// As [`open_any`], and where it has two axes.
+pub fn open(path: &Path) -> Result<Reader, RecordingError> {
+    let reader = open_any(path)?;
+    if reader.metadata().axes == 2 {
+        return Err(RecordingError::TwoAxes);
+    }
+    Ok(reader)
+}
+
+/// Opens a recording of one axis or two; its first bytes say which format it has. In the place of a Parquet file
+/// that is being made, or was broken off, it opens what there is of it beside.
 ///
 /// # Errors
 /// The file cannot be opened, is not a recording, or was broken off before its metadata.
-pub fn open(path: &Path) -> Result<Reader, RecordingError> {
+pub fn open_any(path: &Path) -> Result<Reader, RecordingError> {
     if Format::of(path) == Ok(Format::Parquet) {
         let spool = parquet::spool_of(path);
         if spool.exists() {
@@ -92,10 +104,10 @@ fn open_file(path: &Path) -> Result<Reader, RecordingError> {
     Ok(reader)
 }
 
-/// Reads a recording into memory; an hour at 1 kHz takes 500 MB.
+/// Reads a recording of one axis into memory; an hour at 1 kHz takes 500 MB.
 ///
 /// # Errors
-/// The file is not a recording, or is damaged elsewhere than at its end; the error says where.
+/// The file is not a recording, has two axes, or is damaged elsewhere than at its end; the error says where.
 pub fn read(path: &Path) -> Result<Recording, RecordingError> {
     open(path)?.into_recording()
 }
@@ -210,16 +222,20 @@ impl Reader {
     /// # Errors
     /// An entry is damaged; the error says where.
     pub fn into_recording(mut self) -> Result<Recording, RecordingError> {
-        let (mut rows, mut marks) = (Vec::new(), Vec::new());
+        let (mut rows, mut rows_y, mut marks) = (Vec::new(), Vec::new(), Vec::new());
         while let Some(entry) = self.next().transpose()? {
             match entry {
-                Entry::Row(row) => rows.push(row),
+                Entry::Row(row, y) => {
+                    rows.push(row);
+                    rows_y.extend(y);
+                }
                 Entry::Mark(mark) => marks.push((rows.len(), mark)),
             }
         }
         Ok(Recording {
             metadata: self.metadata().clone(),
             rows,
+            rows_y,
             marks,
             ending: self.ending().unwrap_or(Ending::Open),
         })
@@ -253,6 +269,8 @@ pub struct Recording {
     pub metadata: Metadata,
     /// The samples, oldest first.
     pub rows: Vec<Sample>,
+    /// What each of them has of a second axis; none on a rig of one.
+    pub rows_y: Vec<SampleY>,
     /// What happened, each with the number of rows before it.
     pub marks: Vec<(usize, Mark)>,
     /// How it ends.

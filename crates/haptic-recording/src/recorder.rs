@@ -6,8 +6,9 @@ use crate::error::CreateError;
 use crate::format::Format;
 use crate::mark::{Mark, StateMarks};
 use crate::metadata::Metadata;
+use crate::rows::Rows;
 use crate::writer::{Totals, Writer};
-use haptic_ipc::{Event, Sample, SamplesEvent, SnapshotEvent};
+use haptic_ipc::{Event, Sample, SampleY, SamplesEvent, SnapshotEvent};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io;
@@ -150,19 +151,20 @@ impl Recorder {
             self.gaps.announce(event.dropped);
             self.writer.mark(&Mark::Lost { rows: event.dropped })?;
         }
-        self.rows(&event.rows)
+        self.rows(&event.rows, &event.rows_y)
     }
 
-    /// Takes rows, in their order.
+    /// Takes rows, in their order, with what each has of a second axis: nothing on a rig of one.
     ///
     /// # Errors
-    /// They cannot be written.
-    pub fn rows(&mut self, mut rows: &[Sample]) -> io::Result<()> {
-        while let (Some(last), Some(at)) = (rows.last(), self.pending.front().and_then(Mark::tick)) {
+    /// They cannot be written, or have not as many axes as the recording.
+    pub fn rows(&mut self, rows: &[Sample], rows_y: &[SampleY]) -> io::Result<()> {
+        let mut rows = Rows::of(rows, rows_y, self.writer.axes())?;
+        while let (Some(last), Some(at)) = (rows.samples.last(), self.pending.front().and_then(Mark::tick)) {
             if at > last.tick {
                 break;
             }
-            let (before, after) = rows.split_at(rows.partition_point(|row| row.tick < at));
+            let (before, after) = rows.split_at(rows.samples.partition_point(|row| row.tick < at));
             self.rows_between_marks(before)?;
             rows = after;
             if let Some(mark) = self.pending.pop_front() {
@@ -173,15 +175,16 @@ impl Recorder {
     }
 
     /// Writes rows, with a mark wherever one is missing or the loop missed periods.
-    fn rows_between_marks(&mut self, rows: &[Sample]) -> io::Result<()> {
-        let mut written = 0;
-        for (index, row) in rows.iter().enumerate() {
+    fn rows_between_marks(&mut self, rows: Rows<'_>) -> io::Result<()> {
+        let (mut unwritten, mut written) = (rows, 0);
+        for (index, row) in rows.samples.iter().enumerate() {
             let gap = self.gaps.next(row);
             if gap.lost == 0 && gap.missed == 0 {
                 continue;
             }
-            self.writer.rows(&rows[written..index])?;
-            written = index;
+            let (before, after) = unwritten.split_at(index - written);
+            self.writer.put_rows(before)?;
+            (unwritten, written) = (after, index);
             if gap.lost > 0 {
                 self.writer.mark(&Mark::Lost { rows: gap.lost })?;
             }
@@ -190,8 +193,8 @@ impl Recorder {
                 self.writer.mark(&Mark::Missed { tick, periods })?;
             }
         }
-        self.last_tick = rows.last().map(|row| row.tick).or(self.last_tick);
-        self.writer.rows(&rows[written..])
+        self.last_tick = rows.samples.last().map(|row| row.tick).or(self.last_tick);
+        self.writer.put_rows(unwritten)
     }
 
     /// Writes the changes that no row has come up to.

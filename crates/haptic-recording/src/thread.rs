@@ -326,9 +326,11 @@ impl QueueState {
 
     fn enqueue_gap(&mut self, dropped: u64) {
         if dropped > 0 {
-            let (seq, rows) = (0, Vec::new());
             self.rows += 1;
-            self.parts.push_back(Part::Samples(SamplesEvent { seq, dropped, rows }));
+            self.parts.push_back(Part::Samples(SamplesEvent {
+                dropped,
+                ..SamplesEvent::default()
+            }));
         }
     }
 

@@ -4,12 +4,14 @@ use crate::error::CreateError;
 use crate::format::Format;
 use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
+use crate::rows::Rows;
 use crate::sync::Syncer;
 use crate::{csv, mcap, parquet};
-use haptic_ipc::Sample;
+use haptic_ipc::{Sample, SampleY};
 use std::fs::File;
 use std::io;
 use std::path::Path;
+use std::slice;
 use std::time::{Duration, Instant};
 
 /// Longest time that a row stays in memory while others follow.
@@ -41,6 +43,7 @@ pub struct Writer {
     /// The file that is written now.
     file: File,
     syncer: Syncer,
+    axes: u8,
     totals: Totals,
     first_s: Option<f64>,
     unflushed: u64,
@@ -76,7 +79,7 @@ impl Writer {
     ) -> io::Result<Self> {
         if format == Format::Parquet {
             let parquet = parquet::Writer::new(file.try_clone()?, metadata, numbers)?;
-            return Self::with(Sink::Parquet(Box::new(parquet)), file);
+            return Self::with(Sink::Parquet(Box::new(parquet)), file, metadata);
         }
         Self::new(format, file, path, metadata)
     }
@@ -88,20 +91,21 @@ impl Writer {
     pub fn new(format: Format, file: File, path: &Path, metadata: &Metadata) -> io::Result<Self> {
         let copy = file.try_clone()?;
         match format {
-            Format::Csv => Self::with(Sink::Csv(csv::Writer::new(copy, metadata)?), file),
-            Format::Mcap => Self::with(Sink::Mcap(Box::new(mcap::Writer::new(copy, metadata)?)), file),
+            Format::Csv => Self::with(Sink::Csv(csv::Writer::new(copy, metadata)?), file, metadata),
+            Format::Mcap => Self::with(Sink::Mcap(Box::new(mcap::Writer::new(copy, metadata)?)), file, metadata),
             Format::Parquet => {
                 let (spool, file) = parquet::Spool::new(file, path, metadata)?;
-                Self::with(Sink::Spool(Box::new(spool)), file)
+                Self::with(Sink::Spool(Box::new(spool)), file, metadata)
             }
         }
     }
 
-    fn with(sink: Sink, file: File) -> io::Result<Self> {
+    fn with(sink: Sink, file: File, metadata: &Metadata) -> io::Result<Self> {
         Ok(Self {
             sink,
             syncer: Syncer::new(&file)?,
             file,
+            axes: metadata.axes,
             totals: Totals::default(),
             first_s: None,
             unflushed: 0,
@@ -115,17 +119,22 @@ impl Writer {
     /// It cannot be written.
     pub fn entry(&mut self, entry: &Entry) -> io::Result<()> {
         match entry {
-            Entry::Row(row) => self.rows(std::slice::from_ref(row)),
+            Entry::Row(row, y) => self.rows(slice::from_ref(row), y.as_slice()),
             Entry::Mark(mark) => self.mark(mark),
         }
     }
 
-    /// Writes rows. Numbers are written so that they read back exactly.
+    /// Writes rows, with what each has of a second axis: nothing on a rig of one. Numbers are written so that they
+    /// read back exactly.
     ///
     /// # Errors
-    /// They cannot be written.
-    pub fn rows(&mut self, rows: &[Sample]) -> io::Result<()> {
-        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+    /// They cannot be written, or have not as many axes as the recording.
+    pub fn rows(&mut self, rows: &[Sample], rows_y: &[SampleY]) -> io::Result<()> {
+        self.put_rows(Rows::of(rows, rows_y, self.axes)?)
+    }
+
+    pub(crate) fn put_rows(&mut self, rows: Rows<'_>) -> io::Result<()> {
+        let (Some(first), Some(last)) = (rows.samples.first(), rows.samples.last()) else {
             return Ok(());
         };
         match &mut self.sink {
@@ -135,8 +144,8 @@ impl Writer {
             Sink::Spool(spool) => spool.mcap.rows(rows)?,
         }
         self.totals.length_s = last.t_s - *self.first_s.get_or_insert(first.t_s);
-        self.totals.rows += rows.len() as u64;
-        self.unflushed += rows.len() as u64;
+        self.totals.rows += rows.samples.len() as u64;
+        self.unflushed += rows.samples.len() as u64;
         self.flush_in_time()
     }
 
@@ -203,6 +212,11 @@ impl Writer {
         };
         sync(&self.file)?;
         Ok(self.totals)
+    }
+
+    /// Axes of its rig.
+    pub(crate) const fn axes(&self) -> u8 {
+        self.axes
     }
 
     /// How much it holds by now.

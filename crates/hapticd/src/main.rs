@@ -36,7 +36,7 @@ use haptic_core::servo::Command;
 use haptic_ipc::Problem;
 use log::say;
 use metrics::MetricsError;
-use preparation::prepare;
+use preparation::{ReadyTick, prepare};
 use rt::privileges;
 use rt::thread::{End, FinalZero, RunningLoop};
 use service::ServiceManager;
@@ -227,12 +227,11 @@ impl Drop for LastLines {
 /// Starts the real-time thread; returns it and the control thread's handle to the rig.
 fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     let mut prepared = prepare(config)?;
-    let (running, status) = rt::thread::start(
-        prepared.tick,
-        Arc::clone(&prepared.control.shared),
-        prepared.settings,
-        prepared.status,
-    )?;
+    let (shared, settings, status) = (Arc::clone(&prepared.control.shared), prepared.settings, prepared.status);
+    let (running, status) = match prepared.tick {
+        ReadyTick::Line(tick) => rt::thread::start(tick, shared, settings, status),
+        ReadyTick::Plane(tick) => rt::thread::start(tick, shared, settings, status),
+    }?;
     if let Some(cpu) = prepared.settings.cpu {
         privileges::leave_cpu_alone(cpu, &prepared.cpus);
     }
@@ -250,7 +249,10 @@ fn run_self_test(config: Config, turn: Duration) -> Result<(), Failure> {
     prepared.control.inbox.command(1, Command::Engage, 0);
     let serving = prepared.control.serve(prepared.settings.cpu, prepared.cpus)?;
     let period_ns = prepared.settings.period_ns;
-    let mut tick = prepared.tick;
+    let ReadyTick::Line(mut tick) = prepared.tick else {
+        // The configuration has refused it.
+        return Ok(());
+    };
     let measure =
         move |waiting| self_test::compare(&mut tick, serving, turn, period_ns, waiting).report(period_ns, waiting);
     let (report, status) = rt::thread::on_prepared_thread(prepared.settings, prepared.status, measure)?;

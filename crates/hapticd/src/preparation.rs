@@ -11,18 +11,20 @@ use crate::rt::privileges;
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use device_io::Device;
+use device_io::kinematics::Kinematics;
 use device_io::link::{Keeper, LinkMonitor, LoopTiming};
 use haptic_core::adviser::RigFacts;
 use haptic_core::passivity::RigLosses;
+use haptic_core::planar::Plane;
 use haptic_core::servo::{CompiledScene, Servo, Settings};
-use haptic_core::{Renderer, Scene, SceneError};
+use haptic_core::{Scene, SceneError, Scheme, Vector};
 use haptic_ipc::{Problem, RealTimeStatus};
 use std::cell::Cell;
 use std::time::Duration;
 
 /// The loop and everything around it, ready to be started.
 pub(crate) struct Prepared {
-    pub(crate) tick: Tick<dyn Device>,
+    pub(crate) tick: ReadyTick,
     pub(crate) settings: ThreadSettings,
     pub(crate) status: RealTimeStatus,
     pub(crate) control: ControlSide,
@@ -30,6 +32,12 @@ pub(crate) struct Prepared {
     pub(crate) scene: Scene,
     pub(crate) cpus: Vec<usize>,
     pub(crate) keeper: Option<Keeper>,
+}
+
+/// The loop of a rig of one axis or of two.
+pub(crate) enum ReadyTick {
+    Line(Tick<dyn Device>),
+    Plane(Tick<dyn Device<Plane>, Plane>),
 }
 
 /// Prepares the loop.
@@ -51,29 +59,35 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             Some(rig.properties().mass_kg),
             rig.pointer().cloned().map(PointerHand::new),
         ),
+        RigChoice::FakePlane(rig) => (Some(rig.properties().mass_kg), None),
         RigChoice::Linked(_) => (None, None),
     };
     let scene = config.scene.clone().on(None);
     let may_be_the_rigs = config.scene.has_coupling_of_rig() || scene == Scene::light_block();
-    let servo = prepare_servo(&config, &scene, period_s, losses)?;
-    let servo_settings = *servo.settings();
-    let (device, link) = prepare_device(
-        config.rig,
-        LoopTiming {
-            period_ns: config.period_ns,
-            stale_ns: config.watches.stale_ns,
-        },
-    );
-    let (description, resolution) = (device.description(), device.bounds().resolution_m);
-    let (monitor, keeper) = link.unzip();
+    let servo_settings = servo_settings(&config, period_s, losses);
     let (control, loop_side) = hand_over(RECORDS);
-    let tick = Tick::new(
-        device,
-        loop_side,
-        servo,
-        Lateness::new(config.late_policy),
-        config.watches.control_timeout_ns,
-    );
+    let timing = LoopTiming {
+        period_ns: config.period_ns,
+        stale_ns: config.watches.stale_ns,
+    };
+    let (lateness, control_timeout_ns) = (Lateness::new(config.late_policy), config.watches.control_timeout_ns);
+    let (device, link) = prepare_device(config.rig, config.kinematics, timing);
+    let is_linked = link.is_some();
+    let (tick, description, resolution) = match device {
+        AnyDevice::Line(device) => {
+            let servo = first_servo(servo_settings, &scene, config.scheme, is_linked)?;
+            let (description, resolution) = (device.description(), device.bounds().resolution_m);
+            let tick = Tick::new(device, loop_side, servo, lateness, control_timeout_ns);
+            (ReadyTick::Line(tick), description, resolution)
+        }
+        AnyDevice::Plane(device) => {
+            let servo = first_servo(servo_settings, &scene, config.scheme, is_linked)?;
+            let (description, resolution) = (device.description(), device.bounds().resolution_m);
+            let tick = Tick::new(device, loop_side, servo, lateness, control_timeout_ns);
+            (ReadyTick::Plane(tick), description, resolution)
+        }
+    };
+    let (monitor, keeper) = link.unzip();
 
     let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
     let phase_ns = share.as_ref().map_or_else(
@@ -101,6 +115,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             resolution,
         },
         friction: config.friction,
+        kinematics: config.kinematics,
         hand,
         link: monitor,
         period_ns: config.period_ns,
@@ -131,9 +146,22 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
 }
 
 /// The servo of the first scene. That of a linked device cannot be engaged until the device's first sample.
-fn prepare_servo(config: &Config, scene: &Scene, period_s: f64, losses: RigLosses) -> Result<Servo, SceneError> {
-    let renderer = Renderer::new(scene, config.scheme, period_s)?;
-    let settings = Settings {
+fn first_servo<V: Vector>(
+    settings: Settings,
+    scene: &Scene,
+    scheme: Scheme,
+    is_linked: bool,
+) -> Result<Servo<V>, SceneError> {
+    let compiled = CompiledScene::ramped(scene, scene, FIRST_REVISION, scheme, settings.period_s, 0.0)?;
+    let mut servo = Servo::new(settings, Box::new(compiled));
+    if is_linked {
+        servo.disconnect();
+    }
+    Ok(servo)
+}
+
+fn servo_settings(config: &Config, period_s: f64, losses: RigLosses) -> Settings {
+    Settings {
         period_s,
         ramp_s: config.ramp_s,
         limits: config.limits,
@@ -143,14 +171,10 @@ fn prepare_servo(config: &Config, scene: &Scene, period_s: f64, losses: RigLosse
         stale_ns: config.watches.stale_ns,
         stop_button: config.watches.stop_button,
         enable_button: config.watches.enable_button,
+        workspace: config.kinematics.and_then(|kinematics| kinematics.workspace().copied()),
         // Until a rig is engaged whose friction is known.
         compensation: None,
-    };
-    let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, FIRST_REVISION)));
-    if matches!(config.rig, RigChoice::Linked(_)) {
-        servo.disconnect();
     }
-    Ok(servo)
 }
 
 /// Claims a share of the processor that the loop will be pinned to.
@@ -178,6 +202,10 @@ fn default_losses(rig: &RigChoice) -> RigLosses {
             damping: rig.properties().damping_ns_per_m,
             friction: rig.properties().friction_n,
         },
+        RigChoice::FakePlane(rig) => RigLosses {
+            damping: rig.properties().damping_ns_per_m,
+            friction: rig.properties().friction_n,
+        },
         RigChoice::Linked(_) => RigLosses {
             damping: 0.0,
             friction: 0.0,
@@ -185,13 +213,30 @@ fn default_losses(rig: &RigChoice) -> RigLosses {
     }
 }
 
+/// A device of one axis or of two.
+enum AnyDevice {
+    Line(Box<dyn Device>),
+    Plane(Box<dyn Device<Plane>>),
+}
+
 /// The device's real-time end, and the rest of its link if it has one.
-fn prepare_device(rig: RigChoice, timing: LoopTiming) -> (Box<dyn Device>, Option<(LinkMonitor, Keeper)>) {
+fn prepare_device(
+    rig: RigChoice,
+    kinematics: Option<Kinematics>,
+    timing: LoopTiming,
+) -> (AnyDevice, Option<(LinkMonitor, Keeper)>) {
     match rig {
-        RigChoice::Fake(rig) => (rig, None),
-        RigChoice::Linked(connector) => {
-            let (device, monitor, keeper) = Keeper::new(connector, timing);
-            (Box::new(device), Some((monitor, keeper)))
-        }
+        RigChoice::Fake(rig) => (AnyDevice::Line(rig), None),
+        RigChoice::FakePlane(rig) => (AnyDevice::Plane(rig), None),
+        RigChoice::Linked(connector) => match kinematics {
+            None => {
+                let (device, monitor, keeper) = Keeper::new(connector, timing);
+                (AnyDevice::Line(Box::new(device)), Some((monitor, keeper)))
+            }
+            Some(kinematics) => {
+                let (device, monitor, keeper) = Keeper::planar(connector, timing, kinematics);
+                (AnyDevice::Plane(Box::new(device)), Some((monitor, keeper)))
+            }
+        },
     }
 }

@@ -214,7 +214,7 @@ fn back_to_back(
     let mut clock_ns = now_ns();
     for count in 0..TICKS_BACK_TO_BACK {
         if count.is_multiple_of(TICKS_A_SCENE) {
-            let scene = CompiledScene::at_once(renderer.clone(), count);
+            let scene = CompiledScene::<f64>::at_once(renderer.clone(), count);
             control.inbox.post(scene);
         }
         clock_ns += period_ns;

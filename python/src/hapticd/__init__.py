@@ -53,12 +53,13 @@ from hapticd.fake import Fake, binary, fake
 from hapticd.recording import Recording
 from hapticd.recordings import read
 from hapticd.rig import Rig, connect
-from hapticd.sample import COLUMNS, STATES, Sample, State
+from hapticd.sample import COLUMNS, PLANAR_COLUMNS, STATES, PlanarSample, Sample, State
 from hapticd.samples import Buffer, Samples
 from hapticd.status import Device, JournalEntry, LibraryScene, Peer, Problem, RealTime, StateChange, Status
 
 __all__ = [
     "COLUMNS",
+    "PLANAR_COLUMNS",
     "STATES",
     "AcceptedChange",
     "Advice",
@@ -88,6 +89,7 @@ __all__ = [
     "NotReady",
     "ParameterDescription",
     "Peer",
+    "PlanarSample",
     "Problem",
     "RealTime",
     "Recording",

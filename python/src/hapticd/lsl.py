@@ -21,7 +21,7 @@ from hapticd.connection import encoded
 from hapticd.errors import HapticdError
 from hapticd.extras import need
 from hapticd.rig import Rig, connect
-from hapticd.sample import COLUMNS
+from hapticd.sample import Sample, kind_of
 from hapticd.samples import cells
 from hapticd.subscription import Queue, subscribe
 
@@ -52,7 +52,8 @@ def publish(rig: Rig, *, name: str = "hapticd", rate_hz: float | None = None, ba
     subscription = subscribe(rig.path, topics, queue.put, queue.end, answers.append, batch_ms=batch_ms, **fields)
     try:
         device = rig.status().device.description
-        samples = pylsl.StreamOutlet(_samples_info(name, float(answers[0]["rate_hz"]), device))
+        kind = kind_of(answers[0]["columns"])
+        samples = pylsl.StreamOutlet(_samples_info(name, kind, float(answers[0]["rate_hz"]), device))
         events = pylsl.StreamOutlet(
             pylsl.StreamInfo(f"{name}-events", "Markers", 1, pylsl.IRREGULAR_RATE, pylsl.cf_string, device)
         )
@@ -66,7 +67,7 @@ def publish(rig: Rig, *, name: str = "hapticd", rate_hz: float | None = None, ba
                 newest = (rows[-1][0], rows[-1][1])
                 # Each with its own time: a chunk would have that of its newest, and the nominal rate.
                 for row in rows:
-                    samples.push_sample([float(cell) for cell in cells(row)], row[1] + offset_s)
+                    samples.push_sample([float(cell) for cell in cells(row, kind)], row[1] + offset_s)
             # An event has a tick, and ticks have times once there was a sample.
             if newest is not None:
                 for each in waiting:
@@ -92,12 +93,12 @@ def clock_offset_s(rig: Rig) -> float:
     return offset_s
 
 
-def _samples_info(name: str, rate_hz: float, device: str) -> Any:
+def _samples_info(name: str, kind: type[Sample], rate_hz: float, device: str) -> Any:
     import pylsl
 
-    info = pylsl.StreamInfo(name, "Haptics", len(COLUMNS), rate_hz, pylsl.cf_double64, device)
+    info = pylsl.StreamInfo(name, "Haptics", len(kind._fields), rate_hz, pylsl.cf_double64, device)
     channels = info.desc().append_child("channels")
-    for column in COLUMNS:
+    for column in kind._fields:
         _, _, unit = column.rpartition("_")
         channel = channels.append_child("channel")
         channel.append_child_value("label", column)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hapticd.errors import SamplesLostWarning
 from hapticd.frame import frame
 from hapticd.marks import scene_mark, state_mark
-from hapticd.sample import DTYPES
+from hapticd.sample import dtype_of, kind_of
 from hapticd.samples import Gaps, cells, every
 from hapticd.subscription import Queue, subscribe
 
@@ -36,6 +36,7 @@ def record(
         started_unix_s = time.time()
         rate_hz = float(answers[0]["rate_hz"])
         gaps = Gaps(every(status["rate_hz"], rate_hz))
+        kind = kind_of(answers[0]["columns"])
         wanted = round(length_s * rate_hz)
         rows: list[tuple[Any, ...]] = []
         marks: list[dict[str, Any]] = []
@@ -52,15 +53,15 @@ def record(
                 new = event["rows"][: wanted - len(rows)]
                 for place, lost in gaps.before(new, event["dropped"]):
                     marks.append({"row": len(rows) + place, "mark": "lost", "rows": lost})
-                rows.extend(map(cells, new))
+                rows.extend(cells(row, kind) for row in new)
     finally:
         subscription.close()
     marks.append({"row": len(rows), "mark": "end", "rows": len(rows), "lost": gaps.lost})
     if gaps.lost:
         warnings.warn(f"{gaps.lost} samples were lost", SamplesLostWarning, stacklevel=3)
-    table = numpy.array(rows, dtype=list(DTYPES.items()))
+    table = numpy.array(rows, dtype=dtype_of(kind))
     metadata = circumstances(status, answers[0], scene, started_unix_s)
-    return frame({name: table[name] for name in DTYPES}, metadata, marks)
+    return frame({name: table[name] for name in kind._fields}, metadata, marks)
 
 
 def circumstances(

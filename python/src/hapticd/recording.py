@@ -18,7 +18,7 @@ from hapticd.errors import HapticdError
 from hapticd.marks import scene_mark, state_mark
 from hapticd.recorder import circumstances
 from hapticd.recordings.sink import create
-from hapticd.sample import Sample, of_row
+from hapticd.sample import Sample, kind_of, of_row
 from hapticd.samples import every
 from hapticd.subscription import Queue, subscribe
 
@@ -82,7 +82,8 @@ class Recording(Closing):
             self._loop_rate_hz: float = metadata["loop_rate_hz"]
             self._every = every(self._loop_rate_hz, metadata["rate_hz"])
             self._wanted = None if length_s is None else round(length_s * metadata["rate_hz"])
-            self._sink = create(file, metadata, replace)
+            self._kind = kind_of(answers[0]["columns"])
+            self._sink = create(file, metadata, replace, self._kind)
         except BaseException:
             self._subscription.close()
             raise
@@ -197,7 +198,7 @@ class Recording(Closing):
         for row in rows:
             if self.rows == self._wanted:
                 return
-            sample = of_row(row)
+            sample = of_row(row, self._kind)
             while self._pending and self._pending[0]["tick"] <= sample.tick:
                 self._sink.mark(self._pending.pop(0))
             self._mark_gap(sample, dropped)

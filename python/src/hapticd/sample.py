@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+from collections import namedtuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, get_args
 
 from hapticd.errors import invalid
 
@@ -74,6 +76,47 @@ class Sample(NamedTuple):
 
 COLUMNS = Sample._fields
 
+#: What a row of a rig of two axes has behind these.
+SECOND_AXIS = (
+    "device_position_y_m",
+    "device_velocity_y_mps",
+    "block_position_y_m",
+    "block_velocity_y_mps",
+    "coupling_force_y_N",
+    "command_force_y_N",
+    "sample_position_y_m",
+)
+
+PLANAR_COLUMNS: tuple[str, ...] = (*COLUMNS, *SECOND_AXIS)
+
+if TYPE_CHECKING:
+
+    class _Plane: ...
+
+else:
+    _Plane = namedtuple("_Plane", PLANAR_COLUMNS)
+
+
+class PlanarSample(_Plane, Sample):
+    """One tick of a rig of two axes: what a `Sample` has is of the first one."""
+
+    __slots__ = ()
+    device_position_y_m: float
+    """Position of the device, m."""
+    device_velocity_y_mps: float
+    """Velocity of the device as estimated, m/s."""
+    block_position_y_m: float
+    """Position of the block, m."""
+    block_velocity_y_mps: float
+    """Velocity of the block, m/s."""
+    coupling_force_y_N: float
+    """Force in the coupling, which drives the block, N."""
+    command_force_y_N: float
+    """Force commanded on the hand after ramps and limits, N."""
+    sample_position_y_m: float
+    """Position as the device reported it, m, before anything was made of it."""
+
+
 #: numpy's types of the columns; `state` is its place in `STATES`. Ticks and times are signed
 #: here, though they never are below 0, so that a difference of two may be.
 DTYPES: dict[str, str] = {
@@ -97,9 +140,20 @@ DTYPES: dict[str, str] = {
     "sample_position_m": "<f8",
     "input_flags": "<u4",
     "error_detail": "<u4",
+    **dict.fromkeys(SECOND_AXIS, "<f8"),
 }
 
 
-def of_row(row: list[Any]) -> Sample:
+def kind_of(columns: Sequence[str]) -> type[Sample]:
+    """What the rows with these columns are."""
+    return PlanarSample if SECOND_AXIS[0] in columns else Sample
+
+
+def of_row(row: list[Any], kind: type[Sample]) -> Sample:
     """The sample of a row. A later daemon may have more columns."""
-    return Sample(*row[: len(COLUMNS)])
+    return kind(*row[: len(kind._fields)])
+
+
+def dtype_of(kind: type[Sample]) -> list[tuple[str, str]]:
+    """numpy's type of the rows of a kind."""
+    return [(name, DTYPES[name]) for name in kind._fields]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from hapticd.closing import Closing
 from hapticd.errors import Faulted, HapticdError, Refused, SamplesLost, Stopped, invalid
-from hapticd.sample import COLUMNS, DTYPES, STATES, Sample, State, of_row
+from hapticd.sample import COLUMNS, STATES, Sample, State, dtype_of, kind_of, of_row
 from hapticd.subscription import Queue, subscribe
 
 if TYPE_CHECKING:
@@ -102,6 +102,7 @@ class Samples(Closing):
         )
 
     def _begin(self, answer: dict[str, Any]) -> None:
+        self._kind = kind_of(answer["columns"])
         self.rate_hz: float = answer["rate_hz"]
         self._gaps = Gaps(every(self._loop_rate_hz, self.rate_hz))
         self._queue: Queue[Batch] = Queue(WAITING_S * self.rate_hz, lambda batch: len(batch.rows))
@@ -184,7 +185,7 @@ class Samples(Closing):
         for place, row in enumerate(batch.rows):
             if self._on_gap == "raise" and place in gaps:
                 self._ready.append(SamplesLost(gaps[place], row[0]))
-            self._ready.append(of_row(row))
+            self._ready.append(of_row(row, self._kind))
         self._ready.reverse()
 
     def close(self) -> None:
@@ -225,16 +226,17 @@ class Buffer(Closing):
     def _begin(self, answer: dict[str, Any]) -> None:
         import numpy
 
+        self._kind = kind_of(answer["columns"])
         self.rate_hz: float = answer["rate_hz"]
         self._gaps = Gaps(every(self._loop_rate_hz, self.rate_hz))
         length = max(1, round(self._length_s * self.rate_hz))
-        self._ring = numpy.zeros(length, dtype=list(DTYPES.items()))
+        self._ring = numpy.zeros(length, dtype=dtype_of(self._kind))
 
     def _take(self, event: dict[str, Any]) -> None:
         import numpy
 
         rows = event["rows"]
-        new = numpy.array([cells(row) for row in rows], dtype=self._ring.dtype)
+        new = numpy.array([cells(row, self._kind) for row in rows], dtype=self._ring.dtype)
         with self._changed:
             self._gaps.before(rows, event["dropped"])
             length = len(self._ring)
@@ -310,7 +312,7 @@ _PLACES = {state: place for place, state in enumerate(STATES)}
 _STATE = COLUMNS.index("state")
 
 
-def cells(row: list[Any]) -> tuple[Any, ...]:
-    """A row for an array of `DTYPES`."""
-    sample = of_row(row)
+def cells(row: list[Any], kind: type[Sample]) -> tuple[Any, ...]:
+    """A row for an array of `dtype_of`."""
+    sample = of_row(row, kind)
     return (*sample[:_STATE], _PLACES[sample.state], *sample[_STATE + 1 :])

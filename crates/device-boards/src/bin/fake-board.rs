@@ -58,11 +58,11 @@ fn main() -> ExitCode {
     let options = Options::parse();
     let place = (Place::Pty(options.pty.clone()), b'\n');
     fake::run("fake-board", &options.program, &options.fault, place, |line| {
-        Desk::new(&options, line).run()
+        Desk::new(board(&options)?, line).run()
     })
 }
 
-fn board(options: &Options) -> ODriveBoard {
+fn board(options: &Options) -> io::Result<ODriveBoard> {
     let BoardKind::Odrive = options.kind;
     let properties = ODriveProperties {
         firmware: if options.firmware_0_6 { [0, 6, 9] } else { [0, 5, 6] },
@@ -70,7 +70,8 @@ fn board(options: &Options) -> ODriveBoard {
         calibrated: !options.uncalibrated,
         ..ODriveProperties::default()
     };
-    ODriveBoard::new(RigProperties::default(), options.program.hand(), properties)
+    let hand = options.program.hand().map_err(io::Error::other)?;
+    Ok(ODriveBoard::new(RigProperties::default(), hand, properties))
 }
 
 /// Step of the board's clock while nothing comes, ns.
@@ -89,10 +90,10 @@ struct Desk {
 }
 
 impl Desk {
-    fn new(options: &Options, line: FaultyLine) -> Self {
+    fn new(board: ODriveBoard, line: FaultyLine) -> Self {
         let began_ns = now_ns();
         Self {
-            board: board(options),
+            board,
             line,
             board_ns: began_ns,
             seen_ns: began_ns,

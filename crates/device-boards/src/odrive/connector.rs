@@ -200,6 +200,7 @@ impl Connector for ODriveConnector {
                 // Switched on before every enabling, and read back.
                 watchdog_ms: Some(WATCHDOG_MS),
                 buttons: 0,
+                motors: None,
                 rig: RigIdentity::of_line("odrive", &options.path)
                     .with_part(&format!("axis{axis}"))
                     .turned_round(options.reversed),

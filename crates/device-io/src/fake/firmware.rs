@@ -3,10 +3,11 @@
 
 use super::fake_rig::FakeRig;
 use super::hand::Hand;
+use super::mechanics::Mechanics;
 use super::misbehaviour::{FaultyClock, Misbehaviour};
 use super::plant::RigProperties;
 use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, is_newer};
-use crate::protocol::view::TWO_AXES;
+use crate::protocol::view::Axes;
 
 /// Time without a valid message after which nothing is sent, ns.
 const SILENCE_NS: u64 = 1_000_000_000;
@@ -16,7 +17,7 @@ const SILENCE_NS: u64 = 1_000_000_000;
 pub struct FirmwareProperties {
     /// Samples a second, Hz.
     pub sample_rate_hz: u32,
-    /// Largest force, N.
+    /// Largest force of each motor, N; of a rotary one its torque, N m.
     pub force_limit_n: f64,
     /// Error of its clock, parts in 1e6; positive where it is too fast.
     pub clock_ppm: f64,
@@ -26,11 +27,11 @@ pub struct FirmwareProperties {
     pub buttons: u8,
     /// Its name, as [`DeviceHello::firmware_of`] makes it.
     pub name: [u8; 24],
-    /// Whether the motor is wired the other way: a positive command pulls the handle in the
+    /// Whether each motor is wired the other way: a positive command pulls the handle in the
     /// negative direction.
-    pub reversed: bool,
-    /// Whether it has a second axis, with the same mechanics and a hand of its own.
-    pub has_second_axis: bool,
+    pub reversed: [bool; 2],
+    /// Whether the plugs of two encoders are swapped.
+    pub swapped: bool,
 }
 
 impl Default for FirmwareProperties {
@@ -42,13 +43,20 @@ impl Default for FirmwareProperties {
             watchdog_ms: 50,
             buttons: 0,
             name: DeviceHello::firmware_of(concat!("fake-rig ", env!("CARGO_PKG_VERSION"))),
-            reversed: false,
-            has_second_axis: false,
+            reversed: [false; 2],
+            swapped: false,
         }
     }
 }
 
-/// The forces of a motor that is off, N, by axis.
+/// The detail of a complaint about a message: its kind, version and length.
+#[must_use]
+pub fn complaint(bytes: &[u8]) -> u32 {
+    let [kind, version]: [u32; 2] = [0, 1].map(|at| bytes.get(at).copied().unwrap_or(0).into());
+    kind | version << 8 | u32::try_from(bytes.len()).unwrap_or(0) << 16
+}
+
+/// The forces of motors that are off, N, by axis.
 const NO_FORCE: [f64; 2] = [0.0; 2];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,8 +69,7 @@ enum State {
 /// A fake rig with its firmware.
 #[derive(Debug)]
 pub struct Firmware {
-    rig: FakeRig,
-    second_axis: Option<FakeRig>,
+    pub(crate) mechanics: Mechanics,
     properties: FirmwareProperties,
     state: State,
     watchdog: bool,
@@ -78,9 +85,9 @@ pub struct Firmware {
     clock_offset_us: u32,
     count_offset: i32,
     clock: FaultyClock,
-    /// The faults that are active, and the error of the next sample, m.
+    /// The faults that are active, and the error of the next sample, m or rad.
     wrong: Vec<Misbehaviour>,
-    spike_m: f64,
+    spike: f64,
     pressed: u8,
     /// Largest force of the motor since the last call, N.
     largest_force_n: f64,
@@ -88,12 +95,17 @@ pub struct Firmware {
 }
 
 impl Firmware {
-    /// A rig that was just switched on.
+    /// A rig of one axis that was just switched on.
     #[must_use]
     pub fn new(rig: RigProperties, hand: Hand, properties: FirmwareProperties) -> Self {
+        Self::of(Mechanics::Line(Box::new(FakeRig::new(rig, hand))), properties)
+    }
+
+    /// A rig that was just switched on.
+    #[must_use]
+    pub fn of(mechanics: Mechanics, properties: FirmwareProperties) -> Self {
         Self {
-            second_axis: properties.has_second_axis.then(|| FakeRig::new(rig, hand.clone())),
-            rig: FakeRig::new(rig, hand),
+            mechanics,
             properties,
             state: State::Silent,
             watchdog: false,
@@ -106,7 +118,7 @@ impl Firmware {
             count_offset: 0,
             clock: FaultyClock::default(),
             wrong: Vec::new(),
-            spike_m: 0.0,
+            spike: 0.0,
             pressed: 0,
             largest_force_n: 0.0,
             force_n: 0.0,
@@ -115,12 +127,15 @@ impl Firmware {
 
     /// Takes in a message at a time, ns; returns the answer, if there is one.
     pub fn receive(&mut self, message: FromHost, now_ns: u64) -> Option<FromDevice> {
-        self.receive_for_two(message, 0, now_ns)
-    }
-
-    /// The same where a command has a force for the second axis, mN.
-    pub fn receive_for_two(&mut self, message: FromHost, second_mn: i32, now_ns: u64) -> Option<FromDevice> {
         self.advance(now_ns);
+        if let FromHost::Command { second_mn, .. } = message
+            && second_mn.is_some() != self.mechanics.has_two_axes()
+        {
+            return Some(FromDevice::Error {
+                code: ErrorCode::BadMessage,
+                detail: complaint(message.bytes().as_slice()),
+            });
+        }
         let sequence = match message {
             FromHost::Hello { nonce } => {
                 self.drive(NO_FORCE);
@@ -138,7 +153,12 @@ impl Firmware {
         self.heard = sequence;
         self.heard_at_ns = now_ns;
         match message {
-            FromHost::Command { force_mn, enabled, .. } => {
+            FromHost::Command {
+                force_mn,
+                second_mn,
+                enabled,
+                ..
+            } => {
                 self.command = sequence;
                 self.command_at_ns = now_ns;
                 if !enabled {
@@ -148,7 +168,7 @@ impl Firmware {
                     self.state = State::Off;
                 }
                 self.drive(if self.state == State::Enabled {
-                    [force_mn, second_mn].map(|force_mn| f64::from(force_mn) * 1e-3)
+                    [force_mn, second_mn.unwrap_or(0)].map(|effort| f64::from(effort) * self.unit())
                 } else {
                     NO_FORCE
                 });
@@ -179,14 +199,18 @@ impl Firmware {
         if self.state == State::Silent {
             return None;
         }
-        let position_m = self.rig.plant().position_m() + std::mem::take(&mut self.spike_m);
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
-        let count = self.count(position_m);
+        let spike = self.spike_counts();
+        let (count, second_count) = match self.mechanics.counts() {
+            (first, Some(second)) if self.properties.swapped => (second, Some(first)),
+            counts => counts,
+        };
         Some(FromDevice::Sample(DeviceSample {
             sequence,
             time_us: self.clock.stamp(self.time_us(now_ns), now_ns / 1000),
-            count: count.wrapping_add(self.count_offset),
+            count: count.wrapping_add(spike).wrapping_add(self.count_offset),
+            second_count,
             command: if self.does(Misbehaviour::NoEcho) {
                 0
             } else {
@@ -226,12 +250,12 @@ impl Firmware {
         let bites_at_ns = self.command_at_ns.saturating_add(watchdog_ns);
         if !self.does(Misbehaviour::StayEnabled) && self.state == State::Enabled && now_ns >= bites_at_ns {
             // It bites when it is due, not when the caller looks.
-            self.live_until(bites_at_ns);
+            self.mechanics.live_until(bites_at_ns);
             self.drive(NO_FORCE);
             self.state = State::Off;
             self.watchdog = true;
         }
-        self.live_until(now_ns);
+        self.mechanics.live_until(now_ns);
         if self.state != State::Silent && now_ns >= self.heard_at_ns + SILENCE_NS {
             if self.does(Misbehaviour::StayEnabled) {
                 return;
@@ -241,24 +265,28 @@ impl Firmware {
         }
     }
 
-    fn live_until(&mut self, now_ns: u64) {
-        self.rig.live_until(now_ns);
-        if let Some(second_axis) = &mut self.second_axis {
-            second_axis.live_until(now_ns);
-        }
+    /// The efforts from now on, N or N m, by motor.
+    fn drive(&mut self, efforts: [f64; 2]) {
+        let limit = self.properties.force_limit_n;
+        let efforts = efforts.map(|effort| effort.clamp(-limit, limit));
+        let reversed = self.properties.reversed;
+        self.mechanics.drive([0, 1].map(|motor| {
+            if reversed[motor] {
+                -efforts[motor]
+            } else {
+                efforts[motor]
+            }
+        }));
+        self.force_n = match &self.mechanics {
+            Mechanics::Line(_) | Mechanics::TwoLines(_) => efforts[0],
+            Mechanics::Plane(rig) => rig.force().length(),
+        };
+        self.largest_force_n = self.largest_force_n.max(self.force_n.abs());
     }
 
-    /// The forces from now on, N, by axis.
-    fn drive(&mut self, forces_n: [f64; 2]) {
-        let limit_n = self.properties.force_limit_n;
-        let forces_n = forces_n.map(|force_n| force_n.clamp(-limit_n, limit_n));
-        self.force_n = forces_n[0];
-        self.largest_force_n = self.largest_force_n.max(self.force_n.abs());
-        let [first_n, second_n] = forces_n.map(|force_n| if self.properties.reversed { -force_n } else { force_n });
-        self.rig.drive(first_n);
-        if let Some(second_axis) = &mut self.second_axis {
-            second_axis.drive(second_n);
-        }
+    /// Unit of an effort on the line: mN or uN m, in N or N m.
+    fn unit(&self) -> f64 {
+        if self.mechanics.are_rotary() { 1e-6 } else { 1e-3 }
     }
 
     #[expect(
@@ -275,17 +303,9 @@ impl Firmware {
             .wrapping_add(self.clock_offset_us)
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a desk-top rig goes far less than 2^31 counts"
-    )]
-    fn count(&self, position_m: f64) -> i32 {
-        (position_m / self.resolution_m()).round() as i32
-    }
-
-    fn resolution_m(&self) -> f64 {
-        let resolution = self.rig.properties().resolution_m;
-        if resolution > 0.0 { resolution } else { 1e-9 }
+    #[expect(clippy::cast_possible_truncation, reason = "as a desk-top rig would go")]
+    fn spike_counts(&mut self) -> i32 {
+        (std::mem::take(&mut self.spike) / self.mechanics.count()).round() as i32
     }
 
     fn hello(&self, nonce: u32) -> DeviceHello {
@@ -295,8 +315,8 @@ impl Firmware {
             reason = "a plausible limit and resolution"
         )]
         let (counts_per_metre, force_limit_mn) = (
-            (1.0 / self.resolution_m()) as f32,
-            (self.properties.force_limit_n * 1000.0) as u32,
+            (1.0 / self.mechanics.count()) as f32,
+            (self.properties.force_limit_n / self.unit()).round() as u32,
         );
         DeviceHello {
             nonce,
@@ -307,30 +327,22 @@ impl Firmware {
             buttons: self.properties.buttons,
             wide: false,
             firmware: self.properties.name,
+            two_axes: self.mechanics.two_axes(counts_per_metre, force_limit_mn),
         }
     }
 
-    /// Whether it has a second axis.
+    /// Number of its axes.
     #[must_use]
-    pub fn has_second_axis(&self) -> bool {
-        self.second_axis.is_some()
-    }
-
-    /// Appends the fields of the second axis, if there is one, to the bytes of a message of its own.
-    pub fn append_second_axis(&self, message: &FromDevice, bytes: &mut Vec<u8>) {
-        let Some(second_axis) = &self.second_axis else { return };
-        match message {
-            FromDevice::Hello(hello) => {
-                bytes[2] |= TWO_AXES;
-                bytes.extend(hello.counts_per_metre.to_le_bytes());
-                bytes.extend(hello.force_limit_mn.to_le_bytes());
-            }
-            FromDevice::Sample(_) => bytes.extend(self.count(second_axis.plant().position_m()).to_le_bytes()),
-            FromDevice::Acknowledge { .. } | FromDevice::Error { .. } => {}
+    pub fn axes(&self) -> Axes {
+        if self.mechanics.has_two_axes() {
+            Axes::Two
+        } else {
+            Axes::One
         }
     }
 
-    /// The force on the handle, N: a motor that is wired the other way inverts the commanded force.
+    /// The force on the handle, N, of two axes by themselves that of the first, in a plane its length: a motor that is
+    /// wired the other way inverts the commanded force.
     #[must_use]
     pub fn force_n(&self) -> f64 {
         self.force_n
@@ -347,12 +359,6 @@ impl Firmware {
         self.watchdog
     }
 
-    /// The rig that it measures and drives.
-    #[must_use]
-    pub fn rig(&self) -> &FakeRig {
-        &self.rig
-    }
-
     fn does(&self, wrong: Misbehaviour) -> bool {
         self.wrong.contains(&wrong)
     }
@@ -362,7 +368,7 @@ impl Firmware {
         self.advance(now_ns);
         match how {
             Misbehaviour::Clock(fault) => self.clock.distort(fault, now_ns / 1000),
-            Misbehaviour::PositionSpike(mm) => self.spike_m = mm * 1e-3,
+            Misbehaviour::PositionSpike(mm) => self.spike = mm * 1e-3,
             Misbehaviour::SequenceJump(by) => self.sequence = self.sequence.wrapping_add(by),
             Misbehaviour::IgnoreOff
             | Misbehaviour::IgnoreCommandOff
@@ -371,13 +377,23 @@ impl Firmware {
             | Misbehaviour::NoEcho => self.wrong.push(how),
             Misbehaviour::Button(number, true) => self.pressed |= 1 << (number.clamp(1, 8) - 1),
             Misbehaviour::Button(number, false) => self.pressed &= !(1 << (number.clamp(1, 8) - 1)),
+            Misbehaviour::HandRests(rests) => {
+                if let Mechanics::Plane(rig) = &mut self.mechanics {
+                    rig.rest(rests);
+                }
+            }
+            Misbehaviour::HandOff(is_off) => {
+                if let Mechanics::Plane(rig) = &mut self.mechanics {
+                    rig.let_go(is_off);
+                }
+            }
             Misbehaviour::ForceLimit(limit_n) => self.properties.force_limit_n = limit_n,
             Misbehaviour::WatchdogMs(ms) => self.properties.watchdog_ms = ms,
             Misbehaviour::Error(code, detail) => return self.report(code, detail),
             Misbehaviour::Honest => {
                 self.clock.restore(now_ns / 1000);
                 self.wrong.clear();
-                self.spike_m = 0.0;
+                self.spike = 0.0;
             }
         }
         None

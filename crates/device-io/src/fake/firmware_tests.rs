@@ -1,7 +1,12 @@
 //! The fake rig's firmware by itself: its watchdog, what it does wrong on purpose, its second axis.
 
-use super::{Firmware, FirmwareProperties, Hand, Misbehaviour, RigProperties};
+use super::{
+    FakeRig, Figure, Firmware, FirmwareProperties, Hand, Mechanics, Misbehaviour, Path, PlanarProperties, PlanarRig,
+    RigProperties,
+};
+use crate::kinematics::{Kinematics, Reading};
 use crate::protocol::message::{DeviceSample, ErrorCode, FromDevice, FromHost};
+use haptic_core::planar::Plane;
 
 const MS: u64 = 1_000_000;
 
@@ -24,6 +29,7 @@ fn command(sequence: u32, force_mn: i32, enabled: bool) -> FromHost {
     FromHost::Command {
         sequence,
         force_mn,
+        second_mn: None,
         enabled,
     }
 }
@@ -89,25 +95,131 @@ fn a_spike_is_of_one_sample_and_an_error_switches_the_motor_off() {
 
 #[test]
 fn each_axis_is_pulled_and_counted_by_itself() {
-    let properties = FirmwareProperties {
-        has_second_axis: true,
-        ..FirmwareProperties::default()
-    };
-    let mut firmware = Firmware::new(RigProperties::default(), Hand::Free, properties);
+    let rig = || FakeRig::new(RigProperties::default(), Hand::Free);
+    let mechanics = Mechanics::TwoLines(Box::new([rig(), rig()]));
+    let mut firmware = Firmware::of(mechanics, FirmwareProperties::default());
     let mut now_ns = 1000 * MS;
     firmware.receive(FromHost::Hello { nonce: 1 }, now_ns);
     firmware.receive(enable(1, true), now_ns);
     for sequence in 2..32 {
-        firmware.receive_for_two(command(sequence, 0, true), -3000, now_ns);
+        firmware.receive(command_two(sequence, [0, -3000], true), now_ns);
         now_ns += MS;
     }
-    let sample = FromDevice::Sample(sample(&mut firmware, now_ns));
-    let mut bytes = sample.bytes().as_slice().to_vec();
-    firmware.append_second_axis(&sample, &mut bytes);
-    let counts = [12, 20].map(|at| i32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")));
-    assert_eq!(bytes.len(), 24);
-    assert_eq!(counts[0], 0);
-    assert!(counts[1] < -20, "{counts:?}");
-    firmware.receive_for_two(command(32, 0, false), -3000, now_ns);
-    assert!(!self::sample(&mut firmware, now_ns).enabled);
+    let moved = sample(&mut firmware, now_ns);
+    assert_eq!(moved.count, 0);
+    assert!(moved.second_count.is_some_and(|count| count < -20), "{moved:?}");
+    // One for a single axis is no command, and leaves the motors as they are.
+    let answer = firmware.receive(command(32, 0, false), now_ns);
+    let detail = 0x12 | 1 << 8 | 12 << 16;
+    let code = ErrorCode::BadMessage;
+    assert_eq!(answer, Some(FromDevice::Error { code, detail }));
+    assert!(sample(&mut firmware, now_ns).enabled);
+    firmware.receive(command_two(32, [0, -3000], false), now_ns);
+    assert!(!sample(&mut firmware, now_ns).enabled);
+}
+
+fn command_two(sequence: u32, [force_mn, second_mn]: [i32; 2], enabled: bool) -> FromHost {
+    FromHost::Command {
+        sequence,
+        force_mn,
+        second_mn: Some(second_mn),
+        enabled,
+    }
+}
+
+/// A five-bar in its home pose, whose counts tell where the hand is, and which drives it where the host's kinematics
+/// say.
+#[test]
+fn a_five_bar_draws_and_its_motors_pull_the_hand() {
+    let kinematics = Kinematics::from_toml(
+        "kinematics = 'five-bar'\nbase_m = 0.038\nproximal_m = 0.07\ndistal_m = 0.09\nhome_deg = [180, 0]\n\
+         workspace_m = { x = [-0.06, 0.06], y = [0.06, 0.13] }",
+    )
+    .expect("kinematics");
+    let path = Path::Figure {
+        figure: Figure::Circle,
+        middle: Plane::new(0.0, 0.095),
+        amplitude_m: 0.03,
+        frequency_hz: 0.5,
+    };
+    let start = |path, reversed| {
+        let rig = PlanarRig::new(PlanarProperties::of(&kinematics), kinematics, path).expect("a rig");
+        let properties = FirmwareProperties {
+            force_limit_n: 1.0,
+            reversed,
+            ..FirmwareProperties::default()
+        };
+        Firmware::of(Mechanics::Plane(Box::new(rig)), properties)
+    };
+    let mut firmware = start(Some(path.clone()), [false; 2]);
+    let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 1 }, 0) else {
+        panic!("it does not answer");
+    };
+    let two = hello.two_axes.expect("two axes");
+    assert!(two.are_rotary && !two.are_absolute);
+    assert_eq!((hello.force_limit_mn, two.second_limit), (1_000_000, 1_000_000));
+    let hand = |sample: &DeviceSample, kinematics: &Kinematics| {
+        let home = kinematics.home().expect("a home pose");
+        let counts = [sample.count, sample.second_count.expect("two axes")];
+        let motors = [0, 1].map(|motor| home[motor] + f64::from(counts[motor]) / f64::from(hello.counts_per_metre));
+        kinematics.reading(motors)
+    };
+    let home = sample(&mut firmware, 0);
+    assert_eq!((home.count, home.second_count), (0, Some(0)));
+    for k in 1..=4000 {
+        let now_ns = k * MS;
+        firmware.receive(FromHost::Hello { nonce: 1 }, now_ns);
+        let sample = sample(&mut firmware, now_ns);
+        if k > 1500 {
+            let Reading::Position(pose) = hand(&sample, &kinematics) else {
+                panic!("{sample:?}");
+            };
+            let (aim, _) = path.at(now_ns as f64 * 1e-9);
+            // It lags by its mass and friction.
+            assert!(
+                (pose.position - aim).length() < 2e-3,
+                "{:?} for {aim:?} at {k} ms",
+                pose.position
+            );
+        }
+    }
+
+    // Without a hand it goes where it is pulled, whatever the wiring says that is to be right.
+    let pulled = |reversed, force: Plane| {
+        let mut firmware = start(None, reversed);
+        let place = Plane::new(0.0, 0.095);
+        let Mechanics::Plane(rig) = &mut firmware.mechanics else {
+            panic!("a plane")
+        };
+        rig.put(place);
+        firmware.receive(FromHost::Hello { nonce: 1 }, 0);
+        firmware.receive(enable(1, true), 0);
+        for k in 0..30 {
+            let sample = sample(&mut firmware, u64::from(k) * MS);
+            let Reading::Position(pose) = hand(&sample, &kinematics) else {
+                panic!("{sample:?}")
+            };
+            #[expect(clippy::cast_possible_truncation, reason = "less than the limit")]
+            let efforts = pose.jacobian.efforts(force).map(|effort| (effort * 1e6).round() as i32);
+            firmware.receive(command_two(k + 2, efforts, true), u64::from(k) * MS);
+            assert!(
+                (firmware.force_n() - force.length()).abs() < 0.1,
+                "{} N",
+                firmware.force_n()
+            );
+        }
+        let Mechanics::Plane(rig) = &firmware.mechanics else {
+            panic!("a plane")
+        };
+        rig.position() - place
+    };
+    for force in [Plane::new(1.0, 0.0), Plane::new(-0.6, 0.8), Plane::new(0.0, -1.0)] {
+        // (1 - 0.1) N on 0.3 kg for 29 ms.
+        let moved = pulled([false; 2], force);
+        assert!(
+            (moved - force * (0.5 * 3.0 * 0.029 * 0.029)).length() < 5e-5,
+            "{moved:?}"
+        );
+        assert!(pulled([true; 2], force).dot(force) < 0.0);
+    }
 }

@@ -2,8 +2,8 @@
 
 use super::fault::{Line, SWITCH};
 use Misbehaviour::{
-    Button, Clock, Error, ForceLimit, Honest, IgnoreCommandOff, IgnoreOff, KeepMark, NoEcho, PositionSpike,
-    SequenceJump, StayEnabled, WatchdogMs,
+    Button, Clock, Error, ForceLimit, HandOff, HandRests, Honest, IgnoreCommandOff, IgnoreOff, KeepMark, NoEcho,
+    PositionSpike, SequenceJump, StayEnabled, WatchdogMs,
 };
 
 /// A fault of a device's clock.
@@ -25,7 +25,7 @@ pub enum ClockFault {
 pub enum Misbehaviour {
     /// Its clock is wrong.
     Clock(ClockFault),
-    /// Error of the next sample, mm.
+    /// Error of the next sample of the first axis, mm; of a rotary one, mrad.
     PositionSpike(f64),
     /// Jump of the sequence of its samples.
     SequenceJump(u32),
@@ -42,6 +42,10 @@ pub enum Misbehaviour {
     NoEcho,
     /// A button, from 1, is pressed or let go.
     Button(u8, bool),
+    /// The hand in a plane goes back to where the rig was switched on and rests there, or draws again.
+    HandRests(bool),
+    /// The hand in a plane is off the handle, or on it again.
+    HandOff(bool),
     /// Its force limit from the next hello on, N.
     ForceLimit(f64),
     /// The time limit of its watchdog from the next hello on, ms; 0 is never.
@@ -59,7 +63,7 @@ pub enum Misbehaviour {
     clippy::cast_sign_loss,
     reason = "checked to lie within"
 )]
-pub(super) static OF_FIRMWARE: [Line<Misbehaviour>; 20] = [
+pub(super) static OF_FIRMWARE: [Line<Misbehaviour>; 22] = [
     ("clock-backwards", &[], |_, _| speed(-1.0)),
     ("clock-stop", &[], |_, _| speed(0.0)),
     ("clock-half", &[], |_, _| speed(0.5)),
@@ -78,6 +82,8 @@ pub(super) static OF_FIRMWARE: [Line<Misbehaviour>; 20] = [
     ("keep-mark", &[], |_, _| KeepMark),
     ("no-echo", &[], |_, _| NoEcho),
     ("button N on|off", BUTTON, |number, on| Button(number as u8, on > 0.0)),
+    ("hand-rests on|off", &[SWITCH], |on, _| HandRests(on > 0.0)),
+    ("hand-off on|off", &[SWITCH], |on, _| HandOff(on > 0.0)),
     ("force-limit N", &[(0.0, 1e6)], |limit_n, _| ForceLimit(limit_n)),
     ("watchdog-ms MS", &[(0.0, 65_535.0)], |ms, _| WatchdogMs(ms as u16)),
     ("error CODE DETAIL", ERROR, |code, detail| {

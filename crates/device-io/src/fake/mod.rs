@@ -1,4 +1,5 @@
-//! A rig without hardware: a carriage with mass and friction, an encoder, and a hand that moves it.
+//! A rig without hardware: a carriage on a line, or a mass in the plane, with friction, encoders, and a hand that moves
+//! it.
 
 mod fake_rig;
 mod fault;
@@ -7,7 +8,11 @@ mod firmware;
 #[cfg(test)]
 mod firmware_tests;
 mod hand;
+mod mechanics;
 mod misbehaviour;
+mod path;
+mod planar_fake;
+mod planar_rig;
 mod plant;
 mod pointer;
 mod port;
@@ -16,9 +21,13 @@ mod program;
 pub use fake_rig::FakeRig;
 pub use fault::{Channel, Fault, Quality, TimedFault};
 pub use faulty_line::{FaultyLine, Order};
-pub use firmware::{Firmware, FirmwareProperties};
+pub use firmware::{Firmware, FirmwareProperties, complaint};
 pub use hand::{EndBehaviour, Hand, Motion, RETURN_S, Recording, TooShort};
+pub use mechanics::Mechanics;
 pub use misbehaviour::{ClockFault, Misbehaviour};
+pub use path::{Figure, Path};
+pub use planar_fake::PlanarFake;
+pub use planar_rig::{PlanarProperties, PlanarRig};
 pub use plant::{Plant, RigProperties, SUB_STEP_S};
 pub use pointer::{LETS_GO_AFTER_MS, Pointer, PointerArm};
 pub use port::{Place, Port, PortClosed};

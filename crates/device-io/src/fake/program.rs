@@ -3,18 +3,24 @@
 use super::fault::TimedFault;
 use super::faulty_line::FaultyLine;
 use super::hand::{Hand, Motion};
+use super::path::{Figure, Path};
 use super::port::Place;
-use clap::ValueEnum;
+use haptic_core::planar::Plane;
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::str::FromStr;
 
 /// The options of every fake, but for its faults: each has its own.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ProgramOptions {
-    /// Hand on the handle
-    #[arg(long, value_name = "HAND", default_value = "sine")]
-    hand: HandKind,
+    /// Hand on the handle: sine, arm or free; of a rig in the plane circle, eight, zigzag, free or a
+    /// file [default: sine, circle]
+    ///
+    /// `sine` moves to and fro, whatever the force. `arm` does so through a spring (500 N/m) and a damper (5 N s/m), as
+    /// all hands of a plane do. `free` is no hand. A file has the columns t_s,x,y, in s and m, and repeats.
+    #[arg(long, value_name = "HAND")]
+    hand: Option<HandName>,
 
     /// Amplitude of the hand, m
     #[arg(long, value_name = "M", default_value_t = 0.03)]
@@ -39,27 +45,54 @@ pub struct ProgramOptions {
 }
 
 impl ProgramOptions {
-    /// The hand that was asked for.
-    #[must_use]
-    pub fn hand(&self) -> Hand {
+    /// The hand that was asked for, on a line.
+    ///
+    /// # Errors
+    /// It is the hand of a plane.
+    pub fn hand(&self) -> Result<Hand, String> {
         let motion = Motion::Sine {
             amplitude_m: self.hand_amplitude_m,
             frequency_hz: self.hand_frequency_hz,
         };
-        match self.hand {
-            HandKind::Sine => Hand::Prescribed(motion),
-            HandKind::Arm => Hand::Arm {
+        match &self.hand {
+            Some(HandName::Sine) | None => Ok(Hand::Prescribed(motion)),
+            Some(HandName::Arm) => Ok(Hand::Arm {
                 stiffness_n_per_m: 500.0,
                 damping_ns_per_m: 5.0,
                 motion,
-            },
-            HandKind::Free => Hand::Free,
+            }),
+            Some(HandName::Free) => Ok(Hand::Free),
+            Some(HandName::Figure(_) | HandName::File(_)) => {
+                Err("--hand of a rig on a line is sine, arm or free".to_owned())
+            }
         }
+    }
+
+    /// The path of the hand that was asked for, in the plane, around a place, m; `None` without a hand.
+    ///
+    /// # Errors
+    /// It is the hand of a line, or its file cannot be read.
+    pub fn path(&self, middle: Plane) -> Result<Option<Path>, String> {
+        let figure = match &self.hand {
+            Some(HandName::Free) => return Ok(None),
+            Some(HandName::File(file)) => return Path::open(file).map(Some),
+            Some(HandName::Sine | HandName::Arm) => {
+                return Err("--hand of a rig in the plane is circle, eight, zigzag, free or a file".to_owned());
+            }
+            Some(HandName::Figure(figure)) => *figure,
+            None => Figure::Circle,
+        };
+        Ok(Some(Path::Figure {
+            figure,
+            middle,
+            amplitude_m: self.hand_amplitude_m,
+            frequency_hz: self.hand_frequency_hz,
+        }))
     }
 }
 
-/// Runs a fake on its line, at a place where hosts end frames with a byte, until it is asked to quit; what it fails with goes
-/// to standard error.
+/// Runs a fake on its line, at a place where hosts end frames with a byte, until it is asked to quit; what it fails
+/// with goes to standard error.
 #[must_use]
 pub fn run(
     name: &str,
@@ -81,14 +114,30 @@ pub fn run(
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum HandKind {
-    /// Moves to and fro, whatever the force
+#[derive(Clone, Debug)]
+enum HandName {
     Sine,
-    /// Pulls to and fro through a spring (500 N/m) and a damper (5 N s/m)
     Arm,
-    /// No hand
     Free,
+    Figure(Figure),
+    File(PathBuf),
+}
+
+impl FromStr for HandName {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Ok(match name {
+            "sine" => Self::Sine,
+            "arm" => Self::Arm,
+            "free" => Self::Free,
+            "circle" => Self::Figure(Figure::Circle),
+            "eight" => Self::Figure(Figure::Eight),
+            "zigzag" => Self::Figure(Figure::Zigzag),
+            file if std::path::Path::new(file).is_file() => Self::File(file.into()),
+            _ => return Err("neither sine, arm, free, circle, eight or zigzag nor a file".to_owned()),
+        })
+    }
 }
 
 /// Below the priority of hapticd's thread.

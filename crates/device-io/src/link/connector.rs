@@ -80,6 +80,21 @@ pub struct DeviceInfo {
     pub buttons: u8,
     /// Which rig it is.
     pub rig: RigIdentity,
+    /// Its motors, where it has two.
+    pub motors: Option<TwoMotors>,
+}
+
+/// The two motors of a device, and their encoders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoMotors {
+    /// Distance between two counts of each, m or rad.
+    pub counts: [f64; 2],
+    /// Largest effort of each, N or N m.
+    pub limits: [f64; 2],
+    /// Whether they are rotary: rad and N m.
+    pub are_rotary: bool,
+    /// Whether count 0 of both is the home pose, also after power-on.
+    pub are_absolute: bool,
 }
 
 /// A device after its greeting.
@@ -143,4 +158,20 @@ pub trait Connection: Send + std::fmt::Debug {
     /// # Errors
     /// As [`Device::write`](crate::Device::write).
     fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError>;
+
+    /// The newest sample of a device with two motors, with the position of each, m or rad; nothing before the first.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read). A device with one has none to read.
+    fn read_motors(&mut self, _now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
+        Err(DeviceError::Disconnected)
+    }
+
+    /// Commands the efforts of two motors, N or N m.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write). A device with one has none to write.
+    fn write_motors(&mut self, _efforts: [f64; 2], _enabled: bool, _now_ns: u64) -> Result<Written, DeviceError> {
+        Err(DeviceError::Disconnected)
+    }
 }

@@ -91,12 +91,13 @@ impl Device for DirectRig {
             }
             self.next_sample_ns += self.sample_period_ns;
         }
-        session.measurement(now_ns)?.ok_or(DeviceError::Disconnected)
+        let measured = session.measurement(now_ns)?.ok_or(DeviceError::Disconnected)?;
+        Ok(measured.at(measured.position_m[0]))
     }
 
     fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {
         let session = self.session.as_mut().ok_or(DeviceError::Disconnected)?;
-        let outgoing = session.command(force_n, enabled, self.now_ns);
+        let outgoing = session.command([force_n, 0.0], enabled, self.now_ns);
         for message in outgoing.messages() {
             if let Some(answer) = self.firmware.receive(message, self.now_ns) {
                 session.take(Ok(answer), self.now_ns);

@@ -12,7 +12,7 @@ use super::wire::{self, Sent, Wire};
 use super::writer::Writer;
 use crate::device::{DeviceError, now_ns};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
-use crate::protocol::view::View;
+use crate::protocol::view::{Axes, View};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
 use rustix::io::Errno;
@@ -40,6 +40,8 @@ struct Node {
 #[derive(Debug)]
 pub(super) struct HidWire {
     node: Arc<Node>,
+    /// Those of the last hello: in a report no length tells them.
+    axes: Axes,
     writer: Option<Writer>,
 }
 
@@ -86,6 +88,7 @@ impl HidWire {
         };
         Self {
             node: Arc::new(node),
+            axes: Axes::One,
             writer: None,
         }
     }
@@ -118,24 +121,26 @@ impl Wire for HidWire {
         if let Some(writer) = &self.writer {
             writer.check()?;
         }
-        let Node { node, .. } = &*self.node;
+        let Self { node, axes, .. } = self;
+        let Node { node: file, .. } = &**node;
         let mut heard = 0;
         for _ in 0..MAX_READS {
             let mut report = [0; MAX_REPORT];
-            match rustix::io::read(node, &mut report) {
-                Ok(0) => return Err(self.node.fail(LinkError::HungUp)),
+            match rustix::io::read(file, &mut report) {
+                Ok(0) => return Err(node.fail(LinkError::HungUp)),
                 Ok(count) => {
                     heard += count;
-                    each(
-                        View::padded(&report[..count])
-                            .map_err(MessageError::from)
-                            .and_then(FromDevice::read)
-                            .map_err(RejectedInput::Message),
-                    );
+                    let message = View::padded(&report[..count], *axes)
+                        .map_err(MessageError::from)
+                        .and_then(FromDevice::read);
+                    if let Ok(FromDevice::Hello(hello)) = &message {
+                        *axes = hello.axes();
+                    }
+                    each(message.map_err(RejectedInput::Message));
                 }
                 Err(Errno::AGAIN) => break,
                 Err(Errno::INTR) => {}
-                Err(error) => return Err(self.node.fail(LinkError::Read(error.raw_os_error()))),
+                Err(error) => return Err(node.fail(LinkError::Read(error.raw_os_error()))),
             }
         }
         Ok(heard)

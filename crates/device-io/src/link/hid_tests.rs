@@ -6,11 +6,11 @@ use super::hid::HidWire;
 use super::identity::RigIdentity;
 use super::reports::{MAX_REPORT, Reports};
 use super::session::tests::greeted_firmware;
-use super::wire::greeted;
+use super::wire::{Wire, greeted};
 use crate::device::{DeviceError, Measurement, Written, now_ns};
 use crate::fake::Firmware;
-use crate::protocol::message::{FromDevice, FromHost};
-use crate::protocol::view::View;
+use crate::protocol::message::{DeviceHello, DeviceSample, FromDevice, FromHost, TwoAxes};
+use crate::protocol::view::{Axes, View};
 use rustix::fd::OwnedFd;
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::net::{AddressFamily, SocketFlags, SocketType, socketpair};
@@ -27,14 +27,27 @@ struct Rig {
     heard: Vec<FromHost>,
 }
 
+/// A node and the device behind it. In sockets of this kind reports stay whole, and reading one that is not there says so.
+fn sockets() -> (OwnedFd, OwnedFd) {
+    let (host, device) =
+        socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::CLOEXEC, None).expect("two sockets");
+    for end in [&host, &device] {
+        fcntl_setfl(end, OFlags::NONBLOCK).expect("a socket");
+    }
+    (host, device)
+}
+
+fn send(device: &OwnedFd, message: &FromDevice) {
+    let mut report = [0; MAX_REPORT];
+    let bytes = message.bytes();
+    report[..bytes.as_slice().len()].copy_from_slice(bytes.as_slice());
+    rustix::io::write(device, &report).expect("there is room");
+}
+
 impl Rig {
-    /// A greeted rig. In sockets of this kind reports stay whole, and reading one that is not there says so.
+    /// A greeted rig.
     fn new() -> Self {
-        let (host, device) =
-            socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::CLOEXEC, None).expect("two sockets");
-        for end in [&host, &device] {
-            fcntl_setfl(end, OFlags::NONBLOCK).expect("a socket");
-        }
+        let (host, device) = sockets();
         let counters = Arc::new(LinkCounters::default());
         let (firmware, hello) = greeted_firmware(now_ns());
         let mut wire = HidWire::new(host, REPORTS, &counters);
@@ -53,26 +66,19 @@ impl Rig {
         let mut bytes = [0; 128];
         while let Ok(count @ 1..) = rustix::io::read(&self.device, &mut bytes) {
             assert_eq!((count, bytes[0]), (1 + REPORTS.output, 0), "a whole report, number 0");
-            let view = View::padded(&bytes[1..count]).expect("a message");
+            let view = View::padded(&bytes[1..count], Axes::One).expect("a message");
             let message = FromHost::read(view).expect("from a host");
             self.heard.push(message);
             if let Some(answer) = self.firmware.receive(message, now_ns()) {
-                self.send(&answer);
+                send(&self.device, &answer);
             }
         }
-    }
-
-    fn send(&self, message: &FromDevice) {
-        let mut report = [0; MAX_REPORT];
-        let bytes = message.bytes();
-        report[..bytes.as_slice().len()].copy_from_slice(bytes.as_slice());
-        rustix::io::write(&self.device, &report).expect("there is room");
     }
 
     /// Sends a sample; returns its number.
     fn sample(&mut self) -> u32 {
         let sample = self.firmware.sample(now_ns()).expect("it is open");
-        self.send(&sample);
+        send(&self.device, &sample);
         match sample {
             FromDevice::Sample(sample) => sample.sequence,
             other => panic!("{other:?}"),
@@ -107,6 +113,39 @@ impl Rig {
             std::thread::yield_now();
         }
     }
+}
+
+#[test]
+fn reports_of_two_axes_are_read_once_the_hello_says_so() {
+    let (host, device) = sockets();
+    let mut wire = HidWire::new(host, REPORTS, &Arc::default());
+    let two_axes = Some(TwoAxes {
+        second_counts: 1000.0,
+        second_limit: 100,
+        are_rotary: true,
+        are_absolute: false,
+    });
+    let (_, one) = greeted_firmware(0);
+    let sample = |second_count| {
+        FromDevice::Sample(DeviceSample {
+            count: -2,
+            second_count,
+            ..DeviceSample::default()
+        })
+    };
+    let told = [
+        FromDevice::Hello(DeviceHello { two_axes, ..one }),
+        sample(Some(9)),
+        FromDevice::Hello(one),
+        sample(None),
+    ];
+    for message in &told {
+        send(&device, message);
+    }
+    let mut heard = Vec::new();
+    wire.receive(|came| heard.push(came.expect("a message")))
+        .expect("it is there");
+    assert_eq!(heard, told);
 }
 
 #[test]

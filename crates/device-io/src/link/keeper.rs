@@ -2,11 +2,13 @@
 //! thread, takes it back after a failure, and looks again. It looks when the device nodes change,
 //! and otherwise only repeats its question to a device that is there and does not answer.
 
-use super::connector::{ConnectError, Connection, Connector, DeviceInfo, LoopTiming};
+use super::connector::{ConnectError, Connection, Connector, DeviceInfo, GreetedDevice, LoopTiming};
 use super::health::LinkCounters;
 use super::link_device::{Handover, LinkDevice};
 use super::nodes::NodeWatch;
+use super::planar_link::{Homing, PlanarLink};
 use crate::device::DeviceBounds;
+use crate::kinematics::Kinematics;
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::sync::atomic::Ordering::{Relaxed, SeqCst};
 use std::sync::atomic::{AtomicBool, AtomicU64};
@@ -30,9 +32,16 @@ pub struct LinkMonitor {
     state: Arc<Mutex<LinkState>>,
     counters: Arc<LinkCounters>,
     failed_attempts: Arc<AtomicU64>,
+    homing: Homing,
 }
 
 impl LinkMonitor {
+    /// Whether the home pose of a rig of two axes is known, and how to tell it.
+    #[must_use]
+    pub fn homing(&self) -> &Homing {
+        &self.homing
+    }
+
     /// Times that the device could not be used.
     #[must_use]
     pub fn failed_attempts(&self) -> u64 {
@@ -71,6 +80,8 @@ const LOOK: Duration = Duration::from_millis(20);
 pub struct Keeper {
     connector: Box<dyn Connector>,
     timing: LoopTiming,
+    /// How the two motors of the device move the hand; without, it must have one.
+    kinematics: Option<Kinematics>,
     monitor: LinkMonitor,
     greeted: Producer<Handover>,
     failed: Consumer<Box<dyn Connection>>,
@@ -113,6 +124,29 @@ impl Keeper {
     /// and the keeper, which the caller must start.
     #[must_use]
     pub fn new(connector: Box<dyn Connector>, timing: LoopTiming) -> (LinkDevice, LinkMonitor, Self) {
+        Self::of_any(connector, timing, None)
+    }
+
+    /// The same of a device whose two motors move the hand in a plane.
+    #[must_use]
+    pub fn planar(
+        connector: Box<dyn Connector>,
+        timing: LoopTiming,
+        kinematics: Kinematics,
+    ) -> (PlanarLink, LinkMonitor, Self) {
+        let (device, monitor, keeper) = Self::of_any(connector, timing, Some(kinematics));
+        (
+            PlanarLink::new(device, kinematics, monitor.homing.clone()),
+            monitor,
+            keeper,
+        )
+    }
+
+    fn of_any(
+        connector: Box<dyn Connector>,
+        timing: LoopTiming,
+        kinematics: Option<Kinematics>,
+    ) -> (LinkDevice, LinkMonitor, Self) {
         let (greeted, to_use) = RingBuffer::new(ROOM);
         let (given_up, failed) = RingBuffer::new(ROOM);
         let device = LinkDevice::new(connector.address(), to_use, given_up);
@@ -120,10 +154,12 @@ impl Keeper {
             state: Arc::new(Mutex::new(LinkState::Looking)),
             counters: Arc::new(LinkCounters::default()),
             failed_attempts: Arc::default(),
+            homing: Homing::default(),
         };
         let keeper = Self {
             connector,
             timing,
+            kinematics,
             monitor: monitor.clone(),
             greeted,
             failed,
@@ -154,7 +190,8 @@ impl Keeper {
             // Every change from here on, also one while it connects, is seen below.
             nodes.clear();
             let samples_before = samples();
-            let error = match self.connector.connect(self.timing, &counters) {
+            let greeted = self.connector.connect(self.timing, &counters);
+            let error = match greeted.and_then(|greeted| self.suited(greeted)) {
                 Ok(mut greeted) => {
                     connections += 1;
                     greeted.device.connection = connections;
@@ -164,6 +201,10 @@ impl Keeper {
                         resolution_m: greeted.device.resolution_m,
                         force_limit_n: greeted.device.force_limit_n,
                     };
+                    let is_absolute = greeted.device.motors.is_some_and(|motors| motors.are_absolute);
+                    self.monitor
+                        .homing
+                        .connected(connections, is_absolute || self.has_no_home());
                     // Announced before it can be used: nobody may find it in use and know only the
                     // one before.
                     self.monitor.set(LinkState::Connected(greeted.device));
@@ -196,6 +237,38 @@ impl Keeper {
                 back_off = BackOff::default();
             }
         }
+    }
+
+    /// Whether its positions need no home pose.
+    fn has_no_home(&self) -> bool {
+        self.kinematics.is_none_or(|kinematics| kinematics.home().is_none())
+    }
+
+    /// The device, where it has the motors that its kinematics are of, with the resolution and the limit of the hand.
+    fn suited(&self, mut greeted: GreetedDevice) -> Result<GreetedDevice, ConnectError> {
+        let device = &mut greeted.device;
+        let heard = match (self.kinematics, device.motors) {
+            (None, None) => return Ok(greeted),
+            (None, Some(_)) => "the device has two axes: say how they move the hand, as in --kinematics xy".to_owned(),
+            (Some(_), None) => "the device has one axis: leave --kinematics out".to_owned(),
+            (Some(kinematics), Some(motors)) => {
+                if kinematics.are_rotary() != motors.are_rotary {
+                    let of = |are_rotary| if are_rotary { "rotary" } else { "linear" };
+                    let (theirs, ours) = (of(motors.are_rotary), of(kinematics.are_rotary()));
+                    format!("the device has {theirs} axes, and the kinematics {kinematics} are of {ours} ones")
+                } else if kinematics.are_rotary() && kinematics.home().is_none() && !motors.are_absolute {
+                    "the counts of the device are not absolute: name home_deg in the kinematics".to_owned()
+                } else {
+                    device.resolution_m = kinematics.resolution_m(motors.counts);
+                    device.force_limit_n = kinematics.force_limit_n(motors.limits);
+                    return Ok(greeted);
+                }
+            }
+        };
+        Err(ConnectError::Protocol {
+            what: self.connector.address(),
+            heard,
+        })
     }
 
     /// Waits for a change of the device's node, for a time at most where there is one. Returns whether it has changed.
@@ -256,6 +329,7 @@ mod tests {
                 watchdog_ms: None,
                 buttons: 0,
                 rig: RigIdentity::default(),
+                motors: None,
             };
             let connection = Box::new(Self);
             Ok(GreetedDevice { connection, device })

@@ -38,8 +38,32 @@ impl LinkDevice {
         }
     }
 
+    /// The newest sample of the newest connection, at a time of ours, ns, as `read` asks for it.
+    pub(super) fn read_by<P>(
+        &mut self,
+        now_ns: u64,
+        read: impl FnOnce(&mut dyn Connection) -> Result<Option<Measurement<P>>, DeviceError>,
+    ) -> Result<Measurement<P>, DeviceError> {
+        self.now_ns = now_ns;
+        if self.connection.is_none()
+            && let Ok((connection, bounds)) = self.greeted.pop()
+        {
+            self.bounds = bounds;
+            self.connection = Some(connection);
+        }
+        self.with(read)?.ok_or(DeviceError::Disconnected)
+    }
+
+    /// The time of the last reading, ns.
+    pub(super) fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
     /// Uses the connection. A failed connection goes back to the keeper.
-    fn with<T>(&mut self, act: impl FnOnce(&mut dyn Connection) -> Result<T, DeviceError>) -> Result<T, DeviceError> {
+    pub(super) fn with<T>(
+        &mut self,
+        act: impl FnOnce(&mut dyn Connection) -> Result<T, DeviceError>,
+    ) -> Result<T, DeviceError> {
         let Some(connection) = self.connection.as_deref_mut() else {
             return Err(DeviceError::Disconnected);
         };
@@ -66,15 +90,7 @@ impl Device for LinkDevice {
     }
 
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
-        self.now_ns = now_ns;
-        if self.connection.is_none()
-            && let Ok((connection, bounds)) = self.greeted.pop()
-        {
-            self.bounds = bounds;
-            self.connection = Some(connection);
-        }
-        self.with(|connection| connection.read(now_ns))?
-            .ok_or(DeviceError::Disconnected)
+        self.read_by(now_ns, |connection| connection.read(now_ns))
     }
 
     fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {

@@ -59,6 +59,7 @@ mod tests {
         FromHost::Command {
             sequence,
             force_mn,
+            second_mn: None,
             enabled,
         }
     }
@@ -149,6 +150,7 @@ mod tests {
                         sequence,
                         force_mn,
                         enabled: on,
+                        ..
                     } = message
                 {
                     firmware.receive(message, 0);

@@ -31,6 +31,9 @@ mod line;
 mod link_device;
 mod mailbox;
 mod nodes;
+mod planar_link;
+#[cfg(test)]
+mod planar_tests;
 #[cfg(test)]
 mod quality_tests;
 #[cfg(test)]
@@ -53,4 +56,5 @@ pub use keeper::{Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use line::{Line, MAX_AT_ONCE, SendOutcome};
 pub use link_device::LinkDevice;
 pub use nodes::folder_of;
+pub use planar_link::{Homing, PlanarLink};
 pub use serial::SerialConnector;

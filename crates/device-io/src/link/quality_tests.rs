@@ -118,15 +118,15 @@ impl Rendering {
             let (last_ns, last_velocity) = self.last.unwrap_or((sample.time_ns, 0.0));
             let elapsed_s = (sample.time_ns - last_ns) as f64 * 1e-9;
             let velocity = if elapsed_s > 0.0 || self.last.is_none() {
-                self.velocity.update(elapsed_s, sample.position_m)
+                self.velocity.update(elapsed_s, sample.position_m[0])
             } else {
                 last_velocity
             };
             self.last = Some((sample.time_ns, velocity));
-            let rendered = self.renderer.tick(elapsed_s, sample.position_m, velocity);
+            let rendered = self.renderer.tick(elapsed_s, sample.position_m[0], velocity);
             force_n = -rendered.coupling_force;
         }
-        for message in self.session.command(force_n, true, now_ns).messages() {
+        for message in self.session.command([force_n, 0.0], true, now_ns).messages() {
             let frame = Frame::of(message.bytes().as_slice());
             self.down.send(frame.as_slice().to_vec(), &self.quality, now_ns);
         }

@@ -117,7 +117,7 @@ impl Rig {
     }
 
     fn send(&mut self, force_n: f64, enabled: bool) {
-        for message in self.session.command(force_n, enabled, self.now_ns).messages() {
+        for message in self.session.command([force_n, 0.0], enabled, self.now_ns).messages() {
             let begins_ns = self
                 .down
                 .back()

@@ -1,6 +1,6 @@
 //! The lengths of a HID device's reports, from its report descriptor (USB HID 1.11, section 6.2.2).
 
-use crate::protocol::view::{Kind, LONGEST};
+use crate::protocol::view::{Axes, Kind};
 use thiserror::Error;
 
 /// Lengths of a device's reports, bytes.
@@ -20,9 +20,9 @@ pub(crate) enum UnsupportedReports {
     Numbered,
     /// They are too short for a hello or a command, or too long.
     #[error(
-        "its reports carry {} bytes up and {} down, and the link protocol needs {LONGEST} and {}, at most \
+        "its reports carry {} bytes up and {} down, and the link protocol needs {MIN_UP} and {MIN_DOWN}, at most \
          {MAX_REPORT}",
-        .0.input, .0.output, Kind::Command.length()
+        .0.input, .0.output
     )]
     Length(Reports),
     /// Its descriptor breaks off.
@@ -33,8 +33,10 @@ pub(crate) enum UnsupportedReports {
 /// Longest report of the link protocol, bytes.
 pub(crate) const MAX_REPORT: usize = 64;
 
-/// Longest message to a device, bytes.
-const MAX_DOWN: usize = Kind::Command.length();
+/// Longest messages from and to a device of one axis, bytes. A device of two says so only in its hello, which then does
+/// not fit.
+const MIN_UP: usize = Kind::DeviceHello.length(Axes::One);
+const MIN_DOWN: usize = Kind::Command.length(Axes::One);
 
 impl Reports {
     /// Reads a descriptor of a device that can carry the link protocol.
@@ -80,7 +82,7 @@ impl Reports {
             input: bytes(input_bits),
             output: bytes(output_bits),
         };
-        if (LONGEST..=MAX_REPORT).contains(&reports.input) && (MAX_DOWN..=MAX_REPORT).contains(&reports.output) {
+        if (MIN_UP..=MAX_REPORT).contains(&reports.input) && (MIN_DOWN..=MAX_REPORT).contains(&reports.output) {
             Ok(reports)
         } else {
             Err(UnsupportedReports::Length(reports))

@@ -13,7 +13,7 @@ use crate::address::DEFAULT_BAUD;
 use crate::device::{DeviceError, Written, now_ns};
 use crate::protocol::frame::{Decoder, Frame, MAX_FRAME};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
-use crate::protocol::view::{Kind, View};
+use crate::protocol::view::{Axes, Kind, View};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,16 +22,16 @@ use std::sync::Arc;
 const FRAMING: usize = 6;
 
 /// Checks that a line carries the commands of a loop at a rate, Hz.
-pub(crate) fn check_commands(baud: u32, rate_hz: f64) -> Result<(), String> {
-    check_line(baud, "the loop sends", "rate", rate_hz, Kind::Command)
+pub(crate) fn check_commands(baud: u32, rate_hz: f64, axes: Axes) -> Result<(), String> {
+    check_line(baud, "the loop sends", "rate", rate_hz, Kind::Command.length(axes))
 }
 
-/// Checks that a line at a rate, baud, carries one message of a kind so often, Hz.
+/// Checks that a line at a rate, baud, carries a message of a length, bytes, so often, Hz.
 #[expect(clippy::cast_precision_loss, reason = "the bytes of a message")]
-fn check_line(baud: u32, who: &str, name: &str, rate_hz: f64, kind: Kind) -> Result<(), String> {
+fn check_line(baud: u32, who: &str, name: &str, rate_hz: f64, length: usize) -> Result<(), String> {
     // A byte takes ten bits with those that begin and end it.
     let carried = f64::from(baud) / 10.0;
-    let bytes = (kind.length() + FRAMING) as f64;
+    let bytes = (length + FRAMING) as f64;
     let sent = rate_hz * bytes;
     if sent <= carried {
         return Ok(());
@@ -197,8 +197,9 @@ impl Connector for SerialConnector {
             let sample_rate_hz = f64::from(hello.sample_rate_hz);
             #[expect(clippy::cast_precision_loss, reason = "a period of milliseconds")]
             let rate_hz = 1e9 / timing.period_ns as f64;
-            check_commands(self.baud, rate_hz)
-                .and_then(|()| check_line(self.baud, "the device", "its sample rate", sample_rate_hz, samples))
+            let length = samples.length(hello.axes());
+            check_commands(self.baud, rate_hz, hello.axes())
+                .and_then(|()| check_line(self.baud, "the device", "its sample rate", sample_rate_hz, length))
                 .map_err(|why| ConnectError::Refused {
                     what: self.path.display().to_string(),
                     why,
@@ -235,7 +236,7 @@ mod tests {
             wait_ns: 0,
         };
         // Nobody reads until the line takes no more: of the last frame none or a part.
-        let Some(force) = connection.session.command(1.0, true, now_ns).messages().last() else {
+        let Some(force) = connection.session.command([1.0, 0.0], true, now_ns).messages().last() else {
             panic!("it is sent");
         };
         let frame = Frame::of(force.bytes().as_slice());

@@ -9,6 +9,7 @@ use super::device_clock::DeviceClock;
 use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 use super::sent_messages::SentMessages;
 use crate::device::{DeviceError, Measurement, Motor as ReportedMotor};
+use crate::kinematics::within_limits;
 use crate::protocol::frame::FrameError;
 use crate::protocol::message::{
     DeviceHello, DeviceSample, ErrorCode, ErrorReport, FromDevice, FromHost, MessageError, is_newer,
@@ -58,8 +59,32 @@ enum Motor {
 /// What is commanded, as it stands in a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Order {
-    force_mn: i32,
+    /// Of both motors, mN or uN m; of a device with one the second is 0.
+    efforts: [i32; 2],
     enabled: bool,
+}
+
+/// A motor and its encoder, as the hello describes them.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    /// Distance between two counts, m or rad.
+    count: f64,
+    /// Units of the message, mN or uN m, in a N or N m.
+    units: f64,
+    /// Largest effort, in such units.
+    limit: i32,
+}
+
+/// The axes of a device: one or two.
+fn axes(hello: &DeviceHello) -> [Option<Axis>; 2] {
+    let is_rotary = hello.two_axes.is_some_and(|two| two.are_rotary);
+    let axis = |counts: f32, limit: u32| Axis {
+        count: 1.0 / f64::from(counts),
+        units: if is_rotary { 1e6 } else { 1e3 },
+        limit: i32::try_from(limit).unwrap_or(i32::MAX),
+    };
+    let second = hello.two_axes.map(|two| axis(two.second_counts, two.second_limit));
+    [Some(axis(hello.counts_per_metre, hello.force_limit_mn)), second]
 }
 
 /// What becomes of a tick's command.
@@ -93,8 +118,9 @@ impl Outgoing {
 pub(crate) struct Session {
     counters: Arc<LinkCounters>,
     clock: DeviceClock,
-    metres_per_count: f64,
-    force_limit_mn: i32,
+    axes: [Option<Axis>; 2],
+    /// Whether count 0 is a place of the rig, and not where it happened to be at the first sample.
+    is_absolute: bool,
     /// Age from which an incoming sample is late, ns.
     late_after_ns: u64,
     newest: Option<DeviceSample>,
@@ -103,8 +129,8 @@ pub(crate) struct Session {
     /// Time of the last new sample on our clock, ns.
     heard_at_ns: u64,
     device_ns: u64,
-    /// Counts since the first sample, which is the origin.
-    counts: i64,
+    /// Counts of both encoders since the first sample, which is the origin unless they are absolute.
+    counts: [i64; 2],
     motor: Motor,
     sent: SentMessages,
     /// The newest that was sent.
@@ -126,15 +152,15 @@ impl Session {
         Self {
             counters,
             clock: DeviceClock::default(),
-            metres_per_count: 1.0 / f64::from(hello.counts_per_metre),
-            force_limit_mn: i32::try_from(hello.force_limit_mn).unwrap_or(i32::MAX),
+            axes: axes(hello),
+            is_absolute: hello.two_axes.is_some_and(|two| two.are_absolute),
             // A sample may wait a period of ours to be read, and one of its own to be sent.
             late_after_ns: timing.period_ns + sample_period_ns,
             newest: None,
             used: None,
             heard_at_ns: now_ns,
             device_ns: 0,
-            counts: 0,
+            counts: [0; 2],
             motor: Motor::Off { since: None },
             sent: SentMessages::new(sample_period_ns),
             order: None,
@@ -174,6 +200,11 @@ impl Session {
     }
 
     fn take_sample(&mut self, sample: DeviceSample, now_ns: u64) {
+        // Half a position is none.
+        if sample.second_count.is_some() != self.axes[1].is_some() {
+            add(&self.counters.malformed, 1);
+            return;
+        }
         if let Some(newest) = self.newest {
             if !is_newer(sample.sequence, newest.sequence) {
                 add(&self.counters.out_of_sequence, 1);
@@ -181,7 +212,15 @@ impl Session {
             }
             self.counters
                 .note_gap(sample.sequence.wrapping_sub(newest.sequence) - 1);
-            self.counts += i64::from(sample.count.wrapping_sub(newest.count));
+            for (counts, (now, before)) in self
+                .counts
+                .iter_mut()
+                .zip(counts_of(&sample).into_iter().zip(counts_of(&newest)))
+            {
+                *counts += i64::from(now.wrapping_sub(before));
+            }
+        } else if self.is_absolute {
+            self.counts = counts_of(&sample).map(i64::from);
         }
         add(&self.counters.samples, 1);
         self.device_ns = self.clock.stamp(sample.time_us, now_ns);
@@ -218,12 +257,12 @@ impl Session {
         self.newest.map(|sample| sample.sequence) != self.used
     }
 
-    /// The newest sample, at a time of ours, ns; nothing before the first.
+    /// The newest sample, at a time of ours, ns, with the positions of both motors, m or rad; nothing before the first.
     ///
     /// # Errors
     /// The motor is not enabled though it should be, the device has reported an error, confirms commands under force too
     /// late or not at all, or was silent for too long and must be greeted again.
-    pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
+    pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         if self.has_news() {
             self.heard_at_ns = now_ns;
         } else if now_ns.saturating_sub(self.heard_at_ns) > SILENCE_NS {
@@ -254,11 +293,11 @@ impl Session {
         }
         self.force.unwrap_or(Ok(()))?;
         #[expect(clippy::cast_precision_loss, reason = "no handle goes 2^53 counts")]
-        let position_m = self.counts as f64 * self.metres_per_count;
+        let positions = [0, 1].map(|at| self.counts[at] as f64 * self.axes[at].map_or(0.0, |axis| axis.count));
         Ok(Some(Measurement {
             motor: self.reported(&newest),
             buttons: newest.buttons,
-            ..Measurement::new(newest.sequence, self.device_ns, position_m)
+            ..Measurement::new(newest.sequence, self.device_ns, positions)
         }))
     }
 
@@ -272,11 +311,11 @@ impl Session {
         }
     }
 
-    /// What becomes of the command of a force on the hand, N, at a time of ours, ns. Zero force and a motor that is to be
+    /// What becomes of the command of both motors' efforts, N or N m, at a time of ours, ns. Zero force and a motor that is to be
     /// off are sent at once, and then again and again until they are confirmed; other commands only while there is room.
-    pub(crate) fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Outgoing {
+    pub(crate) fn command(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Outgoing {
         let order = Order {
-            force_mn: if enabled { self.force_mn(force_n) } else { 0 },
+            efforts: if enabled { self.in_units(efforts) } else { [0; 2] },
             enabled,
         };
         if self.force.is_some() != enabled {
@@ -284,7 +323,7 @@ impl Session {
         }
         let enables = enabled && matches!(self.motor, Motor::Off { .. });
         let repeats = self.order == Some(order) && !enables;
-        let pulls = order.force_mn != 0 || enables;
+        let pulls = order.efforts != [0; 2] || enables;
         let must_go = !pulls && (!repeats || now_ns.saturating_sub(self.sent.newest_at_ns()) >= SEND_AGAIN_NS);
         if !must_go && !self.sent.has_room(now_ns) {
             if !repeats {
@@ -311,10 +350,14 @@ impl Session {
                 since: since.or(Some(sequence)),
             };
         }
-        let Order { force_mn, enabled } = order;
+        let Order {
+            efforts: [force_mn, second],
+            enabled,
+        } = order;
         let command = FromHost::Command {
             sequence,
             force_mn,
+            second_mn: self.axes[1].map(|_| second),
             enabled,
         };
         Outgoing::Sent { enable, command }
@@ -325,20 +368,32 @@ impl Session {
         self.order = None;
     }
 
-    fn force_mn(&self, force_n: f64) -> i32 {
-        let limit = f64::from(self.force_limit_mn);
-        let wanted = (force_n * 1000.0).round();
-        if wanted.abs() > limit {
+    /// Efforts of both motors as they stand in a message. Where one is beyond its motor's limit both shrink by one factor,
+    /// so that the force on a hand keeps its direction.
+    fn in_units(&self, efforts: [f64; 2]) -> [i32; 2] {
+        // Finite, so that what is cut to a limit has a direction.
+        let in_units = |axis: Axis, effort: f64| (effort * axis.units).round().clamp(f64::MIN, f64::MAX);
+        let wanted = [0, 1].map(|at| self.axes[at].map_or(0.0, |axis| in_units(axis, efforts[at])));
+        let limits = self.axes.map(|axis| axis.map_or(0.0, |axis| f64::from(axis.limit)));
+        // An effort that is not a number leaves none.
+        if wanted.iter().any(|effort| effort.is_nan()) {
+            return [0; 2];
+        }
+        let (within, are_clipped) = within_limits(wanted, limits);
+        if are_clipped {
             add(&self.counters.clipped, 1);
         }
-        // A force that is not a number becomes zero.
         #[expect(
             clippy::cast_possible_truncation,
-            reason = "within the limit, a whole number of 32 bits"
+            reason = "within the limits, whole numbers of 32 bits"
         )]
-        let force_mn = wanted.max(-limit).min(limit) as i32;
-        if wanted.is_nan() { 0 } else { force_mn }
+        [0, 1].map(|at| within[at].round().max(-limits[at]).min(limits[at]) as i32)
     }
+}
+
+/// The counts of both encoders; of a device with one the second is 0.
+fn counts_of(sample: &DeviceSample) -> [i32; 2] {
+    [sample.count, sample.second_count.unwrap_or_default()]
 }
 
 #[cfg(test)]

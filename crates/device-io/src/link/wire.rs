@@ -2,7 +2,7 @@
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-use super::connector::{ConnectError, Connection, DeviceInfo, GreetedDevice, LoopTiming};
+use super::connector::{ConnectError, Connection, DeviceInfo, GreetedDevice, LoopTiming, TwoMotors};
 use super::health::{LinkCounters, add};
 use super::identity::RigIdentity;
 use super::session::{Outgoing, RejectedInput, Session};
@@ -86,10 +86,8 @@ pub(super) fn greet(
                 .receive(|came| match came {
                     Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
                     Ok(_) => {}
-                    // A device of another version, or with two axes, must be named as one, whatever else comes.
-                    Err(RejectedInput::Message(
-                        error @ MessageError::View(ViewError::Version(_) | ViewError::TwoAxes),
-                    )) => {
+                    // A device of another version must be named as one, whatever else comes.
+                    Err(RejectedInput::Message(error @ MessageError::View(ViewError::Version(_)))) => {
                         heard = Some(error.to_string());
                     }
                     Err(RejectedInput::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
@@ -129,6 +127,7 @@ pub(super) fn greeted(
             watchdog_ms: hello.watchdog(),
             buttons: hello.buttons,
             rig,
+            motors: two_motors(hello),
         },
         connection: Box::new(WireConnection {
             wire,
@@ -137,6 +136,17 @@ pub(super) fn greeted(
             wait_ns: timing.period_ns / 4,
         }),
     }
+}
+
+fn two_motors(hello: &DeviceHello) -> Option<TwoMotors> {
+    let two = hello.two_axes?;
+    let limit = |units: u32| f64::from(units) * if two.are_rotary { 1e-6 } else { 1e-3 };
+    Some(TwoMotors {
+        counts: [hello.counts_per_metre, two.second_counts].map(|counts| 1.0 / f64::from(counts)),
+        limits: [hello.force_limit_mn, two.second_limit].map(limit),
+        are_rotary: two.are_rotary,
+        are_absolute: two.are_absolute,
+    })
 }
 
 /// A carrier and the session on it.
@@ -168,13 +178,22 @@ impl<W: Wire> WireConnection<W> {
 
 impl<W: Wire> Connection for WireConnection<W> {
     fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
+        let measured = self.read_motors(now_ns)?;
+        Ok(measured.map(|measured| measured.at(measured.position_m[0])))
+    }
+
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
+        self.write_motors([force_n, 0.0], enabled, now_ns)
+    }
+
+    fn read_motors(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         let received = self.receive(now_ns);
         self.wire.note_failure(&self.counters, now_ns);
         received.and_then(|()| self.session.measurement(now_ns))
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
-        let outgoing = self.session.command(force_n, enabled, now_ns);
+    fn write_motors(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
+        let outgoing = self.session.command(efforts, enabled, now_ns);
         let sent = self.wire.send(outgoing, now_ns, &self.counters);
         self.wire.note_failure(&self.counters, now_ns);
         Ok(match sent? {
@@ -192,7 +211,7 @@ impl<W: Wire> Drop for WireConnection<W> {
     /// The last command is that the motor is off. A writer, dropped after this, sends it before it ends.
     fn drop(&mut self) {
         let now_ns = device::now_ns();
-        let outgoing = self.session.command(0.0, false, now_ns);
+        let outgoing = self.session.command([0.0; 2], false, now_ns);
         if self.wire.send(outgoing, now_ns, &self.counters).is_err() {
             // The device does not hear it; its own watchdog does the rest.
         }

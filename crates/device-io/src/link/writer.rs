@@ -41,7 +41,8 @@ struct Shared {
 /// The command that is posted at present, post by post.
 #[derive(Clone, Copy, Debug)]
 struct PostedCommand {
-    force_mn: i32,
+    /// Of both motors.
+    forces_mn: (i32, Option<i32>),
     enabled: bool,
     /// Sequence of the first of these commands.
     since: u32,
@@ -141,6 +142,7 @@ impl Writer {
         if let FromHost::Command {
             sequence,
             force_mn,
+            second_mn,
             enabled,
         } = command
         {
@@ -149,10 +151,10 @@ impl Writer {
             let is_same = enable.is_none()
                 && self
                     .saying
-                    .is_some_and(|saying| (saying.force_mn, saying.enabled) == (force_mn, enabled));
+                    .is_some_and(|saying| (saying.forces_mn, saying.enabled) == ((force_mn, second_mn), enabled));
             if !is_same {
                 self.saying = Some(PostedCommand {
-                    force_mn,
+                    forces_mn: (force_mn, second_mn),
                     enabled,
                     since: sequence,
                     taken: false,
@@ -215,6 +217,7 @@ fn run<E>(shared: &Shared, mut waiting: Consumer<Post>, mut send: impl FnMut(Fro
         if last
             && let Some(FromHost::Command {
                 sequence,
+                second_mn,
                 enabled: true,
                 ..
             }) = newest.command.or(sent)
@@ -224,6 +227,7 @@ fn run<E>(shared: &Shared, mut waiting: Consumer<Post>, mut send: impl FnMut(Fro
             newest.command = Some(FromHost::Command {
                 sequence: sequence.wrapping_add(1),
                 force_mn: 0,
+                second_mn: second_mn.map(|_| 0),
                 enabled: false,
             });
         }
@@ -270,10 +274,12 @@ mod tests {
         }
     }
 
+    /// Of two motors: no force is none of both.
     fn command(sequence: u32, enabled: bool) -> FromHost {
         FromHost::Command {
             sequence,
             force_mn: if enabled { 1000 } else { 0 },
+            second_mn: Some(if enabled { -500 } else { 0 }),
             enabled,
         }
     }
@@ -361,6 +367,25 @@ mod tests {
         assert_eq!(post(false), Ok(Written::Taken), "and it stays so");
         assert_eq!(post(true), Ok(Written::Later), "another command");
         drop(lets);
+    }
+
+    #[test]
+    fn another_force_of_the_second_motor_is_another_command() {
+        let counters = LinkCounters::default();
+        let mut writer = Writer::start(0, |_| Ok::<(), ()>(())).expect("a thread");
+        let (mut sequence, enable) = (0, None);
+        let mut post = |second_mn| {
+            sequence += 1;
+            let command = FromHost::Command {
+                sequence,
+                force_mn: 1000,
+                second_mn: Some(second_mn),
+                enabled: true,
+            };
+            writer.post(Outgoing::Sent { enable, command }, 0, &counters)
+        };
+        until(|| post(500) == Ok(Written::Taken));
+        assert_eq!(post(501), Ok(Written::Later));
     }
 
     #[test]

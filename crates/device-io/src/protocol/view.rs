@@ -45,27 +45,38 @@ impl Kind {
         Self::ALL.into_iter().find(|kind| *kind as u8 == byte)
     }
 
-    /// Length of the whole message, bytes.
+    /// Length of the whole message of a device with one axis, or two, bytes.
     #[must_use]
-    pub const fn length(self) -> usize {
-        match self {
-            Self::DeviceHello => 48,
-            Self::Measurement => 20,
-            Self::WideMeasurement => 28,
-            Self::Acknowledge | Self::Error | Self::HostHello => 8,
-            Self::Command | Self::Enable => 12,
+    pub const fn length(self, axes: Axes) -> usize {
+        match (self, axes) {
+            (Self::DeviceHello, Axes::One) => 48,
+            (Self::DeviceHello, Axes::Two) => LONGEST,
+            (Self::Measurement, Axes::One) => 20,
+            (Self::Measurement, Axes::Two) => 24,
+            (Self::WideMeasurement, Axes::One) => 28,
+            (Self::WideMeasurement, Axes::Two) => 40,
+            (Self::Command, Axes::Two) => 16,
+            (Self::Acknowledge | Self::Error | Self::HostHello, _) => 8,
+            (Self::Command, Axes::One) | (Self::Enable, _) => 12,
         }
     }
 }
 
-/// Longest message, bytes.
-pub const LONGEST: usize = 48;
+/// Number of axes of a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Axes {
+    /// One motor on a line.
+    #[default]
+    One,
+    /// Two motors in a plane: every message has the fields of the second one appended.
+    Two,
+}
 
-/// Longest message on a line, bytes: the hello of a device with two axes, which hapticd refuses by name.
-pub const LONGEST_OF_TWO_AXES: usize = 56;
+/// Longest message, bytes: the hello of a device with two axes.
+pub const LONGEST: usize = 56;
 
 /// Flag of a hello: the device has two axes.
-pub const TWO_AXES: u8 = 1 << 1;
+pub(super) const TWO_AXES: u8 = 1 << 1;
 
 /// Why bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -76,14 +87,16 @@ pub enum ViewError {
     /// It is of another version of the protocol.
     #[error("the device speaks version {0} of the link protocol, and this is version {VERSION}")]
     Version(u8),
-    /// It is the hello of a device with two axes.
-    #[error("the device has two axes, and hapticd renders one")]
-    TwoAxes,
     /// It is too short or too long.
-    #[error("a message of {got} bytes where {kind:?} has {}", .kind.length())]
+    #[error("a message of {got} bytes where {kind:?} of {} has {}", match .axes {
+        Axes::One => "one axis",
+        Axes::Two => "two axes",
+    }, .kind.length(*.axes))]
     Length {
         /// Its kind.
         kind: Kind,
+        /// The axes that it is for; of a kind whose length tells them, one.
+        axes: Axes,
         /// Its length, bytes.
         got: usize,
     },
@@ -96,52 +109,65 @@ pub enum ViewError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct View<'a> {
     kind: Kind,
+    axes: Axes,
     bytes: &'a [u8],
 }
 
 impl<'a> View<'a> {
-    /// A view of bytes that are exactly one message.
+    /// A view of bytes that are exactly one message: its length says of how many axes.
     ///
     /// # Errors
     /// They are not.
     pub fn whole(bytes: &'a [u8]) -> Result<Self, ViewError> {
-        let view = Self::padded(bytes)?;
-        if bytes.len() != view.kind.length() {
-            return Err(ViewError::Length {
-                kind: view.kind,
+        let (kind, flagged) = header(bytes)?;
+        let told = [Axes::One, Axes::Two]
+            .into_iter()
+            .find(|axes| bytes.len() == kind.length(*axes));
+        match told {
+            Some(axes) if flagged.is_none_or(|flagged| flagged == axes) => Ok(Self { kind, axes, bytes }),
+            _ => Err(ViewError::Length {
+                kind,
+                axes: flagged.unwrap_or_default(),
                 got: bytes.len(),
-            });
+            }),
         }
-        Ok(view)
     }
 
-    /// A view of bytes that begin with a message, as a HID report does.
+    /// A view of bytes that begin with a message of a device with so many axes, as a HID report does. A hello says
+    /// itself of how many it is.
     ///
     /// # Errors
     /// They do not.
-    pub fn padded(bytes: &'a [u8]) -> Result<Self, ViewError> {
-        let [first, version, ..] = *bytes else {
-            return Err(ViewError::Empty);
-        };
-        // The first two bytes are where they are in every version, so that a device of another
-        // version is known as one.
-        if version != VERSION {
-            return Err(ViewError::Version(version));
-        }
-        let kind = Kind::from_byte(first).ok_or(ViewError::Kind(first))?;
-        if kind == Kind::DeviceHello && bytes.get(2).is_some_and(|flags| flags & TWO_AXES != 0) {
-            return Err(ViewError::TwoAxes);
-        }
-        let bytes = bytes
-            .get(..kind.length())
-            .ok_or(ViewError::Length { kind, got: bytes.len() })?;
-        Ok(Self { kind, bytes })
+    pub fn padded(bytes: &'a [u8], axes: Axes) -> Result<Self, ViewError> {
+        let (kind, flagged) = header(bytes)?;
+        let axes = flagged.unwrap_or(axes);
+        let whole = bytes.get(..kind.length(axes)).ok_or(ViewError::Length {
+            kind,
+            axes,
+            got: bytes.len(),
+        })?;
+        Ok(Self {
+            kind,
+            // Those that a view of the same bytes by themselves has.
+            axes: if kind.length(axes) == kind.length(Axes::One) {
+                Axes::One
+            } else {
+                axes
+            },
+            bytes: whole,
+        })
     }
 
     /// Its kind.
     #[must_use]
     pub fn kind(&self) -> Kind {
         self.kind
+    }
+
+    /// Whether it has fields of a second axis.
+    #[must_use]
+    pub fn has_second_axis(&self) -> bool {
+        self.axes == Axes::Two
     }
 
     /// `N` bytes from an offset; zeros beyond the end, where no field lies.
@@ -185,6 +211,21 @@ impl<'a> View<'a> {
     }
 }
 
+/// The kind of a message; of a hello also the number of axes, which its flags say.
+fn header(bytes: &[u8]) -> Result<(Kind, Option<Axes>), ViewError> {
+    let [first, version, ..] = *bytes else {
+        return Err(ViewError::Empty);
+    };
+    // The first two bytes are where they are in every version, so that a device of another version is known as one.
+    if version != VERSION {
+        return Err(ViewError::Version(version));
+    }
+    let kind = Kind::from_byte(first).ok_or(ViewError::Kind(first))?;
+    let flags = bytes.get(2).filter(|_| kind == Kind::DeviceHello);
+    let axes = flags.map(|flags| if flags & TWO_AXES == 0 { Axes::One } else { Axes::Two });
+    Ok((kind, axes))
+}
+
 /// A message being written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bytes {
@@ -193,15 +234,15 @@ pub struct Bytes {
 }
 
 impl Bytes {
-    /// A message of a kind, zero but for its first two bytes.
+    /// A message of a kind, of a device with so many axes; zero but for its first two bytes.
     #[must_use]
-    pub fn new(kind: Kind) -> Self {
+    pub fn new(kind: Kind, axes: Axes) -> Self {
         let mut bytes = [0; LONGEST];
         bytes[0] = kind as u8;
         bytes[1] = VERSION;
         Self {
             bytes,
-            length: kind.length(),
+            length: kind.length(axes),
         }
     }
 

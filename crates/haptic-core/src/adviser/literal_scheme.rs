@@ -22,7 +22,7 @@ use super::{UNFELT_RIPPLE_N, UNSEEN_LIMIT_CYCLE_MPS};
 use crate::block::{Block, BlockState, Coupling};
 use crate::directional::{Direction, Directional};
 use crate::parameters::Parameter;
-use crate::renderer::Renderer;
+use crate::renderer::{Renderer, Rendering};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::vec::Vec;

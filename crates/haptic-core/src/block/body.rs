@@ -213,10 +213,10 @@ impl BlockState {
 
 /// Result of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rendered {
+pub struct Rendered<V = f64> {
     /// Coupling force `F` on the block, N, or the friction itself where there is no block; the hand
     /// feels `-F`.
-    pub coupling_force: f64,
+    pub coupling_force: V,
     /// Changes of contact within the tick.
     pub events: u32,
     /// Whether the bounded work of the exact tick ran out and implicit steps finished it.

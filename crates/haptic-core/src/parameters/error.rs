@@ -130,6 +130,20 @@ pub enum SceneError {
         /// The same as a multiple of the dynamic force.
         most_ratio: f64,
     },
+    /// A surface that differs by direction, in the plane.
+    #[error("{0} differs by direction, and in the plane there is none: set `{0}` alone", param.info().name)]
+    PlaneHasNoDirection {
+        /// The parameter.
+        param: Parameter,
+    },
+    /// What is for a rig of one axis.
+    #[error("{what} is for a rig of one axis: {instead}")]
+    OneAxisOnly {
+        /// What it is.
+        what: String,
+        /// What there is in the plane.
+        instead: &'static str,
+    },
     /// Nothing holds the block to the device.
     #[error("stiffness = 0 N/m and damping = 0 N s/m: a block needs at least one of them above 0 to be held")]
     NoCoupling,

@@ -6,6 +6,7 @@ use super::vector::Plane;
 use crate::block::{BlockState, Contact, Coupling, EventSink, ExactBlock, LinearSlide, Moving, Rendered, Slides};
 use crate::contact::ConstantLimit;
 use crate::directional::Direction;
+use crate::snapshot::Archive;
 
 /// Below this speed, m/s, a block within its static limit is at rest: the ideal law is discontinuous where the pull is
 /// between the dynamic and the static limit.
@@ -21,7 +22,7 @@ const SLOW_TURNS: f64 = 60.0;
 const SERIES_TURNS: f64 = 8.0;
 
 /// A slide's contact. A plane has no direction of its own, so there is only one.
-const SLIDING: Contact = Contact::Sliding(Direction::Positive);
+pub(super) const SLIDING: Contact = Contact::Sliding(Direction::Positive);
 
 /// A contact on a line, as one in the plane.
 fn of_plane(contact: Contact) -> Contact {
@@ -60,17 +61,6 @@ pub struct PlanarState {
     residue: Plane,
 }
 
-/// Result of one tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PlanarRendered {
-    /// Coupling force on the block, N; the hand feels the opposite.
-    pub coupling_force: Plane,
-    /// Changes of contact within the tick.
-    pub events: u32,
-    /// Whether the bounded work ran out and an implicit step did the rest.
-    pub work_exhausted: bool,
-}
-
 /// A block on an isotropic surface, dragged through a virtual coupling.
 #[derive(Clone, Debug)]
 pub struct PlanarBlock {
@@ -98,7 +88,7 @@ struct Course {
     pieces: u32,
     /// The longest step, s, that is tried for a slow slide.
     stiff_step_s: f64,
-    rendered: PlanarRendered,
+    rendered: Rendered<Plane>,
 }
 
 impl Course {
@@ -158,7 +148,7 @@ impl PlanarBlock {
     /// Puts it somewhere, without a tick.
     pub fn set_state(&mut self, state: PlanarState) {
         self.state = state;
-        if state.velocity != Plane::ZERO {
+        if state.velocity != Plane::ZERO || self.frictionless() {
             self.state.contact = SLIDING;
         }
         self.state.armed = state.velocity.length() > self.friction.velocity_threshold;
@@ -172,8 +162,8 @@ impl PlanarBlock {
         position: Plane,
         velocity: Plane,
         sink: &mut (impl EventSink + ?Sized),
-    ) -> PlanarRendered {
-        let mut rendered = PlanarRendered::default();
+    ) -> Rendered<Plane> {
+        let mut rendered = Rendered::default();
         if elapsed_s > 0.0 {
             let course = self.course(elapsed_s, position, velocity);
             rendered = self.advance(course, sink);
@@ -198,11 +188,25 @@ impl PlanarBlock {
         state.deflection() * self.coupling.stiffness + (state.device_velocity - state.velocity) * self.coupling.damping
     }
 
+    /// Saves or loads the block and the last sample.
+    pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
+        let state = &mut self.state;
+        archive.vector("position_m", &mut state.position);
+        archive.vector("residue_m", &mut state.residue);
+        archive.vector("velocity_mps", &mut state.velocity);
+        state.contact.archive(archive);
+        archive.flag("armed", &mut state.armed);
+        archive.vector("device_position_m", &mut state.device_position);
+        archive.vector("device_velocity_mps", &mut state.device_velocity);
+    }
+
     fn frictionless(&self) -> bool {
         self.friction.static_force == 0.0
     }
 
-    fn at_rest(&self) -> Contact {
+    /// The contact of a block at rest: sliding where no friction can hold it.
+    #[must_use]
+    pub fn at_rest(&self) -> Contact {
         if self.frictionless() { SLIDING } else { Contact::Stuck }
     }
 
@@ -226,11 +230,11 @@ impl PlanarBlock {
             limit: None,
             pieces: 0,
             stiff_step_s: elapsed_s.min(self.sliding.longest_stiff_step()),
-            rendered: PlanarRendered::default(),
+            rendered: Rendered::default(),
         }
     }
 
-    fn advance(&mut self, mut course: Course, sink: &mut (impl EventSink + ?Sized)) -> PlanarRendered {
+    fn advance(&mut self, mut course: Course, sink: &mut (impl EventSink + ?Sized)) -> Rendered<Plane> {
         while course.time < course.elapsed_s {
             if course.pieces == MAX_PIECES {
                 self.implicit_step(&mut course, sink);
@@ -285,42 +289,43 @@ impl PlanarBlock {
             self.change_contact(Contact::Stuck, course, sink);
             return;
         }
-        let motion = if speed <= FLOOR_MPS {
+        if speed <= FLOOR_MPS {
             if let Some(limit) = course.limit.take() {
                 pull.force = pull.force * (limit / pull.force.length());
             }
             let excess = pull.force.length() - dynamic_force;
-            if excess > 1e-9 * dynamic_force {
+            let motion = if excess > 1e-9 * dynamic_force {
                 self.sliding.sets_off(&pull, remaining)
             } else {
                 self.sliding.begins_to_slide(&pull, remaining)
+            };
+            self.follow(&motion, course, sink);
+            return;
+        }
+        if velocity.cross(pull.force).abs() <= speed * course.collinear
+            && velocity.cross(pull.slope).abs() * remaining <= speed * course.collinear
+        {
+            self.follow_line(course, sink);
+            return;
+        }
+        let falls_before = velocity_threshold > 0.0 && self.state.armed;
+        if !falls_before
+            && let Some(landing) = self.sliding.lands(velocity, &pull)
+            && landing.after_s < remaining
+        {
+            course.time += landing.after_s;
+            course.moved += landing.displacement;
+            if sink.listens() {
+                sink.dissipated(dynamic_force * landing.displacement.length());
             }
-        } else {
-            if velocity.cross(pull.force).abs() <= speed * course.collinear
-                && velocity.cross(pull.slope).abs() * remaining <= speed * course.collinear
-            {
-                self.follow_line(course, sink);
-                return;
-            }
-            let falls_before = velocity_threshold > 0.0 && self.state.armed;
-            if !falls_before
-                && let Some(landing) = self.sliding.lands(velocity, &pull)
-                && landing.after_s < remaining
-            {
-                course.time += landing.after_s;
-                course.moved += landing.displacement;
-                if sink.listens() {
-                    sink.dissipated(dynamic_force * landing.displacement.length());
-                }
-                self.change_contact(Contact::Stuck, course, sink);
-                return;
-            }
-            if self.follow_slowly(&pull, course, sink) {
-                return;
-            }
-            self.sliding
-                .goes_on(velocity, &pull, self.step_for(speed, &pull, remaining))
-        };
+            self.change_contact(Contact::Stuck, course, sink);
+            return;
+        }
+        if self.follow_slowly(&pull, course, sink) {
+            return;
+        }
+        let mut motion = Motion::at_rest(self.step_for(speed, &pull, remaining));
+        self.sliding.goes_on(velocity, &pull, &mut motion);
         self.follow(&motion, course, sink);
     }
 
@@ -500,8 +505,13 @@ impl PlanarState {
     }
 
     /// The device's position less the block's, m.
-    fn deflection(&self) -> Plane {
+    pub(super) fn deflection(&self) -> Plane {
         (self.device_position - self.position) - self.residue
+    }
+
+    /// Moves the block to a place, m.
+    pub(super) fn put(&mut self, position: Plane) {
+        (self.position, self.residue) = (position, Plane::ZERO);
     }
 
     fn advance(&mut self, by: Plane) {

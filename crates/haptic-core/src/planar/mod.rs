@@ -1,10 +1,18 @@
-//! Two axes: the vector Karnopp block on a plane, isotropic and exact to a tolerance.
+//! Two axes: the vector Karnopp block on a plane, isotropic and exact to a tolerance, and what a
+//! [`Servo`](crate::servo::Servo) in the plane is made of.
 
 mod block;
 mod landing;
+mod renderer;
 mod series;
+mod spring;
 mod stiff;
 mod vector;
+mod velocity;
+mod workspace;
 
-pub use block::{IsotropicKarnopp, PlanarBlock, PlanarRendered, PlanarState};
+pub use block::{IsotropicKarnopp, PlanarBlock, PlanarState};
+pub use renderer::PlanarRenderer;
 pub use vector::Plane;
+pub use velocity::PlanarEstimator;
+pub use workspace::Workspace;

@@ -12,6 +12,7 @@ use super::vector::Plane;
 use crate::math::{powf, sqrt};
 use crate::series::{RECIPROCAL, ROOM, first_root, value};
 use core::mem::replace;
+use core::ops::{Add, Mul};
 
 /// Up to this error, N, a series is carried on.
 pub(super) const TOLERANCE_N: f64 = 1e-12;
@@ -63,26 +64,30 @@ pub(super) struct Motion {
     pub(super) step_s: f64,
     /// Share of it that the piece takes.
     pub(super) until: f64,
+    /// Order beyond which the coefficients are zero.
+    pub(super) degree: usize,
     /// Coefficients of the speed, m/s.
     pub(super) speed: [f64; ROOM],
     /// Coefficients of the velocity, m/s.
-    pub(super) velocity_x: [f64; ROOM],
-    pub(super) velocity_y: [f64; ROOM],
+    pub(super) velocity: Vectors,
 }
+
+/// A series of vectors.
+pub(super) type Vectors = [Plane; ROOM];
 
 impl Motion {
     pub(super) fn velocity(&self, time: f64) -> Plane {
-        Plane::new(value(&self.velocity_x, time), value(&self.velocity_y, time))
+        value_up_to(self.degree, |k| self.velocity[k], time)
     }
 
     /// Way made since the piece began, m.
     pub(super) fn displacement(&self, time: f64) -> Plane {
-        Plane::new(integral(&self.velocity_x, time), integral(&self.velocity_y, time)) * self.step_s
+        value_up_to(self.degree, |k| self.velocity[k] * RECIPROCAL[k + 1], time) * time * self.step_s
     }
 
     /// Length of that way, m.
     pub(super) fn path(&self, time: f64) -> f64 {
-        integral(&self.speed, time) * self.step_s
+        value_up_to(self.degree, |k| self.speed[k] * RECIPROCAL[k + 1], time) * time * self.step_s
     }
 
     /// The first time in the piece at which a slide that is faster than a speed, m/s, has fallen to it.
@@ -112,53 +117,74 @@ impl Motion {
     }
 }
 
-/// The integral of a polynomial from zero.
-fn integral(polynomial: &[f64; ROOM], time: f64) -> f64 {
-    let mut terms = [0.0; ROOM];
-    for k in 0..ROOM {
-        terms[k] = polynomial[k] * RECIPROCAL[k + 1];
+/// Most slides need no higher order.
+const LOW_ORDER: usize = 11;
+
+/// A polynomial's value by its coefficients, which are zero beyond its degree; the bits are those of [`value`].
+#[inline(always)]
+fn value_up_to<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(
+    degree: usize,
+    coefficient: impl Fn(usize) -> T,
+    time: f64,
+) -> T {
+    if degree > LOW_ORDER {
+        return value(&core::array::from_fn(coefficient), time);
     }
-    value(&terms, time) * time
+    let second = time * time;
+    let fourth = second * second;
+    let pair = |k: usize| coefficient(k) + coefficient(k + 1) * time;
+    let four = |k: usize| pair(k) + pair(k + 2) * second;
+    (four(0) + four(4) * fourth) + four(8) * (fourth * fourth)
 }
 
-/// A series of vectors, by its parts.
-struct Vectors {
-    x: [f64; ROOM],
-    y: [f64; ROOM],
-}
-
-impl Vectors {
-    const ZERO: Self = Self {
-        x: [0.0; ROOM],
-        y: [0.0; ROOM],
-    };
-
-    fn get(&self, k: usize) -> Plane {
-        Plane::new(self.x[k], self.y[k])
-    }
-
-    fn set(&mut self, k: usize, to: Plane) {
-        self.x[k] = to.x;
-        self.y[k] = to.y;
-    }
+/// The products of the parts, which a processor forms both at once.
+#[inline(always)]
+fn by_part(a: Plane, b: Plane) -> Plane {
+    Plane::new(a.x * b.x, a.y * b.y)
 }
 
 /// Sum of `a[i] . b[k - i]` for `i` from 1 to `k - 1`.
+#[inline(always)]
 fn inner(a: &Vectors, b: &Vectors, k: usize) -> f64 {
-    let mut sum = 0.0;
+    let mut sum = Plane::ZERO;
     for i in 1..k {
-        sum += a.x[i] * b.x[k - i] + a.y[i] * b.y[k - i];
+        sum += by_part(a[i], b[k - i]);
+    }
+    sum.x + sum.y
+}
+
+/// Half of [`inner`] of a series with itself, whose terms come in pairs.
+#[inline(always)]
+fn half_square(e: &Vectors, k: usize) -> f64 {
+    let mut sum = Plane::ZERO;
+    for i in 1..k.div_ceil(2) {
+        sum += by_part(e[i], e[k - i]);
+    }
+    if k.is_multiple_of(2) {
+        sum += by_part(e[k / 2], e[k / 2]) * 0.5;
+    }
+    sum.x + sum.y
+}
+
+/// Sum of `s[i] e[k - i]` for `i` from 1 to `k - 1`.
+#[inline(always)]
+fn scaled(s: &[f64; ROOM], e: &Vectors, k: usize) -> Plane {
+    let mut sum = Plane::ZERO;
+    for i in 1..k {
+        sum += e[k - i] * s[i];
     }
     sum
 }
 
-/// Sum of `s[i] e[k - i]` for `i` from 1 to `k - 1`.
-fn scaled(s: &[f64; ROOM], e: &Vectors, k: usize) -> Plane {
-    let mut sum = Plane::ZERO;
-    for (i, speed) in s.iter().enumerate().take(k).skip(1) {
-        sum += e.get(k - i) * *speed;
-    }
-    sum
+/// What the orders of a series are added by.
+struct Growing<'a> {
+    pull: &'a Pull,
+    scales: Scales,
+    direction: Vectors,
+    /// `1 / speed`, s/m.
+    inverse: f64,
+    /// The last term, N.
+    last: f64,
 }
 
 impl Sliding {
@@ -195,49 +221,55 @@ impl Sliding {
         }
     }
 
-    /// The slide that goes on with `velocity`, which is not zero, for at most `step_s`.
-    pub(super) fn goes_on(&self, velocity: Plane, pull: &Pull, step_s: f64) -> Motion {
+    /// The slide that goes on with `velocity`, which is not zero, for at most the time of a [`Motion::at_rest`], which it is
+    /// written into: to return it costs a copy.
+    pub(super) fn goes_on(&self, velocity: Plane, pull: &Pull, motion: &mut Motion) {
         let speed = velocity.length();
-        let mut w = Vectors::ZERO;
-        let mut s = [0.0; ROOM];
-        let mut e = Vectors::ZERO;
-        w.set(0, velocity);
-        s[0] = speed;
-        e.set(0, velocity * (1.0 / speed));
-        let Scales {
-            share,
-            slope,
-            damped,
-            rubbed,
-            sprung,
-        } = self.scales(step_s);
-        let inverse = 1.0 / speed;
-        let (mut last, mut until) = (f64::INFINITY, 1.0);
-        for k in 0..ORDER {
-            let pulled = match k {
-                0 => pull.force * share,
-                1 => pull.slope * slope - velocity * sprung,
-                _ => w.get(k - 1) * (-sprung * RECIPROCAL[k]),
-            };
-            let newest = (pulled - w.get(k) * damped - e.get(k) * rubbed) * RECIPROCAL[k + 1];
-            w.set(k + 1, newest);
-            // e . e = 1 and w = s e, both of order k + 1.
-            let n = k + 1;
-            let turned = -0.5 * inner(&e, &e, n);
-            s[n] = e.get(0).dot(newest) + speed * turned + inner(&w, &e, n);
-            e.set(n, (newest - scaled(&s, &e, n) - e.get(0) * s[n]) * inverse);
-            if let Some(share) = self.ends(newest, &mut last, k >= 2, n == ORDER) {
-                until = share;
-                break;
+        let mut growing = Growing {
+            pull,
+            scales: self.scales(motion.step_s),
+            direction: [Plane::ZERO; ROOM],
+            inverse: 1.0 / speed,
+            last: f64::INFINITY,
+        };
+        growing.direction[0] = velocity * growing.inverse;
+        motion.velocity[0] = velocity;
+        motion.speed[0] = speed;
+        // Orders are constants to the compiler: nothing is left of the loops.
+        'orders: {
+            macro_rules! add_orders {
+                ($($k:literal)*) => {
+                    $(
+                        if let Some(until) = self.add_order($k, motion, &mut growing) {
+                            motion.degree = $k + 1;
+                            motion.until = keeps_speed(&motion.speed, motion.degree, until);
+                            break 'orders;
+                        }
+                    )*
+                };
             }
+            add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
         }
-        Motion {
-            step_s,
-            until: keeps_speed(&s, until),
-            speed: s,
-            velocity_x: w.x,
-            velocity_y: w.y,
-        }
+    }
+
+    /// Adds the order after `k`; returns as [`ends`](Self::ends).
+    #[inline(always)]
+    fn add_order(&self, k: usize, motion: &mut Motion, growing: &mut Growing<'_>) -> Option<f64> {
+        let (w, s, e) = (&mut motion.velocity, &mut motion.speed, &mut growing.direction);
+        let scales = &growing.scales;
+        let pulled = match k {
+            0 => growing.pull.force * scales.share,
+            1 => growing.pull.slope * scales.slope - w[0] * scales.sprung,
+            _ => w[k - 1] * (-scales.sprung * RECIPROCAL[k]),
+        };
+        let newest = (pulled - w[k] * scales.damped - e[k] * scales.rubbed) * RECIPROCAL[k + 1];
+        // e . e = 1 and w = s e, both of order k + 1.
+        let n = k + 1;
+        w[n] = newest;
+        let turned = -half_square(e, n);
+        s[n] = e[0].dot(newest) + s[0] * turned + inner(w, e, n);
+        e[n] = (newest - scaled(s, e, n) - e[0] * s[n]) * growing.inverse;
+        self.ends(newest, &mut growing.last, k >= 2, n == ORDER)
     }
 
     /// The slide that sets off from rest along `pull`, which exceeds the dynamic friction, for at most `step_s`: its
@@ -253,33 +285,33 @@ impl Sliding {
             sprung,
         } = self.scales(step_s);
         let first = share * (force - self.dynamic_force);
-        let mut w = Vectors::ZERO;
+        let mut w = [Plane::ZERO; ROOM];
         let mut s = [0.0; ROOM];
-        let mut e = Vectors::ZERO;
-        w.set(0, along * first);
+        let mut e = [Plane::ZERO; ROOM];
+        w[0] = along * first;
         s[0] = first;
-        e.set(0, along);
+        e[0] = along;
         let turns = rubbed / first;
         let inverse = 1.0 / first;
         let (mut last, mut until) = (self.impedance * first, 1.0);
         for k in 1..ORDER {
             // What is known of e[k]: its part along, and across what the older orders give.
-            let lengthwise = -0.5 * inner(&e, &e, k);
+            let lengthwise = -half_square(&e, k);
             let older = scaled(&s, &e, k);
             let older_across = older - along * along.dot(older);
             let known = along * lengthwise - older_across * inverse;
             let pulled = match k {
                 1 => pull.slope * slope,
                 // x[k] = h v[k - 1] / k, and the velocity's order k - 1 is W[k - 2].
-                _ => w.get(k - 2) * (-sprung * RECIPROCAL[k]),
+                _ => w[k - 2] * (-sprung * RECIPROCAL[k]),
             };
-            let q = pulled - w.get(k - 1) * damped - known * rubbed;
+            let q = pulled - w[k - 1] * damped - known * rubbed;
             let q_along = along.dot(q);
             let q_across = q - along * q_along;
             let across = q_across * (1.0 / ((k + 1) as f64 + turns));
             let newest = along * (q_along * RECIPROCAL[k + 1]) + across;
-            w.set(k, newest);
-            e.set(k, known + across * inverse);
+            w[k] = newest;
+            e[k] = known + across * inverse;
             s[k] = along.dot(newest) + first * lengthwise + inner(&w, &e, k);
             if let Some(share) = self.ends(newest, &mut last, k >= 3, k + 1 == ORDER) {
                 until = share;
@@ -300,32 +332,32 @@ impl Sliding {
             ..
         } = self.scales(step_s);
         let across_of = |vector: Plane| vector - along * along.dot(vector);
-        let mut v = Vectors::ZERO;
+        let mut v = [Plane::ZERO; ROOM];
         let mut s = [0.0; ROOM];
-        let mut e = Vectors::ZERO;
-        e.set(0, along);
+        let mut e = [Plane::ZERO; ROOM];
+        e[0] = along;
         let mut across = Plane::ZERO; // of V[k - 1]
         let (mut last, mut until) = (f64::INFINITY, 1.0);
         // Order k of the equation gives V[k - 1] along and e[k] across.
         for k in 1..=ORDER {
-            let lengthwise = -0.5 * inner(&e, &e, k);
+            let lengthwise = -half_square(&e, k);
             let pulled = match k {
                 1 => pull.slope * slope,
                 2 => Plane::ZERO,
                 // x[k] = h v[k - 1] / k, and the velocity's order k - 1 is V[k - 3].
-                _ => v.get(k - 3) * (-sprung * RECIPROCAL[k]),
+                _ => v[k - 3] * (-sprung * RECIPROCAL[k]),
             };
-            let known = if k >= 2 { pulled - v.get(k - 2) * damped } else { pulled };
+            let known = if k >= 2 { pulled - v[k - 2] * damped } else { pulled };
             let newest_along = (along.dot(known) - rubbed * lengthwise) * RECIPROCAL[k + 1];
             let newest = along * newest_along + across;
-            v.set(k - 1, newest);
+            v[k - 1] = newest;
             if k == 1 {
                 s[0] = newest_along;
             } else {
-                s[k - 1] = newest_along + s[0] * along.dot(e.get(k - 1)) + inner(&v, &e, k - 1);
+                s[k - 1] = newest_along + s[0] * along.dot(e[k - 1]) + inner(&v, &e, k - 1);
             }
             let e_across = (across_of(known) - across * (k + 1) as f64) * (1.0 / rubbed);
-            e.set(k, along * lengthwise + e_across);
+            e[k] = along * lengthwise + e_across;
             across = e_across * s[0] + across_of(scaled(&s, &e, k));
             if let Some(share) = self.ends(newest, &mut last, k >= 4, k == ORDER) {
                 until = share;
@@ -337,20 +369,24 @@ impl Sliding {
 }
 
 impl Motion {
-    /// From series of the velocity and the speed without their first `zeros` orders.
-    fn shifted(velocity: &Vectors, speed: &[f64; ROOM], zeros: usize, until: f64, step_s: f64) -> Self {
-        let shift = |series: &[f64; ROOM]| {
-            let mut shifted = [0.0; ROOM];
-            shifted[zeros..].copy_from_slice(&series[..ROOM - zeros]);
-            shifted
-        };
+    /// Without any motion, for all of the piece.
+    pub(super) fn at_rest(step_s: f64) -> Self {
         Self {
             step_s,
-            until: keeps_speed(speed, until),
-            speed: shift(speed),
-            velocity_x: shift(&velocity.x),
-            velocity_y: shift(&velocity.y),
+            until: 1.0,
+            degree: ROOM - 1,
+            speed: [0.0; ROOM],
+            velocity: [Plane::ZERO; ROOM],
         }
+    }
+
+    /// From series of the velocity and the speed without their first `zeros` orders.
+    fn shifted(velocity: &Vectors, speed: &[f64; ROOM], zeros: usize, until: f64, step_s: f64) -> Self {
+        let mut shifted = Self::at_rest(step_s);
+        shifted.until = keeps_speed(speed, shifted.degree, until);
+        shifted.speed[zeros..].copy_from_slice(&speed[..ROOM - zeros]);
+        shifted.velocity[zeros..].copy_from_slice(&velocity[..ROOM - zeros]);
+        shifted
     }
 }
 
@@ -363,20 +399,17 @@ fn converges_until(before_last: f64, last: f64) -> f64 {
 }
 
 /// Share of the piece, up to `until`, within which the speed keeps a part of its first value.
-fn keeps_speed(speed: &[f64; ROOM], until: f64) -> f64 {
-    let mut changes = [0.0; ROOM];
-    for k in 1..ROOM {
-        changes[k] = speed[k].abs();
-    }
+fn keeps_speed(speed: &[f64; ROOM], degree: usize, until: f64) -> f64 {
+    let change = |time| value_up_to(degree, |k| if k == 0 { 0.0 } else { speed[k].abs() }, time);
     let bound = MAX_SHARE_OF_SPEED * speed[0];
-    if value(&changes, until) <= bound {
+    if change(until) <= bound {
         return until;
     }
     // The change is a convex function of time.
     let (mut low, mut high) = (0.0, until);
     for _ in 0..12 {
         let middle = 0.5 * (low + high);
-        if value(&changes, middle) <= bound {
+        if change(middle) <= bound {
             low = middle;
         } else {
             high = middle;

@@ -6,7 +6,7 @@
 //! solved to rounding. The unknowns are speed and angle at each node: in them the equation stays mild however small the
 //! speed is. A step counts when two of half its length end alike.
 
-use super::series::{Motion, Pull, Scales, Sliding, TOLERANCE_N};
+use super::series::{Motion, Pull, Scales, Sliding, TOLERANCE_N, Vectors};
 use super::vector::Plane;
 use crate::math::sqrt;
 use crate::series::{RECIPROCAL, ROOM, value};
@@ -120,6 +120,7 @@ impl Sliding {
         };
         let free_x = driven(velocity.x, &[share * pull.force.x, slope * pull.slope.x]);
         let free_y = driven(velocity.y, &[share * pull.force.y, slope * pull.slope.y]);
+        let free: Vectors = core::array::from_fn(|k| Plane::new(free_x[k], free_y[k]));
         let mut braked = [[0.0; ROOM]; STAGES];
         for (power, braked) in braked.iter_mut().enumerate() {
             let mut force = [0.0; STAGES];
@@ -131,8 +132,7 @@ impl Sliding {
             let values: [f64; STAGES] = core::array::from_fn(|power| value(&braked[power], *at));
             *weights = core::array::from_fn(|j| (0..STAGES).map(|m| values[m] * OF_NODES[m][j]).sum());
         }
-        let free: [Plane; STAGES] =
-            core::array::from_fn(|i| Plane::new(value(&free_x, NODES[i]), value(&free_y, NODES[i])));
+        let free_at: [Plane; STAGES] = NODES.map(|node| value(&free, node));
         let before = velocity.length();
         let mut speeds = [before; STAGES];
         let mut directions: [Plane; STAGES] = core::array::from_fn(|i| {
@@ -143,7 +143,7 @@ impl Sliding {
         let mut settled = false;
         for _ in 0..MAX_NEWTON {
             let rest: [Plane; STAGES] = core::array::from_fn(|i| {
-                let mut rest = directions[i] * speeds[i] - free[i];
+                let mut rest = directions[i] * speeds[i] - free_at[i];
                 for (weight, direction) in weights[i].iter().zip(&directions) {
                     rest += *direction * *weight;
                 }
@@ -194,9 +194,9 @@ impl Sliding {
         let mut motion = Motion {
             step_s,
             until: 1.0,
+            degree: ROOM - 1,
             speed: [0.0; ROOM],
-            velocity_x: free_x,
-            velocity_y: free_y,
+            velocity: free,
         };
         for (power, braked) in braked.iter().enumerate() {
             let mut direction = Plane::ZERO;
@@ -204,9 +204,8 @@ impl Sliding {
                 direction += *of_node * OF_NODES[power][j];
                 motion.speed[power] += speeds[j] * OF_NODES[power][j];
             }
-            for (k, braked) in braked.iter().enumerate() {
-                motion.velocity_x[k] -= direction.x * braked;
-                motion.velocity_y[k] -= direction.y * braked;
+            for (velocity, braked) in motion.velocity.iter_mut().zip(braked) {
+                *velocity = *velocity - direction * *braked;
             }
         }
         Some(motion)

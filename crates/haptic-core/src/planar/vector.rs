@@ -1,7 +1,12 @@
 //! A point, a velocity or a force in the plane.
 
+use super::renderer::PlanarRenderer;
+use super::velocity::PlanarEstimator;
+use super::workspace::Workspace;
+use crate::compensation::NoCompensator;
 use crate::math::{flush, sqrt};
-use core::ops::{Add, AddAssign, Mul, Neg, Sub};
+use crate::vector::Vector;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A vector of the plane, in SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -61,6 +66,85 @@ impl Plane {
     }
 }
 
+/// What a cut to a length leaves of it: a part that was scaled to the length itself may round to beyond it.
+const CUT: f64 = 1.0 - f64::EPSILON;
+
+impl Vector for Plane {
+    type Renderer = PlanarRenderer;
+    type Estimator = PlanarEstimator;
+    type Compensator = NoCompensator;
+
+    const AXES: usize = 2;
+    const ZERO: Self = Self::ZERO;
+
+    fn parts(&mut self) -> impl Iterator<Item = &mut f64> {
+        [&mut self.x, &mut self.y].into_iter()
+    }
+
+    fn length(self) -> f64 {
+        self.length()
+    }
+
+    fn dot(self, other: Self) -> f64 {
+        self.dot(other)
+    }
+
+    fn is_finite(self) -> bool {
+        self.is_finite()
+    }
+
+    fn is_in(self, workspace: Option<&Workspace>) -> bool {
+        workspace.is_none_or(|workspace| workspace.contains(self))
+    }
+
+    fn flushed(self) -> Self {
+        self.flushed()
+    }
+
+    fn pointing(self, length: f64) -> Self {
+        self * (length / self.length())
+    }
+
+    fn within(self, most: f64) -> Self {
+        let length = self.length();
+        if length > most {
+            self * (most * CUT / length)
+        } else {
+            self
+        }
+    }
+
+    /// What may be reached is within a step of `last`, or between such a place and zero: the convex hull of a disk and
+    /// zero, on a line `last - step .. last + step` with zero. What is wanted beyond is reached as nearly as possible, so
+    /// that two wanted forces that are near each other lead to two that are.
+    fn reached_from(self, last: Self, step: f64) -> Self {
+        let from_last = self - last;
+        let (far, size) = (from_last.length(), last.length());
+        if far <= step || step.is_nan() {
+            return self;
+        }
+        if size > step {
+            // Between the two lines from zero that touch the disk. `along` is towards `last`, `aside` away from that line.
+            let (along, across) = (last.dot(self) / size, last.cross(self) / size);
+            let aside = across.abs();
+            let sine = step / size;
+            let cosine = sqrt(1.0 - sine * sine);
+            let (up, out) = (along * cosine + aside * sine, aside * cosine - along * sine);
+            if up < size * cosine {
+                return if out <= 0.0 {
+                    self
+                } else if up <= 0.0 {
+                    Self::ZERO
+                } else {
+                    let side = if across < 0.0 { -sine } else { sine };
+                    (last * cosine + last.turned_left() * side) * (up / size)
+                };
+            }
+        }
+        last + from_last * (step / far)
+    }
+}
+
 impl Add for Plane {
     type Output = Self;
     fn add(self, other: Self) -> Self {
@@ -92,5 +176,12 @@ impl Mul<f64> for Plane {
     type Output = Self;
     fn mul(self, factor: f64) -> Self {
         Self::new(self.x * factor, self.y * factor)
+    }
+}
+
+impl Div<f64> for Plane {
+    type Output = Self;
+    fn div(self, divisor: f64) -> Self {
+        Self::new(self.x / divisor, self.y / divisor)
     }
 }

@@ -8,4 +8,5 @@ mod surface;
 
 pub(crate) use block_setup::BlockSetup;
 pub(crate) use device::{DeviceSurface, ViscousSurface};
+pub(crate) use legs::Motion;
 pub(crate) use surface::{Shown, Surface};

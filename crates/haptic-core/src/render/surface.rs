@@ -3,18 +3,30 @@
 use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::Contact;
 use crate::snapshot::Archive;
+use crate::vector::Vector;
 use alloc::boxed::Box;
 use core::fmt::Debug;
 
 /// What a tick shows of the block: a part of its [`BlockState`], which costs less to hand over.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shown {
+pub struct Shown<V = f64> {
     /// Position of the block, m.
-    pub(crate) position: f64,
+    pub position: V,
     /// Velocity of the block, m/s.
-    pub(crate) velocity: f64,
+    pub velocity: V,
     /// Contact with the surface.
-    pub(crate) contact: Contact,
+    pub contact: Contact,
+}
+
+impl Shown {
+    /// The same of a motion along a line in a space, whose direction is a vector of the length 1.
+    pub(crate) fn along<V: Vector>(self, direction: V) -> Shown<V> {
+        Shown {
+            position: direction * self.position,
+            velocity: direction * self.velocity,
+            contact: self.contact,
+        }
+    }
 }
 
 /// A compiled scene of any kind: [`Moving`], in a form that a box can hold.

@@ -17,6 +17,8 @@ mod roots;
 pub(crate) use products::Products;
 pub(crate) use roots::{first_root, root_between};
 
+use core::ops::{Add, Mul};
+
 /// Order up to which a series is kept.
 pub(crate) const ORDER: usize = 20;
 
@@ -79,7 +81,7 @@ pub(crate) fn inner<const N: usize>(a: &Series, b: &Series) -> f64 {
 }
 
 /// A polynomial's value: by pairs, which do not wait for each other (Estrin 1960).
-pub(crate) fn value(polynomial: &[f64; ROOM], time: f64) -> f64 {
+pub(crate) fn value<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(polynomial: &[T; ROOM], time: f64) -> T {
     let second = time * time;
     let fourth = second * second;
     let eighth = fourth * fourth;

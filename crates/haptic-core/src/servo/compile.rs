@@ -5,14 +5,16 @@
 
 use super::transition::{CompiledScene, Steps, Transition};
 use crate::math::ceil;
-use crate::{Renderer, Scene, SceneError, Scheme};
+use crate::renderer::Rendering;
+use crate::vector::Vector;
+use crate::{Scene, SceneError, Scheme};
 use alloc::vec::Vec;
 
 /// Scenes that a way is made of at most: a force moves by less than a hundredth of its range in
 /// one.
 const MAX_STEPS: f64 = 250.0;
 
-impl CompiledScene {
+impl<V: Vector> CompiledScene<V> {
     /// Compiles a scene that takes `ramp_s` seconds to take effect after another, for ticks of about
     /// `period_s` seconds. With 0 s it takes effect at once.
     ///
@@ -26,7 +28,7 @@ impl CompiledScene {
         period_s: f64,
         ramp_s: f64,
     ) -> Result<Self, SceneError> {
-        let renderer = Renderer::new(to, scheme, period_s)?;
+        let renderer = V::Renderer::new(to, scheme, period_s)?;
         if ramp_s <= 0.0 {
             return Ok(Self::at_once(renderer, revision));
         }
@@ -41,9 +43,9 @@ impl CompiledScene {
         let is_in_range = first.check_ranges().is_ok();
         let compile = |scene: &Scene| {
             if is_in_range {
-                Renderer::in_range(scene, scheme, period_s)
+                V::Renderer::in_range(scene, scheme, period_s)
             } else {
-                Renderer::new(scene, scheme, period_s)
+                V::Renderer::new(scene, scheme, period_s)
             }
         };
         let count = ceil(ramp_s / period_s).min(MAX_STEPS);
@@ -69,6 +71,7 @@ impl CompiledScene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Renderer;
 
     /// The paper's scene with another stiffness, N/m.
     fn stiff(stiffness: f64) -> Scene {
@@ -115,7 +118,7 @@ mod tests {
     #[test]
     fn steps_beyond_the_ranges_of_a_damaged_beginning_are_left_out() {
         let ramp = |from: &Scene| {
-            let compiled = CompiledScene::ramped(from, &stiff(3000.0), 7, Scheme::Exact, 1e-3, 9.5e-3);
+            let compiled = CompiledScene::<f64>::ramped(from, &stiff(3000.0), 7, Scheme::Exact, 1e-3, 9.5e-3);
             match compiled.expect("its end is valid").transition {
                 Transition::Steps(steps) => steps.count(),
                 other => panic!("{other:?}"),
@@ -130,8 +133,8 @@ mod tests {
         assert!(matches!(ramped(10.0).transition, Transition::Steps(steps) if steps.count() == 250));
         assert!(matches!(ramped(0.0).transition, Transition::AtOnce));
         let other = Scene::paper().with_law("viscous").expect("a law").expect("a scene");
-        let fading =
-            CompiledScene::ramped(&Scene::paper(), &other, 7, Scheme::Exact, 1e-3, 0.02).expect("both are valid");
+        let fading = CompiledScene::<f64>::ramped(&Scene::paper(), &other, 7, Scheme::Exact, 1e-3, 0.02)
+            .expect("both are valid");
         assert!(matches!(fading.transition, Transition::Fade { over_s: 0.02 }));
     }
 }

@@ -5,11 +5,11 @@ use crate::sample::{DeviceError, ErrorCode, ErrorReport, Measurement, Motor};
 
 /// What a step is made from, beside a scene that arrives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inputs {
+pub struct Inputs<V = f64> {
     /// Time since the step before on our own clock, ns; zero in the first step.
     pub elapsed_ns: u64,
     /// What the device said.
-    pub sample: Result<Measurement, DeviceError>,
+    pub sample: Result<Measurement<V>, DeviceError>,
     /// Distance between two positions that the device can distinguish, m. It changes only with the
     /// device.
     pub device_resolution_m: f64,
@@ -107,20 +107,20 @@ impl InputWord {
     /// The word of a step's inputs, and of whether a scene arrived with it.
     #[must_use]
     #[cold]
-    pub fn new(inputs: &Inputs, new_scene: bool) -> Self {
+    pub fn new<V>(inputs: &Inputs<V>, new_scene: bool) -> Self {
         Self::of_reading(inputs).with_happenings(inputs, new_scene)
     }
 
     /// The same of a step in which nothing happened: without events, command and scene.
     #[must_use]
     #[inline(always)]
-    pub fn of_reading(inputs: &Inputs) -> Self {
-        match inputs.sample {
+    pub fn of_reading<V>(inputs: &Inputs<V>) -> Self {
+        match &inputs.sample {
             Ok(sample) => Self {
                 flags: (sample.motor as u32) << MOTOR | u32::from(sample.buttons) << BUTTONS,
                 detail: 0,
             },
-            Err(error) => Self::of_error(error),
+            Err(error) => Self::of_error(*error),
         }
     }
 
@@ -136,7 +136,7 @@ impl InputWord {
         Self { flags, detail }
     }
 
-    fn with_happenings(mut self, inputs: &Inputs, new_scene: bool) -> Self {
+    fn with_happenings<V>(mut self, inputs: &Inputs<V>, new_scene: bool) -> Self {
         let command = inputs.command.map_or(0, |command| u32::from(command.code()));
         self.flags |= u32::from(inputs.events.0) << EVENTS | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
         self
@@ -210,7 +210,7 @@ impl InputWord {
     ///
     /// # Errors
     /// What the device said was an error.
-    pub fn sample(self, sequence: u32, time_ns: u64, position_m: f64) -> Result<Measurement, DeviceError> {
+    pub fn sample<V>(self, sequence: u32, time_ns: u64, position_m: V) -> Result<Measurement<V>, DeviceError> {
         match self.flags & 7 {
             0 => Ok(Measurement {
                 sequence,

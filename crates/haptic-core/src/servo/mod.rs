@@ -48,6 +48,7 @@
 //!     stale_ns: 5 * PERIOD_NS,
 //!     stop_button: None,
 //!     enable_button: None,
+//!     workspace: None,
 //!     compensation: None,
 //! };
 //! let renderer = Renderer::new(&Scene::light_block(), Scheme::Exact, settings.period_s)?;

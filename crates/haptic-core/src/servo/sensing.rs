@@ -8,7 +8,8 @@ use crate::position_guard::{Motion, PositionGuard, Verdict};
 use crate::sample::{DeviceError, Measurement, Motor};
 use crate::sample_clock::{ClockError, SampleClock, Stamp, seconds};
 use crate::snapshot::Archive;
-use crate::velocity::{Estimator, Method};
+use crate::vector::Vector;
+use crate::velocity::{Estimating, Method};
 
 /// Periods without a new sample after which the force decays.
 pub const SILENT_PERIODS: f64 = 3.0;
@@ -44,31 +45,33 @@ struct Newest {
 
 /// What is known of the hand.
 #[derive(Clone, Debug)]
-pub(super) struct Sensing {
+pub(super) struct Sensing<V: Vector> {
     /// How long a device may repeat its last sample before it counts as stale, ns. Until then no
     /// time passes for the block.
     stale_ns: u64,
     newest: Option<Newest>,
     clock: SampleClock,
     clock_doubt: ClockDoubt,
-    guard: PositionGuard,
+    guard: PositionGuard<V>,
     method: Method,
     /// Nominal time between two steps, s.
     step_s: f64,
-    estimator: Estimator,
+    estimator: V::Estimator,
     /// Of the hand.
-    pub(super) position_m: f64,
-    pub(super) velocity_mps: f64,
+    pub(super) position_m: V,
+    pub(super) velocity_mps: V,
     /// Time over which that was seen, s.
     seen_over_s: f64,
     /// What the device says of its motor.
     pub(super) motor: Motor,
     buttons: u8,
-    /// Share of the force that is left while no new sample comes, 0 to 1.
+    /// Share of the force that is left while no new sample comes, or the hand is outside the workspace, 0 to 1.
     share: f64,
+    /// Time for which the hand has been outside, s.
+    outside_s: f64,
 }
 
-impl Sensing {
+impl<V: Vector> Sensing<V> {
     pub(super) fn new(method: Method, step_s: f64, stale_ns: u64) -> Self {
         Self {
             stale_ns,
@@ -79,13 +82,14 @@ impl Sensing {
             method,
             step_s,
             // With its first sample every device gets an estimator of its own.
-            estimator: Estimator::new(method, step_s, 0.0),
-            position_m: 0.0,
-            velocity_mps: 0.0,
+            estimator: V::Estimator::new(method, step_s, 0.0),
+            position_m: V::ZERO,
+            velocity_mps: V::ZERO,
             seen_over_s: 0.0,
             motor: Motor::Unreported,
             buttons: 0,
             share: 1.0,
+            outside_s: 0.0,
         }
     }
 
@@ -99,14 +103,17 @@ impl Sensing {
         self.clock_doubt.archive(archive);
         self.guard.archive(archive);
         archive.part("velocity", |archive| self.estimator.archive(archive));
-        archive.number("position_m", &mut self.position_m);
-        archive.number("velocity_mps", &mut self.velocity_mps);
+        archive.vector("position_m", &mut self.position_m);
+        archive.vector("velocity_mps", &mut self.velocity_mps);
         archive.number("seen_over_s", &mut self.seen_over_s);
         archive.choice("motor", &mut self.motor, &Motor::ALL);
         let mut buttons = self.buttons.into();
         archive.count("buttons", &mut buttons, u8::MAX.into());
         self.buttons = u8::try_from(buttons).unwrap_or_default();
         archive.number("share", &mut self.share);
+        if V::AXES > 1 {
+            archive.number("outside_s", &mut self.outside_s);
+        }
     }
 
     /// Whether a button is pressed.
@@ -149,16 +156,16 @@ impl Sensing {
     #[inline(always)]
     pub(super) fn sense(
         &mut self,
-        measured: Result<Measurement, DeviceError>,
+        measured: &Result<Measurement<V>, DeviceError>,
         now_ns: u64,
         resolution_m: f64,
         live: bool,
         stiffness: f64,
-        limits: &SafetyLimiter,
+        limits: &SafetyLimiter<V>,
     ) -> Sensed {
         let sample = match measured {
             Ok(sample) => sample,
-            Err(error) => return self.fail(error),
+            Err(error) => return self.fail(*error),
         };
         self.motor = sample.motor;
         self.buttons = sample.buttons;
@@ -234,7 +241,7 @@ impl Sensing {
     fn begin(&mut self, resolution_m: f64) {
         self.clock.reset();
         self.clock_doubt = ClockDoubt::default();
-        self.estimator = Estimator::new(self.method, self.step_s, resolution_m);
+        self.estimator = V::Estimator::new(self.method, self.step_s, resolution_m);
     }
 
     /// Without force nothing is made of a wrong time, s; with the next sample it begins again.
@@ -271,21 +278,24 @@ impl Sensing {
     }
 
     /// Share of the force that may flow at a time of ours, `tick_s` after the tick before, s: it
-    /// decays while no new sample comes, and comes back more slowly.
-    pub(super) fn share(&mut self, now_ns: u64, tick_s: f64) -> f64 {
+    /// decays while no new sample comes or the hand is outside the workspace, and comes back more slowly.
+    pub(super) fn share(&mut self, now_ns: u64, tick_s: f64, is_outside: bool) -> f64 {
         let silent_ns = self.newest.map_or(0, |newest| now_ns.saturating_sub(newest.read_ns));
-        let allowed = (1.0 - (seconds(silent_ns) - SILENT_PERIODS * self.period_s()) / DECAY_S).clamp(0.0, 1.0);
+        self.outside_s = if is_outside { self.outside_s + tick_s } else { 0.0 };
+        let absent_s = (seconds(silent_ns) - SILENT_PERIODS * self.period_s()).max(self.outside_s);
+        let allowed = (1.0 - absent_s / DECAY_S).clamp(0.0, 1.0);
         self.share = allowed.min(self.share + tick_s / RETURN_S);
         self.share
     }
 
-    /// Whether no new sample has come until all force has decayed.
+    /// Whether no new sample has come, or the hand has been outside, until all force has decayed.
     pub(super) fn is_silent(&self) -> bool {
         self.share == 0.0
     }
 
-    /// No force flows: it begins again as a whole.
-    pub(super) fn rest(&mut self) {
-        self.share = 1.0;
+    /// No force flows: it begins again as a whole, or outside the workspace with nothing.
+    pub(super) fn rest(&mut self, is_outside: bool) {
+        self.share = if is_outside { 0.0 } else { 1.0 };
+        self.outside_s = if is_outside { DECAY_S } else { 0.0 };
     }
 }

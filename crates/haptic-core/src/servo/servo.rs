@@ -4,13 +4,15 @@ use super::rig::Rig;
 use super::sensing::Sensing;
 use super::state::{Fault, RigState};
 use super::transition::{CompiledScene, FadingScene, ForceOffset};
-use crate::compensation::{Compensation, Compensator};
+use crate::compensation::{Compensating, Compensation};
 use crate::limiter::{Limits, SafetyLimiter};
 use crate::own_motion::OwnMotion;
 use crate::passivity::{PassivityObserver, RigLosses};
+use crate::planar::Workspace;
 use crate::sample::Motor;
 use crate::sample_clock::ClockError;
 use crate::snapshot::{Archive, FieldValue, Snapshot, SnapshotError};
+use crate::vector::Vector;
 use crate::velocity;
 use alloc::boxed::Box;
 
@@ -19,38 +21,43 @@ const MAX_RAMP_STEP_PERIODS: f64 = 5.0;
 
 /// The whole state between a measurement and a force.
 #[derive(Debug)]
-pub struct Servo {
+pub struct Servo<V: Vector = f64> {
     pub(super) settings: Settings,
     /// Our own clock, from the first step on, ns.
     pub(super) now_ns: u64,
-    pub(super) scene: Box<CompiledScene>,
+    pub(super) scene: Box<CompiledScene<V>>,
     /// What is rendered instead of the scene.
     pub(super) own_motion: Option<OwnMotion>,
+    /// The way of that motion, as a vector of the length 1, and where it began, m.
+    pub(super) motion_along: V,
+    pub(super) motion_from: V,
     /// The scene before, while its force fades out.
-    pub(super) fading: Option<FadingScene>,
+    pub(super) fading: Option<FadingScene<V>>,
     /// Scenes that are no longer rendered. They are freed elsewhere: a step frees nothing.
-    pub(super) retired: [Option<Box<CompiledScene>>; 2],
+    pub(super) retired: [Option<Box<CompiledScene<V>>>; 2],
     pub(super) rig: Rig,
     /// Whether force flowed in the step before.
     pub(super) was_live: bool,
-    pub(super) sensing: Sensing,
-    pub(super) limiter: SafetyLimiter,
-    pub(super) passivity: PassivityObserver,
-    pub(super) compensator: Option<Compensator>,
-    pub(super) offset: ForceOffset,
+    pub(super) sensing: Sensing<V>,
+    pub(super) limiter: SafetyLimiter<V>,
+    pub(super) passivity: PassivityObserver<V>,
+    pub(super) compensator: Option<V::Compensator>,
+    pub(super) offset: ForceOffset<V>,
     /// Since when the device has been commanded to have its motor off, ns.
     pub(super) off_since_ns: Option<u64>,
 }
 
-impl Servo {
+impl<V: Vector> Servo<V> {
     /// A servo without force, of a device that is there.
     #[must_use]
-    pub fn new(settings: Settings, scene: Box<CompiledScene>) -> Self {
+    pub fn new(settings: Settings, scene: Box<CompiledScene<V>>) -> Self {
         Self {
             settings,
             now_ns: 0,
             scene,
             own_motion: None,
+            motion_along: V::ZERO,
+            motion_from: V::ZERO,
             fading: None,
             retired: [None, None],
             rig: Rig::new(settings.ramp_s, MAX_RAMP_STEP_PERIODS * settings.period_s),
@@ -58,7 +65,7 @@ impl Servo {
             sensing: Sensing::new(settings.velocity, settings.period_s, settings.stale_ns),
             limiter: SafetyLimiter::new(settings.limits),
             passivity: PassivityObserver::new(settings.losses, settings.passivity_control_n),
-            compensator: settings.compensation.map(Compensator::new),
+            compensator: settings.compensation.and_then(V::Compensator::new),
             offset: ForceOffset::default(),
             off_since_ns: None,
         }
@@ -82,7 +89,7 @@ impl Servo {
         self.settings.losses = losses;
         self.settings.compensation = compensation;
         self.passivity = PassivityObserver::new(losses, self.settings.passivity_control_n);
-        self.compensator = compensation.map(Compensator::new);
+        self.compensator = compensation.and_then(V::Compensator::new);
     }
 
     /// Continues with other limits, also while force flows: [`SafetyLimiter::set_limits`], over the ramp of engaging.
@@ -122,8 +129,8 @@ impl Servo {
     /// A field is missing, or has a value that it cannot have.
     pub fn restored(
         settings: Settings,
-        scene: Box<CompiledScene>,
-        fading: Option<Box<CompiledScene>>,
+        scene: Box<CompiledScene<V>>,
+        fading: Option<Box<CompiledScene<V>>>,
         find: &dyn Fn(&str) -> Option<FieldValue>,
     ) -> Result<Self, SnapshotError> {
         let mut servo = Self::new(settings, scene);
@@ -189,7 +196,7 @@ impl Servo {
 
     /// The scene that is rendered, or was before a motion of the rig's own.
     #[must_use]
-    pub fn scene(&self) -> &CompiledScene {
+    pub fn scene(&self) -> &CompiledScene<V> {
         &self.scene
     }
 
@@ -206,11 +213,11 @@ impl Servo {
     }
 
     /// A scene that is no longer rendered, for a thread that may free it.
-    pub fn take_retired(&mut self) -> Option<Box<CompiledScene>> {
+    pub fn take_retired(&mut self) -> Option<Box<CompiledScene<V>>> {
         self.retired.iter_mut().find_map(Option::take)
     }
 
-    pub(super) fn retire(&mut self, scene: Box<CompiledScene>) {
+    pub(super) fn retire(&mut self, scene: Box<CompiledScene<V>>) {
         match self.retired.iter_mut().find(|slot| slot.is_none()) {
             Some(slot) => *slot = Some(scene),
             // The caller did not take what was retired: a leak is better than freeing here.
@@ -244,6 +251,9 @@ pub struct Settings {
     pub stop_button: Option<u8>,
     /// Button of the rig that must be held down for force to flow, by its bit.
     pub enable_button: Option<u8>,
+    /// Where force may flow on a rig of two axes; everywhere without.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub workspace: Option<Workspace>,
     /// What is compensated of the rig's own friction.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub compensation: Option<Compensation>,

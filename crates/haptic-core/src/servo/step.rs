@@ -8,11 +8,13 @@ use super::sensing::Sensed;
 use super::servo::Servo;
 use super::state::{Command, Fault};
 use super::transition::CompiledScene;
-use crate::compensation::Motion;
+use crate::compensation::{Compensating, Motion};
 use crate::limiter::NonFiniteForce;
+use crate::renderer::Rendering;
 use crate::sample::Motor;
 use crate::sample_clock::seconds;
 use crate::servo::transition::ForceOffset;
+use crate::vector::Vector;
 use alloc::boxed::Box;
 
 /// Longest release that nobody asked for at this moment, s: the client that held a lease is gone.
@@ -28,13 +30,13 @@ pub const OFF_TIMEOUT_NS: u64 = 100_000_000;
 /// Samples that must have come within that time, at least.
 const OFF_TIMEOUT_SAMPLES: f64 = 3.0;
 
-impl Servo {
+impl<V: Vector> Servo<V> {
     /// One step: what the device said leads to a force. A scene that arrives is rendered from this
     /// step on; take what is [`retired`](Self::take_retired) before another one arrives.
     // A loop steps its servo in one place: this and what every step passes through is compiled into it, and
     // its inputs and outputs stay in registers.
     #[inline(always)]
-    pub fn step(&mut self, inputs: &Inputs, scene: Option<Box<CompiledScene>>) -> Outputs {
+    pub fn step(&mut self, inputs: &Inputs<V>, scene: Option<Box<CompiledScene<V>>>) -> Outputs<V> {
         self.now_ns = self.now_ns.saturating_add(inputs.elapsed_ns);
         self.check_events(inputs);
         if let Some(scene) = scene {
@@ -56,7 +58,7 @@ impl Servo {
         } = self.render(elapsed_s, our_elapsed_s, inputs.device_resolution_m);
         let block = match &self.own_motion {
             None => self.scene.renderer.shown(),
-            Some(motion) => motion.shown(),
+            Some(motion) => motion.shown().along(self.motion_along),
         };
         Outputs {
             force_n: on_hand,
@@ -74,7 +76,7 @@ impl Servo {
     }
 
     /// Checks that everything still holds that must for force to flow.
-    fn check_events(&mut self, inputs: &Inputs) {
+    fn check_events(&mut self, inputs: &Inputs<V>) {
         let events = inputs.events;
         let stood_still = inputs.elapsed_ns > self.settings.stale_ns;
         if events.is_empty() && !stood_still {
@@ -129,7 +131,7 @@ impl Servo {
     /// Takes in what the device said; returns the time since the last sample, s. A failed or stale
     /// read is never rendered as a position.
     #[inline(always)]
-    fn sense(&mut self, inputs: &Inputs) -> f64 {
+    fn sense(&mut self, inputs: &Inputs<V>) -> f64 {
         // Only with force on the hand does it matter whether a hand can move so.
         let live = self.rig.is_live() && self.was_live;
         // A motion of the rig's own makes no step of force of a step of the device.
@@ -138,7 +140,7 @@ impl Servo {
             Some(_) => 0.0,
         };
         let sensed = self.sensing.sense(
-            inputs.sample,
+            &inputs.sample,
             self.now_ns,
             inputs.device_resolution_m,
             live,
@@ -192,21 +194,21 @@ impl Servo {
 
 /// What a step leads to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outputs {
+pub struct Outputs<V = f64> {
     /// Force on the hand, N, to be commanded until the next step.
-    pub force_n: f64,
+    pub force_n: V,
     /// Whether the motor may be driven.
     pub enabled: bool,
     /// Force in the coupling, which drives the block, N.
-    pub coupling_force_n: f64,
+    pub coupling_force_n: V,
     /// Position of the hand, m.
-    pub device_position_m: f64,
+    pub device_position_m: V,
     /// Velocity of the hand, m/s.
-    pub device_velocity_mps: f64,
+    pub device_velocity_mps: V,
     /// Position of the block, m.
-    pub block_position_m: f64,
+    pub block_position_m: V,
     /// Velocity of the block, m/s.
-    pub block_velocity_mps: f64,
+    pub block_velocity_mps: V,
     /// 0 stuck or without force, +1 and -1 sliding.
     pub contact: i8,
     /// Energy that sampling made and the rig did not take up, J.
@@ -217,37 +219,38 @@ pub struct Outputs {
 
 /// What a step renders.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Forces {
+pub(super) struct Forces<V> {
     /// Force in the coupling, N.
-    pub(super) coupling: f64,
+    pub(super) coupling: V,
     /// Force on the hand, N.
-    pub(super) on_hand: f64,
+    pub(super) on_hand: V,
     /// Whether the motor may be driven: the rig is live after the step.
     pub(super) enabled: bool,
 }
 
-impl Forces {
+impl<V: Vector> Forces<V> {
     const NONE: Self = Self {
-        coupling: 0.0,
-        on_hand: 0.0,
+        coupling: V::ZERO,
+        on_hand: V::ZERO,
         enabled: false,
     };
 }
 
-impl Servo {
+impl<V: Vector> Servo<V> {
     /// The forces of a step.
     #[inline(always)]
-    pub(super) fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64, resolution: f64) -> Forces {
+    pub(super) fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64, resolution: f64) -> Forces<V> {
         if self.is_changing() {
             self.carry_on_change(our_elapsed_s);
         }
         let (position, velocity) = (self.sensing.position_m, self.sensing.velocity_mps);
+        let is_outside = !position.is_in(self.settings.workspace.as_ref());
         if !self.was_live || !self.rig.is_live() {
             // Without force the block goes with the hand. So force begins wherever the hand has
             // come to meanwhile, and at the very bottom of the ramp.
             self.start_at(position, velocity);
             self.offset = ForceOffset::default();
-            self.sensing.rest();
+            self.sensing.rest(is_outside);
             self.rest();
             return Forces {
                 enabled: self.rig.is_live(),
@@ -260,21 +263,27 @@ impl Servo {
         }
         let mut gain = self.rig.advance(our_elapsed_s);
         let mut elapsed_s = elapsed_s;
-        if !self.sensing.is_steady(self.now_ns) {
+        if is_outside || !self.sensing.is_steady(self.now_ns) {
             if elapsed_s > 0.0 && self.sensing.is_silent() {
                 // All force had decayed: the surface grips the hand again where it is, without the force
                 // that the way there would have built up.
                 self.start_at(position, velocity);
                 elapsed_s = 0.0;
             }
-            gain *= self.sensing.share(self.now_ns, our_elapsed_s);
+            gain *= self.sensing.share(self.now_ns, our_elapsed_s, is_outside);
         }
         let mut coupling_force = match &mut self.own_motion {
-            None => self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force,
-            Some(motion) => motion.tick(elapsed_s, position, velocity),
+            None => self.scene.renderer.render(elapsed_s, position, velocity),
+            Some(motion) => {
+                let along = self.motion_along;
+                if V::AXES > 1 {
+                    motion.bound((position - self.motion_from).length(), velocity.length());
+                }
+                along * motion.tick(elapsed_s, position.dot(along), velocity.dot(along))
+            }
         };
         if let Some(fading) = &mut self.fading {
-            coupling_force += fading.tick(elapsed_s, position, velocity, coupling_force);
+            coupling_force = coupling_force + fading.tick(elapsed_s, position, velocity, coupling_force);
         }
         if !self.rig.is_live() {
             // The ramp has come to its end in this step.
@@ -291,7 +300,7 @@ impl Servo {
             let compensation = if self.compensator.is_some() {
                 self.compensate(elapsed_s, resolution)
             } else {
-                0.0
+                V::ZERO
             };
             self.apply_limits(on_hand, compensation, gain, elapsed_s, our_elapsed_s)
         };
@@ -309,17 +318,17 @@ impl Servo {
     }
 
     /// The block begins anew at the hand, m and m/s, and a motion of the rig's own ends.
-    fn start_at(&mut self, position: f64, velocity: f64) {
+    fn start_at(&mut self, position: V, velocity: V) {
         self.scene.renderer.start_at(position, velocity);
         if let Some(motion) = &mut self.own_motion {
-            motion.interrupt(position, velocity);
+            motion.interrupt(position.dot(self.motion_along), velocity.dot(self.motion_along));
         }
     }
 
     /// The force of a pulse or an excitation, N. It is bounded by itself and gives energy on purpose:
     /// nothing is added to it.
     #[inline(never)]
-    fn limit_motion(&mut self, on_hand: f64, gain: f64, our_elapsed_s: f64) -> Result<f64, NonFiniteForce> {
+    fn limit_motion(&mut self, on_hand: V, gain: f64, our_elapsed_s: f64) -> Result<V, NonFiniteForce> {
         self.passivity.rest();
         if let Some(compensator) = &mut self.compensator {
             compensator.rest();
@@ -329,7 +338,7 @@ impl Servo {
 
     /// The force that compensates the rig's own friction, N.
     #[inline(never)]
-    fn compensate(&mut self, elapsed_s: f64, resolution: f64) -> f64 {
+    fn compensate(&mut self, elapsed_s: f64, resolution: f64) -> V {
         let motion = Motion {
             elapsed_s,
             position: self.sensing.position_m,
@@ -340,7 +349,7 @@ impl Servo {
         };
         self.compensator
             .as_mut()
-            .map_or(0.0, |compensator| compensator.force(motion))
+            .map_or(V::ZERO, |compensator| compensator.force(motion))
     }
 
     /// No force flows from this step on, or none did.
@@ -358,17 +367,17 @@ impl Servo {
     #[inline(always)]
     fn apply_limits(
         &mut self,
-        on_hand: f64,
-        compensation: f64,
+        on_hand: V,
+        compensation: V,
         gain: f64,
         elapsed_s: f64,
         our_elapsed_s: f64,
-    ) -> Result<f64, NonFiniteForce> {
+    ) -> Result<V, NonFiniteForce> {
         let surface = self.limiter.limited(on_hand, gain, our_elapsed_s)?;
         let (position, velocity) = (self.sensing.position_m, self.sensing.velocity_mps);
         // The energy of the compensation counts as made: it is not a part of the surface.
         let added = compensation + self.passivity.observe(elapsed_s, position, velocity, surface);
-        let force = if added == 0.0 {
+        let force = if added == V::ZERO {
             surface
         } else {
             let force = self.limiter.limited(on_hand + added, gain, our_elapsed_s)?;

@@ -45,6 +45,7 @@ const SETTINGS: Settings = Settings {
     stale_ns: 50 * MS,
     stop_button: None,
     enable_button: None,
+    workspace: None,
     compensation: None,
 };
 
@@ -249,7 +250,7 @@ fn damaged_snapshot_is_refused_by_the_name_of_its_field() {
         assert!(fields.remove(name).is_some(), "there is no {name}");
         fields.extend(value.map(|value| (name.into(), value)));
         let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
-        let scene = Box::new(CompiledScene::at_once(renderer, 1));
+        let scene = Box::new(CompiledScene::<f64>::at_once(renderer, 1));
         let servo = Servo::restored(SETTINGS, scene, None, &|name| fields.get(name).copied());
         servo.expect_err("it is damaged").to_string()
     };

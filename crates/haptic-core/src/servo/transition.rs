@@ -7,24 +7,26 @@
 //! The step of force that a new scene makes is taken back at once and let in slowly; what the scene
 //! replaces fades out.
 
+use crate::OwnMotion;
+use crate::renderer::Rendering;
 use crate::servo::servo::Servo;
 use crate::snapshot::Archive;
-use crate::{OwnMotion, Renderer};
+use crate::vector::Vector;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 /// A scene, ready to be rendered.
 #[derive(Debug)]
-pub struct CompiledScene {
+pub struct CompiledScene<V: Vector = f64> {
     /// What is rendered; while the scene takes effect step by step, the step that it has reached.
-    pub renderer: Renderer,
+    pub renderer: V::Renderer,
     /// Number of the scene.
     pub revision: u64,
     /// How it takes effect.
-    pub transition: Transition,
+    pub transition: Transition<V>,
 }
 
-impl CompiledScene {
+impl<V: Vector> CompiledScene<V> {
     /// Saves or loads how far it has taken effect, and its motion.
     pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
         if let Transition::Steps(steps) = &mut self.transition {
@@ -40,7 +42,7 @@ impl CompiledScene {
 
     /// A scene that takes effect at once.
     #[must_use]
-    pub fn at_once(renderer: Renderer, revision: u64) -> Self {
+    pub fn at_once(renderer: V::Renderer, revision: u64) -> Self {
         Self {
             renderer,
             revision,
@@ -51,12 +53,12 @@ impl CompiledScene {
 
 /// How a scene takes effect.
 #[derive(Debug, Default)]
-pub enum Transition {
+pub enum Transition<V: Vector = f64> {
     /// In the step that takes it.
     #[default]
     AtOnce,
     /// Through scenes on the way, the last of them the scene itself.
-    Steps(Steps),
+    Steps(Steps<V>),
     /// By fading over from the force of the one before.
     Fade {
         /// Time that it takes, s.
@@ -66,18 +68,18 @@ pub enum Transition {
 
 /// Scenes on the way from one to another, at equal distances in time.
 #[derive(Debug)]
-pub struct Steps {
+pub struct Steps<V: Vector = f64> {
     /// Those yet to come; in the places of those that came, the ones that they replaced.
-    renderers: Vec<Renderer>,
+    renderers: Vec<V::Renderer>,
     taken: usize,
     over_s: f64,
     gone_s: f64,
 }
 
-impl Steps {
+impl<V: Vector> Steps<V> {
     /// The scenes after the first one, of which the last is the scene itself, over a time, s.
     #[must_use]
-    pub fn new(renderers: Vec<Renderer>, over_s: f64) -> Self {
+    pub fn new(renderers: Vec<V::Renderer>, over_s: f64) -> Self {
         Self {
             renderers,
             taken: 0,
@@ -100,7 +102,7 @@ impl Steps {
 
     /// Advances by a time; puts the scene that is then due in the place of `current`. Returns the
     /// step of force that must be let in slowly, N, if there was a new scene.
-    pub(super) fn advance(&mut self, elapsed_s: f64, current: &mut Renderer) -> Option<f64> {
+    pub(super) fn advance(&mut self, elapsed_s: f64, current: &mut V::Renderer) -> Option<V> {
         if self.taken == self.renderers.len() {
             return None;
         }
@@ -117,14 +119,14 @@ impl Steps {
     }
 
     /// Puts the last scene in place, whatever the time.
-    pub(super) fn finish(&mut self, current: &mut Renderer) {
+    pub(super) fn finish(&mut self, current: &mut V::Renderer) {
         // Without force on the hand there is no step of it to let in.
         if self.take(self.renderers.len(), current).is_some() {
             self.gone_s = self.over_s;
         }
     }
 
-    fn take(&mut self, due: usize, current: &mut Renderer) -> Option<f64> {
+    fn take(&mut self, due: usize, current: &mut V::Renderer) -> Option<V> {
         if due <= self.taken {
             return None;
         }
@@ -138,20 +140,20 @@ impl Steps {
 
 /// A scene whose force fades out.
 #[derive(Debug)]
-pub(super) struct FadingScene {
-    scene: Box<CompiledScene>,
+pub(super) struct FadingScene<V: Vector> {
+    scene: Box<CompiledScene<V>>,
     left_s: f64,
     over_s: f64,
     /// What it last added to the force of the incoming scene, N.
-    excess: f64,
+    excess: V,
 }
 
-impl FadingScene {
+impl<V: Vector> FadingScene<V> {
     /// Saves or loads how far it has faded.
     pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
         archive.number("left_s", &mut self.left_s);
         archive.number("over_s", &mut self.over_s);
-        archive.number("excess_N", &mut self.excess);
+        archive.vector("excess_N", &mut self.excess);
         self.scene.archive(archive);
     }
 
@@ -159,21 +161,21 @@ impl FadingScene {
         self.scene.revision
     }
 
-    pub(super) fn new(scene: Box<CompiledScene>, over_s: f64) -> Self {
+    pub(super) fn new(scene: Box<CompiledScene<V>>, over_s: f64) -> Self {
         Self {
             scene,
             left_s: over_s,
             over_s,
-            excess: 0.0,
+            excess: V::ZERO,
         }
     }
 
     /// What it last added to the force of the incoming scene, N.
-    pub(super) fn excess(&self) -> f64 {
+    pub(super) fn excess(&self) -> V {
         self.excess
     }
 
-    pub(super) fn into_scene(self) -> Box<CompiledScene> {
+    pub(super) fn into_scene(self) -> Box<CompiledScene<V>> {
         self.scene
     }
 
@@ -184,19 +186,22 @@ impl FadingScene {
     }
 
     /// What is left of its force, beyond that of the incoming scene, N.
-    pub(super) fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64, incoming_force: f64) -> f64 {
-        let force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
+    pub(super) fn tick(&mut self, elapsed_s: f64, position: V, velocity: V, incoming_force: V) -> V {
+        let force = self.scene.renderer.render(elapsed_s, position, velocity);
         self.excess = (force - incoming_force) * (self.left_s / self.over_s);
         self.excess
     }
 }
 
-impl Servo {
+impl<V: Vector> Servo<V> {
     /// Moves the handle by the rig's own motor instead of rendering the scene, from the next step on until a scene
     /// arrives. Whatever force there was ends at once.
-    pub fn begin_own_motion(&mut self, mut motion: OwnMotion) {
-        motion.place(self.sensing.position_m, self.sensing.velocity_mps);
+    ///
+    /// It goes along a line through the handle, whose direction is a vector of the length 1: on a line 1.0.
+    pub fn begin_own_motion(&mut self, mut motion: OwnMotion, along: V) {
+        motion.place(self.sensing.position_m.dot(along), self.sensing.velocity_mps.dot(along));
         self.own_motion = Some(motion);
+        (self.motion_along, self.motion_from) = (along, self.sensing.position_m);
         self.offset = ForceOffset::default();
         if let Transition::Steps(steps) = &mut self.scene.transition {
             steps.finish(&mut self.scene.renderer);
@@ -207,7 +212,7 @@ impl Servo {
     }
 
     /// Replaces the scene that is rendered, or the motion of the rig's own.
-    pub(super) fn change_scene(&mut self, mut new: Box<CompiledScene>) {
+    pub(super) fn change_scene(&mut self, mut new: Box<CompiledScene<V>>) {
         if self.own_motion.take().is_some() {
             // The scene from which the new one takes over was not rendered meanwhile.
             let (position, velocity) = (self.sensing.position_m, self.sensing.velocity_mps);
@@ -265,34 +270,34 @@ const FADE_S: f64 = 0.05;
 
 /// A step of force that a new scene would have caused, taken back and then let in over 50 ms.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ForceOffset {
+pub(super) struct ForceOffset<V> {
     /// What was taken back when the fade began, N.
-    force: f64,
+    force: V,
     left_s: f64,
 }
 
-impl ForceOffset {
+impl<V: Vector> ForceOffset<V> {
     pub(super) fn archive(&mut self, archive: &mut Archive<'_>) {
-        archive.number("step_N", &mut self.force);
+        archive.vector("step_N", &mut self.force);
         archive.number("left_s", &mut self.left_s);
     }
 
     /// Takes back a step, N; what is left of the last one is taken back with it.
-    pub(super) fn add(&mut self, step: f64) {
-        if step != 0.0 {
+    pub(super) fn add(&mut self, step: V) {
+        if step != V::ZERO {
             self.force = self.now() + step;
             self.left_s = FADE_S;
         }
     }
 
-    fn now(&self) -> f64 {
+    fn now(&self) -> V {
         self.force * (self.left_s / FADE_S)
     }
 
     /// What is taken back after a time, N.
-    pub(super) fn fade(&mut self, elapsed_s: f64) -> f64 {
+    pub(super) fn fade(&mut self, elapsed_s: f64) -> V {
         if self.left_s <= 0.0 {
-            return 0.0;
+            return V::ZERO;
         }
         self.left_s = (self.left_s - elapsed_s).max(0.0);
         self.now()

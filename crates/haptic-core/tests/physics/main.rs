@@ -8,6 +8,7 @@ mod metamorphic;
 mod no_subnormals;
 mod on_device;
 mod planar;
+mod planar_servo;
 mod properties;
 mod random;
 mod random_laws;

@@ -72,13 +72,17 @@ pub(crate) struct Arguments {
     #[arg(long, conflicts_with_all = ["max_force_n", "range"])]
     check: bool,
 
+    /// The motor, 1 or 2, of a rig of two axes
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=2))]
+    motor: Option<u32>,
+
     /// Largest force of a pulse, N, up to half the force limit [default: a tenth, at most 2]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     max_force_n: Option<f64>,
 
-    /// Method of finding the range of the handle
-    #[arg(long, value_name = "METHOD", default_value = "pulses")]
-    range: Range,
+    /// Method of finding the range of the handle [default: pulses; skip of two axes]
+    #[arg(long, value_name = "METHOD")]
+    range: Option<Range>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -92,7 +96,12 @@ enum Range {
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
-    if arguments.yes && arguments.range == Range::ByHand {
+    let range = arguments.range.unwrap_or(if arguments.motor.is_some() {
+        Range::Skip
+    } else {
+        Range::Pulses
+    });
+    if arguments.yes && range == Range::ByHand {
         return Err(Failure::Usage(
             "--range by-hand needs a person to say when the handle has been moved: leave --yes out".to_owned(),
         ));
@@ -103,7 +112,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
             timeout_ms: MAX_COMMISSION_LEASE_MS,
         })
         .await?;
-    let begun: CommissionReply = daemon.ask(Request::CommissionBegin {}).await?;
+    let begun: CommissionReply = daemon.ask(Request::CommissionBegin { motor: arguments.motor }).await?;
     let largest_n = if arguments.check {
         CHECK_N.min(begun.force_limit_n)
     } else {
@@ -130,7 +139,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let done = if arguments.check {
         work.check().await
     } else {
-        work.steps(arguments.range).await
+        work.steps(range).await
     };
     if done.is_ok() {
         let _: CommissionReply = work.daemon.ask(Request::CommissionEnd {}).await?;

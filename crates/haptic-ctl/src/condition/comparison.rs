@@ -41,7 +41,13 @@ const OPERATORS: [(&str, Operator); 7] = [
 ];
 
 /// The columns of a sample that are zero while no force may flow.
-const ZERO_WITHOUT_FORCE: [&str; 3] = ["command_force_N", "coupling_force_N", "contact"];
+const ZERO_WITHOUT_FORCE: [&str; 5] = [
+    "command_force_N",
+    "coupling_force_N",
+    "contact",
+    "command_force_y_N",
+    "coupling_force_y_N",
+];
 
 impl Condition {
     /// The condition that the rig is in a state.
@@ -60,7 +66,11 @@ impl Condition {
     pub(crate) fn topics(&self) -> Vec<Topic> {
         let mut topics = vec![Topic::State];
         let wants = |wanted: fn(&Field) -> bool| self.comparisons.iter().any(|one| wanted(&one.field));
-        if wants(|field| matches!(field, Field::Sample(column) if *column != "revision")) {
+        if wants(|field| match field {
+            Field::Sample(column) => *column != "revision",
+            Field::SecondAxis(_) => true,
+            _ => false,
+        }) {
             topics.push(Topic::Samples);
         }
         if wants(|field| matches!(field, Field::Count(_))) {
@@ -69,11 +79,28 @@ impl Condition {
         topics
     }
 
+    /// Whether a rig of as many axes has all that it compares.
+    ///
+    /// # Errors
+    /// The column that the rig lacks.
+    pub(crate) fn check_axes(&self, axes: u8) -> Result<(), String> {
+        let second = self.comparisons.iter().find_map(|one| match one.field {
+            Field::SecondAxis(column) => Some(column),
+            _ => None,
+        });
+        match second {
+            Some(column) if axes == 1 => Err(format!("{column}: the rig has one axis, and this is of a second one")),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether it cannot hold while the rig is in this state, without force: it wants another state, or a force.
     pub(crate) fn is_ruled_out_by(&self, state: RigState) -> bool {
         self.comparisons.iter().any(|one| match one.field {
             Field::State => !one.matches_word(&state.to_string()),
-            Field::Sample(column) => ZERO_WITHOUT_FORCE.contains(&column) && !one.number_holds(0.0),
+            Field::Sample(column) | Field::SecondAxis(column) => {
+                ZERO_WITHOUT_FORCE.contains(&column) && !one.number_holds(0.0)
+            }
             _ => false,
         })
     }
@@ -203,6 +230,8 @@ mod tests {
             ("contact!=stuck", true),
             ("command_force_N>1N and revision>2", true),
             ("coupling_force_N<-1", true),
+            ("command_force_y_N>1N", true),
+            ("command_force_y_N<1N", false),
             ("command_force_N<1N", false),
             ("device_position_m>1cm", false),
         ] {

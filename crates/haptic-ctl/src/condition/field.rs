@@ -4,7 +4,7 @@ use haptic_core::ParameterKey;
 use haptic_core::friction::LAWS;
 use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::parameters::TABLE;
-use haptic_ipc::{RigState, SAMPLE_COLUMNS, TimingWindow};
+use haptic_ipc::{RigState, SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS, TimingWindow};
 use std::str::FromStr;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +14,8 @@ pub(super) enum Field {
     Law,
     /// A column of a sample.
     Sample(&'static str),
+    /// A column that a sample has on a rig of two axes.
+    SecondAxis(&'static str),
     Count(usize),
     Parameter(ParameterKey),
 }
@@ -40,6 +42,7 @@ pub(super) const COUNTS: [Count; 3] = [
 pub(crate) fn fields() -> String {
     let mut names = vec!["state", "scene", "law"];
     names.extend(SAMPLE_COLUMNS.iter().filter(|name| **name != "state"));
+    names.extend(SAMPLE_Y_COLUMNS);
     names.extend(COUNTS.iter().map(|(name, _)| *name));
     names.join(", ")
 }
@@ -74,6 +77,9 @@ impl FromStr for Field {
         }
         if let Some(column) = SAMPLE_COLUMNS.iter().find(|column| **column == name) {
             return Ok(Self::Sample(column));
+        }
+        if let Some(column) = SAMPLE_Y_COLUMNS.into_iter().find(|column| *column == name) {
+            return Ok(Self::SecondAxis(column));
         }
         if let Some(count) = COUNTS.iter().position(|(count, _)| *count == name) {
             return Ok(Self::Count(count));
@@ -154,7 +160,9 @@ impl Field {
                     let words = contacts().map(|(word, _)| format!("`{word}`")).join(", ");
                     format!("{name} = `{word}` is not a finite number, nor one of {words}")
                 }),
-            Self::Sample(_) | Self::Count(_) => crate::units::value_in(name, word, unit(name)).map(Value::Number),
+            Self::Sample(_) | Self::SecondAxis(_) | Self::Count(_) => {
+                crate::units::value_in(name, word, unit(name)).map(Value::Number)
+            }
         }
     }
 }

@@ -3,13 +3,14 @@
 use super::comparison::{Comparison, Condition};
 use super::field::{COUNTS, Field};
 use haptic_core::Directional;
-use haptic_ipc::{Event, RigState, Sample, StateEvent, TimingWindow, Topic};
+use haptic_ipc::{Event, RigState, Sample, SampleY, StateEvent, TimingWindow, Topic};
 
 /// The newest state, sample and counts, from the events so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Observations {
     pub(crate) state: Option<StateEvent>,
     sample: Option<Sample>,
+    sample_y: Option<SampleY>,
     counts: Option<TimingWindow>,
 }
 
@@ -21,8 +22,8 @@ impl Observations {
             Event::State(state) => self.state = Some(state),
             Event::Timing(timing) => self.counts = Some(timing.since_start),
             Event::Samples(samples) => {
-                return samples.rows.into_iter().any(|row| {
-                    self.sample = Some(row);
+                return samples.ticks().any(|(row, y)| {
+                    (self.sample, self.sample_y) = (Some(*row), y.copied());
                     self.fulfils(condition)
                 });
             }
@@ -85,6 +86,10 @@ impl Observations {
             Field::Law => Some(comparison.matches_word(&state?.law)),
             Field::Sample(column) => {
                 let found = self.sample?.to_object().get(column)?.as_f64()?;
+                Some(comparison.number_holds(found))
+            }
+            Field::SecondAxis(column) => {
+                let (_, found) = self.sample_y?.named().find(|(name, _)| *name == column)?;
                 Some(comparison.number_holds(found))
             }
             Field::Count(count) => Some(comparison.number_holds(COUNTS[count].1(self.counts.as_ref()?))),
@@ -164,12 +169,11 @@ mod tests {
         let force = condition("command_force_N>1N");
         let batch = |tick: u64| {
             Event::Samples(SamplesEvent {
-                seq: 0,
-                dropped: 0,
                 rows: vec![Sample {
                     tick,
                     ..Sample::default()
                 }],
+                ..SamplesEvent::default()
             })
         };
         let mut known = Observations::default();
@@ -195,6 +199,7 @@ mod tests {
                 seq: 0,
                 dropped: 0,
                 rows: vec![sample(0.0, 0), sample(0.02, 1), sample(0.0, -1)],
+                ..SamplesEvent::default()
             })
         };
         for (text, holds) in [
@@ -211,5 +216,37 @@ mod tests {
         ] {
             assert_eq!(Observations::default().take(batch(), &condition(text)), holds, "{text}");
         }
+    }
+
+    #[test]
+    fn second_axis_is_compared_where_there_is_one() {
+        let y = SampleY {
+            device_position_m: 0.03,
+            command_force_n: -2.0,
+            ..SampleY::default()
+        };
+        let batch = |rows_y| {
+            Event::Samples(SamplesEvent {
+                rows: vec![sample(0.0, 0)],
+                rows_y,
+                ..SamplesEvent::default()
+            })
+        };
+        for (text, holds) in [
+            ("device_position_y_m>2cm and contact=0", true),
+            ("device_position_y_m>=30mm and command_force_y_N<-1N", true),
+            ("device_position_y_m>4cm", false),
+            ("block_velocity_y_mps>0", false),
+        ] {
+            let condition = condition(text);
+            assert_eq!(condition.topics(), [Topic::State, Topic::Samples], "{text}");
+            let of_plane = Observations::default().take(batch(vec![y]), &condition);
+            assert_eq!(of_plane, holds, "{text}");
+            assert!(!Observations::default().take(batch(Vec::new()), &condition), "{text}");
+            assert!(condition.check_axes(2).is_ok(), "{text}");
+            let refusal = condition.check_axes(1).expect_err(text);
+            assert!(refusal.contains("_y_") && refusal.contains("one axis"), "{refusal}");
+        }
+        assert!(condition("device_position_m>0").check_axes(1).is_ok());
     }
 }

@@ -111,6 +111,7 @@ mod tests {
                 row(10, 3, 3.0),
                 row(11, 4, 3.0),
             ],
+            ..SamplesEvent::default()
         });
         let record = ticks.record(7, 10, 1e-5);
         assert_eq!(record.t_s, [0.001, 0.002, 0.003]);

@@ -90,7 +90,12 @@ mod tests {
         };
         let rows = (10..).zip(errors).map(row).collect();
         let (seq, dropped) = (0, 0);
-        Event::Samples(SamplesEvent { seq, dropped, rows })
+        Event::Samples(SamplesEvent {
+            seq,
+            dropped,
+            rows,
+            ..SamplesEvent::default()
+        })
     }
 
     fn marks(found: Vec<Mark>) -> Vec<(u64, String)> {

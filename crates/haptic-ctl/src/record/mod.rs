@@ -228,6 +228,9 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let mut signals = Signals::new()?;
     let notes = arguments.notes()?;
     let (status, metadata) = subscribe(daemon, arguments.subscription(), notes).await?;
+    if let Some(condition) = &arguments.until {
+        condition.check_axes(metadata.axes).map_err(Failure::Usage)?;
+    }
     let recorder = arguments.create(&metadata)?;
     let mut session = Session {
         arguments,
@@ -418,6 +421,6 @@ fn cut(event: &mut Event, first_s: Option<f64>, length: Duration) -> bool {
     let end_s = first_s + length.as_secs_f64() - 5e-6;
     let kept = samples.rows.partition_point(|row| row.t_s < end_s);
     let full = kept < samples.rows.len();
-    samples.rows.truncate(kept);
+    samples.truncate(kept);
     full
 }

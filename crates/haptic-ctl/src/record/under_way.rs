@@ -29,6 +29,7 @@ pub(crate) async fn subscribe(
     let metadata = Metadata {
         server: daemon.hello().server.clone(),
         device: status.device.description.clone(),
+        axes: subscribed.axes(),
         loop_rate_hz: status.rate_hz,
         rate_hz: subscribed.rate_hz,
         recorded_by: Some(recorded_by(concat!("haptic-ctl ", env!("CARGO_PKG_VERSION")))),

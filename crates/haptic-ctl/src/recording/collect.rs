@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
 
 /// The place of a recording in the set.
 fn place<'a>(arguments: &Arguments, from: &'a Path) -> Result<Placement<'a>, Failure> {
-    let reader = haptic_recording::open(from).map_err(|error| unreadable(from, &error))?;
+    let reader = haptic_recording::open_any(from).map_err(|error| unreadable(from, &error))?;
     let metadata = reader.metadata();
     let rig = arguments.rig.clone().unwrap_or_else(|| plain(&metadata.device));
     let begun = output::moment(metadata.started_unix_s, &TimeZone::UTC).ok_or_else(|| {

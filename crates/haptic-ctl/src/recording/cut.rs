@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
 
 /// The servo's state where the part begins, if it follows from the recording.
 fn snapshot(file: &Path, from_s: f64) -> Result<Option<Mark>, Failure> {
-    let mut reader = haptic_recording::open(file).map_err(|error| unreadable(file, &error))?;
+    let mut reader = haptic_recording::open_any(file).map_err(|error| unreadable(file, &error))?;
     let metadata = reader.metadata().clone();
     // What cannot be replayed is cut all the same.
     Ok(replay::snapshot_at(&metadata, reader.by_ref(), from_s).unwrap_or_default())

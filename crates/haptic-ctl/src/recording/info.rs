@@ -38,6 +38,7 @@ fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
         "bytes": summary.bytes,
         "server": metadata.server,
         "device": metadata.device,
+        "axes": metadata.axes,
         "recorded_by": metadata.recorded_by,
         "started_unix_s": metadata.started_unix_s,
         "loop_rate_hz": metadata.loop_rate_hz,
@@ -118,6 +119,10 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
         row("missed", count(summary.missed, "period")),
         row("ending", summary.ending.to_string()),
     ];
+    if metadata.axes != 1 {
+        let after_device = rows.iter().take_while(|row| row[0] != "rate").count();
+        rows.insert(after_device, row("axes", metadata.axes.to_string()));
+    }
     if let Some(notes) = &metadata.notes {
         rows.extend(notes.lines().enumerate().map(|(index, line)| {
             let name = if index == 0 { "notes" } else { "" };

@@ -93,7 +93,7 @@ pub(crate) enum EventKind {
 
 impl Summary {
     pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
-        let mut reader = haptic_recording::open(path)?;
+        let mut reader = haptic_recording::open_any(path)?;
         let mut summary = Self {
             format: reader.format(),
             metadata: reader.metadata().clone(),
@@ -123,10 +123,12 @@ impl Summary {
         let mut lost_before = 0;
         while let Some(entry) = reader.next().transpose()? {
             match entry {
-                Entry::Row(row) => {
+                Entry::Row(row, y) => {
                     summary.rows += 1;
-                    summary.with_force += u64::from(row.command_force_n != 0.0);
-                    summary.peak_force_n = summary.peak_force_n.max(row.command_force_n.abs());
+                    // The length of the force, whatever its direction.
+                    let force_n = row.command_force_n.hypot(y.map_or(0.0, |y| y.command_force_n));
+                    summary.with_force += u64::from(force_n != 0.0);
+                    summary.peak_force_n = summary.peak_force_n.max(force_n);
                     let lost = summary.lost - std::mem::replace(&mut lost_before, summary.lost);
                     if let Some([_, before]) = summary.ticks {
                         summary.disorder.take(before, row.tick, every, lost);

@@ -227,6 +227,7 @@ mod tests {
                 seq: 0,
                 dropped: 3,
                 rows,
+                ..SamplesEvent::default()
             }),
             Event::Timing(Box::new(Timing {
                 rate_hz: 1000.0,

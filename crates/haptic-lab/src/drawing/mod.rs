@@ -20,5 +20,5 @@ mod table;
 pub use chart::{Axis, Chart, Form, Observation, Trace};
 pub use figure::figures;
 pub use page::{Page, PlotFormat, UnknownEnding};
-pub use svg::svg;
+pub use svg::{PLOT_WIDTH_PX, svg};
 pub use table::Table;

@@ -10,6 +10,8 @@ const WIDTH: f64 = 760.0;
 /// Room for the numbers and names of the axes, px.
 const LEFT: f64 = 72.0;
 const RIGHT: f64 = 18.0;
+/// Width of a plot in an image, px; of one whose points have names it is less.
+pub const PLOT_WIDTH_PX: f64 = WIDTH - LEFT - RIGHT;
 /// Room to the right of a plot whose points have names, px.
 const LABELS: f64 = 210.0;
 pub(super) const BOTTOM: f64 = 50.0;

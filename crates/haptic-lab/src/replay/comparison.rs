@@ -156,7 +156,7 @@ impl Comparison {
     /// Passes over an entry, which another one compares.
     pub(super) fn follow(&mut self, entry: &Entry) {
         match entry {
-            Entry::Row(row) => self.arrive(row),
+            Entry::Row(row, _) => self.arrive(row),
             Entry::Mark(mark) => {
                 self.lose(mark);
                 self.stepper.follow(mark);
@@ -182,7 +182,7 @@ impl Comparison {
     /// A scene cannot be rendered.
     pub fn entry(&mut self, entry: &Entry) -> Result<(), ReplayError> {
         match entry {
-            Entry::Row(row) => self.row(row),
+            Entry::Row(row, _) => self.row(row),
             Entry::Mark(mark) => {
                 self.lose(mark);
                 self.stepper.mark(mark)

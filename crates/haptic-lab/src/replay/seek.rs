@@ -29,20 +29,20 @@ pub fn from(
                 return Some(Ok(entry));
             }
             match entry {
-                Entry::Row(row) => {
+                Entry::Row(row, y) => {
                     is_there = row.t_s - *first_s.get_or_insert(row.t_s) >= from_s;
                     if is_there {
                         ready.extend(kept.drain(..));
-                        ready.push_back(Entry::Row(row));
+                        ready.push_back(Entry::Row(row, y));
                     } else if !kept.is_empty() {
-                        kept.push(Entry::Row(row));
+                        kept.push(Entry::Row(row, y));
                     }
                 }
                 Entry::Mark(Mark::Snapshot { tick, snapshot }) if snapshot.is_of_this_version() => {
                     let is_of_before = |entry: &Entry| {
                         let passed = matches!(
                             entry,
-                            Entry::Row(_) | Entry::Mark(Mark::Snapshot { .. } | Mark::Lost { .. })
+                            Entry::Row(..) | Entry::Mark(Mark::Snapshot { .. } | Mark::Lost { .. })
                         );
                         !passed
                     };
@@ -74,10 +74,10 @@ pub fn snapshot_at(
                 is_known |= matches!(mark, Mark::Snapshot { .. });
                 stepper.mark(&mark)?;
             }
-            Entry::Row(row) if row.t_s - *first_s.get_or_insert(row.t_s) >= from_s => {
+            Entry::Row(row, _) if row.t_s - *first_s.get_or_insert(row.t_s) >= from_s => {
                 return Ok(stepper.snapshot(row.tick).filter(|_| is_known));
             }
-            Entry::Row(row) => {
+            Entry::Row(row, _) => {
                 is_known = matches!(stepper.row(&row)?, StepResult::Computed(computed) if is_same(&row, &computed));
             }
         }

@@ -7,7 +7,7 @@ use haptic_core::sample::{DeviceError, Motor};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, VERSION};
 use haptic_core::velocity::Method;
 use haptic_ipc::{RigState, Sample, ServoSetup, ServoSnapshot, SnapshotScene};
-use haptic_recording::{Mark, Metadata};
+use haptic_recording::{Mark, Metadata, RecordingError};
 
 /// Ticks in a row with the recorded numbers after which a servo that began without force is known to
 /// be in the recorded one's state.
@@ -87,6 +87,9 @@ impl Stepper {
     }
 
     fn new(metadata: &Metadata, alternative: Option<Alternative>) -> Result<Self, ReplayError> {
+        if metadata.axes != 1 {
+            return Err(RecordingError::TwoAxes.into());
+        }
         let Metadata {
             rate_hz, loop_rate_hz, ..
         } = *metadata;

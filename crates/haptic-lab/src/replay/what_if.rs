@@ -146,7 +146,7 @@ impl WhatIf {
                 self.stepper.mark(mark)?;
                 Ok(None)
             }
-            Entry::Row(row) => self.row(row).map(Some),
+            Entry::Row(row, _) => self.row(row).map(Some),
         }
     }
 

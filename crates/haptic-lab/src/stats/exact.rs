@@ -85,7 +85,7 @@ mod tests {
                 |count: u32| (0..count).fold(1_u64, |ways, one| ways * u64::from(all - one) / u64::from(one + 1));
             for fewer in 0..=all / 2 {
                 let both_tails = 2 * (0..=fewer).map(ways).sum::<u64>();
-                let expected = both_tails as f64 / 2_f64.powi(all as i32);
+                let expected = both_tails as f64 / (1_u64 << all) as f64;
                 assert_eq!(
                     sign_test(fewer.into(), (all - fewer).into()),
                     expected.min(1.0),

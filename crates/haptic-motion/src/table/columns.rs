@@ -44,10 +44,31 @@ pub enum Quantity {
     Velocity,
     /// The force that drives it.
     Force,
+    /// Where it is on the second axis; may be missing.
+    PositionY,
+    /// How fast it moves on the second axis; may be missing.
+    VelocityY,
 }
 
 impl Quantity {
-    pub(super) const ALL: [Self; 4] = [Self::Time, Self::Position, Self::Velocity, Self::Force];
+    pub(super) const ALL: [Self; 6] = [
+        Self::Time,
+        Self::Position,
+        Self::Velocity,
+        Self::Force,
+        Self::PositionY,
+        Self::VelocityY,
+    ];
+
+    /// Whether a table may be without it.
+    pub(super) const fn is_optional(self) -> bool {
+        matches!(self, Self::Velocity | Self::PositionY | Self::VelocityY)
+    }
+
+    /// Whether it is only held against the positions.
+    pub(super) const fn is_velocity(self) -> bool {
+        matches!(self, Self::Velocity | Self::VelocityY)
+    }
 
     pub(super) const fn what(self) -> &'static str {
         match self {
@@ -55,14 +76,16 @@ impl Quantity {
             Self::Position => "position",
             Self::Velocity => "velocity",
             Self::Force => "force",
+            Self::PositionY => "position on the second axis",
+            Self::VelocityY => "velocity on the second axis",
         }
     }
 
     pub(super) const fn option(self) -> &'static str {
         match self {
             Self::Time => "--time-column",
-            Self::Position => "--position-column",
-            Self::Velocity => "--velocity-column",
+            Self::Position | Self::PositionY => "--position-column",
+            Self::Velocity | Self::VelocityY => "--velocity-column",
             Self::Force => "--force-column",
         }
     }
@@ -78,7 +101,7 @@ impl Quantity {
                 ("ns", 1e-9),
                 ("min", 60.0),
             ],
-            Self::Position => &[
+            Self::Position | Self::PositionY => &[
                 ("m", 1.0),
                 ("cm", 1e-2),
                 ("mm", 1e-3),
@@ -87,7 +110,7 @@ impl Quantity {
                 ("in", 0.0254),
                 ("inch", 0.0254),
             ],
-            Self::Velocity => &[("mps", 1.0), ("m_s", 1.0), ("mm_s", 1e-3), ("cm_s", 1e-2)],
+            Self::Velocity | Self::VelocityY => &[("mps", 1.0), ("m_s", 1.0), ("mm_s", 1e-3), ("cm_s", 1e-2)],
             Self::Force => &[
                 ("n", 1.0),
                 ("mn", 1e-3),
@@ -116,6 +139,8 @@ impl Quantity {
             ],
             Self::Velocity => &["block_velocity", "velocity", "device_velocity", "vel", "v"],
             Self::Force => &["coupling_force", "force", "f", "motor_force", "load", "kraft"],
+            Self::PositionY => &["block_position_y", "position_y", "device_position_y"],
+            Self::VelocityY => &["block_velocity_y", "velocity_y", "device_velocity_y"],
         }
     }
 
@@ -175,7 +200,7 @@ impl Quantity {
     pub(super) const fn instead_of_unit(self) -> &'static str {
         match self {
             Self::Time => "write times in s, ms, us or ns",
-            Self::Position | Self::Velocity => {
+            Self::Position | Self::Velocity | Self::PositionY | Self::VelocityY => {
                 "--position-gain says how many metres it is (of an angle, the radius times the unit in radians)"
             }
             Self::Force => "--force-gain says how many newtons it is",
@@ -236,6 +261,7 @@ impl Columns {
             Quantity::Position => &self.position,
             Quantity::Velocity => &self.velocity,
             Quantity::Force => &self.force,
+            Quantity::PositionY | Quantity::VelocityY => &None,
         }
         .as_deref()
     }

@@ -332,10 +332,11 @@ impl Table {
         };
         for (values, quantity) in self.values.iter_mut().zip(quantities) {
             let lacking = values.iter().filter(|value| !value.is_finite()).count();
-            if *quantity == Quantity::Velocity && lacking * ROWS_A_MISSING_ONE > values.len() {
+            if quantity.is_velocity() && lacking * ROWS_A_MISSING_ONE > values.len() {
                 self.notes.push(format!(
-                    "the velocity column holds no number in {lacking} of {} rows: left out, it is only held against the \
+                    "the {} column holds no number in {lacking} of {} rows: left out, it is only held against the \
                      positions",
+                    quantity.what(),
                     values.len()
                 ));
                 values.clear();
@@ -409,7 +410,7 @@ impl Table {
 }
 
 impl Headings<'_> {
-    /// Place and SI units a unit of a column; `None` where a velocity is not there.
+    /// Place and SI units a unit of a column; `None` where one that may be missing is not there.
     fn find(&self, options: &TableOptions, quantity: Quantity) -> Result<WantedColumn, TableError> {
         let Some(place) = self.place(options, quantity)? else {
             return Ok(None);
@@ -420,11 +421,13 @@ impl Headings<'_> {
                 Some(true) => Some(1.0),
                 _ => options.time_unit_s,
             },
-            Quantity::Position | Quantity::Velocity => options.position_gain,
+            Quantity::Position | Quantity::Velocity | Quantity::PositionY | Quantity::VelocityY => {
+                options.position_gain
+            }
             Quantity::Force => options.force_gain,
         };
         let unit = gain.or_else(|| quantity.unit(&self.titles[place]));
-        let unit = unit.or((quantity == Quantity::Velocity).then_some(1.0));
+        let unit = unit.or(quantity.is_velocity().then_some(1.0));
         match unit {
             Some(unit) => Ok(Some((place, unit))),
             None => Err(TableError::UnknownUnit {
@@ -440,7 +443,7 @@ impl Headings<'_> {
         let missing: Vec<Quantity> = quantities
             .iter()
             .copied()
-            .filter(|&quantity| quantity != Quantity::Velocity || options.columns.velocity.is_some())
+            .filter(|&quantity| !quantity.is_optional() || options.columns.named(quantity).is_some())
             .filter(|&quantity| self.places(options, quantity).is_empty())
             .collect();
         let joined =
@@ -478,7 +481,7 @@ impl Headings<'_> {
         }
     }
 
-    /// The place of the column that is named, or has a usual name; of a velocity perhaps none.
+    /// The place of the column that is named, or has a usual name; of one that may be missing perhaps none.
     fn place(&self, options: &TableOptions, quantity: Quantity) -> Result<Option<usize>, TableError> {
         match self.places(options, quantity)[..] {
             [] => Ok(None),

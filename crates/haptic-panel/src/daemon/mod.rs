@@ -213,6 +213,7 @@ impl Daemon {
         Some(Metadata {
             server: status.server.clone(),
             device: status.device.description.clone(),
+            axes: status.device.axes,
             loop_rate_hz: status.rate_hz,
             rate_hz: status.rate_hz,
             recorded_by: Some(recorded_by(concat!("haptic-gui ", env!("CARGO_PKG_VERSION")))),

@@ -1,6 +1,8 @@
 //! Large numbers that can be read from across the table.
 
 use super::{Daemon, Staleness};
+use crate::tape::Tape;
+use crate::tape::plane::Component;
 use crate::tape::signal::MM_PER_M;
 use crate::tapes::Tapes;
 use crate::theme::{Palette, SMALLEST_TEXT};
@@ -12,6 +14,9 @@ const LARGEST: f32 = 28.0;
 
 /// Width of the longest number with its unit, as a multiple of its height.
 const DIGITS: f32 = 5.0;
+
+/// The same of two numbers.
+const DIGITS_OF_TWO: f32 = 8.0;
 
 /// Height of a unit, as a share of the height of its number.
 const UNIT_SHARE: f32 = 0.57;
@@ -25,6 +30,16 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     let staleness = daemon.staleness().or(is_old.then_some(Staleness::Gone));
     let staleness = staleness.filter(|_| sample.is_some());
     let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
+    let on_plane = |component| tapes.live().component(component).and_then(Tape::last);
+    let y = on_plane(Component::Y);
+    let place = |of: fn(&Sample) -> f64| match y {
+        Some(y) => format!(
+            "{}, {:.1}",
+            sample.map_or_else(String::new, |x| format!("{:.1}", of(x))),
+            of(y)
+        ),
+        None => value(of),
+    };
     // Without force there is no surface to touch.
     let (contact, contact_color) = match sample
         .filter(|sample| sample.state.is_live())
@@ -32,14 +47,17 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     {
         None => ("–", None),
         Some(0) => ("Stuck", None),
+        Some(_) if y.is_some() => ("Sliding", Some(palette.sliding)),
         Some(1..) => ("Sliding +", Some(palette.sliding)),
         Some(..0) => ("Sliding -", Some(palette.sliding)),
     };
-    let force = value(|sample| sample.command_force_n);
-    let device = value(|sample| sample.device_position_m * MM_PER_M);
+    // On a plane the length of the force.
+    let force = on_plane(Component::Length).or(sample);
+    let force = force.map_or_else(|| "–".to_owned(), |sample| fixed(sample.command_force_n));
+    let device = place(|sample| sample.device_position_m * MM_PER_M);
     let has_block = daemon.mirror.has_block();
     let (block, block_unit) = if has_block {
-        (value(|sample| sample.block_position_m * MM_PER_M), "mm")
+        (place(|sample| sample.block_position_m * MM_PER_M), "mm")
     } else {
         ("none".to_owned(), "")
     };
@@ -66,7 +84,8 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
 fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>) {
     ui.spacing_mut().item_spacing = egui::vec2(4.0, 0.0);
     // In a narrow window the numbers are smaller, so that they do not overlap.
-    let size = (ui.available_width() / DIGITS).clamp(SMALLEST_TEXT, LARGEST);
+    let digits = if value.contains(',') { DIGITS_OF_TWO } else { DIGITS };
+    let size = (ui.available_width() / digits).clamp(SMALLEST_TEXT, LARGEST);
     ui.add(Label::new(RichText::new(title).small()).truncate());
     let color = color.unwrap_or(ui.visuals().strong_text_color());
     ui.horizontal(|ui| {

@@ -2,7 +2,8 @@
 
 use crate::model::Model;
 use crate::tape::Tape;
-use haptic_ipc::SAMPLE_COLUMNS;
+use crate::tape::plane::{self, Component};
+use haptic_ipc::{SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS};
 use std::io::{self, Write};
 
 /// Every sample in sight with every column, as CSV.
@@ -38,12 +39,19 @@ impl Rows {
     }
 
     pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        writeln!(out, "{}", SAMPLE_COLUMNS.join(","))?;
+        let y = self.tape.component(Component::Y);
+        let of_y: &[&str] = if y.is_some() { &SAMPLE_Y_COLUMNS } else { &[] };
+        writeln!(out, "{}", [SAMPLE_COLUMNS, of_y].concat().join(","))?;
         let mut line = Vec::new();
+        let mut ys = y.into_iter().flat_map(|y| y.within(self.from_s, self.to_s));
         for sample in self.tape.within(self.from_s, self.to_s) {
             line.clear();
             // A row is a JSON array of numbers and one word: without JSON's signs it is a row of cells.
             serde_json::to_writer(&mut line, sample)?;
+            if let Some(y) = ys.next() {
+                line.push(b',');
+                serde_json::to_writer(&mut line, &plane::of_second_axis(y).cells())?;
+            }
             line.retain(|byte| !matches!(byte, b'[' | b']' | b'"'));
             line.push(b'\n');
             out.write_all(&line)?;

@@ -5,11 +5,11 @@ use crate::model::{Model, has_block, scene_seen};
 use crate::plots::chart::{Chart, Curve, Ink, Overlay};
 use crate::plots::contact_ribbon::{self, Run};
 use crate::plots::over_time::{self, Background};
-use crate::plots::{self, force_velocity, spectrum_plot};
+use crate::plots::{self, force_velocity, plane, spectrum_plot};
 use crate::theme::Palette;
 use crate::view::PlotGroup;
 use egui::Color32;
-use haptic_lab::drawing::{self, Axis, Trace};
+use haptic_lab::drawing::{self, Axis, PLOT_WIDTH_PX, Trace};
 
 /// Columns over which the samples of a plot over time are drawn.
 const COLUMNS: f64 = 1600.0;
@@ -25,6 +25,8 @@ enum Group {
     OverTime { charts: Vec<Chart>, contacts: Vec<Run> },
     /// A plot of its own.
     Single(Chart),
+    /// The plots of a plane, on equal scales.
+    Plane([Chart; 2]),
 }
 
 impl Picture {
@@ -59,6 +61,7 @@ impl Picture {
                 )))
             }
             PlotGroup::Spectrum => spectrum_plot::seen(&view.measuring).map(Group::Single),
+            PlotGroup::Plane => Some(Group::Plane(plane::charts(model, 1))),
             // A table is not drawn; its numbers follow from the samples, which are exported as CSV.
             PlotGroup::Statistics => None,
         });
@@ -95,6 +98,10 @@ impl Picture {
                         figures.push(figure(title, chart, contacts, OVER_TIME_PX));
                     }
                 }
+                Group::Plane([positions, force]) => {
+                    figures.push(on_equal_scales("Hand and block", positions));
+                    figures.push(on_equal_scales("Coupling force", force));
+                }
                 Group::Single(chart) => {
                     let [across, up] = &chart.labels;
                     let title = format!("{} against {}", name(up), name(across).to_lowercase());
@@ -104,6 +111,21 @@ impl Picture {
         }
         drawing::svg(&figures)
     }
+}
+
+/// A chart whose axes have the same scale.
+fn on_equal_scales(title: &str, chart: &Chart) -> drawing::Chart {
+    let span = |(low, high): (f64, f64)| high - low;
+    // A plot that would be higher than wide gets a wider axis instead.
+    let (left, right) = chart.across;
+    let half = span(chart.across).max(span(chart.up)) / 2.0;
+    let middle = left.midpoint(right);
+    let chart = Chart {
+        across: (middle - half, middle + half),
+        ..chart.clone()
+    };
+    let height_px = PLOT_WIDTH_PX * span(chart.up) / span(chart.across);
+    figure(title.to_owned(), &chart, &[], height_px)
 }
 
 /// A chart with the contact ribbon at its upper edge.
@@ -180,10 +202,10 @@ fn add_line(traces: &mut Vec<Trace>, name: &str, points: &[[f64; 2]], is_dashed:
     traces.push(trace.in_colour(colour(ink.color)));
 }
 
-/// A curve; a faint one, as that of a reference, is dashed.
+/// A curve; a faint one, as that of a reference, is dashed, too.
 fn line(curve: &Curve) -> Trace {
     let points = curve.points.clone();
-    let trace = if curve.ink.opacity < 1.0 {
+    let trace = if curve.ink.opacity < 1.0 || curve.ink.is_dashed {
         Trace::dashed(curve.name.clone(), points)
     } else {
         Trace::line(curve.name.clone(), points)
@@ -218,6 +240,7 @@ pub(super) mod tests {
             seq: 0,
             dropped: 0,
             rows: rows.collect(),
+            ..SamplesEvent::default()
         };
         let mut model = Model::new();
         model.apply(Update::Event(Event::Samples(batch)));

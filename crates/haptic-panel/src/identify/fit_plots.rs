@@ -51,6 +51,7 @@ fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
             hint: "",
             color: color(palette, place),
             width: LINE_WIDTH,
+            is_dashed: false,
         };
         legend::show(ui, &chart.traces.iter().enumerate().map(entry).collect::<Vec<_>>());
         // Beside a low plot it would not fit.

@@ -103,6 +103,7 @@ impl Samples {
         Recording {
             metadata: self.metadata.clone(),
             rows: self.tape.within(self.from_s, self.to_s).copied().collect(),
+            rows_y: Vec::new(),
             marks: Vec::new(),
             ending: Ending::Open,
         }

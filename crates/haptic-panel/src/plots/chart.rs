@@ -7,6 +7,7 @@ use super::axis::reach;
 use super::scope::TimeRange;
 use crate::plots::scope::value_axis::Reach;
 use crate::tape::Tape;
+use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use crate::theme::Palette;
 use egui::Color32;
@@ -21,6 +22,7 @@ pub(crate) struct Ink {
     pub(crate) width: f32,
     /// From 0 to 1.
     pub(crate) opacity: f32,
+    pub(crate) is_dashed: bool,
 }
 
 impl Ink {
@@ -29,6 +31,7 @@ impl Ink {
             color,
             width,
             opacity: 1.0,
+            is_dashed: false,
         }
     }
 
@@ -58,16 +61,18 @@ pub(crate) struct Trace {
     pub(crate) name: Cow<'static, str>,
     pub(crate) across: Across,
     pub(crate) signal: Signal,
+    pub(crate) component: Component,
     pub(crate) ink: Ink,
 }
 
 impl Trace {
-    /// A signal over time.
+    /// A signal of a rig of one axis over time.
     pub(crate) fn over_time(signal: Signal) -> Self {
         Self {
             name: signal.name().into(),
             across: Across::Time,
             signal,
+            component: Component::Whole,
             ink: Ink::solid(signal.color(), signal.width()),
         }
     }
@@ -86,6 +91,25 @@ impl Trace {
             traces.push(trace);
         }
         traces
+    }
+
+    /// Its components: the second axis is dashed.
+    pub(crate) fn components(self, is_plane: bool, as_length: bool) -> impl Iterator<Item = Self> {
+        let components = Component::of(self.signal, is_plane, as_length).iter();
+        components.map(move |component| Self {
+            name: component.name(self.signal),
+            component: *component,
+            ink: Ink {
+                is_dashed: *component == Component::Y,
+                ..self.ink
+            },
+            ..self
+        })
+    }
+
+    /// Its signal, and which component of it.
+    pub(crate) fn line(&self) -> (Signal, Component) {
+        (self.signal, self.component)
     }
 }
 
@@ -192,8 +216,8 @@ impl Chart {
 /// The lines of traces. Traces over time are read in one pass.
 fn curves(tape: &Tape, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<Curve> {
     let of_time = |trace: &&Trace| matches!(trace.across, Across::Time);
-    let signals: Vec<Signal> = traces.iter().filter(of_time).map(|trace| trace.signal).collect();
-    let outlines = tape.outlines(&signals, (seen.from_s, seen.to_s), seen.column_s(columns));
+    let of_time: Vec<_> = traces.iter().filter(of_time).map(Trace::line).collect();
+    let outlines = tape.lines(&of_time, (seen.from_s, seen.to_s), seen.column_s(columns));
     let mut outlines = outlines.into_iter();
     let points = |trace: &Trace| match trace.across {
         Across::Time => {
@@ -208,7 +232,9 @@ fn curves(tape: &Tape, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<
             stride,
             with_force,
         } => tape
-            .pairs_every(stride, with_force, (seen.from_s, seen.to_s))
+            .component(trace.component)
+            .into_iter()
+            .flat_map(|tape| tape.pairs_every(stride, with_force, (seen.from_s, seen.to_s)))
             .map(|(before, sample)| [across.of(before, sample), trace.signal.of(before, sample)])
             .collect(),
     };

@@ -9,7 +9,9 @@ use super::scope::{Scope, TimeRange};
 use super::{legend, picture_taking};
 use crate::drop_down::{self, Item};
 use crate::plots::scope::against::{Against, Extent};
-use crate::tape::signal::{MM_PER_M, Signal};
+use crate::tape::Tape;
+use crate::tape::plane::{self, Component};
+use crate::tape::signal::{MM_PER_M, Quantity, Signal};
 use crate::tapes::Tapes;
 use crate::theme::Palette;
 use crate::wording::significant;
@@ -90,6 +92,22 @@ fn drawn(tapes: &Tapes, scope: &Scope) -> TimeRange {
     TimeRange { from_s, to_s, ..seen }
 }
 
+/// The components that are drawn: lengths where both signals have one, else x and y.
+fn components(tapes: &Tapes, scope: &Scope) -> &'static [Component] {
+    let Against { across, up, .. } = scope.against;
+    let as_length = plane::has_length(across) && plane::has_length(up);
+    match Component::of(up, scope.tape(tapes).is_plane(), as_length) {
+        [Component::X, Component::Y] if across.quantity() == Quantity::Duration => &[Component::X],
+        components => components,
+    }
+}
+
+/// The samples of the first component that is drawn, to which cursors and pointer belong.
+fn tape<'a>(tapes: &'a Tapes, scope: &'a Scope) -> &'a Tape {
+    let tape = scope.tape(tapes);
+    tape.component(components(tapes, scope)[0]).unwrap_or(tape)
+}
+
 /// Of how many samples one is drawn.
 fn stride(tapes: &Tapes, scope: &Scope, drawn: &TimeRange) -> usize {
     let count = scope.tape(tapes).count(drawn.from_s, drawn.to_s);
@@ -101,37 +119,49 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
     let Against { across, up, .. } = scope.against;
     let drawn = drawn(tapes, scope);
     let stride = stride(tapes, scope, &drawn);
-    let tape = scope.tape(tapes);
     // The law says nothing of samples without force.
     let with_force = scope.against.shows_law();
-    let samples = tape.pairs_every(stride, with_force, (drawn.from_s, drawn.to_s));
-    let (mut low, mut high, mut newest) = (f64::INFINITY, f64::NEG_INFINITY, None);
-    for (before, sample) in samples {
-        let value = across.of(before, sample);
-        (low, high) = (low.min(value), high.max(value));
-        newest = Some([value, up.of(before, sample)]);
+    let components = components(tapes, scope);
+    let (mut low, mut high, mut newest) = (f64::INFINITY, f64::NEG_INFINITY, Vec::new());
+    for tape in components
+        .iter()
+        .filter_map(|component| scope.tape(tapes).component(*component))
+    {
+        let mut last = None;
+        for (before, sample) in tape.pairs_every(stride, with_force, (drawn.from_s, drawn.to_s)) {
+            let value = across.of(before, sample);
+            (low, high) = (low.min(value), high.max(value));
+            last = Some([value, up.of(before, sample)]);
+        }
+        newest.extend(last);
     }
-    let under = reference.map(|reference| under(reference, &scope.against, &drawn));
+    let under = reference.and_then(|reference| under(reference, &scope.against, components[0], &drawn));
     for [value, _] in under.iter().flat_map(|curve| &curve.points) {
         (low, high) = (low.min(*value), high.max(*value));
     }
     let held = scope.against.across_axis.held();
     let (shown, mut overlays) = if scope.against.shows_law() {
         let widest = widest(&scope.against, scene, low.abs().max(high.abs()));
-        let shown = held.unwrap_or((-widest, widest));
-        (shown, law(scene, shown))
+        // A length has one side.
+        let least = if components == [Component::Length] {
+            0.0
+        } else {
+            -widest
+        };
+        let shown = held.unwrap_or((least, widest));
+        (shown, law(scene, shown, least == 0.0))
     } else {
         let values = [low, high].into_iter().filter(|value| value.is_finite());
         let fitted = reach(values, across.quantity().smallest_span());
         (held.unwrap_or(fitted), Vec::new())
     };
     overlays.extend(under.map(Overlay::Curve));
-    overlays.extend(newest.map(|at| Overlay::Dots {
+    overlays.push(Overlay::Dots {
         name: if scope.ends_now(tapes) { "Now" } else { "Newest seen" },
-        at: vec![at],
+        at: newest,
         radius: DOT_RADIUS,
         color: |palette| palette.device,
-    }));
+    });
     let at_cursors = at_cursors(tapes, scope);
     overlays.extend(at_cursors.map(|at| Overlay::Dots {
         name: "At a cursor",
@@ -139,7 +169,15 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
         radius: DOT_RADIUS,
         color: |palette| palette.cursor,
     }));
-    let label = |signal: Signal| format!("{} ({})", signal.name(), signal.quantity().unit());
+    let is_length = components == [Component::Length];
+    let label = |signal: Signal| {
+        let name = if is_length {
+            Component::Length.name(signal)
+        } else {
+            signal.name().into()
+        };
+        format!("{name} ({})", signal.quantity().unit())
+    };
     let axes = Axes {
         seen: drawn,
         columns: 1.0,
@@ -148,32 +186,39 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
         smallest_span: up.quantity().smallest_span(),
         labels: [label(across), label(up)],
     };
-    // Fainter than the block's line, so that the law and the dot stand out.
-    let trail = Trace {
-        name: "Trail".into(),
+    let trail = |component: &Component| Trace {
+        name: match component {
+            Component::Whole | Component::Length => "Trail".into(),
+            Component::X => "Trail, x".into(),
+            Component::Y => "Trail, y".into(),
+        },
         across: Across::Signal {
             signal: across,
             stride,
             with_force,
         },
         signal: up,
+        component: *component,
+        // Fainter than the block's line, so that the law and the dot stand out.
         ink: Ink {
             opacity: 0.5,
+            is_dashed: *component == Component::Y,
             ..Ink::solid(|palette| palette.block, 1.0)
         },
     };
-    Chart::new(tape, &[trail], &overlays, axes)
+    let trails: Vec<Trace> = components.iter().map(trail).collect();
+    Chart::new(scope.tape(tapes), &trails, &overlays, axes)
 }
 
 /// The line of the run that is kept, fainter than the trail.
-fn under(reference: &Reference, against: &Against, drawn: &TimeRange) -> Curve {
+fn under(reference: &Reference, against: &Against, component: Component, drawn: &TimeRange) -> Option<Curve> {
     let offset_s = reference.offset_s(drawn.zero_s);
     let (from_s, to_s) = (drawn.from_s - offset_s, drawn.to_s - offset_s);
-    let tape = &reference.tape;
+    let tape = reference.tape.component(component)?;
     let stride = tape.count(from_s, to_s).div_ceil(MAX_DRAWN).max(1);
     let samples = tape.pairs_every(stride, against.shows_law(), (from_s, to_s));
     let points = samples.map(|(before, sample)| [against.across.of(before, sample), against.up.of(before, sample)]);
-    Curve {
+    Some(Curve {
         name: "Trail, reference".into(),
         hint: "The run that was kept with Compare",
         points: points.collect(),
@@ -181,7 +226,7 @@ fn under(reference: &Reference, against: &Against, drawn: &TimeRange) -> Curve {
             opacity: REFERENCE_OPACITY,
             ..Ink::solid(|palette| palette.device, 1.0)
         },
-    }
+    })
 }
 
 /// Half of the width of the axis of velocity, mm/s, for a block that was this fast, which is infinite without
@@ -196,13 +241,15 @@ fn widest(against: &Against, scene: Option<&Scene>, fastest_mmps: f64) -> f64 {
     }
 }
 
-/// The law's curve over an axis of velocity, mm/s, and its thresholds.
-fn law(scene: Option<&Scene>, (slowest_mmps, fastest_mmps): (f64, f64)) -> Vec<Overlay> {
+/// The law's curve over an axis of velocity, mm/s, or of speed, and its thresholds.
+fn law(scene: Option<&Scene>, (slowest_mmps, fastest_mmps): (f64, f64), of_lengths: bool) -> Vec<Overlay> {
     let reach_mmps = slowest_mmps.abs().max(fastest_mmps.abs()) * 1.2;
+    let mut points = scene.map_or_else(Vec::new, |scene| curve(scene, reach_mmps));
+    points.retain(|point| !of_lengths || point.iter().all(|value| *value >= 0.0));
     let curve = Overlay::Curve(Curve {
         name: "Law".into(),
         hint: "The law's force of a steady slide, with its hold at rest",
-        points: scene.map_or_else(Vec::new, |scene| curve(scene, reach_mmps)),
+        points,
         ink: Ink::solid(|palette| palette.law, 2.0),
     });
     [curve].into_iter().chain(thresholds(scene)).collect()
@@ -211,7 +258,7 @@ fn law(scene: Option<&Scene>, (slowest_mmps, fastest_mmps): (f64, f64)) -> Vec<O
 /// Both signals at either cursor, if they are shown.
 fn at_cursors(tapes: &Tapes, scope: &Scope) -> Option<[Option<[f64; 2]>; 2]> {
     let Against { across, up, .. } = scope.against;
-    let (tape, zero_s) = (scope.tape(tapes), scope.seen(tapes).zero_s);
+    let (tape, zero_s) = (tape(tapes, scope), scope.seen(tapes).zero_s);
     scope.cursors.shown.then(|| {
         scope.cursors.at_s.map(|at_s| {
             let value = |signal| tape.value_at(signal, zero_s + at_s);
@@ -398,8 +445,7 @@ fn on_trail(tapes: &Tapes, scope: &Scope, cursor: usize, pos: Pos2, transform: &
     }
     let stride = stride(tapes, scope, &drawn);
     let with_force = scope.against.shows_law();
-    let samples = scope
-        .tape(tapes)
+    let samples = tape(tapes, scope)
         .pairs_every(stride, with_force, (drawn.from_s, drawn.to_s))
         .map(|(before, sample)| {
             let point = PlotPoint::new(across.of(before, sample), up.of(before, sample));

@@ -132,7 +132,12 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
 
 fn line<'a>(curve: &Curve, palette: &Palette) -> Line<'a> {
     let line = Line::new(curve.name.clone(), PlotPoints::new(curve.points.clone()));
-    line.color(curve.ink.color(palette)).width(curve.ink.width)
+    let style = if curve.ink.is_dashed {
+        LineStyle::dashed_dense()
+    } else {
+        LineStyle::Solid
+    };
+    line.color(curve.ink.color(palette)).width(curve.ink.width).style(style)
 }
 
 /// From values to points of the window. That of the plot itself is that of the frame before.

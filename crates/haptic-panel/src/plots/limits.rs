@@ -3,6 +3,7 @@
 use super::chart::{Curve, Ink, Overlay};
 use super::scope::Scope;
 use crate::daemon::Daemon;
+use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use crate::tapes::{AT_THE_LIMIT, Tapes};
 use haptic_core::{Parameter, Scene};
@@ -12,6 +13,17 @@ const WIDTH: f32 = 1.0;
 
 /// Radius of a moment at which the force was clipped, points.
 const CLIPPED_RADIUS: f32 = 2.5;
+
+/// The limit of the force on the hand, N, of the rig or of the opened recording.
+pub(super) fn force_limit_n(daemon: &Daemon, tapes: &Tapes, scope: &Scope) -> Option<f64> {
+    let limit_n = if scope.is_of_rig() {
+        Some(daemon.force_limit_n())
+    } else {
+        let servo = tapes.opened().and_then(|opened| opened.metadata.servo.as_ref());
+        servo.map(|servo| servo.settings.limits.force_n)
+    };
+    limit_n.filter(|limit_n| limit_n.is_finite())
+}
 
 /// The limits of what is seen.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,12 +37,6 @@ pub(crate) struct Limits {
 impl Limits {
     /// Those of the rig or of the opened recording, and of a scene.
     pub(crate) fn of(daemon: &Daemon, tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Self {
-        let force_n = if scope.is_of_rig() {
-            Some(daemon.force_limit_n())
-        } else {
-            let servo = tapes.opened().and_then(|opened| opened.metadata.servo.as_ref());
-            servo.map(|servo| servo.settings.limits.force_n)
-        };
         let friction = [("Fs", Parameter::StaticForce), ("Fd", Parameter::DynamicForce)];
         let friction_n = friction.into_iter().flat_map(|(symbol, parameter)| {
             let value = scene.and_then(|scene| scene.value(parameter));
@@ -38,33 +44,34 @@ impl Limits {
             both.into_iter().flatten().filter(|(_, force_n)| *force_n != 0.0)
         });
         Self {
-            force_n: force_n.filter(|force_n| force_n.is_finite()),
+            force_n: force_limit_n(daemon, tapes, scope),
             friction_n: friction_n.collect(),
         }
     }
 
-    /// The lines in a plot of these signals.
-    pub(crate) fn levels(&self, signals: &[Signal]) -> Vec<Overlay> {
+    /// The lines in a plot of these signals, or of their lengths.
+    pub(crate) fn levels(&self, signals: &[Signal], as_length: bool) -> Vec<Overlay> {
         let mut levels = Vec::new();
-        // The force on the hand points against the one that drives the block.
-        let side = if signals.contains(&Signal::COUPLING_FORCE) {
-            Some(1.0)
-        } else {
-            signals.contains(&Signal::COMMAND_FORCE).then_some(-1.0)
-        };
-        if let Some(side) = side {
+        let [of_block, of_hand] =
+            [Signal::COUPLING_FORCE, Signal::COMMAND_FORCE].map(|signal| signals.contains(&signal));
+        // The force on the hand points against the one that drives the block; a length has no direction.
+        let side = if of_block || as_length { 1.0 } else { -1.0 };
+        let is_seen = |value: &f64| !as_length || *value > 0.0;
+        if of_block || of_hand {
             let ink = Ink {
                 opacity: 0.8,
                 ..Ink::solid(|palette| palette.law, WIDTH)
             };
-            levels.extend(self.friction_n.iter().map(|(symbol, value)| Overlay::Level {
+            let values = self.friction_n.iter().filter(|(_, value)| is_seen(value));
+            levels.extend(values.map(|(symbol, value)| Overlay::Level {
                 value: side * value,
                 label: (*symbol).into(),
                 ink,
             }));
         }
-        if let Some(force_n) = self.force_n.filter(|_| signals.contains(&Signal::COMMAND_FORCE)) {
-            levels.extend([force_n, -force_n].map(|value| Overlay::Level {
+        if let Some(force_n) = self.force_n.filter(|_| of_hand) {
+            let values = [force_n, -force_n].into_iter().filter(is_seen);
+            levels.extend(values.map(|value| Overlay::Level {
                 value,
                 label: "force limit".into(),
                 ink: Ink::solid(|palette| palette.error_text, WIDTH),
@@ -76,7 +83,8 @@ impl Limits {
     /// The moments at which the force on the hand was at its limit.
     pub(crate) fn clipped(&self, curves: &[Curve]) -> Option<Overlay> {
         let limit_n = self.force_n?;
-        let force = curves.iter().find(|curve| curve.name == Signal::COMMAND_FORCE.name())?;
+        let whole = [Component::Whole, Component::Length].map(|component| component.name(Signal::COMMAND_FORCE));
+        let force = curves.iter().find(|curve| whole.contains(&curve.name))?;
         let at_limit = force
             .points
             .iter()

@@ -13,6 +13,7 @@ mod mark_strip;
 pub(crate) mod measure;
 pub(crate) mod over_time;
 pub(crate) mod picture_taking;
+pub(crate) mod plane;
 mod plot_header;
 pub(crate) mod reference;
 mod rig_menu;
@@ -121,7 +122,7 @@ fn show_beside(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
     let has_block = has_block(model);
     let Model { daemon, tapes, view } = model;
     match group {
-        PlotGroup::OverTime => {}
+        PlotGroup::OverTime | PlotGroup::Plane => {}
         PlotGroup::ForceVelocity => {
             let (scope, reference) = view.plotted(tapes);
             let scene = scene_seen(daemon, tapes, scope);

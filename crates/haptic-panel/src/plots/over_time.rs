@@ -66,13 +66,16 @@ pub(crate) fn chart(
     let plot = &scope.plots.plots()[place];
     let is_there = |signal: &Signal| signal.is_there(background.has_block);
     let signals: Vec<Signal> = plot.signals().iter().copied().filter(is_there).collect();
-    let traces = Trace::all_over_time(&signals);
+    let is_plane = scope.tape(tapes).is_plane();
+    let as_length = is_plane && plot.shows_lengths;
+    let traces = Trace::all_over_time(&signals).into_iter();
+    let traces: Vec<Trace> = traces.flat_map(|trace| trace.components(is_plane, as_length)).collect();
     let mut all = happened(tapes, scope, place == 0);
     all.extend(
         background
             .limits
             .into_iter()
-            .flat_map(|limits| limits.levels(plot.signals())),
+            .flat_map(|limits| limits.levels(plot.signals(), as_length)),
     );
     all.extend(
         background
@@ -100,8 +103,8 @@ pub(crate) fn chart(
 fn under(reference: &Reference, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<Overlay> {
     let offset_s = reference.offset_s(seen.zero_s);
     let ends = (seen.from_s - offset_s, seen.to_s - offset_s);
-    let signals: Vec<Signal> = traces.iter().map(|trace| trace.signal).collect();
-    let lines = reference.tape.outlines(&signals, ends, seen.column_s(columns));
+    let lines: Vec<_> = traces.iter().map(Trace::line).collect();
+    let lines = reference.tape.lines(&lines, ends, seen.column_s(columns));
     let curve = |(trace, points): (&Trace, Vec<[f64; 2]>)| {
         let points = points
             .into_iter()
@@ -165,9 +168,8 @@ fn happened(tapes: &Tapes, scope: &Scope, is_first: bool) -> Vec<Overlay> {
             },
             is_dashed: false,
             ink: Ink {
-                color: mark.kind.color(),
-                width: MARK_WIDTH,
                 opacity: if is_marker { 1.0 } else { MARK_OPACITY },
+                ..Ink::solid(mark.kind.color(), MARK_WIDTH)
             },
         });
     }
@@ -234,6 +236,7 @@ pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, background: Ba
     let header = legend::HEIGHT + 2.0 * spacing;
     let height = (left / count - header).max(LOWEST_PLOT);
     let (mut change, mut time_axis) = (None, None);
+    let is_plane = scope.tape(tapes).is_plane();
     let mut show_all = |ui: &mut Ui| {
         ui.spacing_mut().item_spacing.y = spacing;
         // Something too wide in one of the rows must not make those below it wider.
@@ -254,7 +257,7 @@ pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, background: Ba
                 aside,
                 has_time: place == lowest,
             };
-            let (shown, asked) = show_one(ui, scope, place, chart, extent);
+            let (shown, asked) = show_one(ui, (scope, is_plane), place, chart, extent);
             change = change.or(asked.map(|asked| (place, asked)));
             if place == 0 {
                 time_axis = Some(shown.transform);
@@ -311,7 +314,7 @@ struct Extent {
 
 fn show_one(
     ui: &mut Ui,
-    scope: &mut Scope,
+    (scope, is_plane): (&mut Scope, bool),
     place: usize,
     chart: &Chart,
     extent: Extent,
@@ -324,7 +327,13 @@ fn show_one(
         has_time,
     } = extent;
     let height = if has_time { inner + TIME_LABEL_HEIGHT } else { inner };
-    let change = plot_header::show(ui, width, &scope.plots, place, &legend::entries(chart, palette));
+    let change = plot_header::show(
+        ui,
+        width,
+        (&scope.plots, is_plane),
+        place,
+        &legend::entries(chart, palette),
+    );
     let name = format!("{} plot", scope.plots.name(place));
     let plot = &mut scope.plots.plots_mut()[place];
     plot.axis.saw(chart.up);

@@ -8,6 +8,7 @@ use super::{legend, picture_taking};
 use crate::drop_down::{self, Item};
 use crate::plots::measure::measuring::Measuring;
 use crate::plots::measure::spectrum::{Scaling, Spectrum};
+use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use crate::tapes::Tapes;
 use crate::theme::Palette;
@@ -36,30 +37,39 @@ pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, measuring: &mut Me
     let samples = format!("{from_s} {to_s} {}", scope.tape(tapes).stamp());
     let now_s = ui.input(|input| input.time);
     let (found, wait_s) = measuring.spectrum.get(&asked, &samples, now_s, || {
-        Spectrum::of(scope.tape(tapes), signal, from_s, to_s, scaling)
+        let tape = scope.tape(tapes);
+        let components = Component::of(signal, tape.is_plane(), false).iter();
+        let of = |component: &Component| {
+            let tape = tape.component(*component).unwrap_or(tape);
+            Ok((*component, Spectrum::of(tape, signal, from_s, to_s, scaling)?))
+        };
+        components.map(of).collect()
     });
     if let Some(wait_s) = wait_s {
         ui.ctx().request_repaint_after(Duration::from_secs_f64(wait_s));
     }
-    let spectrum = match found {
-        Ok(spectrum) => spectrum,
+    let spectra = match found {
+        Ok(spectra) => spectra,
         Err(why) => {
             ui.label(why);
             return;
         }
     };
     let unit = scaling.unit(signal.quantity().unit());
-    if let Some((frequency_hz, value)) = spectrum.peak() {
+    let peaks = spectra
+        .iter()
+        .filter_map(|(_, spectrum)| Some((spectrum.step_hz, spectrum.peak()?)));
+    if let Some((step_hz, (frequency_hz, value))) = peaks.max_by(|(_, a), (_, b)| a.1.total_cmp(&b.1)) {
         let text = format!(
             "Highest: {} {unit} at {} Hz; one value every {} Hz",
             significant(value, 3),
             significant(frequency_hz, 4),
-            significant(spectrum.step_hz, 3)
+            significant(step_hz, 3)
         );
         ui.label(RichText::new(text).small());
     }
     let palette = Palette::of(ui);
-    let chart = chart(spectrum, signal, scaling, &unit);
+    let chart = chart(spectra, signal, scaling, &unit);
     ui.horizontal(|ui| {
         ui.add_space(AXIS_WIDTH);
         legend::show(ui, &legend::entries(&chart, palette));
@@ -94,16 +104,12 @@ fn show_choice(ui: &mut Ui, measuring: &mut Measuring) {
 /// The chart of the spectrum that was shown last.
 pub(crate) fn seen(measuring: &Measuring) -> Option<Chart> {
     let (signal, scaling) = (measuring.signal, measuring.scaling);
-    let spectrum = measuring.spectrum.last()?.as_ref().ok()?;
-    Some(chart(
-        spectrum,
-        signal,
-        scaling,
-        &scaling.unit(signal.quantity().unit()),
-    ))
+    let spectra = measuring.spectrum.last()?.as_ref().ok()?;
+    Some(chart(spectra, signal, scaling, &scaling.unit(signal.quantity().unit())))
 }
 
-fn chart(spectrum: &Spectrum, signal: Signal, scaling: Scaling, unit: &str) -> Chart {
+/// The highest values in columns of frequencies, and the end of the last column, Hz.
+fn columns(spectrum: &Spectrum) -> (Vec<[f64; 2]>, f64) {
     let share = spectrum.values.len().div_ceil(MAX_POINTS);
     let mut at_hz = 0.0;
     let columns = spectrum.values.chunks(share).map(|column| {
@@ -114,8 +120,17 @@ fn chart(spectrum: &Spectrum, signal: Signal, scaling: Scaling, unit: &str) -> C
         at_hz += wide_hz;
         point
     });
-    let columns: Vec<[f64; 2]> = columns.collect();
-    let highest = columns.iter().map(|[_, value]| *value).fold(0.0, f64::max);
+    (columns.collect(), at_hz)
+}
+
+fn chart(spectra: &[(Component, Spectrum)], signal: Signal, scaling: Scaling, unit: &str) -> Chart {
+    let lines: Vec<_> = spectra.iter().map(|(_, spectrum)| columns(spectrum)).collect();
+    let values = lines.iter().flat_map(|(columns, _)| columns);
+    let highest = values.map(|[_, value]| *value).fold(0.0, f64::max);
+    let end_hz = lines
+        .iter()
+        .map(|(_, end_hz)| *end_hz)
+        .fold(f64::MIN_POSITIVE, f64::max);
     let top = if highest > 0.0 { scaling.decibel(highest) } else { 0.0 };
     let floor = top - DEPTH_DB;
     let decibel = |value: f64| {
@@ -125,18 +140,26 @@ fn chart(spectrum: &Spectrum, signal: Signal, scaling: Scaling, unit: &str) -> C
             floor
         }
     };
-    let points = columns
-        .into_iter()
-        .map(|[frequency_hz, value]| [frequency_hz, decibel(value)]);
+    let curve = |component: Component, columns: Vec<[f64; 2]>| Curve {
+        name: component.name(signal),
+        hint: signal.definition(),
+        points: columns
+            .into_iter()
+            .map(|[at_hz, value]| [at_hz, decibel(value)])
+            .collect(),
+        ink: Ink {
+            is_dashed: component == Component::Y,
+            ..Ink::solid(signal.color(), 1.0)
+        },
+    };
     Chart {
-        curves: vec![Curve {
-            name: signal.name().into(),
-            hint: signal.definition(),
-            points: points.collect(),
-            ink: Ink::solid(signal.color(), 1.0),
-        }],
+        curves: spectra
+            .iter()
+            .zip(lines)
+            .map(|((component, _), (columns, _))| curve(*component, columns))
+            .collect(),
         overlays: Vec::new(),
-        across: (0.0, at_hz.max(spectrum.step_hz)),
+        across: (0.0, end_hz),
         up: reach([floor, top], 1.0),
         labels: [
             "Frequency (Hz)".to_owned(),

@@ -46,24 +46,28 @@ pub(super) fn show(
     has_block: bool,
 ) {
     let (from_s, to_s) = scope.measured(tapes);
-    let signals = scope.plots.signals(has_block);
+    let lines = scope.plots.lines(has_block, scope.tape(tapes).is_plane());
     let offset_s = reference.map(|reference| reference.offset_s(scope.seen(tapes).zero_s));
     let is_short = scope.tape(tapes).count(from_s, to_s) <= difference::MAX_SAMPLES;
     let under = reference.map(|reference| reference.tape.stamp());
-    let asked = format!("{signals:?} {} {offset_s:?} {under:?}", scope.cursors.shown);
+    let asked = format!("{lines:?} {} {offset_s:?} {under:?}", scope.cursors.shown);
     let samples = format!("{from_s} {to_s} {}", scope.tape(tapes).stamp());
     let now_s = ui.input(|input| input.time);
     let (rows, wait_s) = measuring.table.get(&asked, &samples, now_s, || {
         let tape = scope.tape(tapes);
-        let row = |signal| Row {
-            signal,
-            statistics: Statistics::of(tape, signal, from_s, to_s),
-            difference: reference
-                .zip(offset_s)
-                .filter(|_| is_short)
-                .and_then(|(reference, offset_s)| difference(tape, &reference.tape, offset_s, signal, (from_s, to_s))),
+        let row = |(signal, component)| {
+            let tape = tape.component(component);
+            let under = reference.and_then(|reference| reference.tape.component(component));
+            let runs = tape.zip(under).zip(offset_s).filter(|_| is_short);
+            Row {
+                signal,
+                component,
+                statistics: tape.and_then(|tape| Statistics::of(tape, signal, from_s, to_s)),
+                difference: runs
+                    .and_then(|((tape, under), offset_s)| difference(tape, under, offset_s, signal, (from_s, to_s))),
+            }
         };
-        signals.into_iter().map(row).collect()
+        lines.into_iter().map(row).collect()
     });
     if let Some(wait_s) = wait_s {
         ui.ctx().request_repaint_after(Duration::from_secs_f64(wait_s));
@@ -96,10 +100,11 @@ pub(super) fn show(
 fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
     let Row {
         signal,
+        component,
         statistics,
         difference,
     } = row;
-    let (name, unit) = (signal.name(), signal.quantity().unit());
+    let (name, unit) = (component.name(*signal), signal.quantity().unit());
     ui.add_space(4.0);
     ui.label(RichText::new(format!("{name} ({unit})")).small().strong());
     let Some(statistics) = statistics else {

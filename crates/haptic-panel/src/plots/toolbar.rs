@@ -81,7 +81,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut 
     }
 }
 
-fn show_running(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
+pub(super) fn show_running(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     let (name, hint) = if scope.follows() {
         ("Freeze", "Freezes the plots; the rig keeps running")
     } else {
@@ -97,7 +97,7 @@ fn show_running(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     }
 }
 
-fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
+pub(super) fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     let seen = scope.seen(tapes);
     let (span_s, middle_s) = (scope.span_s(), seen.from_s.midpoint(seen.to_s) - seen.zero_s);
     let step_s = SHIFT_SHARE * span_s;
@@ -227,9 +227,9 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool, ha
     let zero_s = scope.seen(tapes).zero_s;
     let readings: Vec<_> = scope
         .plots
-        .signals(has_block)
+        .lines(has_block, scope.tape(tapes).is_plane())
         .into_iter()
-        .map(|signal| scope.cursors.read(signal, scope.tape(tapes), zero_s))
+        .map(|line| scope.cursors.read(line, scope.tape(tapes), zero_s))
         .collect();
     let speed = scope.span_s() / 500.0;
     let cursors = &mut scope.cursors;
@@ -256,7 +256,7 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool, ha
         let text = format!("dt {:.4} s, 1/dt {frequency} Hz", cursors.distance_s());
         cell(ui, DISTANCE_WIDTH, RichText::new(&text).strong()).on_hover_text(text);
         for reading in &readings {
-            let (name, unit) = (reading.signal.name(), reading.signal.quantity().unit());
+            let (name, unit) = (reading.component.name(reading.signal), reading.signal.quantity().unit());
             let [first, second] = reading
                 .values
                 .map(|value| value.map_or_else(|| "none".to_owned(), |value| significant(value, DIGITS)));
@@ -279,7 +279,7 @@ fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool, ha
 }
 
 /// Writes the plots to files.
-fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
+pub(super) fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let menu = MenuButton::new("Export").config(config);
     let (button, _) = menu.ui(ui, |ui| {

@@ -101,7 +101,7 @@ pub(crate) fn list(
             report(same.clone());
             continue;
         }
-        match haptic_recording::open(&file.path) {
+        match haptic_recording::open_any(&file.path) {
             Ok(reader) => {
                 file.about = Ok(beginning(&reader));
                 report(file.clone());
@@ -164,7 +164,7 @@ fn length(mut reader: Reader, is_over: &AtomicBool) -> Result<Option<Length>, Re
         if count.is_multiple_of(ENTRIES_A_LOOK) && is_over.load(Ordering::Acquire) {
             return Ok(None);
         }
-        if let Entry::Row(row) = entry? {
+        if let Entry::Row(row, _) = entry? {
             let [first_s, _] = ends.unwrap_or([row.t_s; 2]);
             ends = Some([first_s, row.t_s]);
         }
@@ -179,15 +179,26 @@ fn length(mut reader: Reader, is_over: &AtomicBool) -> Result<Option<Length>, Re
 mod tests {
     use super::*;
     use crate::record::fixture::metadata;
+    use crate::record::loaded::Loaded;
     use crate::tape::tests::at;
-    use haptic_ipc::{Event, SamplesEvent};
+    use haptic_ipc::{Event, SampleY, SamplesEvent};
+    use haptic_recording::Metadata;
 
     fn record(path: &Path, seconds: u32, ends: bool) {
-        let mut recorder = haptic_recording::create(path, &metadata(), false).expect("a file");
-        let (seq, dropped) = (0, 0);
-        let rows = (0..=seconds).map(|second| at(f64::from(second))).collect();
+        record_axes(path, seconds, ends, 1);
+    }
+
+    fn record_axes(path: &Path, seconds: u32, ends: bool, axes: u8) {
+        let about = Metadata { axes, ..metadata() };
+        let mut recorder = haptic_recording::create(path, &about, false).expect("a file");
+        let rows: Vec<_> = (0..=seconds).map(|second| at(f64::from(second))).collect();
+        let rows_y = vec![SampleY::default(); if axes == 2 { rows.len() } else { 0 }];
         recorder
-            .event(&Event::Samples(SamplesEvent { seq, dropped, rows }))
+            .event(&Event::Samples(SamplesEvent {
+                rows,
+                rows_y,
+                ..SamplesEvent::default()
+            }))
             .expect("written");
         if ends {
             recorder.finish().expect("written");
@@ -198,6 +209,19 @@ mod tests {
         let mut listed: Vec<Listed> = Vec::new();
         list(folder, known, &AtomicBool::new(false), |one| listed.push(one)).expect("a folder");
         listed
+    }
+
+    #[test]
+    fn recording_of_two_axes_is_listed_and_opened() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("plane.csv");
+        record_axes(&path, 2, true, 2);
+        let found = listed(folder.path(), &[]);
+        let line = found.last().map(Listed::line);
+        assert_eq!(line.as_deref(), Some("2.0 s, scene simulated friction"));
+        let loaded = Loaded::read(&path, |_| {}).expect("it opens");
+        assert!(loaded.tape.is_plane());
+        assert_eq!(loaded.tape.len(), 3);
     }
 
     #[test]

@@ -43,12 +43,12 @@ impl Loaded {
     /// Why it cannot be read, with the name of the file.
     pub fn read(path: &Path, mut progress: impl FnMut(Option<f64>)) -> Result<Self, String> {
         let mut read = || {
-            let mut reader = haptic_recording::open(path)?;
+            let mut reader = haptic_recording::open_any(path)?;
             let (mut tape, mut marks) = (Tape::default(), Vec::new());
             while let Some(entry) = reader.next().transpose()? {
                 match entry {
-                    Entry::Row(row) => {
-                        tape.push(row);
+                    Entry::Row(row, y) => {
+                        tape.push_tick(row, y.as_ref());
                         if tape.len().is_multiple_of(ROWS_A_LOOK) {
                             progress(reader.share());
                         }

@@ -259,7 +259,12 @@ mod tests {
 
     fn batch(rows: Vec<Sample>) -> Event {
         let (seq, dropped) = (0, 0);
-        Event::Samples(SamplesEvent { seq, dropped, rows })
+        Event::Samples(SamplesEvent {
+            seq,
+            dropped,
+            rows,
+            ..SamplesEvent::default()
+        })
     }
 
     /// Waits for the end of a recording.

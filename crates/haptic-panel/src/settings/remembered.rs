@@ -11,6 +11,9 @@ use crate::tape::signal::Signal;
 use crate::view::PlotGroup;
 use haptic_recording::Format;
 
+/// Stands among the signals of a plot that shows their lengths on a rig of two axes.
+const LENGTHS: &str = "Lengths";
+
 impl Model {
     /// Takes up what was remembered. What is unknown here, as the signals of a later panel, is left out.
     pub fn restore(&mut self, settings: &Settings) {
@@ -52,6 +55,9 @@ impl Model {
             if let Some(plots) = plots {
                 let known = |names: &Vec<String>| names.iter().filter_map(|name| Signal::named(name)).collect();
                 scope.plots = PlotList::of(plots.iter().map(known));
+                for (plot, names) in scope.plots.plots_mut().iter_mut().zip(plots) {
+                    plot.shows_lengths = names.iter().any(|name| name == LENGTHS);
+                }
             }
             for (plot, ends) in scope.plots.plots_mut().iter_mut().zip(axes.iter().flatten()) {
                 if let [low, high] = ends[..] {
@@ -94,10 +100,14 @@ impl Model {
     }
 }
 
-/// The names of the signals of each plot.
+/// The names of the signals of each plot, and whether their lengths are shown.
 fn names(scope: &Scope) -> Vec<Vec<String>> {
     let plots = scope.plots.plots().iter();
-    let names = plots.map(|plot| plot.signals().iter().map(|signal| signal.name().to_owned()).collect());
+    let names = plots.map(|plot| {
+        let signals = plot.signals().iter().map(|signal| signal.name());
+        let names = signals.chain(plot.shows_lengths.then_some(LENGTHS));
+        names.map(str::to_owned).collect()
+    });
     names.collect()
 }
 

@@ -19,7 +19,7 @@ const KEYS: [(&str, &str); 10] = [
     ("Escape", "Stop, always"),
     ("Space", "Stop, unless you type in a text field"),
     ("F1, ?", "open and close this help"),
-    ("Ctrl+1 to Ctrl+5", "turn to a page"),
+    ("Ctrl+1 to Ctrl+6", "turn to a page"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     (
         "Tab; Enter",
@@ -34,7 +34,7 @@ const KEYS: [(&str, &str); 10] = [
     ("Ctrl and plus, minus, 0", "scale the panel"),
 ];
 
-const PLOTS: [(&str, &str); 7] = [
+const PLOTS: [(&str, &str); 8] = [
     (
         "Force",
         "the force on the hand, as commanded after ramps and limits. Signals above the plot adds others, as the \
@@ -52,6 +52,10 @@ const PLOTS: [(&str, &str); 7] = [
     (
         "Force against velocity",
         "what drives the block over the block's velocity, for the last second, on the law's curve",
+    ),
+    (
+        "Two axes",
+        "x is solid and y dashed, or Lengths in the menu Signals; the page Plane shows hand, block and force as vectors",
     ),
     (
         "Pointer",

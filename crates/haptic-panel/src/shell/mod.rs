@@ -47,7 +47,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         intents.clear();
         intents.push(Intent::Stop);
     }
-    page_row::take_keys(ui, &mut model.view.page);
+    page_row::take_keys(ui, model);
     if model.is_connected() {
         tune::take_keys(ui, &model.daemon.mirror.scene, &model.view.tuning, &mut intents);
     }

@@ -28,12 +28,17 @@ const KEYS: [Key; 9] = [
 const BAR_WIDTH: f32 = 140.0;
 
 /// Turns to the page whose key is pressed.
-pub(crate) fn take_keys(ui: &Ui, page: &mut Page) {
-    for (key, of_key) in KEYS.iter().zip(Page::ALL) {
-        if ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, *key)) {
-            *page = *of_key;
+pub(crate) fn take_keys(ui: &Ui, model: &mut Model) {
+    for (key, page) in KEYS.iter().zip(Page::ALL) {
+        if ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, *key)) && is_offered(model, *page) {
+            model.view.page = *page;
         }
     }
+}
+
+/// Whether the row has the page: that of the plane only with a second axis.
+fn is_offered(model: &Model, page: Page) -> bool {
+    page != Page::Plane || model.has_plane() || model.view.page == page
 }
 
 /// What is said while no sample comes.
@@ -46,9 +51,14 @@ fn silence_line(lasts: Duration) -> String {
 
 /// Shows the row. Its height is the same with and without a message, so that nothing below it moves.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+    let pages: Vec<_> = Page::ALL
+        .iter()
+        .enumerate()
+        .filter(|(_, page)| is_offered(model, **page))
+        .collect();
     let Model { daemon, tapes, view } = model;
     ui.horizontal(|ui| {
-        for (place, page) in Page::ALL.iter().enumerate() {
+        for (place, page) in pages {
             let name = RichText::new(page.name()).size(16.0);
             ui.selectable_value(&mut view.page, *page, name)
                 .accessible_name(format!("{} page", page.name()))
@@ -94,7 +104,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         let of_page = match view.page {
             Page::Identify => &mut view.fitting.report,
             Page::Task | Page::Perception => &mut view.studying.report,
-            Page::Tune | Page::Record => &mut None,
+            Page::Tune | Page::Record | Page::Plane => &mut None,
         };
         let notice = if of_page.is_some() {
             of_page

@@ -7,15 +7,17 @@
 mod chunk;
 pub(crate) mod mark;
 pub(crate) mod outline;
+pub(crate) mod plane;
 pub(crate) mod signal;
 mod summary;
 #[cfg(test)]
 pub(crate) mod tests;
 
 use chunk::{Bucket, CHUNK, Chunk, Contacts, LEVELS};
-use haptic_ipc::Sample;
+use haptic_ipc::{Sample, SampleY};
 use mark::TapeMark;
 use outline::{end_of_column, outlines};
+use plane::Plane;
 use signal::Signal;
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -43,6 +45,8 @@ pub(crate) struct Tape {
     start: usize,
     /// What happened meanwhile, in the order of ticks.
     marks: Arc<Vec<TapeMark>>,
+    /// The other tapes of a rig of two axes.
+    plane: Option<Box<Plane>>,
 }
 
 /// A sample with the one before it, or a bucket of them.
@@ -78,10 +82,16 @@ impl Tape {
         tape
     }
 
-    /// Adds a batch of a live rig, and drops the samples that are too old.
+    /// Adds a batch of a live rig of one axis, and drops the samples that are too old.
+    #[cfg(test)]
     pub(crate) fn extend(&mut self, rows: impl IntoIterator<Item = Sample>) {
-        for row in rows {
-            self.push(row);
+        self.extend_ticks(rows.into_iter().map(|row| (row, None)));
+    }
+
+    /// Adds a batch of a live rig, each tick with what it has of a second axis, and drops the samples that are too old.
+    pub(crate) fn extend_ticks(&mut self, ticks: impl IntoIterator<Item = (Sample, Option<SampleY>)>) {
+        for (row, y) in ticks {
+            self.push_tick(row, y.as_ref());
         }
         let Some(newest) = self.newest_s() else {
             return;
@@ -90,15 +100,23 @@ impl Tape {
             .oldest_s()
             .is_some_and(|oldest| oldest < newest - KEPT_S || self.len() > MAX_LIVE_SAMPLES)
         {
-            self.start += 1;
-            if self.start == CHUNK {
-                self.chunks.pop_front();
-                self.start = 0;
-            }
+            self.drop_oldest();
         }
         let oldest = self.get(self.start).map_or(0, |sample| sample.tick);
         if self.marks.first().is_some_and(|mark| mark.tick < oldest) {
             Arc::make_mut(&mut self.marks).retain(|mark| mark.tick >= oldest);
+        }
+    }
+
+    fn drop_oldest(&mut self) {
+        self.start += 1;
+        if self.start == CHUNK {
+            self.chunks.pop_front();
+            self.start = 0;
+        }
+        if let Some(plane) = &mut self.plane {
+            plane.y.drop_oldest();
+            plane.length.drop_oldest();
         }
     }
 
@@ -144,15 +162,31 @@ impl Tape {
         marks.filter(move |(t_s, _)| (from_s..=to_s).contains(t_s))
     }
 
-    /// Adds a row of a recording.
+    /// Adds a row of a recording of one axis.
     pub(crate) fn push(&mut self, row: Sample) {
-        if !is_finite(&row) {
+        self.push_tick(row, None);
+    }
+
+    /// Adds a tick, with what it has of a second axis.
+    pub(crate) fn push_tick(&mut self, row: Sample, y: Option<&SampleY>) {
+        let y = y.map(|y| plane::second_axis(&row, y));
+        if !is_finite(&row) || !y.iter().all(is_finite) {
             return;
         }
-        if self.last().is_some_and(|last| row.t_s < last.t_s) {
-            // The loop's clock restarted; the older rows belong to the run before.
+        let is_of_another_run = |last: &Sample| row.t_s < last.t_s || y.is_some() != self.is_plane();
+        if self.last().is_some_and(is_of_another_run) {
+            // The loop's clock restarted: the older rows belong to the run before.
             *self = Self::default();
         }
+        self.append(row);
+        if let Some(y) = y {
+            let plane = self.plane.get_or_insert_default();
+            plane.y.append(y);
+            plane.length.append(plane::lengths(&row, &y));
+        }
+    }
+
+    fn append(&mut self, row: Sample) {
         match self.chunks.back_mut().filter(|last| !last.is_full()) {
             // A shared chunk is copied first, so that a frozen tape does not change.
             Some(last) => Arc::make_mut(last).push(row),
@@ -279,6 +313,10 @@ impl Tape {
                 .collect(),
             start: if first == 0 { self.start } else { 0 },
             marks: Arc::clone(&self.marks),
+            plane: self.plane.as_ref().map(|plane| {
+                let (y, length) = (plane.y.part(from_s, to_s), plane.length.part(from_s, to_s));
+                Box::new(Plane { y, length })
+            }),
         }
     }
 

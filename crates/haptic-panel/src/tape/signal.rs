@@ -270,6 +270,7 @@ impl Signal {
 
     pub(crate) const COUPLING_FORCE: Self = Self(0);
     pub(crate) const COMMAND_FORCE: Self = Self(1);
+    pub(crate) const BLOCK_POSITION: Self = Self(2);
     pub(crate) const DEVICE_POSITION: Self = Self(3);
     pub(crate) const BLOCK_VELOCITY: Self = Self(4);
 
@@ -328,6 +329,7 @@ mod tests {
     #[test]
     fn the_named_signals_are_those_of_the_list() {
         assert_eq!(Signal::COUPLING_FORCE.name(), "Coupling force");
+        assert_eq!(Signal::BLOCK_POSITION.name(), "Block position");
         assert_eq!(Signal::BLOCK_VELOCITY.name(), "Block velocity");
         let shown: usize = Quantity::ALL.map(|quantity| quantity.signals().count()).iter().sum();
         assert_eq!(shown, Signal::COUNT, "every signal is on an axis");

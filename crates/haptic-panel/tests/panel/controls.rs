@@ -6,6 +6,7 @@ use crate::files::going;
 use crate::identify::answered;
 use crate::library::listed;
 use crate::measure::open;
+use crate::plane::draw_circle;
 use crate::plots::{feel, rows};
 use crate::rig::status;
 use crate::scene::active_scene;
@@ -71,6 +72,12 @@ fn panels() -> Vec<Panel> {
     let mut panels = vec![panel()];
     for page in Page::ALL {
         let mut panel = at_rig();
+        if *page == Page::Plane {
+            draw_circle(&mut panel);
+            panels.push(panel);
+            panel = at_rig();
+            draw_circle(&mut panel);
+        }
         press(&mut panel, &format!("{} page", page.name()));
         panels.push(panel);
     }

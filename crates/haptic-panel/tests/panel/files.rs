@@ -383,7 +383,12 @@ fn recorded(folder: &std::path::Path) -> PathBuf {
     });
     let (seq, dropped, rows) = (0, 0, motion());
     recorder
-        .event(&Event::Samples(SamplesEvent { seq, dropped, rows }))
+        .event(&Event::Samples(SamplesEvent {
+            seq,
+            dropped,
+            rows,
+            ..SamplesEvent::default()
+        }))
         .expect("written");
     recorder.finish().expect("written");
     path

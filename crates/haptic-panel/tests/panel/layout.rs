@@ -1,7 +1,8 @@
 //! What stays where it is when something comes, grows or goes; and how often the window is drawn.
 
-use crate::bench::{Panel, at_page, find_another_daemon, hear, in_state, lose_the_daemon, press};
+use crate::bench::{Panel, at_page, connected, find_another_daemon, hear, in_state, lose_the_daemon, press};
 use crate::identify::answered;
+use crate::plane::draw_circle;
 use crate::plots::{feel, felt, rows, timing};
 use crate::study::{held, running, state, tell};
 use egui::accesskit::Role;
@@ -70,7 +71,7 @@ fn counted(count: u64) -> Update {
 pub(crate) type MadeBy = fn() -> Panel;
 
 /// Pages as they are used, with a name for each.
-pub(crate) fn pages() -> [(&'static str, MadeBy); 10] {
+pub(crate) fn pages() -> [(&'static str, MadeBy); 11] {
     fn at(page: Page) -> Panel {
         at_page(felt(0..1000, |_| 3.0), page)
     }
@@ -94,6 +95,11 @@ pub(crate) fn pages() -> [(&'static str, MadeBy); 10] {
         ("Perception", || at(Page::Perception)),
         ("Perception, held", || study(Task::Perception, held())),
         ("Perception, running", || study(Task::Perception, running())),
+        ("Plane", || {
+            let mut panel = connected(RigState::Engaged);
+            draw_circle(&mut panel);
+            at_page(panel, Page::Plane)
+        }),
     ]
 }
 
@@ -165,7 +171,11 @@ fn growing_counters_notices_or_daemon_loss_move_nothing() {
             hear(&mut panel, update);
             check(&panel, &before, what);
         }
-        feel(&mut panel, &rows(1000..2000, |_| -199.876));
+        if name == "Plane" {
+            draw_circle(&mut panel);
+        } else {
+            feel(&mut panel, &rows(1000..2000, |_| -199.876));
+        }
         check(&panel, &before, "other numbers");
         let root = panel.input_mut().viewports.entry(ViewportId::ROOT).or_default();
         root.events.push(ViewportEvent::Close);

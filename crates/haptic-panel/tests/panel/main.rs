@@ -13,6 +13,7 @@ mod library;
 mod measure;
 #[path = "../fixture/metadata.rs"]
 mod metadata;
+mod plane;
 mod plot_list;
 mod plots;
 mod remembered;

@@ -25,6 +25,7 @@ pub(crate) fn feel(panel: &mut Panel, rows: &[Sample]) {
             seq: 0,
             dropped: 0,
             rows: batch.to_vec(),
+            ..SamplesEvent::default()
         };
         panel.state_mut().model.apply(Update::Event(Event::Samples(batch)));
     }

@@ -201,6 +201,7 @@ fn newest_sample_is_shown_and_stale_values_are_grey() {
         seq: 0,
         dropped: 0,
         rows,
+        ..SamplesEvent::default()
     };
     hear(&mut panel, Update::Event(Event::Samples(batch)));
     panel.get_by_label("-3.50");
@@ -361,6 +362,7 @@ fn numbers_beyond_any_rig_do_no_harm() {
         seq: 0,
         dropped: 7,
         rows,
+        ..SamplesEvent::default()
     };
     hear(&mut panel, Update::Event(Event::Samples(batch)));
     panel.get_by_label("Force plot");

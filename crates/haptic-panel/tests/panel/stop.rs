@@ -1,6 +1,7 @@
 //! Stop: its keys, its button, and what the panel says of it.
 
 use crate::bench::{Hands as _, Panel, asked, connected, hear, in_state, press, strike, type_into, value_of, wait};
+use crate::plane::draw_circle;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -45,6 +46,9 @@ fn is_drawn(panel: &Panel, text: &str) -> bool {
 fn in_every_text_field_keys_are_typed_and_escape_stops() {
     for page in Page::ALL {
         let mut panel = connected(RigState::Engaged);
+        if *page == Page::Plane {
+            draw_circle(&mut panel);
+        }
         press(&mut panel, &format!("{} page", page.name()));
         assert_eq!(panel.state().model.page(), *page);
         let fields = text_fields(&panel);

@@ -370,7 +370,7 @@ impl Pipe {
             let mut writer = Writer::new(Format::Csv, file, &path, &metadata()).expect("it is read");
             for begin in (0..u32::MAX - 1000).step_by(1000) {
                 let rows: Vec<Sample> = (begin..begin + 1000).map(row).collect();
-                if is_over.load(Ordering::Acquire) || writer.rows(&rows).is_err() {
+                if is_over.load(Ordering::Acquire) || writer.rows(&rows, &[]).is_err() {
                     return;
                 }
                 // An hour's worth a minute, so that it takes little memory in the time that it is fed.

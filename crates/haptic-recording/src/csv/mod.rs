@@ -12,9 +12,10 @@
 //! ```
 //!
 //! The first line names the format and its version, the next lines hold the [`Metadata`], then come
-//! the columns' names ([`haptic_ipc::SAMPLE_COLUMNS`], later versions may add more at the end) and
-//! a row for each sample. A [`Mark`] stands before the first row that it concerns. Other lines of
-//! `#` are remarks, and are passed over. A line counts only when its newline is there.
+//! the columns' names ([`haptic_ipc::SAMPLE_COLUMNS`], of two axes [`haptic_ipc::SAMPLE_Y_COLUMNS`]
+//! behind them; more may be added at the end) and a row for each sample. A [`Mark`] stands before the
+//! first row that it concerns. Other lines of `#` are remarks, and are passed over. A line counts only
+//! when its newline is there.
 
 mod reader;
 mod row;

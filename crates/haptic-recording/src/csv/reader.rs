@@ -1,11 +1,11 @@
 //! Reads CSV, to its end or to where it was broken off.
 
 use super::{TITLE, row};
+use crate::columns;
 use crate::error::{Ending, Place, RecordingError, excerpt};
-use crate::format::VERSION;
+use crate::format;
 use crate::mark::{Entry, Mark};
 use crate::metadata::Metadata;
-use haptic_ipc::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS};
 use serde::Deserialize;
 use std::io::{BufRead, Read};
 
@@ -43,7 +43,7 @@ impl<R: BufRead> Reader<R> {
             }
         };
         let (_, title) = next(&mut text)?;
-        check_title(&title)?;
+        let axes = axes_of(&title)?;
         // Metadata may be spread over several objects.
         let mut fields = serde_json::Map::new();
         let (at, header) = loop {
@@ -65,11 +65,11 @@ impl<R: BufRead> Reader<R> {
                 place: Place::Line(at),
                 reason: error.to_string(),
             })?;
-        check_columns(at, &header)?;
+        check_columns(at, &header, axes)?;
         Ok(Self {
             columns: header.split(',').count(),
             input,
-            metadata,
+            metadata: Metadata { axes, ..metadata },
             line,
             text,
             ending: None,
@@ -108,7 +108,7 @@ impl<R: BufRead> Reader<R> {
                     });
                 }
                 Line::Whole => {
-                    let entry = parse(self.line, trimmed(&self.text), self.columns)
+                    let entry = parse(self.line, trimmed(&self.text), self.columns, self.metadata.axes)
                         .inspect_err(|_| self.dropped += self.text.len() as u64)?;
                     if matches!(entry, Some(Entry::Mark(Mark::End { .. }))) {
                         self.ending = Some(Ending::Complete);
@@ -123,41 +123,29 @@ impl<R: BufRead> Reader<R> {
     }
 }
 
-/// Whether a first line is that of a recording of this version.
-fn check_title(title: &str) -> Result<(), RecordingError> {
-    match title.strip_prefix(TITLE) {
-        None => Err(RecordingError::NotARecording {
-            found: excerpt(title.as_bytes()),
-        }),
-        Some(version) if version != VERSION.to_string() => Err(RecordingError::Version {
-            found: version.to_owned(),
-        }),
-        Some(_) => Ok(()),
-    }
+/// The axes of the recording that a first line begins.
+fn axes_of(title: &str) -> Result<u8, RecordingError> {
+    let version = title.strip_prefix(TITLE).ok_or_else(|| RecordingError::NotARecording {
+        found: excerpt(title.as_bytes()),
+    })?;
+    format::axes(version)
 }
 
 /// Whether a header, at a line, names the columns of a recording.
-fn check_columns(at: u64, header: &str) -> Result<(), RecordingError> {
-    let mut found = header.split(',');
-    for (index, column) in SAMPLE_COLUMNS.iter().enumerate() {
-        let Some(name) = found.next().map(str::trim) else {
-            if index >= FIRST_SAMPLE_COLUMNS {
-                // An earlier version wrote it.
-                break;
-            }
+fn check_columns(at: u64, header: &str, axes: u8) -> Result<(), RecordingError> {
+    let mut found = header.split(',').map(str::trim);
+    for (index, column) in columns::columns(axes).iter().enumerate() {
+        let name = found.next();
+        if name.is_none() && index >= columns::required(axes) {
+            // An earlier version wrote it.
+            break;
+        }
+        if name != Some(column.name) {
             return Err(RecordingError::Column {
                 place: Place::Line(at),
                 index: index + 1,
-                column,
-                found: String::new(),
-            });
-        };
-        if name != *column {
-            return Err(RecordingError::Column {
-                place: Place::Line(at),
-                index: index + 1,
-                column,
-                found: excerpt(name.as_bytes()),
+                column: column.name,
+                found: excerpt(name.unwrap_or_default().as_bytes()),
             });
         }
     }
@@ -195,7 +183,7 @@ fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> R
 }
 
 /// `None` for an empty line or a remark.
-fn parse(line: u64, text: &[u8], columns: usize) -> Result<Option<Entry>, RecordingError> {
+fn parse(line: u64, text: &[u8], columns: usize, axes: u8) -> Result<Option<Entry>, RecordingError> {
     let place = Place::Line(line);
     if let Some(remark) = text.strip_prefix(b"#") {
         return parse_mark(remark).map_err(|error| RecordingError::Mark {
@@ -207,8 +195,8 @@ fn parse(line: u64, text: &[u8], columns: usize) -> Result<Option<Entry>, Record
     if text.is_empty() {
         return Ok(None);
     }
-    row::parse(text, columns)
-        .map(|row| Some(Entry::Row(row)))
+    row::parse(text, columns, axes)
+        .map(|(row, y)| Some(Entry::Row(row, y)))
         .map_err(|reason| RecordingError::Row {
             place,
             found: excerpt(text),

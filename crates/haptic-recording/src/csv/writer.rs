@@ -1,10 +1,11 @@
 //! Writes CSV.
 
 use super::TITLE;
-use crate::format::VERSION;
+use crate::columns::columns;
+use crate::format::version;
 use crate::mark::Mark;
 use crate::metadata::Metadata;
-use haptic_ipc::{SAMPLE_COLUMNS, Sample};
+use crate::rows::Rows;
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 
@@ -25,9 +26,10 @@ impl<W: Write> Writer<W> {
                 bytes: 0,
             },
         };
-        writeln!(writer.out, "{TITLE}{VERSION}")?;
+        writeln!(writer.out, "{TITLE}{}", version(metadata.axes))?;
         writer.remark(metadata)?;
-        writeln!(writer.out, "{}", SAMPLE_COLUMNS.join(","))?;
+        let names: Vec<&str> = columns(metadata.axes).iter().map(|column| column.name).collect();
+        writeln!(writer.out, "{}", names.join(","))?;
         writer.flush()?;
         Ok(writer)
     }
@@ -36,12 +38,16 @@ impl<W: Write> Writer<W> {
     ///
     /// # Errors
     /// They cannot be written.
-    pub(crate) fn rows(&mut self, rows: &[Sample]) -> io::Result<()> {
+    pub(crate) fn rows(&mut self, rows: Rows<'_>) -> io::Result<()> {
         let mut csv = ::csv::WriterBuilder::new()
             .has_headers(false)
             .from_writer(&mut self.out);
-        for row in rows {
-            csv.serialize(row).map_err(|error| match error.into_kind() {
+        for (row, y) in rows.iter() {
+            let written = match y {
+                None => csv.serialize(row),
+                Some(y) => csv.serialize((row, y.cells())),
+            };
+            written.map_err(|error| match error.into_kind() {
                 ::csv::ErrorKind::Io(error) => error,
                 kind => io::Error::other(format!("{kind:?}")),
             })?;
@@ -115,7 +121,12 @@ mod tests {
         let mut writer = Writer::new(pipe, &metadata()).expect("begun");
         drop(reader);
         // More than is kept in memory.
-        let error = writer.rows(&[sample(1); 1000]).expect_err("nobody reads it");
+        let error = writer
+            .rows(Rows {
+                samples: &[sample(1); 1000],
+                ys: &[],
+            })
+            .expect_err("nobody reads it");
         assert_eq!(error.kind(), io::ErrorKind::BrokenPipe);
     }
 }

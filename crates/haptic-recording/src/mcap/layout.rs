@@ -1,7 +1,7 @@
 //! A row as CDR, and the schema that says so.
 
-use crate::columns::{COLUMNS, Column, Kind, STATES};
-use haptic_ipc::{FIRST_SAMPLE_COLUMNS, Sample};
+use crate::columns::{Column, Kind, STATES, columns, required};
+use haptic_ipc::{Sample, SampleY};
 use haptic_motion::cdr::{self, Field};
 use std::fmt::Write as _;
 
@@ -17,6 +17,7 @@ pub(super) struct Layout {
     cells: Vec<(usize, &'static Column)>,
     /// Bytes of a row.
     size: usize,
+    axes: u8,
 }
 
 /// Size and name of a kind of cell in `ros2msg`.
@@ -36,20 +37,20 @@ fn size_of(kind: Kind) -> usize {
 
 impl Layout {
     /// The layout that is written here: the largest cells first, so that none needs padding.
-    pub(super) fn current() -> Self {
-        let mut cells = Vec::with_capacity(COLUMNS.len());
+    pub(super) fn current(axes: u8) -> Self {
+        let mut cells = Vec::with_capacity(columns(axes).len());
         let mut size = CDR_HEADER.len();
         for width in [8, 4, 1] {
-            for column in COLUMNS.iter().filter(|column| size_of(column.kind) == width) {
+            for column in columns(axes).iter().filter(|column| size_of(column.kind) == width) {
                 cells.push((size, column));
                 size += width;
             }
         }
-        Self { cells, size }
+        Self { cells, size, axes }
     }
 
     /// The schema of the current layout.
-    pub(super) fn schema() -> String {
+    pub(super) fn schema(axes: u8) -> String {
         let mut text = String::from(
             "# A tick of hapticd. The ends of the names are units: s, m, mps (m/s), n (N), ns.\n\n# State of the rig\n",
         );
@@ -58,7 +59,7 @@ impl Layout {
             line(format_args!("uint8 {}={place}", state.to_uppercase()));
         }
         line(format_args!(""));
-        for (_, column) in Self::current().cells {
+        for (_, column) in Self::current(axes).cells {
             let note = match column.kind {
                 Kind::Contact => " # 0 stuck, +1 and -1 sliding",
                 _ => "",
@@ -76,7 +77,7 @@ impl Layout {
     ///
     /// # Errors
     /// It has another type than those of numbers, or lacks a column.
-    pub(super) fn parse(schema: &str) -> Result<Self, String> {
+    pub(super) fn parse(schema: &str, axes: u8) -> Result<Self, String> {
         let (fields, other) = cdr::fields(schema);
         if let Some((type_name, name)) = other {
             return Err(format!(
@@ -89,7 +90,10 @@ impl Layout {
         }
         let mut cells = Vec::new();
         for Field { name, kind, offset, .. } in fields {
-            if let Some(column) = COLUMNS.iter().find(|column| column.name.eq_ignore_ascii_case(&name)) {
+            if let Some(column) = columns(axes)
+                .iter()
+                .find(|column| column.name.eq_ignore_ascii_case(&name))
+            {
                 let wanted = type_of(column.kind).1;
                 if kind != wanted {
                     return Err(format!("field `{name}` has the type `{kind}` in place of `{wanted}`"));
@@ -98,22 +102,22 @@ impl Layout {
                 cells.push((CDR_HEADER.len() + offset, column));
             }
         }
-        let missing = COLUMNS
+        let missing = columns(axes)
             .iter()
-            .take(FIRST_SAMPLE_COLUMNS)
+            .take(required(axes))
             .find(|column| !cells.iter().any(|(_, other)| other.name == column.name));
         match missing {
             Some(column) => Err(format!("there is no field `{}`", column.name.to_lowercase())),
-            None => Ok(Self { cells, size }),
+            None => Ok(Self { cells, size, axes }),
         }
     }
 
     /// Writes a row in place of what `data` holds.
-    pub(super) fn encode(&self, row: &Sample, data: &mut Vec<u8>) {
+    pub(super) fn encode(&self, row: &Sample, y: Option<&SampleY>, data: &mut Vec<u8>) {
         data.clear();
         data.extend(CDR_HEADER);
         for (_, column) in &self.cells {
-            let bytes = column.bits(row).to_le_bytes();
+            let bytes = column.bits(row, y).to_le_bytes();
             data.extend_from_slice(&bytes[..size_of(column.kind)]);
         }
     }
@@ -122,7 +126,7 @@ impl Layout {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub(super) fn decode(&self, data: &[u8]) -> Result<Sample, String> {
+    pub(super) fn decode(&self, data: &[u8]) -> Result<(Sample, Option<SampleY>), String> {
         if data.len() < self.size || !data.starts_with(&CDR_HEADER) {
             return Err(format!(
                 "{} bytes in place of {} of little-endian CDR",
@@ -130,18 +134,18 @@ impl Layout {
                 self.size
             ));
         }
-        let mut row = Sample::default();
+        let (mut row, mut y) = (Sample::default(), SampleY::default());
         for (place, column) in &self.cells {
             let bits = match size_of(column.kind) {
                 8 => u64::from_le_bytes(bytes_at(data, *place)),
                 4 => u32::from_le_bytes(bytes_at(data, *place)).into(),
                 _ => data[*place].into(),
             };
-            if !column.set(&mut row, bits) {
+            if !column.set(&mut row, &mut y, bits) {
                 return Err(format!("{} = {bits} is out of range", column.name));
             }
         }
-        Ok(row)
+        Ok((row, (self.axes == 2).then_some(y)))
     }
 }
 
@@ -160,16 +164,16 @@ mod tests {
 
     #[test]
     fn a_row_is_the_struct_that_its_schema_says() {
-        let schema = Layout::schema();
-        let parsed = Layout::parse(&schema).expect("it reads");
+        let schema = Layout::schema(1);
+        let parsed = Layout::parse(&schema, 1).expect("it reads");
         let mut data = Vec::new();
-        let current = Layout::current();
-        current.encode(&sample(0x0102), &mut data);
+        let current = Layout::current(1);
+        current.encode(&sample(0x0102), None, &mut data);
         assert_eq!((data.len(), parsed.size, current.size), (138, 138, 138));
         assert_eq!(data[..12], [0, 1, 0, 0, 2, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(data[20..28], 0.1_f64.to_le_bytes(), "the device's position comes third");
         assert_eq!(data[136..], [3, 255], "engaged, sliding backwards");
-        assert_eq!(parsed.decode(&data), Ok(sample(0x0102)));
+        assert_eq!(parsed.decode(&data), Ok((sample(0x0102), None)));
         for line in [
             "uint8 FAULTED=6",
             "uint64 tick",
@@ -184,16 +188,16 @@ mod tests {
 
     #[test]
     fn rows_of_other_versions_read_by_their_schema() {
-        let schema = Layout::schema();
+        let schema = Layout::schema(1);
         // A later version has more, and padding before it.
         let later = format!("{schema}bool new\nfloat64 mood\n");
-        let (mut data, layout) = (Vec::new(), Layout::parse(&later).expect("it reads"));
-        Layout::current().encode(&sample(7), &mut data);
+        let (mut data, layout) = (Vec::new(), Layout::parse(&later, 1).expect("it reads"));
+        Layout::current(1).encode(&sample(7), None, &mut data);
         assert_eq!(layout.size, 4 + 136 + 8);
         data.resize(layout.size, 0);
-        assert_eq!(layout.decode(&data), Ok(sample(7)));
+        assert_eq!(layout.decode(&data), Ok((sample(7), None)));
         let earlier = schema.replace("uint32 error_detail\n", "");
-        assert_eq!(Layout::parse(&earlier).expect("it reads").size, 134);
+        assert_eq!(Layout::parse(&earlier, 1).expect("it reads").size, 134);
         for (damaged, part) in [
             (schema.replace("uint64 tick\n", ""), "no field `tick`"),
             (
@@ -206,7 +210,7 @@ mod tests {
                 "more than 65536 bytes",
             ),
         ] {
-            let error = Layout::parse(&damaged).err().expect("damaged");
+            let error = Layout::parse(&damaged, 1).err().expect("damaged");
             assert!(error.contains(part), "{error}");
         }
     }
@@ -214,8 +218,8 @@ mod tests {
     #[test]
     fn a_row_that_is_none_is_refused() {
         let mut data = Vec::new();
-        let layout = Layout::current();
-        layout.encode(&sample(1), &mut data);
+        let layout = Layout::current(1);
+        layout.encode(&sample(1), None, &mut data);
         assert!(layout.decode(&data[..137]).is_err());
         data[136] = 7;
         assert_eq!(layout.decode(&data), Err("state = 7 is out of range".to_owned()));

@@ -212,7 +212,7 @@ impl<R: Read> Reader<R> {
                         None
                     })
                     .ok_or_else(|| damaged(place, "a schema is damaged")),
-                op::CHANNEL => channel(&self.schemas, body)
+                op::CHANNEL => channel(&self.schemas, body, self.metadata.axes)
                     .map(|(id, channel)| {
                         self.channels.insert(id, channel);
                         None
@@ -283,7 +283,7 @@ fn schema(body: &[u8]) -> Option<(u16, &str)> {
     Some((u16::from_le_bytes(*id), std::str::from_utf8(data).unwrap_or_default()))
 }
 
-fn channel(schemas: &BTreeMap<u16, String>, body: &[u8]) -> Result<(u16, Channel), String> {
+fn channel(schemas: &BTreeMap<u16, String>, body: &[u8], axes: u8) -> Result<(u16, Channel), String> {
     let read = || {
         let (id, rest) = body.split_first_chunk()?;
         let (schema, rest) = rest.split_first_chunk()?;
@@ -297,7 +297,8 @@ fn channel(schemas: &BTreeMap<u16, String>, body: &[u8]) -> Result<(u16, Channel
             let schema = schemas
                 .get(&schema)
                 .ok_or_else(|| format!("channel {SAMPLES} has no schema"))?;
-            Channel::Samples(Layout::parse(schema).map_err(|reason| format!("channel {SAMPLES}: {reason}"))?)
+            let layout = Layout::parse(schema, axes);
+            Channel::Samples(layout.map_err(|reason| format!("channel {SAMPLES}: {reason}"))?)
         }
         (MARKS, "json") => Channel::Marks,
         _ => Channel::Other,
@@ -311,7 +312,7 @@ fn message(channels: &BTreeMap<u16, Channel>, place: u64, body: &[u8]) -> Result
         .ok_or_else(|| damaged(place, "a message is too short"))?;
     match channels.get(&u16::from_le_bytes(bytes_at(header, 0))) {
         Some(Channel::Samples(layout)) => match layout.decode(data) {
-            Ok(row) => Ok(Some(Entry::Row(row))),
+            Ok((row, y)) => Ok(Some(Entry::Row(row, y))),
             Err(reason) => Err(RecordingError::Row {
                 place: Place::Byte(place),
                 found: excerpt(data),

@@ -5,6 +5,7 @@ use super::tail::Tail;
 use super::{MARK_SCHEMA, MARKS, METADATA, SAMPLES};
 use crate::mark::Mark;
 use crate::metadata::{Metadata, to_fields};
+use crate::rows::Rows;
 use haptic_ipc::Sample;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -61,14 +62,18 @@ impl Writer {
         .map_err(io_error)?;
         mcap.flush().map_err(io_error)?;
         let none = BTreeMap::new();
-        let sample = mcap.add_schema("hapticd/msg/Sample", "ros2msg", Layout::schema().as_bytes());
+        let sample = mcap.add_schema(
+            "hapticd/msg/Sample",
+            "ros2msg",
+            Layout::schema(metadata.axes).as_bytes(),
+        );
         let samples = mcap.add_channel(sample.map_err(io_error)?, SAMPLES, "cdr", &none);
         let mark = mcap.add_schema("hapticd.Mark", "jsonschema", MARK_SCHEMA.as_bytes());
         let marks = mcap.add_channel(mark.map_err(io_error)?, MARKS, "json", &none);
         let started_ns = nanoseconds(metadata.started_unix_s);
         Ok(Self {
             mcap,
-            layout: Layout::current(),
+            layout: Layout::current(metadata.axes),
             samples: samples.map_err(io_error)?,
             marks: marks.map_err(io_error)?,
             data: Vec::new(),
@@ -87,16 +92,16 @@ impl Writer {
     ///
     /// # Errors
     /// They cannot be written.
-    pub(crate) fn rows(&mut self, rows: &[Sample]) -> io::Result<()> {
-        for row in rows {
-            self.layout.encode(row, &mut self.data);
+    pub(crate) fn rows(&mut self, rows: Rows<'_>) -> io::Result<()> {
+        for (row, y) in rows.iter() {
+            self.layout.encode(row, y, &mut self.data);
             self.clock.advance(row);
             let header = self.clock.header(self.samples);
             self.mcap
                 .write_to_known_channel(&header, &self.data)
                 .map_err(io_error)?;
         }
-        self.is_due |= !rows.is_empty();
+        self.is_due |= !rows.samples.is_empty();
         Ok(())
     }
 

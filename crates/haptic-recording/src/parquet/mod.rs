@@ -1,10 +1,10 @@
 //! Parquet (<https://parquet.apache.org/docs/file-format>), which pandas, DuckDB, R and MATLAB read.
 //!
-//! - A column for each of a sample's, named as there. Whole numbers are `INTEGER(64, unsigned)`,
+//! - A column for each of a row's, named as there. Whole numbers are `INTEGER(64, unsigned)`,
 //!   `INTEGER(32, unsigned)` and, for `contact`, `INTEGER(8, signed)`; the others are `DOUBLE`, and
 //!   `state` is a `STRING`. None is ever null.
 //! - Numbers are stored as they compress best: `BYTE_STREAM_SPLIT` for `DOUBLE`,
-//!   `DELTA_BINARY_PACKED` for whole numbers. Only `state` has a dictionary, and the two positions of
+//!   `DELTA_BINARY_PACKED` for whole numbers. Only `state` has a dictionary, and the positions of
 //!   the device while they are few: an encoder's recur. Pages are compressed as `LZ4_RAW`. In a set of many recordings
 //!   `DOUBLE` is `PLAIN`, because Spark's own reader refuses `BYTE_STREAM_SPLIT` (SPARK-56894).
 //! - The footer's key-value metadata have `hapticd.version`, each field of the [`Metadata`] as

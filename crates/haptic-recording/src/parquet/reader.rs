@@ -1,11 +1,11 @@
 //! Reads Parquet, some rows at a time.
 
 use super::{KEY, MAGIC, MARKS, type_of};
-use crate::columns::{COLUMNS, Column, Kind, STATES};
+use crate::columns::{self, Column, Kind, STATES};
 use crate::error::{Ending, Place, RecordingError};
 use crate::mark::{Entry, Mark};
 use crate::metadata::{Metadata, from_fields};
-use haptic_ipc::{FIRST_SAMPLE_COLUMNS, Sample};
+use haptic_ipc::{Sample, SampleY};
 use haptic_motion::guard::{Pages, guarded};
 use parquet::column::reader::ColumnReaderImpl;
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
@@ -30,7 +30,7 @@ pub(crate) struct Reader {
     group_end: u64,
     open: Vec<Cells>,
     /// Rows that were read and are not handed out, the next one last.
-    rows: Vec<Sample>,
+    rows: Vec<(Sample, SampleY)>,
     handed: u64,
     is_complete: bool,
     ending: Option<Ending>,
@@ -77,7 +77,7 @@ impl Reader {
         let metadata = from_fields(place, fields)?;
         let marks =
             marks_of(marks.first().map_or("[]", |(_, text)| text)).map_err(|error| failed(error.to_string()))?;
-        let columns = columns_of(&file)?;
+        let columns = columns_of(&file, metadata.axes)?;
         Ok(Self {
             is_complete: marks.iter().any(|(_, mark)| matches!(mark, Mark::End { .. })),
             file: Box::new(file),
@@ -132,9 +132,9 @@ impl Reader {
                     RecordingError::Damaged { place, reason }
                 })?;
         }
-        if let Some(row) = self.rows.pop() {
+        if let Some((row, y)) = self.rows.pop() {
             self.handed += 1;
-            return Ok(Some(Entry::Row(row)));
+            return Ok(Some(Entry::Row(row, (self.metadata.axes == 2).then_some(y))));
         }
         // Marks that stand behind rows that are not there.
         if let Some((_, mark)) = self.marks.pop_front() {
@@ -175,13 +175,13 @@ impl Reader {
         }
         let count = self.left.min(BATCH);
         self.left -= count;
-        self.rows.resize(count, Sample::default());
+        self.rows.resize(count, (Sample::default(), SampleY::default()));
         for (cells, (_, column)) in self.open.iter_mut().zip(&self.columns) {
             let bits = cells.read(count)?;
             if bits.len() != count {
                 return Ok(Err(format!("{} has {} of {count} rows", column.name, bits.len())));
             }
-            for (row, bits) in self.rows.iter_mut().rev().zip(bits) {
+            for ((row, y), bits) in self.rows.iter_mut().rev().zip(bits) {
                 // A small number as a large one, with its sign.
                 let is_contact = column.kind == Kind::Contact;
                 let bits = bits
@@ -190,7 +190,7 @@ impl Reader {
                     } else {
                         0
                     };
-                if !column.set(row, bits) {
+                if !column.set(row, y, bits) {
                     return Ok(Err(format!("{} = {bits} is out of range", column.name)));
                 }
             }
@@ -242,10 +242,12 @@ fn marks_of(text: &str) -> serde_json::Result<VecDeque<(u64, Mark)>> {
 
 fn columns_of<R: ChunkReader + 'static>(
     file: &SerializedFileReader<R>,
+    axes: u8,
 ) -> std::result::Result<Vec<(usize, &'static Column)>, RecordingError> {
     let schema = file.metadata().file_metadata().schema_descr();
-    let mut columns = Vec::with_capacity(COLUMNS.len());
-    for (index, column) in COLUMNS.iter().enumerate() {
+    let known = columns::columns(axes);
+    let mut columns = Vec::with_capacity(known.len());
+    for (index, column) in known.iter().enumerate() {
         let failed = |found: String| RecordingError::Column {
             place: Place::Row(0),
             index: index + 1,
@@ -263,7 +265,7 @@ fn columns_of<R: ChunkReader + 'static>(
                 columns.push((found, column));
             }
             // An earlier version wrote it.
-            None if index >= FIRST_SAMPLE_COLUMNS => {}
+            None if index >= columns::required(axes) => {}
             None => return Err(failed(String::new())),
         }
     }

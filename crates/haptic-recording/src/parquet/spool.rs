@@ -5,6 +5,7 @@ use crate::error::RecordingError;
 use crate::mark::Entry;
 use crate::mcap;
 use crate::metadata::Metadata;
+use crate::rows::Rows;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -87,7 +88,7 @@ fn convert(spool: &Path, parquet: &File, metadata: &Metadata) -> io::Result<u64>
     let mut writer = Writer::new(parquet, metadata, Numbers::Small)?;
     while let Some(entry) = reader.entry().map_err(other)? {
         match entry {
-            Entry::Row(row) => writer.rows(&[row])?,
+            Entry::Row(row, y) => writer.rows(Rows::one(&row, y.as_ref()))?,
             Entry::Mark(mark) => writer.mark(&mark),
         }
     }

@@ -1,10 +1,11 @@
 //! Writes Parquet, a group of rows at a time.
 
 use super::{KEY, MARKS, type_of};
-use crate::columns::{COLUMNS, Column, Kind, STATES};
+use crate::columns::{Column, Kind, STATES, columns};
 use crate::mark::Mark;
 use crate::metadata::{Metadata, to_fields};
-use haptic_ipc::Sample;
+use crate::rows::Rows;
+use haptic_ipc::{Sample, SampleY};
 use parquet::basic::{Compression, Encoding};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::ParquetError;
@@ -20,7 +21,12 @@ use std::sync::Arc;
 const GROUP: usize = 1 << 17;
 
 /// Columns that come from an encoder, whose positions recur: a group has some thousands of them.
-const ENCODED: [&str; 2] = ["device_position_m", "sample_position_m"];
+const ENCODED: [&str; 4] = [
+    "device_position_m",
+    "sample_position_m",
+    "device_position_y_m",
+    "sample_position_y_m",
+];
 
 /// Largest dictionary of those, bytes: with more positions than it holds a dictionary gains nothing.
 const DICTIONARY: usize = 1 << 18;
@@ -37,7 +43,10 @@ pub(crate) enum Numbers {
 /// Writes rows and marks. Nothing of it can be read before its end.
 pub(crate) struct Writer<W: Write + Send> {
     file: SerializedFileWriter<W>,
+    columns: &'static [Column],
     group: Vec<Sample>,
+    /// What each of them has of a second axis.
+    group_y: Vec<SampleY>,
     rows: u64,
     marks: Vec<(u64, Mark)>,
 }
@@ -48,7 +57,8 @@ impl<W: Write + Send> Writer<W> {
     /// # Errors
     /// `out` cannot be written to.
     pub(crate) fn new(out: W, metadata: &Metadata, numbers: Numbers) -> io::Result<Self> {
-        let fields = COLUMNS.iter().map(|column| {
+        let columns = columns(metadata.axes);
+        let fields = columns.iter().map(|column| {
             let (physical, logical) = type_of(column.kind);
             format!("REQUIRED {physical} {} {logical};", column.name)
         });
@@ -59,7 +69,7 @@ impl<W: Write + Send> Writer<W> {
             // The least and the most of a group, by which readers pass over groups.
             .set_statistics_enabled(EnabledStatistics::Chunk)
             .set_created_by(concat!("hapticd ", env!("CARGO_PKG_VERSION")).to_owned());
-        for column in COLUMNS {
+        for column in columns {
             let path = ColumnPath::from(column.name);
             properties = match column.kind {
                 Kind::F64 => {
@@ -85,7 +95,9 @@ impl<W: Write + Send> Writer<W> {
         }
         Ok(Self {
             file,
+            columns,
             group: Vec::with_capacity(GROUP),
+            group_y: Vec::new(),
             rows: 0,
             marks: Vec::new(),
         })
@@ -95,11 +107,12 @@ impl<W: Write + Send> Writer<W> {
     ///
     /// # Errors
     /// They cannot be written.
-    pub(crate) fn rows(&mut self, mut rows: &[Sample]) -> io::Result<()> {
-        self.rows += rows.len() as u64;
-        while !rows.is_empty() {
-            let (now, later) = rows.split_at(rows.len().min(GROUP - self.group.len()));
-            self.group.extend_from_slice(now);
+    pub(crate) fn rows(&mut self, mut rows: Rows<'_>) -> io::Result<()> {
+        self.rows += rows.samples.len() as u64;
+        while !rows.samples.is_empty() {
+            let (now, later) = rows.split_at(rows.samples.len().min(GROUP - self.group.len()));
+            self.group.extend_from_slice(now.samples);
+            self.group_y.extend_from_slice(now.ys);
             rows = later;
             if self.group.len() == GROUP {
                 self.end_group()?;
@@ -135,23 +148,28 @@ impl<W: Write + Send> Writer<W> {
         if self.group.is_empty() {
             return Ok(());
         }
+        let group_rows = Rows {
+            samples: &self.group,
+            ys: &self.group_y,
+        };
         let mut group = self.file.next_row_group().map_err(io_error)?;
-        for column in COLUMNS {
+        for column in self.columns {
             let mut writer = group
                 .next_column()
                 .map_err(io_error)?
-                .ok_or_else(|| io::Error::other("the schema has fewer columns than a sample"))?;
-            write(&mut writer, column, &self.group).map_err(io_error)?;
+                .ok_or_else(|| io::Error::other("the schema has fewer columns than a row"))?;
+            write(&mut writer, column, group_rows).map_err(io_error)?;
             writer.close().map_err(io_error)?;
         }
         group.close().map_err(io_error)?;
         self.group.clear();
+        self.group_y.clear();
         Ok(())
     }
 }
 
-fn write(writer: &mut SerializedColumnWriter<'_>, column: &Column, rows: &[Sample]) -> Result<(), ParquetError> {
-    let bits = rows.iter().map(|row| column.bits(row));
+fn write(writer: &mut SerializedColumnWriter<'_>, column: &Column, rows: Rows<'_>) -> Result<(), ParquetError> {
+    let bits = rows.iter().map(|(row, y)| column.bits(row, y));
     match column.kind {
         Kind::U64 => {
             let values: Vec<i64> = bits.map(u64::cast_signed).collect();

@@ -95,7 +95,7 @@ fn session() -> Vec<Entry> {
         .flat_map(|tick| {
             let here = marks.iter().filter(move |(at, _)| *at == tick);
             here.map(|(_, mark)| Entry::Mark(mark.clone()))
-                .chain([Entry::Row(sample(tick))])
+                .chain([Entry::Row(sample(tick), None)])
         })
         .collect()
 }

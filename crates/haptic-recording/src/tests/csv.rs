@@ -53,9 +53,9 @@ fn a_writer_that_dies_has_passed_on_all_but_its_last_second() {
     let path = directory.path().join("dies.csv");
     let mut writer = Writer::create(&path, &metadata(), false).expect("begun");
     assert_eq!(read(&path).expect("the header is there at once").ending, Ending::Open);
-    writer.rows(&[sample(1)]).expect("written");
+    writer.rows(&[sample(1)], &[]).expect("written");
     std::thread::sleep(std::time::Duration::from_millis(1010));
-    writer.rows(&[sample(2)]).expect("written");
+    writer.rows(&[sample(2)], &[]).expect("written");
     let found = read(&path).expect("reads while it is being written");
     assert_eq!(found.rows.len(), 2);
     // As a process that is killed: what is in memory is lost.
@@ -73,8 +73,12 @@ fn what_is_no_recording_is_refused_by_its_line() {
         ),
         ("\u{7f}ELF".to_owned(), vec!["not a recording"]),
         (
+            whole.replace("recording 1", "recording 3"),
+            vec!["version 3", "reads versions 1 and 2"],
+        ),
+        (
             whole.replace("recording 1", "recording 2"),
-            vec!["version 2", "reads version 1"],
+            vec!["line 3", "column 21", "`device_position_y_m`", "``"],
         ),
         (whole.replace("\"rate_hz\"", "\"rate\""), vec!["metadata", "rate_hz"]),
         (whole.replace("# {\"server", "# {server"), vec!["line 2", "metadata"]),

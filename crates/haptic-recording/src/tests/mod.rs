@@ -1,7 +1,7 @@
-use super::columns::COLUMNS;
+use super::columns::columns;
 use super::*;
 use haptic_core::Scene;
-use haptic_ipc::{RigState, Sample};
+use haptic_ipc::{RigState, Sample, SampleY};
 use std::path::Path;
 
 mod copies;
@@ -9,6 +9,7 @@ mod csv;
 mod every_format;
 mod mcap;
 mod parquet;
+mod plane;
 mod random;
 mod recorder;
 
@@ -20,6 +21,7 @@ pub(crate) fn metadata() -> Metadata {
     Metadata {
         server: "hapticd 0.1.0".into(),
         device: "fake rig, \"of glass\"".into(),
+        axes: 1,
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
         recorded_by: Some("haptic-ctl 0.1.0, \"ada\"".into()),
@@ -52,11 +54,15 @@ pub(crate) fn sample(tick: u64) -> Sample {
     }
 }
 
+/// A directory where there is no disk to wait for.
+fn in_memory() -> tempfile::TempDir {
+    let directory = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir());
+    directory.expect("a directory")
+}
+
 /// Writes a recording; returns its bytes and totals.
 fn written(format: Format, metadata: &Metadata, entries: &[Entry]) -> (Vec<u8>, Totals) {
-    // In memory, where there is no disk to wait for.
-    let directory = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir());
-    let directory = directory.expect("a directory");
+    let directory = in_memory();
     let path = directory.path().join("r").with_extension(format.ending());
     let mut writer = Writer::create(&path, metadata, false).expect("begun");
     for entry in entries {
@@ -67,12 +73,13 @@ fn written(format: Format, metadata: &Metadata, entries: &[Entry]) -> (Vec<u8>, 
 }
 
 fn entries(rows: &[Sample]) -> Vec<Entry> {
-    rows.iter().copied().map(Entry::Row).collect()
+    rows.iter().map(|row| Entry::Row(*row, None)).collect()
 }
 
 /// Every bit of a row.
-fn bits(row: &Sample) -> Vec<u64> {
-    COLUMNS.iter().map(|column| column.bits(row)).collect()
+fn bits(row: &Sample, y: Option<&SampleY>) -> Vec<u64> {
+    let axes = if y.is_some() { 2 } else { 1 };
+    columns(axes).iter().map(|column| column.bits(row, y)).collect()
 }
 
 fn read_bytes(bytes: &[u8]) -> Result<Recording, RecordingError> {

@@ -21,7 +21,7 @@ fn file_has_the_described_columns_encodings_and_keys() {
     let file = SerializedFileReader::new(Bytes::from(bytes)).expect("whole");
     let group = file.metadata().row_group(0);
     assert_eq!((file.metadata().num_row_groups(), group.num_rows()), (1, 5000));
-    for (column, ours) in group.columns().iter().zip(COLUMNS) {
+    for (column, ours) in group.columns().iter().zip(columns(1)) {
         assert_eq!(column.column_path().string(), ours.name);
         assert_eq!(column.compression(), Compression::LZ4_RAW);
         let encodings: Vec<Encoding> = column.encodings().collect();
@@ -70,7 +70,7 @@ fn what_is_killed_is_beside_it_and_reads_under_its_name() {
     let spool = directory.path().join("r.parquet.partial.mcap");
     let mut writer = Writer::create(&path, &metadata(), false).expect("begun");
     assert_eq!(read(&path).expect("it is there at once").ending, Ending::Open);
-    writer.rows(&rows(300)).expect("written");
+    writer.rows(&rows(300), &[]).expect("written");
     // As a process that is killed.
     std::mem::forget(writer);
     let found = read(&path).expect("reads");
@@ -87,7 +87,7 @@ fn what_is_killed_is_beside_it_and_reads_under_its_name() {
     assert_eq!(open(&path).expect("reads").format(), Format::Parquet);
     // One that replaces it begins again.
     let mut writer = Writer::create(&path, &metadata(), true).expect("begun");
-    writer.rows(&rows(2)).expect("written");
+    writer.rows(&rows(2), &[]).expect("written");
     assert_eq!(writer.break_off().expect("written").rows, 2);
     assert!(!spool.exists());
     assert_eq!(read(&path).expect("reads").ending, Ending::Open);
@@ -98,7 +98,7 @@ fn what_does_not_go_over_stays_beside_it() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("r.parquet");
     let mut writer = Writer::create(&path, &metadata(), false).expect("begun");
-    writer.rows(&rows(300)).expect("written");
+    writer.rows(&rows(300), &[]).expect("written");
     writer.flush().expect("written");
     // The spool is damaged before its end is reached.
     let spool = directory.path().join("r.parquet.partial.mcap");

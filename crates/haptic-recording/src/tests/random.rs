@@ -98,18 +98,41 @@ fn any_mark() -> impl Strategy<Value = Mark> {
     ]
 }
 
+fn any_y() -> impl Strategy<Value = SampleY> {
+    prop::array::uniform7(any_number()).prop_map(SampleY::of_cells)
+}
+
+/// Rows of one axis or of two, and marks.
+fn any_entries() -> impl Strategy<Value = (u8, Vec<Entry>)> {
+    (1_u8..=2).prop_flat_map(|axes| {
+        let row = (any_sample(), any_y()).prop_map(move |(row, y)| Entry::Row(row, (axes == 2).then_some(y)));
+        let entry = prop_oneof![row, any_mark().prop_map(Entry::Mark)];
+        (Just(axes), prop::collection::vec(entry, 0..40))
+    })
+}
+
+/// Asserts that entries are others to the last bit.
+fn check_bits(found: &[Entry], wanted: &[Entry]) -> Result<(), TestCaseError> {
+    for entries in found.iter().zip(wanted) {
+        if let (Entry::Row(row, y), Entry::Row(wanted, wanted_y)) = entries {
+            // Zero is not equal to minus zero here.
+            prop_assert_eq!(bits(row, y.as_ref()), bits(wanted, wanted_y.as_ref()));
+        }
+    }
+    prop_assert_eq!(found, wanted);
+    Ok(())
+}
+
 proptest! {
     #[test]
     fn what_is_written_is_what_is_read(
-        entries in prop::collection::vec(
-            prop_oneof![any_sample().prop_map(Entry::Row), any_mark().prop_map(Entry::Mark)],
-            0..40,
-        ),
+        (axes, entries) in any_entries(),
         started in 0.0..1e11_f64,
         mass in 1e-6..100.0_f64,
         notes in prop::option::of(".{0,20}"),
     ) {
         let mut about = metadata();
+        about.axes = axes;
         about.started_unix_s = started;
         about.scene.block.as_mut().expect("the scene has a block").mass = mass;
         about.configuration = notes.as_ref().map(|notes| serde_json::json!({ "mass": mass, "notes": [notes] }));
@@ -124,13 +147,7 @@ proptest! {
             prop_assert_eq!(reader.ending(), Some(Ending::Complete));
             let (rows, lost, missed) = (totals.rows, totals.lost, totals.missed);
             prop_assert_eq!(read.pop(), Some(Entry::Mark(Mark::End { rows, lost, missed })));
-            for (entry, read) in entries.iter().zip(&read) {
-                if let (Entry::Row(row), Entry::Row(read)) = (entry, read) {
-                    // Zero is not equal to minus zero here.
-                    prop_assert_eq!(bits(row), bits(read));
-                }
-            }
-            prop_assert_eq!(&read, &entries);
+            check_bits(&read, &entries)?;
         }
     }
 
@@ -155,5 +172,33 @@ proptest! {
         }
         bytes.truncate(end.map_or(bytes.len(), |end| end.index(bytes.len() + 1)));
         drop(read_bytes(&bytes));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn every_conversion_keeps_every_bit((axes, entries) in any_entries()) {
+        let folder = in_memory();
+        let file = |number: usize, format: Format| {
+            let name = format!("{number}.{}", format.ending());
+            folder.path().join(name)
+        };
+        let about = Metadata { axes, ..metadata() };
+        let mut from = file(0, Format::Csv);
+        std::fs::write(&from, written(Format::Csv, &about, &entries).0).expect("written");
+        // Each format from each other.
+        let formats = [Format::Mcap, Format::Parquet, Format::Csv, Format::Parquet, Format::Mcap, Format::Csv];
+        for (number, format) in (1..).zip(formats) {
+            let to = file(number, format);
+            export(&from, &to, false).expect("exported");
+            let mut reader = open_any(&to).expect("opens");
+            prop_assert_eq!(reader.metadata(), &about);
+            let mut read: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");
+            read.pop();
+            check_bits(&read, &entries)?;
+            from = to;
+        }
     }
 }

@@ -30,6 +30,7 @@ fn samples(ticks: std::ops::Range<u64>, dropped: u64) -> Event {
         seq: 0,
         dropped,
         rows: ticks.map(sample).collect(),
+        ..SamplesEvent::default()
     })
 }
 
@@ -71,6 +72,7 @@ fn change_precedes_its_first_row_when_it_comes_late_or_early() {
             t_s: 0.048,
             ..sample(43)
         }],
+        ..SamplesEvent::default()
     });
     recorder.event(&late).expect("written");
     let totals = recorder.finish().expect("written");

@@ -14,6 +14,7 @@ fn samples(ticks: std::ops::Range<u64>) -> Event {
         seq: 0,
         dropped: 0,
         rows: ticks.map(sample).collect(),
+        ..SamplesEvent::default()
     })
 }
 

@@ -50,6 +50,7 @@ pub fn setup() -> ServoSetup {
             stale_ns: 20_000_000,
             stop_button: None,
             enable_button: None,
+            workspace: None,
         },
         scheme: Scheme::Exact,
         device_resolution_m: properties.resolution_m,

@@ -65,11 +65,12 @@ fn replays(scene: &Scene, rows: &[Sample], marks: &[Mark]) {
     for row in rows {
         let of_tick = marks.iter().filter(|mark| mark.tick() == Some(row.tick));
         entries.extend(of_tick.cloned().map(Entry::Mark));
-        entries.push(Entry::Row(*row));
+        entries.push(Entry::Row(*row, None));
     }
     let metadata = Metadata {
         server: String::new(),
         device: String::new(),
+        axes: 1,
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
         started_unix_s: 0.0,

@@ -91,7 +91,12 @@ impl Person {
             ..Sample::default()
         };
         let (seq, dropped, rows) = (0, 0, vec![row]);
-        self.session.event(&Event::Samples(SamplesEvent { seq, dropped, rows }));
+        self.session.event(&Event::Samples(SamplesEvent {
+            seq,
+            dropped,
+            rows,
+            ..SamplesEvent::default()
+        }));
         self.listen();
     }
 
@@ -288,7 +293,7 @@ fn recording_of(folder: &Path, path: Option<&str>) -> (haptic_recording::Metadat
     let reader = haptic_recording::open(&path).expect("opened");
     let metadata = reader.metadata().clone();
     let rows = reader.filter_map(|entry| match entry.expect("read") {
-        haptic_recording::Entry::Row(row) => Some(row),
+        haptic_recording::Entry::Row(row, _) => Some(row),
         haptic_recording::Entry::Mark(_) => None,
     });
     (metadata, rows.collect())

@@ -200,7 +200,7 @@ impl Keeper {
             other => at(&part)(io::Error::other(other)),
         })?;
         ticks.marks.into_iter().for_each(|mark| recorder.mark(mark));
-        let written = recorder.rows(&ticks.rows);
+        let written = recorder.rows(&ticks.rows, &[]);
         written.and_then(|()| recorder.finish()).map_err(at(&part))?;
         fs::rename(&part, &path).map_err(at(&path))?;
         sync_folder(&self.recordings)?;
@@ -238,6 +238,7 @@ impl Keeper {
         Metadata {
             server: self.rig.server.clone(),
             device: self.rig.device.clone(),
+            axes: 1,
             loop_rate_hz: self.rig.loop_rate_hz,
             rate_hz: self.rig.loop_rate_hz,
             recorded_by: Some(self.recorded_by.clone()),

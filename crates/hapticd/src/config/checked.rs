@@ -8,6 +8,7 @@ use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, default_cpu};
 use crate::rt::thread_settings::Policy;
 use device_boards::Address;
+use device_io::kinematics::Kinematics;
 
 use haptic_core::limiter::Limits;
 use haptic_core::scene::SceneFile;
@@ -78,6 +79,8 @@ pub(crate) struct Config {
     pub(crate) ramp_s: f64,
     pub(crate) watches: Watches,
     pub(crate) device: Address,
+    /// How the motors of a rig of two axes move the hand.
+    pub(crate) kinematics: Option<Kinematics>,
     pub(crate) rig: RigChoice,
     pub(crate) friction: FrictionOptions,
 }
@@ -126,6 +129,10 @@ impl Options {
         }
         if device != Address::FAKE && self.hand == Some(Named(HandName::Mouse)) {
             return Err(ConfigError::HandOfAnotherRig(device));
+        }
+        let kinematics = self.kinematics.as_ref().map(|named| named.0);
+        if kinematics.is_some() {
+            self.refuse_what_is_of_one_axis()?;
         }
         let period_ns = self.period_ns()?;
         #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
@@ -180,13 +187,31 @@ impl Options {
             passivity_control_n: within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?,
             ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
             watches: self.watches()?,
-            rig: match device.connector() {
-                None => RigChoice::Fake(Box::new(self.fake_rig()?)),
-                Some(connector) => RigChoice::Linked(connector),
+            kinematics,
+            rig: match (device.connector(), kinematics) {
+                (None, None) => RigChoice::Fake(Box::new(self.fake_rig()?)),
+                (None, Some(kinematics)) => RigChoice::FakePlane(Box::new(self.fake_plane(kinematics)?)),
+                (Some(connector), _) => RigChoice::Linked(connector),
             },
             friction: self.friction()?,
             device,
         })
+    }
+
+    /// Refuses what a rig of two axes has not.
+    fn refuse_what_is_of_one_axis(&self) -> Result<(), ConfigError> {
+        let given = [
+            ("--self-test", self.self_test.is_some()),
+            ("--compensate", self.compensate.is_some_and(|share| share > 0.0)),
+            (
+                "another scheme than `exact`",
+                self.scheme.as_ref().is_some_and(|scheme| scheme.0 != Scheme::Exact),
+            ),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((what, _)) => Err(ConfigError::OneAxisOnly(what)),
+            None => Ok(()),
+        }
     }
 
     fn metrics(&self) -> Result<MetricsOptions, ConfigError> {

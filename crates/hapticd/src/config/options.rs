@@ -4,6 +4,8 @@ use crate::rt::lateness::LatePolicy;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, ValueEnum};
 use device_boards::Address;
+use device_io::fake::Figure;
+use device_io::kinematics::Kinematics;
 use haptic_core::Scheme;
 use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::velocity::Method;
@@ -12,7 +14,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Makes a one-axis force-feedback rig feel like a block sliding on a surface.
+/// Makes a force-feedback rig of one axis or two feel like a block sliding on a surface.
 ///
 /// A pinned real-time thread renders the block; haptic-ctl and haptic-gui control it over the
 /// control socket. Try it without hardware: `hapticd --demo`.
@@ -68,6 +70,11 @@ pub(crate) struct Options {
     /// docs/how-to/firmware.md; not tested on a real board.
     #[arg(long, value_name = "DEVICE")]
     pub(super) device: Option<Named<Address>>,
+
+    /// How the motors of a rig of two axes move the hand: `xy`, `h-belt`, or a TOML file [default: one
+    /// axis]
+    #[arg(long, value_name = "KINEMATICS")]
+    pub(super) kinematics: Option<Named<Kinematics>>,
 
     /// Path of the control socket [default: $HAPTICD_SOCKET, else hapticd/control.sock in the
     /// user's runtime directory, else /run/hapticd/control.sock]
@@ -227,12 +234,13 @@ pub(crate) struct Options {
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) compensate: Option<f64>,
 
-    /// Hand on the fake rig: sine, arm, free or mouse [default: sine]
+    /// Hand on the fake rig: sine, arm, free or mouse; of two axes circle or eight [default: sine, or
+    /// circle]
     ///
     /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `free` lets it go.
     /// `mouse` pulls it through the arm to where you drag the pointer in haptic-gui, and else lets go.
     /// `file:MOTION` follows a recording, or a table as `haptic-ctl simulate --motion` reads it, and `arm:file:MOTION`
-    /// pulls along it.
+    /// pulls along it. `circle` and `eight` draw on a rig of two axes, through the arm.
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
     pub(super) hand: Option<Named<HandName>>,
 
@@ -345,13 +353,14 @@ pub(super) enum AfterEndName {
     Loop,
 }
 
-/// `sine`, `arm`, `free`, `mouse`, `file:PATH` or `arm:file:PATH`.
+/// `sine`, `arm`, `free`, `mouse`, `file:PATH` or `arm:file:PATH`; in the plane `circle` or `eight`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum HandName {
     Free,
     Prescribed(MotionName),
     Arm(MotionName),
     Mouse,
+    Figure(Figure),
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -373,14 +382,17 @@ impl FromStr for HandName {
         match text {
             "free" => Ok(Self::Free),
             "mouse" => Ok(Self::Mouse),
+            "circle" => Ok(Self::Figure(Figure::Circle)),
+            "eight" => Ok(Self::Figure(Figure::Eight)),
             "sine" => Ok(Self::Prescribed(MotionName::Sine)),
             "arm" | "arm:sine" => Ok(Self::Arm(MotionName::Sine)),
             _ => match (text.strip_prefix("file:"), text.strip_prefix("arm:file:")) {
                 (Some(path), _) => file(path).map(Self::Prescribed),
                 (_, Some(path)) => file(path).map(Self::Arm),
                 _ => Err(format!(
-                    "unknown hand `{text}`{} expected sine, arm, free, mouse, file:MOTION or arm:file:MOTION",
-                    meant_or_semicolon(text, &["sine", "arm", "free", "mouse"])
+                    "unknown hand `{text}`{} expected sine, arm, free, mouse, file:MOTION or arm:file:MOTION, and of two axes \
+                     circle or eight",
+                    meant_or_semicolon(text, &["sine", "arm", "free", "mouse", "circle", "eight"])
                 )),
             },
         }

@@ -2,9 +2,15 @@
 
 use super::error::{ConfigError, within};
 use super::options::{AfterEndName, HandName, MotionName, Options};
-use device_io::fake::{EndBehaviour, FakeRig, Hand, Motion, PointerArm, Recording, RigProperties};
+use device_io::fake::Path as PlanarPath;
+use device_io::fake::{
+    EndBehaviour, FakeRig, Figure, Hand, Motion, PlanarFake, PlanarProperties, PlanarRig, PointerArm, Recording,
+    RigProperties,
+};
+use device_io::kinematics::{Kinematics, Workspace};
 use device_io::link::Connector;
 use haptic_core::compensation::MAX_SHARE;
+use haptic_core::planar::Plane;
 use haptic_ipc::regular_file;
 use haptic_motion::table::TableOptions;
 use haptic_motion::{MotionError, Rows};
@@ -15,6 +21,8 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) enum RigChoice {
     Fake(Box<FakeRig>),
+    /// Simulated, of two axes.
+    FakePlane(Box<PlanarFake>),
     Linked(Box<dyn Connector>),
 }
 
@@ -64,27 +72,14 @@ impl Options {
             )?,
             ..usual
         };
-        let stiffness_n_per_m = within(
-            "arm-stiffness-n-per-m",
-            self.arm_stiffness_n_per_m,
-            500.0,
-            0.0,
-            1e6,
-            "N/m",
-        )?;
-        let damping_ns_per_m = within(
-            "arm-damping-ns-per-m",
-            self.arm_damping_ns_per_m,
-            5.0,
-            0.0,
-            1e4,
-            "N s/m",
-        )?;
-        let hand = match self
-            .hand
-            .as_ref()
-            .map_or(&HandName::Prescribed(MotionName::Sine), |name| &name.0)
-        {
+        let (stiffness_n_per_m, damping_ns_per_m) = self.arm()?;
+        let hand = match self.hand_or(&HandName::Prescribed(MotionName::Sine)) {
+            HandName::Figure(_) => {
+                return Err(ConfigError::HandOfAnotherSpace(
+                    "circle and eight are",
+                    "two axes: --kinematics xy",
+                ));
+            }
             HandName::Free => Hand::Free,
             HandName::Prescribed(motion) => Hand::Prescribed(self.motion(motion)?),
             HandName::Arm(motion) => Hand::Arm {
@@ -95,6 +90,75 @@ impl Options {
             HandName::Mouse => Hand::Pointer(PointerArm::new(stiffness_n_per_m, damping_ns_per_m)),
         };
         Ok(FakeRig::new(properties, hand))
+    }
+
+    fn hand_or<'a>(&'a self, usual: &'a HandName) -> &'a HandName {
+        self.hand.as_ref().map_or(usual, |name| &name.0)
+    }
+
+    /// Stiffness, N/m, and damping, N s/m, of the arm.
+    fn arm(&self) -> Result<(f64, f64), ConfigError> {
+        let stiffness = within(
+            "arm-stiffness-n-per-m",
+            self.arm_stiffness_n_per_m,
+            500.0,
+            0.0,
+            1e6,
+            "N/m",
+        )?;
+        let damping = within(
+            "arm-damping-ns-per-m",
+            self.arm_damping_ns_per_m,
+            5.0,
+            0.0,
+            1e4,
+            "N s/m",
+        )?;
+        Ok((stiffness, damping))
+    }
+
+    /// The fake rig of two axes, whose hand draws through its arm.
+    pub(super) fn fake_plane(&self, kinematics: Kinematics) -> Result<PlanarFake, ConfigError> {
+        let figure = match self.hand_or(&HandName::Figure(Figure::Circle)) {
+            HandName::Figure(figure) => Some(*figure),
+            HandName::Free => None,
+            _ => {
+                return Err(ConfigError::HandOfAnotherSpace(
+                    "sine, arm, mouse and files are",
+                    "one axis; of two there are circle, eight and free",
+                ));
+            }
+        };
+        let usual = PlanarProperties::of(&kinematics);
+        let friction = self.friction()?;
+        let (arm_stiffness_n_per_m, arm_damping_ns_per_m) = self.arm()?;
+        let count = within(
+            "encoder-resolution-m",
+            self.encoder_resolution_m,
+            usual.count,
+            1e-9,
+            0.01,
+            "m",
+        )?;
+        let properties = PlanarProperties {
+            mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
+            friction_n: friction.friction_n.unwrap_or(usual.friction_n),
+            damping_ns_per_m: friction.damping_ns_per_m.unwrap_or(SLIDE_DAMPING_NS_PER_M),
+            count,
+            arm_stiffness_n_per_m,
+            arm_damping_ns_per_m,
+        };
+        let amplitude_m = within("hand-amplitude-m", self.hand_amplitude_m, 0.03, 0.0, 1.0, "m")?;
+        let frequency_hz = within("hand-frequency-hz", self.hand_frequency_hz, 0.5, 0.0, 50.0, "Hz")?;
+        let path = figure.map(|figure| PlanarPath::Figure {
+            figure,
+            middle: kinematics.workspace().map_or(Plane::ZERO, Workspace::middle),
+            amplitude_m,
+            frequency_hz,
+        });
+        PlanarRig::new(properties, kinematics, path)
+            .map(PlanarFake::new)
+            .map_err(ConfigError::OutOfReach)
     }
 
     fn motion(&self, name: &MotionName) -> Result<Motion, ConfigError> {

@@ -11,7 +11,7 @@ use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::friction_record::KnownFriction;
 use crate::control::rig_files::button_names;
 use crate::rt::handoff::ANY_CONNECTION;
-use device_io::link::{Delivery, LinkCounters};
+use device_io::link::{Delivery, Homing, LinkCounters};
 use haptic_core::sample_clock::ClockError;
 use haptic_ipc::{ErrorCode, Problem, WireError};
 use std::sync::atomic::Ordering::Relaxed;
@@ -98,6 +98,7 @@ async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, m
     let rules = rig.facts.rules;
     found.extend(no_force(device).into_iter().chain(no_watchdog(device, rules)));
     found.extend(not_delivered(link.counters()));
+    found.extend(rig.facts.homing().and_then(not_homed));
     // What is wrong with the clock, in the newest record.
     let clock_error = rig.channel.newest().and_then(|record| record.clock_error);
     found.extend(clock_error.map(wrong_clock));
@@ -114,6 +115,13 @@ async fn blockers(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, m
         found.extend(not_the_commissioned_rig(device, known));
     }
     found
+}
+
+fn not_homed(homing: &Homing) -> Option<Blocker> {
+    (!homing.is_homed()).then(|| Blocker {
+        error: WireError::new(ErrorCode::WrongState, "the home pose of the rig is not known").about("homed"),
+        remedy: "bring the hand to its home pose, as the kinematics name it, and run `haptic-ctl home`".to_owned(),
+    })
 }
 
 fn no_force(device: &ConnectedDevice) -> Option<Blocker> {
@@ -288,6 +296,7 @@ mod tests {
 
     fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> ConnectedDevice {
         ConnectedDevice {
+            motors: 1,
             firmware: "mine 1.0".to_owned(),
             force_limit_n,
             resolution_m: 1e-5,

@@ -16,6 +16,8 @@ pub(crate) struct ConnectedDevice {
     pub(crate) buttons: u8,
     pub(crate) rig: RigIdentity,
     pub(crate) connection: u64,
+    /// 1 or 2.
+    pub(crate) motors: usize,
 }
 
 impl ConnectedDevice {
@@ -30,9 +32,24 @@ impl ConnectedDevice {
                 buttons: device.buttons,
                 rig: device.rig,
                 connection: device.connection,
+                motors: if device.motors.is_some() { 2 } else { 1 },
             }),
             LinkState::Looking | LinkState::Waiting(_) => None,
         }
+    }
+
+    /// The device with the identity of one of its two motors, counted from 0.
+    pub(super) fn of_motor(mut self, motor: usize) -> Self {
+        self.rig = self.rig.with_part(&format!("motor{}", motor + 1));
+        self
+    }
+
+    /// What is commissioned of it, each under a key of its own: the rig, or each of two motors.
+    pub(super) fn parts(&self) -> Vec<Self> {
+        if self.motors == 1 {
+            return vec![self.clone()];
+        }
+        (0..self.motors).map(|motor| self.clone().of_motor(motor)).collect()
     }
 
     /// The device at the other end of the link, or the rig in this process; `None` if none is
@@ -53,6 +70,7 @@ impl ConnectedDevice {
                     reversed: false,
                 },
                 connection: ANY_CONNECTION,
+                motors: if facts.is_plane() { 2 } else { 1 },
             }),
         }
     }

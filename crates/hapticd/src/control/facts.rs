@@ -6,13 +6,14 @@ use crate::processor_share::ProcessorShare;
 use crate::rt::inbox::RigSetup;
 use crate::telemetry::link;
 use device_boards::Address;
-use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
+use device_io::kinematics::Kinematics;
+use device_io::link::{Homing, LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::Scheme;
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
 use haptic_core::scene::SceneFile;
 use haptic_core::servo::Settings;
-use haptic_ipc::{ForceLimitBy, RealTimeStatus, ServoSetup};
+use haptic_ipc::{ForceLimitBy, RealTimeStatus, SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS, ServoSetup};
 use std::cell::Cell;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering::Relaxed;
@@ -41,6 +42,8 @@ pub(crate) struct Facts {
     pub(crate) link: Option<LinkMonitor>,
     /// Keeps that link connected.
     pub(crate) keeper: Option<RunningKeeper>,
+    /// How the motors of a rig of two axes move the hand.
+    pub(crate) kinematics: Option<Kinematics>,
     pub(crate) period_ns: u64,
     /// Duration of engaging and of releasing.
     pub(crate) ramp: Duration,
@@ -98,6 +101,23 @@ impl Facts {
             .problems
             .extend(self.share.as_ref().and_then(ProcessorShare::problem));
         status
+    }
+
+    /// Names of a row's columns.
+    pub(crate) fn sample_columns(&self) -> Vec<String> {
+        let second = if self.is_plane() { &SAMPLE_Y_COLUMNS[..] } else { &[] };
+        SAMPLE_COLUMNS.iter().chain(second).map(ToString::to_string).collect()
+    }
+
+    /// Whether the rig's home pose is known, and how to tell it, where it has one.
+    pub(crate) fn homing(&self) -> Option<&Homing> {
+        let has_home = self.kinematics.is_some_and(|kinematics| kinematics.home().is_some());
+        self.link.as_ref().map(LinkMonitor::homing).filter(|_| has_home)
+    }
+
+    /// Whether the rig moves a hand in a plane.
+    pub(crate) fn is_plane(&self) -> bool {
+        self.kinematics.is_some()
     }
 
     /// The largest force sent to the rig, N, and the source of that limit.

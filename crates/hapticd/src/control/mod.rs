@@ -9,6 +9,7 @@ mod devices;
 mod facts;
 mod hand;
 pub(crate) mod history;
+mod home;
 mod identify;
 mod journal;
 mod judge;

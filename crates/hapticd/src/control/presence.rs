@@ -77,6 +77,7 @@ pub(super) mod tests {
     /// A link with a device.
     pub(in crate::control) fn connected() -> LinkState {
         LinkState::Connected(device_io::link::DeviceInfo {
+            motors: None,
             connection: 1,
             firmware: "f".to_owned(),
             force_limit_n: 1.0,

@@ -295,6 +295,7 @@ pub(in crate::control) mod tests {
 
     pub(in crate::control) fn device() -> ConnectedDevice {
         ConnectedDevice {
+            motors: 1,
             firmware: "mine 1.0".to_owned(),
             force_limit_n: 20.0,
             resolution_m: 1e-5,

@@ -1,6 +1,7 @@
 //! `status`: the state of the rig and of the daemon.
 
 use crate::control::{RigHandle, admission, advise, exclusive_use, judge};
+use device_io::link::Homing;
 use haptic_ipc::{DeviceStatus, RigState, Status};
 use std::rc::Rc;
 
@@ -20,9 +21,10 @@ impl RigHandle {
     /// The status, but for what keeps the rig from being engaged: that waits for files.
     pub(crate) fn status_without_admission(&self) -> Status {
         // All of one tick: a rig without force shows none.
-        let (newest, state, uptime_s, link) = {
+        let (newest, y, state, uptime_s, link) = {
             let feed = self.feed();
-            (feed.newest().copied(), feed.state(), feed.uptime_s(), feed.link())
+            let (newest, y) = (feed.newest().copied(), feed.newest_y());
+            (newest, y, feed.state(), feed.uptime_s(), feed.link())
         };
         let scheduled = self.schedule().status();
         let facts = &self.facts;
@@ -46,6 +48,8 @@ impl RigHandle {
             command_force_n: newest.map_or(0.0, |record| record.command_force),
             energy_excess_j: newest.map_or(0.0, |record| record.energy_excess),
             device_position_m: newest.map_or(0.0, |record| record.device_position),
+            device_position_y_m: y.map(|y| y.device_position_m),
+            command_force_y_n: y.map(|y| y.command_force_n),
             undo_depth,
             redo_depth,
             clients: self.clients.get(),
@@ -54,6 +58,9 @@ impl RigHandle {
             device: DeviceStatus {
                 engage_refused: Vec::new(),
                 description: facts.device.clone(),
+                axes: if facts.is_plane() { 2 } else { 1 },
+                kinematics: facts.kinematics.as_ref().map(ToString::to_string),
+                homed: facts.homing().map(Homing::is_homed),
                 force_limit_n,
                 force_limit_by,
                 samples_forgotten: newest.map_or(0, |record| record.samples_forgotten),

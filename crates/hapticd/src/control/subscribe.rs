@@ -3,7 +3,7 @@
 use crate::control::RigHandle;
 use crate::telemetry::subscribers::{Line, Subscription};
 use haptic_ipc::quantity::number;
-use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
+use haptic_ipc::{ErrorCode, SubscribeReply, Topic, WireError};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc};
@@ -70,7 +70,7 @@ pub(super) fn subscribe(
         topics: distinct,
         rate_hz,
         batch_ms,
-        columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
+        columns: rig.facts.sample_columns(),
         servo: Some(servo),
     })
 }

@@ -7,11 +7,13 @@
 use crate::rt::handoff::ANY_CONNECTION;
 use crate::rt::outbox::TickSnapshot;
 use crate::rt::schedule::ScheduledScene;
+use crate::rt::space::CompiledIn;
 use haptic_core::OwnMotion;
 use haptic_core::compensation::Compensation;
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
-use haptic_core::servo::{Command, CompiledScene};
+use haptic_core::planar::Plane;
+use haptic_core::servo::Command;
 use haptic_ipc::MAX_SCHEDULED_CHANGES;
 
 /// What is known of the rig.
@@ -44,9 +46,9 @@ impl SentCommand {
 #[derive(Debug)]
 pub(crate) enum ToLoop {
     /// Of several scenes and motions between two ticks the last is rendered.
-    Scene(Box<CompiledScene>),
-    /// A motion of the rig's own instead of the scene.
-    OwnMotion(OwnMotion),
+    Scene(CompiledIn),
+    /// A motion of the rig's own instead of the scene, and its direction on a rig of two axes.
+    OwnMotion(OwnMotion, Plane),
     /// A change of scene in a tick to come.
     Scheduled(ScheduledScene),
     /// A command, and what is known of the rig if it is to engage it.
@@ -84,14 +86,14 @@ pub(crate) fn inbox() -> (Sender, Receiver) {
 
 impl Sender {
     /// Sends a scene. While there is no room for it, it waits for [`flush`](Self::flush), and a newer one replaces it.
-    pub(crate) fn post(&mut self, scene: CompiledScene) {
-        self.waiting = Some(ToLoop::Scene(Box::new(scene)));
+    pub(crate) fn post(&mut self, scene: impl Into<CompiledIn>) {
+        self.waiting = Some(ToLoop::Scene(scene.into()));
         self.flush();
     }
 
     /// Sends a motion of the rig's own likewise.
-    pub(crate) fn post_motion(&mut self, motion: OwnMotion) {
-        self.waiting = Some(ToLoop::OwnMotion(motion));
+    pub(crate) fn post_motion(&mut self, motion: OwnMotion, along: Plane) {
+        self.waiting = Some(ToLoop::OwnMotion(motion, along));
         self.flush();
     }
 
@@ -147,7 +149,7 @@ mod tests {
     fn taken(receiver: &mut Receiver) -> Vec<(&'static str, u64)> {
         std::iter::from_fn(|| receiver.pop().ok())
             .map(|entry| match entry {
-                ToLoop::Scene(scene) => ("scene", scene.revision),
+                ToLoop::Scene(scene) => ("scene", scene.revision()),
                 ToLoop::Limits { serial, .. } => ("limits", serial),
                 other => panic!("{other:?}"),
             })

@@ -20,6 +20,7 @@ pub(crate) mod privileges;
 mod purity_tests;
 pub(crate) mod schedule;
 pub(crate) mod shared;
+pub(crate) mod space;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod stall_tests;
 pub(crate) mod thread;

@@ -7,11 +7,12 @@
 
 use crate::rt::handoff::{Outcome, Stopped};
 use crate::rt::schedule::ScheduledScene;
+use crate::rt::space::CompiledIn;
 use haptic_core::MotionEnd;
 use haptic_core::sample_clock::ClockError;
-use haptic_core::servo::{CompiledScene, Fault, InputWord};
+use haptic_core::servo::{Fault, InputWord};
 use haptic_core::snapshot::Snapshot;
-use haptic_ipc::{MAX_SCHEDULED_CHANGES, RigState};
+use haptic_ipc::{MAX_SCHEDULED_CHANGES, RigState, SampleY};
 use std::collections::VecDeque;
 
 /// One tick as the real-time thread saw it.
@@ -66,6 +67,8 @@ pub(crate) struct TickSnapshot {
 /// What leaves the loop.
 #[derive(Debug)]
 pub(crate) enum FromLoop {
+    /// What the record that follows has of a second axis.
+    Y(SampleY),
     Record(TickRecord),
     /// A scene is rendered from this tick on.
     Rendered {
@@ -83,7 +86,7 @@ pub(crate) enum FromLoop {
         stopped: Stopped,
     },
     /// A scene that is rendered no more.
-    Retired(Box<CompiledScene>),
+    Retired(CompiledIn),
     /// A scheduled change on which its claim is decided.
     Decided(ScheduledScene),
     /// A snapshot that was asked for.
@@ -114,6 +117,8 @@ pub(crate) struct Producer {
 #[derive(Debug)]
 pub(crate) struct Consumer {
     entries: rtrb::Consumer<FromLoop>,
+    /// What the record that was taken last has of a second axis.
+    y: Option<SampleY>,
     answers: Answers,
     snapshots: VecDeque<TickSnapshot>,
 }
@@ -137,6 +142,7 @@ pub(crate) fn outbox(records: usize) -> (Producer, Consumer) {
     };
     let consumer = Consumer {
         entries: from_loop,
+        y: None,
         answers: Answers::default(),
         snapshots: VecDeque::new(),
     };
@@ -144,10 +150,14 @@ pub(crate) fn outbox(records: usize) -> (Producer, Consumer) {
 }
 
 impl Producer {
-    /// Leaves a record, with the count of those dropped before it, or drops and counts it.
+    /// Leaves a record, with the count of those dropped before it, or drops and counts it. What it has of a second axis
+    /// goes before it.
     #[inline]
-    pub(crate) fn push(&mut self, record: impl FnOnce() -> TickRecord) {
-        if self.room() > RESERVED {
+    pub(crate) fn push(&mut self, y: Option<SampleY>, record: impl FnOnce() -> TickRecord) {
+        if self.room() > RESERVED + usize::from(y.is_some()) {
+            if let Some(y) = y {
+                self.send(FromLoop::Y(y));
+            }
             let dropped = self.dropped;
             self.send(FromLoop::Record(TickRecord { dropped, ..record() }));
         } else {
@@ -177,6 +187,7 @@ impl Consumer {
         while let Ok(entry) = self.entries.pop() {
             let answers = &mut self.answers;
             match entry {
+                FromLoop::Y(y) => self.y = Some(y),
                 FromLoop::Record(record) => return Some(record),
                 FromLoop::Rendered { revision, tick } => answers.rendered = Some((revision, tick)),
                 FromLoop::Done { serial, outcome } => answers.done = Some((serial, outcome)),
@@ -190,6 +201,11 @@ impl Consumer {
             }
         }
         None
+    }
+
+    /// What the record that was taken last has of a second axis.
+    pub(crate) fn y(&self) -> Option<SampleY> {
+        self.y
     }
 
     /// The oldest snapshot before the records that were taken.
@@ -266,23 +282,37 @@ pub(crate) mod tests {
     fn a_full_queue_drops_counts_and_tells() {
         let (mut producer, mut consumer) = outbox(8);
         for tick in 0..20 {
-            producer.push(|| record(tick));
+            producer.push(None, || record(tick));
         }
         let kept: Vec<u64> = std::iter::from_fn(|| consumer.pop())
             .map(|record| record.tick)
             .collect();
         assert_eq!(kept, [0, 1, 2, 3, 4, 5, 6, 7]);
-        producer.push(|| record(20));
+        producer.push(None, || record(20));
         let next = consumer.pop().expect("there is room again");
         assert_eq!((next.tick, next.dropped), (20, 12));
         assert_eq!(kept.len() as u64 + next.dropped, 20, "kept and dropped are the ticks");
     }
 
     #[test]
+    fn record_that_comes_after_a_look_keeps_its_second_axis() {
+        let (mut producer, mut consumer) = outbox(8);
+        let y = SampleY {
+            device_position_m: 0.01,
+            ..SampleY::default()
+        };
+        producer.send(FromLoop::Y(y));
+        assert!(consumer.pop().is_none(), "the record is still on its way");
+        producer.send(FromLoop::Record(record(1)));
+        assert!(consumer.pop().is_some());
+        assert_eq!(consumer.y(), Some(y));
+    }
+
+    #[test]
     fn records_leave_room_for_answers_and_scenes() {
         let (mut producer, mut consumer) = outbox(8);
         for tick in 0..20 {
-            producer.push(|| record(tick));
+            producer.push(None, || record(tick));
         }
         assert_eq!(producer.room(), RESERVED);
         let outcome = Outcome {
@@ -293,7 +323,7 @@ pub(crate) mod tests {
         for serial in 1..RESERVED as u64 {
             producer.send(FromLoop::Done { serial, outcome });
         }
-        producer.send(FromLoop::Retired(Box::new(compiled(&Scene::paper(), 1))));
+        producer.send(FromLoop::Retired(compiled(&Scene::paper(), 1).into()));
         assert_eq!(producer.room(), 0);
         assert_eq!(std::iter::from_fn(|| consumer.pop()).count(), 8);
         assert_eq!(consumer.answers().command(RESERVED as u64 - 1), Some(outcome));

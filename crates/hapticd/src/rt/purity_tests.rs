@@ -11,16 +11,21 @@ use crate::rt::handoff::{ControlSide, hand_over};
 use crate::rt::inbox::ToLoop;
 use crate::rt::lateness::{LatePolicy, Lateness};
 use crate::rt::outbox::{RECORDS, TickRecord};
+use crate::rt::space::Space;
 use crate::rt::thread::{self, RunningLoop};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use crate::rt::tick::tests::servo;
-use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, Port, RigProperties};
+use device_io::fake::{
+    FakeRig, Figure, Firmware, FirmwareProperties, Hand, Motion, Path as PlanarPath, PlanarFake, PlanarProperties,
+};
+use device_io::fake::{PlanarRig, Port, RigProperties};
 use device_io::link::{Keeper, LoopTiming, SerialConnector};
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
 use device_io::{Device, DeviceBounds, DeviceError, Measurement, Written};
+use haptic_core::planar::Plane;
 use haptic_core::scene::SceneFile;
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Scene, Scheme};
@@ -162,8 +167,8 @@ const MIN_SNAPSHOTS: u64 = 100;
 const WATCH_FROM: u64 = 100;
 
 /// A rig that fails now and then, and sets the watch over the thread that reads it.
-struct Failing {
-    rig: Box<dyn Device>,
+struct Failing<V> {
+    rig: Box<dyn Device<V>>,
     on_a_link: bool,
     reads: u64,
     seconds_ticks: u64,
@@ -172,7 +177,7 @@ struct Failing {
     filtered: Arc<AtomicU64>,
 }
 
-impl Device for Failing {
+impl<V: Space> Device<V> for Failing<V> {
     fn description(&self) -> String {
         self.rig.description()
     }
@@ -184,7 +189,7 @@ impl Device for Failing {
         }
     }
 
-    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+    fn read(&mut self, now_ns: u64) -> Result<Measurement<V>, DeviceError> {
         self.reads += 1;
         if self.reads == WATCH_FROM {
             self.filtered.store(
@@ -205,14 +210,14 @@ impl Device for Failing {
         match self.reads % self.seconds_ticks {
             // Unreadable for a while, then no number, then the same sample for longer than is borne.
             300..310 => return Err(DeviceError::Disconnected),
-            500 => sample.position_m = f64::NAN,
+            500 => sample.position_m.parts().for_each(|part| *part = f64::NAN),
             700..780 => sample.sequence = 0,
             _ => {}
         }
         Ok(sample)
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {
+    fn write(&mut self, force_n: V, enabled: bool) -> Result<Written, DeviceError> {
         if (900..905).contains(&(self.reads % self.seconds_ticks)) {
             return Err(DeviceError::Disconnected);
         }
@@ -222,17 +227,17 @@ impl Device for Failing {
 
 const PERIOD_NS: u64 = 1_000_000;
 
-fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
+fn compiled<V: Space>(scene: &Scene, revision: u64) -> CompiledScene<V> {
     on_the_way(scene, scene, 0.0, revision)
 }
 
 /// A scene that takes effect over a time, after another.
-fn on_the_way(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) -> CompiledScene {
+fn on_the_way<V: Space>(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) -> CompiledScene<V> {
     CompiledScene::ramped(from, to, revision, Scheme::Exact, 1e-3, ramp_s).expect("a valid scene")
 }
 
-/// Every law that the repository has a scene for.
-fn scenes() -> Vec<Scene> {
+/// Every law that the repository has a scene for, of those that there are in a space.
+fn scenes<V: Space>() -> Vec<Scene> {
     let mut scenes: Vec<Scene> = [
         include_str!("../../../../scenes/asymmetric-with-memory.toml"),
         include_str!("../../../../scenes/lugre.toml"),
@@ -244,11 +249,12 @@ fn scenes() -> Vec<Scene> {
     .map(|text| toml::from_str::<SceneFile>(text).expect("a scene").on(None))
     .collect();
     scenes.push(Scene::paper());
+    scenes.retain(|scene| CompiledScene::<V>::ramped(scene, scene, 1, Scheme::Exact, 1e-3, 0.0).is_ok());
     scenes
 }
 
 /// Starts the loop as the daemon does, at an ordinary rate.
-pub(super) fn start(device: Box<dyn Device>, scene: &Scene) -> (RunningLoop, ControlSide) {
+pub(super) fn start<V: Space>(device: Box<dyn Device<V>>, scene: &Scene) -> (RunningLoop, ControlSide) {
     let (control, loop_side) = hand_over(RECORDS);
     let tick = Tick::new(
         device,
@@ -274,15 +280,29 @@ pub(super) fn start(device: Box<dyn Device>, scene: &Scene) -> (RunningLoop, Con
 fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
     // One after the other: they share what counts.
     let seconds = test_run::extent(2, 30);
-    watch(Box::new(FakeRig::new(RigProperties::default(), hand())), false, seconds);
+    watch::<f64>(Box::new(FakeRig::new(RigProperties::default(), hand())), false, seconds);
+    watch::<Plane>(Box::new(gantry()), false, seconds);
     let rig = UnpluggedNowAndThen::start();
     let connector = SerialConnector::new(rig.link.clone(), 1_000_000);
     let (device, monitor, keeper) = Keeper::new(Box::new(connector), LoopTiming::default());
     let _keeper = keeper.start().expect("a thread");
-    watch(Box::new(device), true, seconds);
+    watch::<f64>(Box::new(device), true, seconds);
     let connections = monitor.counters().connections.load(SeqCst);
     println!("{connections} connections");
     assert!(connections > 1, "it was never unplugged");
+}
+
+/// A rig of two axes whose hand draws a circle.
+fn gantry() -> PlanarFake {
+    let kinematics = "xy".parse().expect("kinematics");
+    let path = PlanarPath::Figure {
+        figure: Figure::Circle,
+        middle: Plane::ZERO,
+        amplitude_m: 0.03,
+        frequency_hz: 1.0,
+    };
+    let rig = PlanarRig::new(PlanarProperties::of(&kinematics), kinematics, Some(path));
+    PlanarFake::new(rig.expect("in reach"))
 }
 
 pub(super) fn hand() -> Hand {
@@ -388,10 +408,10 @@ impl TickCounts {
     }
 }
 
-fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
+fn watch<V: Space>(rig: Box<dyn Device<V>>, on_a_link: bool, seconds: u64) {
     let filtered = Arc::new(AtomicU64::new(0));
     let (over, unwatched) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
-    let device: Box<dyn Device> = Box::new(Failing {
+    let device: Box<dyn Device<V>> = Box::new(Failing {
         rig,
         on_a_link,
         reads: 0,
@@ -400,7 +420,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
         unwatched: Arc::clone(&unwatched),
         filtered: Arc::clone(&filtered),
     });
-    let scenes = scenes();
+    let scenes = scenes::<V>();
     let mass = "mass".parse().expect("a parameter");
     let heavy = Scene::paper().with(&[(mass, 5.0)]).expect("a valid scene");
     let drag = scenes
@@ -436,7 +456,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
             revision += 1;
             let index = usize::try_from(revision).expect("few scenes") % scenes.len();
             inbox.post(match revision % 10 {
-                0 => on_the_way(&Scene::paper(), &heavy, 0.02, revision),
+                0 => on_the_way::<V>(&Scene::paper(), &heavy, 0.02, revision),
                 1 => on_the_way(&scenes[index], &drag, 0.02, revision),
                 _ => compiled(&scenes[index], revision),
             });
@@ -445,7 +465,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
             // Now and then one that is replaced before it is taken.
             if revision % 7 == 0 {
                 revision += 1;
-                inbox.post(compiled(&scenes[0], revision));
+                inbox.post(compiled::<V>(&scenes[0], revision));
             }
         }
         // By ticks, not by scenes, of which few take effect on a busy machine.

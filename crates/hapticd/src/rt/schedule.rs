@@ -2,7 +2,7 @@
 //! and freed by the control thread again. A [`Claim`] decides between the loop and a cancellation.
 
 use crate::rt::claim::{Claim, ClaimState};
-use haptic_core::servo::CompiledScene;
+use crate::rt::space::CompiledIn;
 use haptic_ipc::MAX_SCHEDULED_CHANGES;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ pub(crate) struct ScheduledScene {
     /// The tick that renders it first.
     pub(crate) at_tick: u64,
     /// The scene, until it is rendered.
-    pub(crate) scene: Option<Box<CompiledScene>>,
+    pub(crate) scene: Option<CompiledIn>,
     pub(crate) claim: Arc<Claim>,
 }
 
@@ -58,7 +58,7 @@ impl ScheduledScenes {
         tick: u64,
         mut is_halted: bool,
         mut decided: impl FnMut(ScheduledScene),
-    ) -> Option<Box<CompiledScene>> {
+    ) -> Option<CompiledIn> {
         let mut reason = ClaimState::Halted;
         while self.is_due(tick, || is_halted) {
             let mut next = self.0.pop_front()?;
@@ -86,7 +86,7 @@ mod tests {
     fn change(at_tick: u64) -> ScheduledScene {
         ScheduledScene {
             at_tick,
-            scene: Some(Box::new(compiled(&Scene::paper(), at_tick))),
+            scene: Some(compiled(&Scene::paper(), at_tick).into()),
             claim: Arc::new(Claim::new()),
         }
     }
@@ -108,7 +108,7 @@ mod tests {
     /// Revision of the scene that a tick renders first.
     fn rendered(scenes: &mut ScheduledScenes, tick: u64, is_halted: bool) -> Option<u64> {
         let scene = scenes.take_due(tick, is_halted, drop)?;
-        Some(scene.revision)
+        Some(scene.revision())
     }
 
     #[test]

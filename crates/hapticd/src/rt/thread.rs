@@ -3,6 +3,7 @@
 use crate::rt::clock::{Grid, Waiting, now_ns};
 use crate::rt::privileges;
 use crate::rt::shared::Shared;
+use crate::rt::space::Space;
 use crate::rt::thread_settings::ThreadSettings;
 use crate::rt::tick::Tick;
 use device_io::Device;
@@ -160,8 +161,8 @@ impl Drop for RunningLoop {
 ///
 /// # Errors
 /// The system has no thread left.
-pub(crate) fn start(
-    mut tick: Tick<dyn Device>,
+pub(crate) fn start<V: Space>(
+    mut tick: Tick<dyn Device<V>, V>,
     shared: Arc<Shared>,
     settings: ThreadSettings,
     mut status: RealTimeStatus,
@@ -199,7 +200,7 @@ pub(crate) fn start(
 const FINAL_ZERO_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Commands zero force until the device has confirmed it.
-fn final_zero(tick: &mut Tick<dyn Device>) -> FinalZero {
+fn final_zero<V: Space>(tick: &mut Tick<dyn Device<V>, V>) -> FinalZero {
     let began = Instant::now();
     loop {
         match tick.zero_force(now_ns()) {
@@ -241,7 +242,7 @@ fn prepare(settings: &ThreadSettings, status: &mut RealTimeStatus) -> Waiting {
     Waiting { spin_ns }
 }
 
-fn run(tick: &mut Tick<dyn Device>, shared: &Shared, settings: ThreadSettings, waiting: Waiting) {
+fn run<V: Space>(tick: &mut Tick<dyn Device<V>, V>, shared: &Shared, settings: ThreadSettings, waiting: Waiting) {
     let mut grid = Grid::new(settings.period_ns, settings.phase_ns, now_ns());
     while !shared.quitting() {
         let wake = grid.wait(waiting);

@@ -11,6 +11,7 @@ use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{FromLoop, Producer, ROOM_OF_ONE, TickRecord, TickSnapshot};
 use crate::rt::schedule::ScheduledScenes;
 use crate::rt::shared::Shared;
+use crate::rt::space::Space;
 use device_io::{Device, DeviceBounds, DeviceError, Written};
 use haptic_core::OwnMotion;
 use haptic_core::sample::{Measurement, Motor};
@@ -33,7 +34,7 @@ struct PendingStop {
 }
 
 /// All that the loop owns.
-pub(crate) struct Tick<D: Device + ?Sized> {
+pub(crate) struct Tick<D: Device<V> + ?Sized, V: Space = f64> {
     shared: Arc<Shared>,
     inbox: Receiver,
     outbox: Producer,
@@ -42,7 +43,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     new_limits: Option<u64>,
     /// Room for a snapshot of the servo, if one is asked for.
     snapshot: Option<Box<Option<TickSnapshot>>>,
-    servo: Servo,
+    servo: Servo<V>,
     /// Missed periods, held against the late policy.
     lateness: Lateness,
     /// Time for which the control thread may give no sign of life, ns.
@@ -58,7 +59,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     device: Box<D>,
 }
 
-impl<D: Device + ?Sized> Tick<D> {
+impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
     pub(crate) fn new(
         device: Box<D>,
         LoopSide {
@@ -66,7 +67,7 @@ impl<D: Device + ?Sized> Tick<D> {
             inbox,
             mut outbox,
         }: LoopSide,
-        servo: Servo,
+        servo: Servo<V>,
         lateness: Lateness,
         control_timeout_ns: u64,
     ) -> Self {
@@ -127,7 +128,8 @@ impl<D: Device + ?Sized> Tick<D> {
         }
         let ended_ns = now_ns();
         let sample = inputs.sample.unwrap_or_else(|_| no_sample());
-        self.outbox.push(|| TickRecord {
+        let y = V::second(&outputs, sample.position_m);
+        self.outbox.push(y, || TickRecord {
             tick: self.tick,
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
@@ -142,7 +144,7 @@ impl<D: Device + ?Sized> Tick<D> {
             revision: self.servo.scene().revision,
             elapsed_ns: inputs.elapsed_ns,
             device_time_ns: sample.time_ns,
-            sample_position: sample.position_m,
+            sample_position: sample.position_m.first(),
             device_sequence: sample.sequence,
             samples_forgotten: self.servo.samples_forgotten(),
             ramp_steps: match &self.servo.scene().transition {
@@ -151,12 +153,12 @@ impl<D: Device + ?Sized> Tick<D> {
             },
             clock_error: self.servo.clock_error(),
             input_word,
-            device_position: outputs.device_position_m,
-            device_velocity: outputs.device_velocity_mps,
-            block_position: outputs.block_position_m,
-            block_velocity: outputs.block_velocity_mps,
-            coupling_force: outputs.coupling_force_n,
-            command_force: outputs.force_n,
+            device_position: outputs.device_position_m.first(),
+            device_velocity: outputs.device_velocity_mps.first(),
+            block_position: outputs.block_position_m.first(),
+            block_velocity: outputs.block_velocity_mps.first(),
+            coupling_force: outputs.coupling_force_n.first(),
+            command_force: outputs.force_n.first(),
             energy_excess: outputs.energy_excess_j,
             contact: outputs.contact,
             motion_end: self.servo.own_motion().and_then(OwnMotion::end),
@@ -191,7 +193,7 @@ impl<D: Device + ?Sized> Tick<D> {
 
     /// What the step is made from, once the device has been read, and when that was, ns; 0 without a link.
     #[inline(always)]
-    fn read(&mut self, wake: Wake, events: Events, command: Option<SentCommand>, stops: u64) -> (Inputs, u64) {
+    fn read(&mut self, wake: Wake, events: Events, command: Option<SentCommand>, stops: u64) -> (Inputs<V>, u64) {
         let sample = self.device.read(wake.began_ns);
         self.bounds = self.device.bounds();
         // The time, if the device has a link whose time is of interest: reading the clock costs more
@@ -263,7 +265,7 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     /// The scene that it renders.
-    pub(crate) fn scene(&self) -> &CompiledScene {
+    pub(crate) fn scene(&self) -> &CompiledScene<V> {
         self.servo.scene()
     }
 
@@ -273,7 +275,7 @@ impl<D: Device + ?Sized> Tick<D> {
     /// # Errors
     /// The device could not be written.
     pub(crate) fn zero_force(&mut self, now_ns: u64) -> Result<bool, DeviceError> {
-        let written = self.device.write(0.0, false)?;
+        let written = self.device.write(V::ZERO, false)?;
         if !self.bounds.is_linked {
             return Ok(written == Written::Taken);
         }
@@ -289,7 +291,7 @@ impl<D: Device + ?Sized> Tick<D> {
     fn hand_back_retired(&mut self) {
         while self.servo.has_retired() && self.outbox.room() > 0 {
             if let Some(scene) = self.servo.take_retired() {
-                self.outbox.send(FromLoop::Retired(scene));
+                self.outbox.send(FromLoop::Retired(V::either(scene)));
             }
         }
     }
@@ -303,22 +305,26 @@ impl<D: Device + ?Sized> Tick<D> {
     /// Takes what has come since the tick before, of several scenes and motions of the rig's own the last, and one command
     /// a tick; says whether it was a motion. Without room for the answers it waits in the inbox.
     #[inline(never)]
-    fn receive(&mut self) -> (Option<Box<CompiledScene>>, bool, Option<SentCommand>) {
-        let (mut scene, mut new_motion, mut command) = (None, false, None);
+    fn receive(&mut self) -> (Option<Box<CompiledScene<V>>>, bool, Option<SentCommand>) {
+        let (mut scene, mut new_motion, mut command) = (None::<Box<CompiledScene<V>>>, false, None);
+        let retired = |scene| FromLoop::Retired(V::either(scene));
         for _ in 0..ENTRIES {
             let is_second = command.is_some() && matches!(self.inbox.peek(), Ok(ToLoop::Command { .. }));
             if is_second || !self.has_room() {
                 break;
             }
             let handed_back = match self.inbox.pop() {
-                Ok(ToLoop::Scene(newer)) => {
-                    new_motion = false;
-                    scene.replace(newer).map(FromLoop::Retired)
-                }
-                Ok(ToLoop::OwnMotion(motion)) => {
-                    self.servo.begin_own_motion(motion);
+                Ok(ToLoop::Scene(newer)) => match V::own(newer) {
+                    Ok(newer) => {
+                        new_motion = false;
+                        scene.replace(newer).map(retired)
+                    }
+                    Err(of_another_space) => Some(FromLoop::Retired(of_another_space)),
+                },
+                Ok(ToLoop::OwnMotion(motion, along)) => {
+                    self.servo.begin_own_motion(motion, V::direction(along));
                     new_motion = true;
-                    scene.take().map(FromLoop::Retired)
+                    scene.take().map(retired)
                 }
                 Ok(ToLoop::Scheduled(change)) => self.scheduled.add(change).map(FromLoop::Decided),
                 Ok(ToLoop::Snapshot(room)) => self.snapshot.replace(room).map(FromLoop::Snapshot),
@@ -345,21 +351,26 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     /// The scene that was posted, or the one that is scheduled for this tick.
-    fn new_scene(&mut self, posted: Option<Box<CompiledScene>>) -> Option<Box<CompiledScene>> {
+    fn new_scene(&mut self, posted: Option<Box<CompiledScene<V>>>) -> Option<Box<CompiledScene<V>>> {
         let is_due = self.scheduled.is_due(self.tick, || self.is_halted());
         if is_due { self.take_scheduled(posted) } else { posted }
     }
 
     #[inline(never)]
-    fn take_scheduled(&mut self, posted: Option<Box<CompiledScene>>) -> Option<Box<CompiledScene>> {
+    fn take_scheduled(&mut self, posted: Option<Box<CompiledScene<V>>>) -> Option<Box<CompiledScene<V>>> {
         let (is_halted, outbox) = (self.is_halted(), &mut self.outbox);
         let decided = |change| outbox.send(FromLoop::Decided(change));
-        let Some(scheduled) = self.scheduled.take_due(self.tick, is_halted, decided) else {
-            return posted;
+        let scheduled = match self.scheduled.take_due(self.tick, is_halted, decided).map(V::own) {
+            None => return posted,
+            Some(Ok(scheduled)) => scheduled,
+            Some(Err(of_another_space)) => {
+                self.outbox.send(FromLoop::Retired(of_another_space));
+                return posted;
+            }
         };
         if let Some(posted) = posted {
             // It was posted before, and so the scheduled one builds on it.
-            self.outbox.send(FromLoop::Retired(posted));
+            self.outbox.send(FromLoop::Retired(V::either(posted)));
         }
         Some(scheduled)
     }
@@ -413,7 +424,7 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     #[cold]
-    fn word_of_happenings(&self, inputs: &Inputs, new_scene: bool) -> InputWord {
+    fn word_of_happenings(&self, inputs: &Inputs<V>, new_scene: bool) -> InputWord {
         let word = InputWord::new(inputs, new_scene);
         if self.new_limits.is_some() {
             word.with_new_limits()
@@ -424,7 +435,7 @@ impl<D: Device + ?Sized> Tick<D> {
 
     /// Answers what came in this tick.
     #[inline(never)]
-    fn answer(&mut self, new_scene: bool, command: Option<SentCommand>, inputs: &Inputs, outputs: &Outputs) {
+    fn answer(&mut self, new_scene: bool, command: Option<SentCommand>, inputs: &Inputs<V>, outputs: &Outputs<V>) {
         let (tick, state) = (self.tick, self.servo.state());
         if new_scene {
             let revision = self.servo.scene().revision;
@@ -450,8 +461,8 @@ fn happened(events: [(Event, bool); 5]) -> Events {
 
 /// What a record holds where the device could not be read.
 #[cold]
-fn no_sample() -> Measurement {
-    Measurement::new(0, 0, 0.0)
+fn no_sample<V: Space>() -> Measurement<V> {
+    Measurement::new(0, 0, V::ZERO)
 }
 
 #[cfg(test)]

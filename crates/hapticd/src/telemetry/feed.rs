@@ -8,7 +8,7 @@ use crate::telemetry::stop_times::StopTimes;
 use crate::telemetry::subscribers::{KnownScene, Subscribers, Subscription};
 use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
-use haptic_ipc::{Event, JournalEntry, LinkStatus, RigState, Sample, ServoSetup, Timing, Topic};
+use haptic_ipc::{Event, JournalEntry, LinkStatus, RigState, Sample, SampleY, ServoSetup, Timing, Topic};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -29,8 +29,10 @@ pub(crate) struct Feed {
     stops: StopTimes,
     started_ns: u64,
     newest: Option<TickRecord>,
+    /// What the newest record has of a second axis.
+    newest_y: Option<SampleY>,
     /// Records that were taken and are not processed yet.
-    taken: Vec<TickRecord>,
+    taken: Vec<(TickRecord, Option<SampleY>)>,
     /// Snapshots whose ticks are not processed yet.
     snapshots: VecDeque<TickSnapshot>,
     /// Whether the loop has been asked for a snapshot that has not come.
@@ -58,6 +60,7 @@ impl Feed {
             stops: StopTimes::default(),
             started_ns: 0,
             newest: None,
+            newest_y: None,
             taken: Vec::new(),
             snapshots: VecDeque::new(),
             awaits_snapshot: false,
@@ -112,6 +115,11 @@ impl Feed {
         self.newest.as_ref()
     }
 
+    /// What the newest record has of a second axis; `None` on a rig of one.
+    pub(crate) fn newest_y(&self) -> Option<SampleY> {
+        self.newest_y
+    }
+
     /// Time from the first tick to the newest, s.
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
     pub(crate) fn uptime_s(&self) -> f64 {
@@ -143,7 +151,7 @@ impl Feed {
     /// Takes the records and answers since the last call, and frees the scenes that were handed back.
     pub(crate) fn take_records(&mut self) {
         while let Some(record) = self.consumer.pop() {
-            self.taken.push(record);
+            self.taken.push((record, self.consumer.y()));
         }
         // After the records: one that comes before a record that was taken is here, too.
         while let Some(snapshot) = self.consumer.pop_snapshot() {
@@ -172,7 +180,8 @@ impl Feed {
         servo: impl Fn(&TickRecord) -> Option<ServoSetup>,
     ) -> Vec<TickRecord> {
         let mut taken = std::mem::take(&mut self.taken);
-        for record in taken.drain(..) {
+        for (record, y) in taken.drain(..) {
+            self.newest_y = y;
             self.process(&record, scenes, &servo);
         }
         self.taken = taken;
@@ -202,7 +211,7 @@ impl Feed {
         }
         self.timing.record(record);
         if let Some(motion) = &mut self.motion {
-            motion.take(record);
+            motion.take(record, self.newest_y);
         }
         if let Some(excitation) = &mut self.excitation {
             excitation.take(record);
@@ -235,7 +244,7 @@ impl Feed {
         let lost = record.dropped - self.ring_dropped;
         self.ring_dropped = record.dropped;
         let sample = self.sample(record);
-        self.subscribers.add_row(&sample, lost);
+        self.subscribers.add_row(&sample, self.newest_y, lost);
     }
 
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]

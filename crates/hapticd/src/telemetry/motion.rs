@@ -1,8 +1,10 @@
 //! The motion of the handle while a rig is commissioned, from the records of all ticks.
 
 use crate::rt::outbox::TickRecord;
+use crate::rt::space::FIRST_AXIS;
+use haptic_core::planar::Plane;
 use haptic_core::{MotionEnd, PulseShape};
-use haptic_ipc::{PulseEnd, PulseReport};
+use haptic_ipc::{PulseEnd, PulseReport, SampleY};
 use std::collections::VecDeque;
 
 /// Time without a change of position after which the handle is at rest, ns.
@@ -33,6 +35,8 @@ const STRAIGHT: f64 = 1.1;
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     resolution_m: f64,
+    /// The direction that is observed, on a rig of two axes.
+    along: Plane,
     last: Option<TickRecord>,
     least_m: f64,
     greatest_m: f64,
@@ -81,6 +85,7 @@ impl Motion {
     pub(crate) fn new(resolution_m: f64) -> Self {
         Self {
             resolution_m,
+            along: FIRST_AXIS,
             last: None,
             least_m: f64::INFINITY,
             greatest_m: f64::NEG_INFINITY,
@@ -89,8 +94,19 @@ impl Motion {
         }
     }
 
-    /// Observes a tick.
-    pub(crate) fn take(&mut self, record: &TickRecord) {
+    /// Observes a tick, and what it has of a second axis: of both what is along the observed direction.
+    pub(crate) fn take(&mut self, record: &TickRecord, y: Option<SampleY>) {
+        let Some(y) = y else { return self.take_along(record) };
+        let along = |x: f64, y: f64| self.along.dot(Plane::new(x, y));
+        self.take_along(&TickRecord {
+            device_position: along(record.device_position, y.device_position_m),
+            device_velocity: along(record.device_velocity, y.device_velocity_mps),
+            command_force: along(record.command_force, y.command_force_n),
+            ..*record
+        });
+    }
+
+    fn take_along(&mut self, record: &TickRecord) {
         let position_m = record.device_position;
         self.least_m = self.least_m.min(position_m);
         self.greatest_m = self.greatest_m.max(position_m);
@@ -130,8 +146,13 @@ impl Motion {
         (self.step_counts > 0).then_some(self.step_counts as f64 * self.resolution_m)
     }
 
-    /// Begins to observe a pulse.
-    pub(crate) fn begin_pulse(&mut self, shape: PulseShape) {
+    /// Begins to observe a pulse along a direction.
+    pub(crate) fn begin_pulse(&mut self, shape: PulseShape, along: Plane) {
+        if along != self.along {
+            // Positions along another direction are other ones.
+            self.along = along;
+            (self.last, self.least_m, self.greatest_m) = (None, f64::INFINITY, f64::NEG_INFINITY);
+        }
         self.pulse = Some(ObservedPulse {
             shape,
             from: None,
@@ -167,7 +188,12 @@ impl Motion {
     /// Whether a pulse has moved the handle in its own direction, far enough to tell.
     pub(crate) fn is_confirmed_by(&self, report: &PulseReport) -> bool {
         matches!(report.end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
-            && report.moved_m * report.force_n.signum() >= at_least(MIN_SIGN, self.resolution_m)
+            && report.moved_m * report.force_n.signum() >= self.least_way_m()
+    }
+
+    /// Least travel that shows the direction of a force, m.
+    pub(crate) fn least_way_m(&self) -> f64 {
+        at_least(MIN_SIGN, self.resolution_m)
     }
 }
 
@@ -286,6 +312,7 @@ impl ObservedPulse {
         let friction_n = is_sound.then(|| self.work_j / self.path_m);
         let force_ns = self.first_force_ns.map_or(0, |first_ns| self.last_force_ns - first_ns);
         PulseReport {
+            motors_moved: None,
             force_n: shape.force_n,
             largest_force_n: self.largest_force_n,
             end,
@@ -319,7 +346,7 @@ mod tests {
     /// and whether it was over in time.
     fn pushed(sign: f64, gap: bool) -> (Motion, PulseReport) {
         let mut motion = Motion::new(1e-5);
-        motion.begin_pulse(SHAPE);
+        motion.begin_pulse(SHAPE, FIRST_AXIS);
         let (mut position, mut velocity): (f64, f64) = (0.0, 0.0);
         let mut over = None;
         for tick in 0..2000_u64 {
@@ -335,7 +362,7 @@ mod tests {
             };
             seen.motion_end = (tick >= 210).then_some(end);
             if !gap || tick != 100 {
-                motion.take(&seen);
+                motion.take(&seen, None);
             }
             if motion.pulse_is_over() {
                 over.get_or_insert(tick);
@@ -384,7 +411,7 @@ mod tests {
         for (tick, counts) in [0.0, 12.0, 20.0, 16.0, 16.0, 40.0].into_iter().enumerate() {
             let mut seen = record(tick as u64);
             seen.device_position = counts * 1e-5;
-            motion.take(&seen);
+            motion.take(&seen, None);
         }
         assert!((motion.step_m().expect("it moved") - 4e-5).abs() < 1e-12);
     }

@@ -3,8 +3,8 @@
 use crate::rt::outbox::{TickRecord, TickSnapshot};
 use haptic_core::Scene;
 use haptic_ipc::{
-    Event, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup, ServoSnapshot, SnapshotEvent,
-    StateEvent, Topic, params_of,
+    Event, Sample, SampleY, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup, ServoSnapshot,
+    SnapshotEvent, StateEvent, Topic, params_of,
 };
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -91,6 +91,7 @@ struct Subscriber {
     session: u64,
     subscription: Subscription,
     rows: Vec<Sample>,
+    rows_y: Vec<SampleY>,
     seq: u64,
     dropped: u64,
     due: Instant,
@@ -136,6 +137,7 @@ impl Subscribers {
             held_until: snapshot_due.filter(|_| is_replayable).map(|now| now + MAX_HOLD),
             subscription,
             rows: Vec::new(),
+            rows_y: Vec::new(),
             seq: 0,
             dropped: 0,
             state_sent: false,
@@ -192,8 +194,8 @@ impl Subscribers {
         }
     }
 
-    /// Adds a tick to the rows of those who want it; `lost` records were lost before it.
-    pub(super) fn add_row(&mut self, sample: &Sample, lost: u64) {
+    /// Adds a tick, and what it has of a second axis, to the rows of those who want it; `lost` records were lost before it.
+    pub(super) fn add_row(&mut self, sample: &Sample, y: Option<SampleY>, lost: u64) {
         for subscriber in &mut self.all {
             if subscriber.is_held() {
                 continue;
@@ -205,6 +207,7 @@ impl Subscribers {
                 subscriber.dropped += lost / subscriber.subscription.every;
                 if sample.tick.is_multiple_of(subscriber.subscription.every) {
                     subscriber.rows.push(*sample);
+                    subscriber.rows_y.extend(y);
                     if subscriber.rows.len() >= MAX_ROWS {
                         subscriber.flush();
                     }
@@ -312,11 +315,13 @@ impl Subscriber {
             return;
         }
         let rows = std::mem::take(&mut self.rows);
+        let rows_y = std::mem::take(&mut self.rows_y);
         let count = rows.len();
         let event = Event::Samples(SamplesEvent {
             seq: self.seq,
             dropped: self.dropped,
             rows,
+            rows_y,
         });
         // Events that would not fit are not even serialised.
         if self.subscription.lines.capacity() > 0 && self.subscription.send(line(&event)) {

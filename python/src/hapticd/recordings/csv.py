@@ -9,15 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from hapticd.frame import annotated
 from hapticd.recordings import metadata
-from hapticd.sample import COLUMNS, DTYPES, STATES
+from hapticd.sample import DTYPES, STATES, Sample
 
 if TYPE_CHECKING:
     import pandas
 
 _TITLE = b"# hapticd recording "
-
-#: Columns that every recording has: version 1 began with so many.
-_FIRST_COLUMNS = 14
 
 
 def read(path: Path) -> pandas.DataFrame:
@@ -30,7 +27,7 @@ def read(path: Path) -> pandas.DataFrame:
             raise metadata.broken_off(path)
         if not title.startswith(_TITLE):
             raise metadata.not_a_recording(path, title)
-        metadata.check_version(path, title[len(_TITLE) :].decode("utf-8", "replace").strip())
+        kind = metadata.kind_of_version(path, title[len(_TITLE) :].decode("utf-8", "replace").strip())
         # It is closed with the last buffer that looks into it.
         text = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     # A line counts only when its newline is there.
@@ -44,7 +41,7 @@ def read(path: Path) -> pandas.DataFrame:
         raise metadata.broken_off(path)
     at = _line_end(text, at, end)
     names = line.decode().strip().split(",")
-    _check_columns(path, names)
+    _check_columns(path, names, kind)
     buffer = pyarrow.py_buffer(text)
     tables, marks, rows = [], [], 0
     while at < end:
@@ -112,8 +109,8 @@ def _object(path: Path, line: bytes) -> dict[str, Any] | None:
     return found
 
 
-def _check_columns(path: Path, names: list[str]) -> None:
-    wanted = COLUMNS[: max(len(names), _FIRST_COLUMNS)]
+def _check_columns(path: Path, names: list[str], kind: type[Sample]) -> None:
+    wanted = kind._fields[: max(len(names), len(metadata.required(kind)))]
     for place, name in enumerate(wanted):
         found = names[place] if place < len(names) else ""
         if found != name:

@@ -7,19 +7,19 @@ import os
 from collections.abc import Mapping
 from typing import Any, BinaryIO
 
-from hapticd.recordings.metadata import VERSION
+from hapticd.recordings.metadata import version
 from hapticd.recordings.sink import Sink
-from hapticd.sample import COLUMNS, Sample
+from hapticd.sample import Sample
 
 
 class CsvWriter(Sink):
     """A recording in CSV."""
 
-    def __init__(self, file: BinaryIO, metadata: Mapping[str, Any]) -> None:
+    def __init__(self, file: BinaryIO, metadata: Mapping[str, Any], kind: type[Sample]) -> None:
         self._file = file
-        self._line(f"# hapticd recording {VERSION}")
+        self._line(f"# hapticd recording {version(kind)}")
         self.mark(metadata)
-        self._line(",".join(COLUMNS))
+        self._line(",".join(kind._fields))
 
     def row(self, sample: Sample) -> None:
         # Python writes a number with the digits that identify it.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from hapticd.errors import NotARecording
 from hapticd.frame import frame
 from hapticd.recordings import metadata
-from hapticd.sample import COLUMNS, DTYPES, STATES
+from hapticd.sample import DTYPES, PLANAR_COLUMNS, STATES, Sample
 
 if TYPE_CHECKING:
     import numpy
@@ -49,7 +49,7 @@ _TYPES = {
     "uint64": "<u8",
     "float64": "<f8",
 }
-_NAMES = {name.lower(): name for name in COLUMNS}
+_NAMES = {name.lower(): name for name in PLANAR_COLUMNS}
 
 
 def read(path: Path) -> pandas.DataFrame:
@@ -76,6 +76,7 @@ class _Reader:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._metadata: dict[str, Any] | None = None
+        self._kind: type[Sample] = Sample
         self._schemas: dict[int, str] = {}
         self._samples: int | None = None
         self._marks: int | None = None
@@ -101,7 +102,9 @@ class _Reader:
             elif opcode == _METADATA:
                 name, rest = _text(bytes(data[body : body + length]))
                 if name == _METADATA_NAME:
-                    self._metadata = metadata.of_fields(self._path, _map(rest))
+                    fields = _map(rest)
+                    self._kind = metadata.kind_of_version(self._path, fields.get("version"))
+                    self._metadata = metadata.of_fields(self._path, fields)
             else:
                 self._record(opcode, bytes(data[body : body + length]))
             at = body + length
@@ -160,7 +163,7 @@ class _Reader:
     def _begin(self, schema: str) -> None:
         import numpy
 
-        fields = _layout(self._path, schema)
+        fields = _layout(self._path, schema, self._kind)
         self._stride = _MESSAGE_HEADER.size + fields.pop("")[1]
         self._record_type = numpy.dtype(
             {
@@ -212,7 +215,7 @@ class _Reader:
         if self._metadata is None or self._samples is None:
             raise metadata.broken_off(self._path)
         self._make_room(0 if self._columns else 1)
-        known = [name for name in COLUMNS if name in self._columns]
+        known = [name for name in PLANAR_COLUMNS if name in self._columns]
         names = known + [name for name in self._fields if name not in known]
         columns = {name: self._columns[name][: self._rows] for name in names}
         if self._rows and columns["state"].max() >= len(STATES):
@@ -220,7 +223,7 @@ class _Reader:
         return frame(columns, self._metadata, self._found)
 
 
-def _layout(path: Path, schema: str) -> dict[str, tuple[str, int]]:
+def _layout(path: Path, schema: str, rows: type[Sample]) -> dict[str, tuple[str, int]]:
     """Type and place of each field of a row of CDR; under no name the size of the row."""
     fields: dict[str, tuple[str, int]] = {}
     size = len(_CDR_HEADER)
@@ -236,7 +239,7 @@ def _layout(path: Path, schema: str) -> dict[str, tuple[str, int]]:
         at = size + -(size - len(_CDR_HEADER)) % width
         size = at + width
         fields[_NAMES.get(name, name)] = (_TYPES[kind], at)
-    for name in COLUMNS[:14]:
+    for name in metadata.required(rows):
         if name not in fields:
             raise NotARecording(f"{path}: there is no field `{name.lower()}`")
     fields[""] = ("", size)

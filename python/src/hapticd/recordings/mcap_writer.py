@@ -14,9 +14,9 @@ from collections.abc import Mapping
 from operator import itemgetter
 from typing import Any, BinaryIO
 
-from hapticd.recordings.metadata import VERSION, to_fields
+from hapticd.recordings.metadata import to_fields, version
 from hapticd.recordings.sink import Sink
-from hapticd.sample import COLUMNS, DTYPES, STATES, Sample
+from hapticd.sample import DTYPES, STATES, Sample
 
 _MAGIC = b"\x89MCAP0\r\n"
 _HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06
@@ -34,10 +34,6 @@ _TYPES = {
     "i1": ("int8", "b"),
 }
 
-#: The columns, the widest first, so that none needs padding.
-_LAYOUT = sorted(COLUMNS, key=lambda name: -int(DTYPES[name][-1]))
-_CELLS = itemgetter(*map(COLUMNS.index, _LAYOUT))
-_ROW = struct.Struct("<4s" + "".join(_TYPES[DTYPES[name]][1] for name in _LAYOUT))
 _CDR_HEADER = b"\x00\x01\x00\x00"
 _PLACES = {state: place for place, state in enumerate(STATES)}
 
@@ -53,7 +49,11 @@ _MARK_SCHEMA = {
 class McapWriter(Sink):
     """A recording in MCAP."""
 
-    def __init__(self, file: BinaryIO, metadata: Mapping[str, Any]) -> None:
+    def __init__(self, file: BinaryIO, metadata: Mapping[str, Any], kind: type[Sample]) -> None:
+        # The widest columns first, so that none needs padding.
+        layout = sorted(kind._fields, key=lambda name: -int(DTYPES[name][-1]))
+        self._cells = itemgetter(*map(kind._fields.index, layout))
+        self._row = struct.Struct("<4s" + "".join(_TYPES[DTYPES[name]][1] for name in layout))
         self._file = file
         self._at = 0
         self._started_s: float = metadata["started_unix_s"]
@@ -64,10 +64,10 @@ class McapWriter(Sink):
         self._chunk_began_ns = self._time_ns
         self._chunks: list[bytes] = []
         self._counts = {_SAMPLES: 0, _MARKS: 0}
-        fields = {"version": VERSION, **to_fields(metadata)}
+        fields = {"version": version(kind), **to_fields(metadata)}
         self._channels = b"".join(
             (
-                _schema(1, "hapticd/msg/Sample", "ros2msg", _row_schema()),
+                _schema(1, "hapticd/msg/Sample", "ros2msg", _row_schema(layout)),
                 _channel(_SAMPLES, 1, "/hapticd/samples", "cdr"),
                 _schema(2, "hapticd.Mark", "jsonschema", json.dumps(_MARK_SCHEMA)),
                 _channel(_MARKS, 2, "/hapticd/marks", "json"),
@@ -81,8 +81,8 @@ class McapWriter(Sink):
             self._first_s = sample.t_s
         self._time_ns = round(self._started_s * 1e9) + round((sample.t_s - self._first_s) * 1e9)
         self._tick = sample.tick
-        cells = _CELLS(sample._replace(state=_PLACES[sample.state]))  # type: ignore[arg-type]
-        self._message(_SAMPLES, _ROW.pack(_CDR_HEADER, *cells))
+        cells = self._cells(sample._replace(state=_PLACES[sample.state]))  # type: ignore[arg-type]
+        self._message(_SAMPLES, self._row.pack(_CDR_HEADER, *cells))
 
     def mark(self, mark: Mapping[str, Any]) -> None:
         self._message(_MARKS, json.dumps(mark, ensure_ascii=False).encode())
@@ -132,10 +132,10 @@ def _footer(summary_at: int) -> bytes:
     return _record(_FOOTER, struct.pack("<QQI", summary_at, 0, 0)) + _MAGIC
 
 
-def _row_schema() -> str:
+def _row_schema(layout: list[str]) -> str:
     lines = ["# A tick of hapticd. The ends of the names are units: s, m, mps (m/s), n (N), ns.", ""]
     lines += ["# State of the rig", *(f"uint8 {state.upper()}={place}" for state, place in _PLACES.items()), ""]
-    lines += [f"{_TYPES[DTYPES[name]][0]} {name.lower()}" for name in _LAYOUT]
+    lines += [f"{_TYPES[DTYPES[name]][0]} {name.lower()}" for name in layout]
     return "\n".join(lines).replace("int8 contact", "int8 contact # 0 stuck, +1 and -1 sliding") + "\n"
 
 

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from hapticd.errors import NotARecording
+from hapticd.sample import PlanarSample, Sample
 
-VERSION = "1"
+#: What the rows of each version are.
+VERSIONS: dict[str, type[Sample]] = {"1": Sample, "2": PlanarSample}
 
 #: Fields that are text; the others are JSON.
 _TEXTS = ("server", "device", "notes")
@@ -39,15 +41,27 @@ def damaged(path: Path, reason: object) -> NotARecording:
     return NotARecording(f"{path}: {reason}; {REMEDY}")
 
 
-def check_version(path: Path, found: object) -> None:
-    """Refuses a recording of another version."""
-    if found != VERSION:
-        raise NotARecording(f"{path}: a recording of version {found}; this package reads version {VERSION}")
+def version(kind: type[Sample]) -> str:
+    """The version of a recording of samples of a kind."""
+    return next(version for version, of in VERSIONS.items() if of is kind)
+
+
+def kind_of_version(path: Path, found: str | None) -> type[Sample]:
+    """What the rows of a recording are, by its version; one of another version is refused."""
+    if found is None or found not in VERSIONS:
+        known = " and ".join(VERSIONS)
+        raise NotARecording(f"{path}: a recording of version {found}; this package reads versions {known}")
+    return VERSIONS[found]
+
+
+def required(kind: type[Sample]) -> tuple[str, ...]:
+    """The columns that every recording of samples of a kind has: version 1 began with so many."""
+    return kind._fields[:14] if kind is Sample else kind._fields
 
 
 def of_fields(path: Path, fields: Mapping[str, str]) -> dict[str, Any]:
     """The metadata of texts by name."""
-    check_version(path, fields.get("version"))
+    kind_of_version(path, fields.get("version"))
     try:
         return {
             name: text if name in _TEXTS else json.loads(text) for name, text in fields.items() if name != "version"

@@ -31,8 +31,8 @@ class Sink(ABC):
         """Passes on what is in memory, and closes the file."""
 
 
-def create(path: Path, metadata: Mapping[str, Any], replace: bool) -> Sink:
-    """Creates the file; the ending of its name says its format.
+def create(path: Path, metadata: Mapping[str, Any], replace: bool, kind: type[Sample] = Sample) -> Sink:
+    """Creates the file for samples of a kind; the ending of its name says its format.
 
     Raises:
         InvalidValue: The name ends in something else.
@@ -51,7 +51,7 @@ def create(path: Path, metadata: Mapping[str, Any], replace: bool) -> Sink:
     if ending == ".csv":
         from hapticd.recordings.csv_writer import CsvWriter
 
-        return CsvWriter(file, metadata)
+        return CsvWriter(file, metadata, kind)
     from hapticd.recordings.mcap_writer import McapWriter
 
-    return McapWriter(file, metadata)
+    return McapWriter(file, metadata, kind)

@@ -29,17 +29,9 @@ struct Options {
     #[command(flatten)]
     place: PlaceOptions,
 
-    /// Number of axes; a second has the same mechanics, and a hand of its own
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
-    axes: u8,
-
     /// Samples a second, Hz, from 10 to 20000
     #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=20_000))]
     sample_rate_hz: u32,
-
-    /// Largest force of the motor, N
-    #[arg(long, value_name = "N", default_value_t = 20.0)]
-    force_limit_n: f64,
 
     /// Time without a command after which the firmware's watchdog switches the motor off, ms; 0 for
     /// no watchdog
@@ -58,14 +50,18 @@ struct Options {
     #[arg(long, value_name = "NAME")]
     firmware_name: Option<String>,
 
-    /// File for every command, as it acts: time of the monotonic clock, us, sequence, force, mN, and
-    /// whether the motor may be driven, 0 or 1
+    /// File for every command, as it acts: time of the monotonic clock, us, sequence, force, mN, of
+    /// two axes the second force, and whether the motor may be driven, 0 or 1
     #[arg(long, value_name = "FILE")]
     commands: Option<PathBuf>,
 
-    /// Wire the motor the other way round
+    /// Wire a motor the other way round, or all [default with the option: all]
+    #[arg(long, value_name = "MOTOR", num_args = 0..=1, default_missing_value = "all")]
+    reversed: Option<Reversed>,
+
+    /// Swap the plugs of two encoders
     #[arg(long)]
-    reversed: bool,
+    swapped: bool,
 
     #[command(flatten)]
     plant: PlantOptions,
@@ -79,6 +75,15 @@ struct Options {
 
     #[command(flatten)]
     program: ProgramOptions,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Reversed {
+    #[value(name = "1")]
+    First,
+    #[value(name = "2")]
+    Second,
+    All,
 }
 
 #[derive(Debug, clap::Args)]
@@ -123,17 +128,19 @@ fn main() -> ExitCode {
 
 /// A line of the file of commands, of a message at a time, ns.
 fn as_told(message: FromHost, now_ns: u64) -> Option<String> {
-    let (sequence, force_mn, enabled) = match message {
+    let (sequence, force_mn, second_mn, enabled) = match message {
         FromHost::Hello { .. } => return None,
         FromHost::Command {
             sequence,
             force_mn,
+            second_mn,
             enabled,
-        } => (sequence, force_mn, enabled),
-        FromHost::Enable { sequence, enabled } => (sequence, 0, enabled),
+        } => (sequence, force_mn, second_mn, enabled),
+        FromHost::Enable { sequence, enabled } => (sequence, 0, None, enabled),
     };
+    let second_mn = second_mn.map_or(String::new(), |second_mn| format!("{second_mn} "));
     Some(format!(
-        "{} {sequence} {force_mn} {}\n",
+        "{} {sequence} {force_mn} {second_mn}{}\n",
         now_ns / 1000,
         u8::from(enabled)
     ))
@@ -161,9 +168,10 @@ struct Rig {
 
 impl Rig {
     fn new(options: &Options, line: FaultyLine) -> io::Result<Self> {
+        let (mechanics, force_limit_n) = options.plant.mechanics(&options.program).map_err(io::Error::other)?;
         let properties = FirmwareProperties {
             sample_rate_hz: options.sample_rate_hz,
-            force_limit_n: options.force_limit_n,
+            force_limit_n,
             clock_ppm: options.clock_ppm,
             watchdog_ms: options.watchdog_ms,
             buttons: u8::try_from((1_u16 << options.buttons) - 1).unwrap_or(u8::MAX),
@@ -171,13 +179,14 @@ impl Rig {
                 Some(name) => DeviceHello::firmware_of(name),
                 None => FirmwareProperties::default().name,
             },
-            reversed: options.reversed,
-            has_second_axis: options.axes > 1,
+            reversed: [Reversed::First, Reversed::Second]
+                .map(|motor| options.reversed.is_some_and(|is| is == motor || is == Reversed::All)),
+            swapped: options.swapped,
         };
         let began_ns = now_ns();
         Ok(Self {
             messages: Messages::new(options.place.hid.is_some()),
-            firmware: Firmware::new(options.plant.properties(), options.program.hand(), properties),
+            firmware: Firmware::of(mechanics, properties),
             version: None,
             commands: options.commands.as_ref().map(File::create).transpose()?,
             line,
@@ -271,15 +280,15 @@ impl Rig {
     }
 
     fn receive(&mut self, frame: &[u8], now: u64) {
-        for heard in self.messages.decode(frame, self.firmware.has_second_axis()) {
+        for heard in self.messages.decode(frame, self.firmware.axes()) {
             let answer = match heard {
-                Heard::Message(message, second_mn) => {
+                Heard::Message(message) => {
                     if let (Some(file), Some(told)) = (&mut self.commands, as_told(message, now))
                         && let Err(error) = file.write_all(told.as_bytes())
                     {
                         eprintln!("fake-rig: a command was not written down: {error}");
                     }
-                    self.firmware.receive_for_two(message, second_mn, now)
+                    self.firmware.receive(message, now)
                 }
                 Heard::Bad(detail) => Some(FromDevice::Error {
                     code: ErrorCode::BadMessage,
@@ -294,7 +303,6 @@ impl Rig {
 
     fn send(&mut self, message: &FromDevice, now: u64) {
         let mut bytes = message.bytes().as_slice().to_vec();
-        self.firmware.append_second_axis(message, &mut bytes);
         if let Some(version) = self.version {
             bytes[1] = version;
         }

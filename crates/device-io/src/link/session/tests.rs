@@ -45,7 +45,7 @@ impl Pair {
     }
 
     /// A millisecond with a sample up and a command down.
-    fn tick(&mut self, force_n: f64, enabled: bool) -> Result<Option<Measurement>, DeviceError> {
+    fn tick(&mut self, force_n: f64, enabled: bool) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         self.now_ns += MS;
         if let Some(sample) = self.firmware.sample(self.now_ns) {
             self.session.take(Ok(sample), self.now_ns);
@@ -56,7 +56,7 @@ impl Pair {
     }
 
     fn send(&mut self, force_n: f64, enabled: bool) {
-        for message in self.session.command(force_n, enabled, self.now_ns).messages() {
+        for message in self.session.command([force_n, 0.0], enabled, self.now_ns).messages() {
             if let Some(answer) = self.firmware.receive(message, self.now_ns) {
                 self.session.take(Ok(answer), self.now_ns);
             }
@@ -72,7 +72,7 @@ impl Pair {
 fn force_flows_while_enabled_and_the_position_begins_at_zero() {
     let mut pair = Pair::new();
     let first = pair.tick(0.0, false).expect("it is there").expect("a sample");
-    assert_eq!((first.position_m, first.sequence), (0.0, 0));
+    assert_eq!((first.position_m, first.sequence), ([0.0; 2], 0));
     pair.tick(3.0, false).expect("it is there");
     assert_eq!(pair.firmware.force_n(), 0.0, "not enabled");
     for _ in 0..300 {
@@ -82,7 +82,7 @@ fn force_flows_while_enabled_and_the_position_begins_at_zero() {
     let measured = pair.tick(-99.0, true).expect("it is there").expect("a sample");
     assert_eq!(measured.time_ns, 302 * MS);
     // From -cos(0) to -cos(0.6 pi), of 30 mm.
-    assert!((measured.position_m - 0.0393).abs() < 1e-3, "{measured:?}");
+    assert!((measured.position_m[0] - 0.0393).abs() < 1e-3, "{measured:?}");
     assert_eq!(pair.firmware.force_n(), -20.0, "cut to the device's limit");
     assert_eq!(pair.counter(|counters| &counters.clipped), 1);
     assert_eq!(pair.counter(|counters| &counters.lost), 0);
@@ -256,9 +256,9 @@ fn a_motor_may_take_its_time_to_be_enabled() {
             .messages()
             .any(|message| matches!(message, FromHost::Enable { .. }))
     };
-    assert!(enables(pair.session.command(1.0, true, asked_ns)));
+    assert!(enables(pair.session.command([1.0, 0.0], true, asked_ns)));
     assert!(
-        !enables(pair.session.command(1.0, true, asked_ns + MS)),
+        !enables(pair.session.command([1.0, 0.0], true, asked_ns + MS)),
         "it is asked for once"
     );
     assert!(pair.session.measurement(asked_ns + ENABLE_TIMEOUT_NS).is_ok());
@@ -275,7 +275,7 @@ fn zero_force_goes_at_once_though_no_other_command_may_be_sent() {
     pair.tick(0.0, false).expect("it is there");
     let now_ns = pair.now_ns + MS;
     let mut is_sent = |force_n: f64, enabled: bool, now_ns: u64| {
-        let outgoing = pair.session.command(force_n, enabled, now_ns);
+        let outgoing = pair.session.command([force_n, 0.0], enabled, now_ns);
         outgoing.messages().next().is_some()
     };
     // Nothing is confirmed, and all of it in one moment.
@@ -293,7 +293,7 @@ fn zero_force_goes_at_once_though_no_other_command_may_be_sent() {
     assert_eq!(not_sent, 99 - sent as u64, "what repeats is not counted");
     // Where the line had no room for it, it is tried again in the next tick.
     pair.session.forget_order();
-    let again = pair.session.command(0.0, false, now_ns + SEND_AGAIN_NS + MS);
+    let again = pair.session.command([0.0; 2], false, now_ns + SEND_AGAIN_NS + MS);
     assert!(again.messages().next().is_some());
 }
 
@@ -313,7 +313,7 @@ fn limited_session() -> Session {
 /// Force, mN, and whether the motor is enabled, as they stand in the frame of a command, at the offsets of
 /// docs/device-protocol.md.
 fn in_the_frame(session: &mut Session, force_n: f64, enabled: bool, now_ns: u64) -> (i32, bool) {
-    let Outgoing::Sent { command, .. } = session.command(force_n, enabled, now_ns) else {
+    let Outgoing::Sent { command, .. } = session.command([force_n, 0.0], enabled, now_ns) else {
         panic!("it is sent");
     };
     let bytes = command.bytes();

@@ -42,10 +42,10 @@ fn nothing_is_added_to_the_force_of_a_motion() {
         ..SETTINGS
     });
     script.go_on(10);
-    script.servo.begin_own_motion(OwnMotion::REST);
+    script.servo.begin_own_motion(OwnMotion::REST, 1.0);
     script.command(Command::Engage);
     script.go_on(100);
-    script.servo.begin_own_motion(excitation());
+    script.servo.begin_own_motion(excitation(), 1.0);
     let mut largest: f64 = 0.0;
     for step in 0..400 {
         let outputs = script.next();
@@ -65,11 +65,11 @@ fn own_motion_replaces_a_scene_and_is_replaced_without_force() {
     // In the middle of a change of scene, which it ends.
     script.once.scene = Some(soft(2, Transition::Fade { over_s: 0.1 }));
     assert!(script.next().force_n.abs() > 3.0, "the hand drags the block");
-    script.servo.begin_own_motion(OwnMotion::REST);
+    script.servo.begin_own_motion(OwnMotion::REST, 1.0);
     let outputs = script.next();
     assert_eq!((outputs.coupling_force_n, outputs.force_n), (0.0, 0.0));
     assert_eq!(outputs.block_position_m, outputs.device_position_m);
-    script.servo.begin_own_motion(excitation());
+    script.servo.begin_own_motion(excitation(), 1.0);
     script.go_on(100);
     assert!(script.next().force_n.abs() > 0.5, "the handle is drawn");
     script.once.scene = Some(soft(3, Transition::AtOnce));
@@ -84,11 +84,11 @@ fn own_motion_without_force_never_begins_and_a_stop_ends_it() {
     let mut script = Script::new(SETTINGS);
     script.go_on(10);
     let end = |script: &Script| script.servo.own_motion().and_then(OwnMotion::end);
-    script.servo.begin_own_motion(excitation());
+    script.servo.begin_own_motion(excitation(), 1.0);
     script.next();
     assert_eq!(end(&script), Some(MotionEnd::Interrupted));
     let mut script = Script::engaged(SETTINGS);
-    script.servo.begin_own_motion(excitation());
+    script.servo.begin_own_motion(excitation(), 1.0);
     script.go_on(50);
     assert_eq!(end(&script), None);
     script.once.events = Event::Stop.into();

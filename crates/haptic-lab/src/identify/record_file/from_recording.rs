@@ -26,6 +26,12 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
 
 /// Takes the longest stretch under one scene.
 pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, RecordFileError> {
+    if recording.metadata.axes != 1 {
+        return Err(RecordFileError::Recording {
+            path: source.path.clone(),
+            source: RecordingError::TwoAxes,
+        });
+    }
     let (rows, is_block) = rows(recording, source.moving);
     let stretch = rows
         .chunk_by(|a, b| !is_block || a.revision == b.revision)

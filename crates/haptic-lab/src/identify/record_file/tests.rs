@@ -173,6 +173,26 @@ fn the_headings_of_a_file_are_known_before_it_is_read() {
 }
 
 #[test]
+fn recording_of_two_axes_is_refused() {
+    let (_directory, path) = write("plane.csv", "");
+    let about = serde_json::json!({
+        "server": "hapticd", "device": "fake rig", "loop_rate_hz": 1000.0, "rate_hz": 1000.0, "started_unix_s": 0.0,
+        "revision": 1, "scene": haptic_core::Scene::paper(),
+    });
+    let mut about: haptic_recording::Metadata = serde_json::from_value(about).expect("metadata");
+    about.axes = 2;
+    let mut writer = haptic_recording::Writer::create(&path, &about, true).expect("begun");
+    let (row, y) = (haptic_ipc::Sample::default(), haptic_ipc::SampleY::default());
+    writer.rows(&[row], &[y]).expect("written");
+    writer.finish().expect("written");
+    let error = read(&Source::new(&path)).map(drop).expect_err("two axes").to_string();
+    assert!(error.contains("plane.csv") && error.contains("two axes"), "{error}");
+    let recording = haptic_recording::open_any(&path).and_then(haptic_recording::Reader::into_recording);
+    let error = take(&recording.expect("it reads"), &Source::new(&path)).map(drop);
+    assert!(error.expect_err("two axes").to_string().contains("two axes"));
+}
+
+#[test]
 fn foreign_remarks_unit_rows_and_times_of_day_are_read() {
     for text in [
         "Device: probe 7\nRate: 1000 Hz\n\nTime;Position;Force\ns;mm;kN\n1,5;250;-0,003\n",

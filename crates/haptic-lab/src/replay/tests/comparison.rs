@@ -23,7 +23,9 @@ fn eventful_session_replays_to_the_last_bit() {
 fn every_bit_of_every_output_is_compared() {
     let recorded = eventful().with_snapshots(0, usize::MAX);
     let at = 450;
-    let Entry::Row(row) = recorded[at] else { panic!("a row") };
+    let Entry::Row(row, _) = recorded[at] else {
+        panic!("a row")
+    };
     let mut changed = [row; 8];
     let nudge = |number: &mut f64| *number = f64::from_bits(number.to_bits() ^ 1);
     nudge(&mut changed[0].device_position_m);
@@ -37,7 +39,7 @@ fn every_bit_of_every_output_is_compared() {
     let mut columns = Vec::new();
     for changed in changed {
         let mut entries = recorded.clone();
-        entries[at] = Entry::Row(changed);
+        entries[at] = Entry::Row(changed, None);
         let report = compared(&entries);
         assert_eq!(report.differing, 1, "{report:?}");
         let first = report.first_differing.expect("one differs");
@@ -93,7 +95,7 @@ fn ticks_of_an_unrecorded_scene_are_not_compared() {
 fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
     let mut entries = eventful().with_snapshots(0, 1);
     let mut rows = entries.iter_mut().filter_map(|entry| match entry {
-        Entry::Row(row) => Some(row),
+        Entry::Row(row, _) => Some(row),
         Entry::Mark(_) => None,
     });
     // While the rig is without force, it is lent to a motion that nothing else in the recording shows.
@@ -170,6 +172,10 @@ fn what_follows_from_no_recording_is_refused() {
     early.servo = None;
     let error = Comparison::new(&early).expect_err("without settings").to_string();
     assert!(error.contains("hapticd 0.0.9 did not record"), "{error}");
+    let mut plane = metadata();
+    plane.axes = 2;
+    let error = Comparison::new(&plane).expect_err("two axes").to_string();
+    assert!(error.contains("two axes"), "{error}");
 }
 
 #[test]
@@ -180,13 +186,14 @@ fn replay_of_a_recorder_file_needs_only_the_file() {
     let mut session = Session::new();
     session.run(300).command(Command::Engage).run(300);
     let rows = session.entries.iter().map(|entry| match entry {
-        Entry::Row(row) => *row,
+        Entry::Row(row, _) => *row,
         Entry::Mark(mark) => panic!("{mark:?}"),
     });
     let samples = haptic_ipc::SamplesEvent {
         seq: 0,
         dropped: 0,
         rows: rows.collect(),
+        ..haptic_ipc::SamplesEvent::default()
     };
     recorder.event(&haptic_ipc::Event::Samples(samples)).expect("written");
     recorder.finish().expect("written");
@@ -277,7 +284,7 @@ fn seeking_begins_at_the_last_snapshot_before_the_time() {
         let report = compared(&found);
         assert!(report.is_exact() && report.not_compared == 0, "{from_s}: {report:?}");
         let rows = found.iter().filter_map(|entry| match entry {
-            Entry::Row(row) => Some(row.t_s),
+            Entry::Row(row, _) => Some(row.t_s),
             Entry::Mark(_) => None,
         });
         let first_s = rows.clone().next().expect("a row");
@@ -297,7 +304,7 @@ fn parts_are_compared_as_the_whole_is() {
     // The first part is read without a snapshot before it.
     assert!(matches!(entries.remove(0), Entry::Mark(Mark::Snapshot { .. })));
     let row = entries.iter_mut().filter_map(|entry| match entry {
-        Entry::Row(row) => Some(row),
+        Entry::Row(row, _) => Some(row),
         Entry::Mark(_) => None,
     });
     for row in row.skip(150).step_by(200) {

@@ -20,7 +20,7 @@ proptest! {
         session.run(100).command(Command::Engage).run(100).command(Command::Release).run(100);
         for (place, bits, field) in changes {
             let place = place.index(session.entries.len());
-            if let Entry::Row(row) = &mut session.entries[place] {
+            if let Entry::Row(row, _) = &mut session.entries[place] {
                 match field {
                     0 => row.tick = bits,
                     1 => row.sample_position_m = f64::from_bits(bits),

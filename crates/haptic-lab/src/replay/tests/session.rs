@@ -48,6 +48,7 @@ pub(super) fn setup() -> ServoSetup {
             stale_ns: 20_000_000,
             stop_button: None,
             enable_button: None,
+            workspace: None,
         },
         scheme: Scheme::Exact,
         device_resolution_m: 1e-5,
@@ -64,6 +65,7 @@ fn metadata_of(setup: ServoSetup, scene: Scene) -> Metadata {
     Metadata {
         server: "hapticd 0.0.9".into(),
         device: "fake rig".into(),
+        axes: 1,
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
         recorded_by: None,
@@ -202,7 +204,7 @@ impl Session {
         }
         let t_s = self.tick as f64 * 1e-3;
         let row = of_step(self.tick, t_s, &inputs, word, &self.servo, &outputs);
-        self.entries.push(Entry::Row(row));
+        self.entries.push(Entry::Row(row, None));
         self
     }
 

@@ -3,6 +3,7 @@
 use super::difference::Difference;
 use super::spectrum::{Scaling, Spectrum};
 use super::statistics::Statistics;
+use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 
 /// Time after which a running plot is measured again, s: quicker numbers cannot be read.
@@ -15,7 +16,7 @@ pub(crate) struct Measuring {
     pub(crate) signal: Signal,
     pub(crate) scaling: Scaling,
     pub(crate) table: Kept<Vec<Row>>,
-    pub(crate) spectrum: Kept<Result<Spectrum, String>>,
+    pub(crate) spectrum: Kept<Result<Vec<(Component, Spectrum)>, String>>,
 }
 
 impl Default for Measuring {
@@ -33,6 +34,7 @@ impl Default for Measuring {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
     pub(crate) signal: Signal,
+    pub(crate) component: Component,
     /// `None` without a sample.
     pub(crate) statistics: Option<Statistics>,
     /// `None` without a reference, or where both have no time in common.

@@ -1,6 +1,7 @@
 //! Two cursors on the time axis, and the differences between them.
 
 use crate::tape::Tape;
+use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 
 /// The cursors, in s on the plots' time axis.
@@ -14,6 +15,7 @@ pub(crate) struct Cursors {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reading {
     pub(crate) signal: Signal,
+    pub(crate) component: Component,
     /// In the unit of the signal's quantity; `None` without a sample.
     pub(crate) values: [Option<f64>; 2],
 }
@@ -52,11 +54,13 @@ impl Cursors {
         usize::from((self.at_s[1] - t_s).abs() < (self.at_s[0] - t_s).abs())
     }
 
-    /// A signal at both cursors, on a tape whose axis has its zero at `zero_s`.
-    pub(crate) fn read(&self, signal: Signal, tape: &Tape, zero_s: f64) -> Reading {
+    /// A component of a signal at both cursors, on a tape whose axis has its zero at `zero_s`.
+    pub(crate) fn read(&self, (signal, component): (Signal, Component), tape: &Tape, zero_s: f64) -> Reading {
+        let tape = tape.component(component);
         Reading {
             signal,
-            values: self.at_s.map(|at_s| tape.value_at(signal, zero_s + at_s)),
+            component,
+            values: self.at_s.map(|at_s| tape?.value_at(signal, zero_s + at_s)),
         }
     }
 }
@@ -66,8 +70,8 @@ mod tests {
     use super::*;
     use crate::tape::tests::at;
 
-    fn device_position() -> Signal {
-        Signal::named("Device position").expect("a signal")
+    fn device_position() -> (Signal, Component) {
+        (Signal::DEVICE_POSITION, Component::Whole)
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The plots over time, from top to bottom: any signal in any plot.
 
 use super::value_axis::ValueAxis;
+use crate::tape::plane::Component;
 use crate::tape::signal::{Quantity, Signal};
 
 /// Most plots at once: more would be lower than their names.
@@ -13,6 +14,8 @@ pub(crate) struct Plot {
     pub(crate) id: u32,
     /// What it shows, in the order of [`Signal::ALL`].
     signals: Vec<Signal>,
+    /// Of a rig of two axes, lengths instead of x and y.
+    pub(crate) shows_lengths: bool,
     pub(crate) axis: ValueAxis,
 }
 
@@ -97,6 +100,7 @@ impl PlotList {
         self.plots.push(Plot {
             id: self.next_id,
             signals: signals.into_iter().collect(),
+            shows_lengths: false,
             axis: ValueAxis::default(),
         });
         self.next_id += 1;
@@ -139,11 +143,19 @@ impl PlotList {
         }
     }
 
-    /// Every signal that is shown, each once; without a block none that is of one.
-    pub(crate) fn signals(&self, has_block: bool) -> Vec<Signal> {
-        let is_shown =
-            |signal: &Signal| signal.is_there(has_block) && self.plots.iter().any(|plot| plot.signals.contains(signal));
-        Signal::ALL.into_iter().filter(is_shown).collect()
+    /// Every line that is shown, each once; without a block none that is of one.
+    pub(crate) fn lines(&self, has_block: bool, is_plane: bool) -> Vec<(Signal, Component)> {
+        let mut lines = Vec::new();
+        for signal in Signal::ALL.into_iter().filter(|signal| signal.is_there(has_block)) {
+            for plot in self.plots.iter().filter(|plot| plot.signals.contains(&signal)) {
+                for component in Component::of(signal, is_plane, plot.shows_lengths) {
+                    if !lines.contains(&(signal, *component)) {
+                        lines.push((signal, *component));
+                    }
+                }
+            }
+        }
+        lines
     }
 }
 

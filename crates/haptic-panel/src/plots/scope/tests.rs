@@ -24,7 +24,7 @@ impl Bench {
     }
 
     fn extend(&mut self, rows: &[Sample]) {
-        let ended = self.tapes.extend(rows);
+        let ended = self.tapes.extend(rows, &[]);
         self.scope.take_samples(rows, ended, &self.tapes);
     }
 

@@ -189,8 +189,12 @@ impl Daemon {
         let rows = (self.tick..self.tick + count).map(row).collect();
         self.tick += count;
         let (seq, dropped) = (0, 0);
-        self.link
-            .hear(&Update::Event(Event::Samples(SamplesEvent { seq, dropped, rows })));
+        self.link.hear(&Update::Event(Event::Samples(SamplesEvent {
+            seq,
+            dropped,
+            rows,
+            ..SamplesEvent::default()
+        })));
     }
 
     /// The next intent, other than that of the lease.

@@ -8,6 +8,7 @@ use crate::control::rig::exclusive_use::motion::{ExclusiveMotion, lend};
 use crate::control::rig::exclusive_use::state::Work;
 use crate::telemetry::feed::Feed;
 use haptic_core::OwnMotion;
+use haptic_core::planar::Plane;
 use haptic_ipc::WireError;
 use std::rc::Rc;
 use std::time::Duration;
@@ -15,6 +16,8 @@ use std::time::Duration;
 /// A motion that a client asks for, and what is made of its records.
 pub(in crate::control) struct ClientMotion<O> {
     pub(in crate::control) motion: OwnMotion,
+    /// Its direction on a rig of two axes.
+    pub(in crate::control) along: Plane,
     pub(in crate::control) purpose: Purpose,
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
@@ -42,6 +45,7 @@ pub(in crate::control) async fn begin<O: FnOnce(&mut Feed) + 'static>(
     tokio::task::spawn_local(async move {
         let exclusive = ExclusiveMotion {
             motion: asked.motion,
+            along: asked.along,
             longest: asked.longest,
             admission,
             stops,

@@ -26,12 +26,35 @@ const MIN_FORCE_N: f64 = 0.001;
 /// # Errors
 /// Another client is commissioning the rig, the rig is not idle, or the client has no lease that is
 /// short enough.
-pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
+pub(in crate::control) async fn begin(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    motor: Option<u32>,
+) -> Result<CommissionReply, WireError> {
     let Some(device) = ConnectedDevice::find(&rig.facts) else {
         let message = "cannot commission: no device is connected";
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
-    exclusive_use::begin(rig, by, Work::Commissioning(Commissioning::default()), &device).await?;
+    let refuse = |message: &str| Err(WireError::new(ErrorCode::NotApplicable, message).about("motor"));
+    let motor = match (motor, device.motors) {
+        (None, 1) => None,
+        (Some(_), 1) => return refuse("this rig has one motor: leave `motor` out"),
+        (None, _) => return refuse("a rig of two axes is commissioned one motor at a time: name `motor` 1 or 2"),
+        (Some(number), _) => Some(number as usize - 1),
+    };
+    if rig.facts.homing().is_some_and(|homing| !homing.is_homed()) {
+        let message = "cannot commission: the home pose is not known: bring the hand there, and run `haptic-ctl home`";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("homed"));
+    }
+    let device = match motor {
+        Some(motor) => device.of_motor(motor),
+        None => device,
+    };
+    let work = Work::Commissioning(Commissioning {
+        motor,
+        ..Commissioning::default()
+    });
+    exclusive_use::begin(rig, by, work, &device).await?;
     status(rig, by)
 }
 
@@ -58,6 +81,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
         by: current.by.clone(),
         rig: current.device.rig.key.clone(),
         firmware: current.device.firmware.clone(),
+        motor: found.motor.and_then(|motor| u32::try_from(motor + 1).ok()),
         pulsing: current.moving,
         ended: current.ended.clone(),
         force_limit_n,
@@ -142,7 +166,9 @@ pub(in crate::control) async fn store(
         .store(&rig.facts.state_dir, record, device.connection)
         .await?;
     // It holds from now on.
-    drop(rig.records().known(&rig.facts.state_dir, &device, false).await);
+    if let Some(whole) = ConnectedDevice::find(&rig.facts) {
+        drop(rig.records().known(&rig.facts.state_dir, &whole, false).await);
+    }
     let path = path.display().to_string();
     let entry = JournalEntry {
         by: Some(by.peer.clone()),

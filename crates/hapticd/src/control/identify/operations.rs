@@ -9,6 +9,7 @@ use crate::control::peer::Requester;
 use crate::control::rig::commission_record::CommissionState;
 use crate::control::rig::exclusive_use::state::{Identification, Work};
 use crate::control::rig::exclusive_use::{self, end_if_over, largest_force_n, resting_device};
+use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::Motion;
@@ -135,6 +136,7 @@ pub(in crate::control) async fn excite(
     BoundError::check("travel_limit_m", travel_m, 0.0, now.travel_limit_m, "m")?;
     let asked = ClientMotion {
         motion: OwnMotion::excitation(excitation, rig.facts.period_s())?,
+        along: FIRST_AXIS,
         purpose: Purpose::Identification,
         longest: Duration::from_secs_f64(1.1 * excitation.duration_s()) + GRACE,
         observe: move |feed: &mut Feed| {

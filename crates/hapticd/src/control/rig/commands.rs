@@ -280,12 +280,12 @@ mod tests {
     #[tokio::test]
     async fn journal_has_the_state_before_a_release_nobody_asked_for() {
         let (rig, mut loop_side) = rig();
-        loop_side.outbox.push(|| record(0));
+        loop_side.outbox.push(None, || record(0));
         rig.pump();
         // In a record that nobody has taken yet it is engaged.
         let mut engaged = record(1);
         engaged.state = RigState::Engaged;
-        loop_side.outbox.push(|| engaged);
+        loop_side.outbox.push(None, || engaged);
         let outcome = Outcome {
             tick: 2,
             state: RigState::Releasing,

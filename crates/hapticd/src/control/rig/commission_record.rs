@@ -107,18 +107,25 @@ impl Records {
         if may_be_cached && let Some(known) = self.fresh(device.connection) {
             return known;
         }
-        let doubt = |record: &Record| {
+        let doubt = |record: &Record, part: &ConnectedDevice| {
             let is_confirmed = self.confirmed.get() == Some(device.connection);
-            record.origin.doubt(device).filter(|_| !is_confirmed)
+            record.origin.doubt(part).filter(|_| !is_confirmed)
         };
-        let known = match self.of_this_rig(state_dir, device).await {
-            Err(why) => CommissionState::Not(why),
-            Ok(record) => CommissionState::Commissioned {
-                findings: record.findings,
-                coupling: record.coupling,
-                doubt: doubt(&record),
-            },
-        };
+        let mut known = CommissionState::Not(String::new());
+        for (number, part) in (1..).zip(device.parts()) {
+            known = match self.of_this_rig(state_dir, &part).await {
+                Err(why) if device.motors > 1 => CommissionState::Not(format!("motor {number}: {why}")),
+                Err(why) => CommissionState::Not(why),
+                Ok(record) => CommissionState::Commissioned {
+                    doubt: doubt(&record, &part),
+                    findings: record.findings,
+                    coupling: record.coupling,
+                },
+            };
+            if !matches!(known, CommissionState::Commissioned { doubt: None, .. }) {
+                break;
+            }
+        }
         *self.cached.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
         known
     }
@@ -146,19 +153,24 @@ impl Records {
         device: &ConnectedDevice,
         by: &Peer,
     ) -> Result<(), WireError> {
-        let record = self.of_this_rig(state_dir, device).await.map_err(|why| {
-            let message = format!(
-                "cannot take {} for a commissioned rig: {why}: run `haptic-ctl commission`",
-                device.rig.key
-            );
-            WireError::new(ErrorCode::NotCommissioned, message).about("rig")
-        })?;
-        let origin = Origin::now(device, by);
-        if origin.is_of_the_same(&record.origin) {
-            self.taken_for_the_rig(device.connection);
-        } else {
-            self.store(state_dir, Record { origin, ..record }, device.connection)
-                .await?;
+        let mut records = Vec::new();
+        for part in device.parts() {
+            let record = self.of_this_rig(state_dir, &part).await.map_err(|why| {
+                let message = format!(
+                    "cannot take {} for a commissioned rig: {why}: run `haptic-ctl commission`",
+                    part.rig.key
+                );
+                WireError::new(ErrorCode::NotCommissioned, message).about("rig")
+            })?;
+            records.push((Origin::now(&part, by), record));
+        }
+        for (origin, record) in records {
+            if origin.is_of_the_same(&record.origin) {
+                self.taken_for_the_rig(device.connection);
+            } else {
+                self.store(state_dir, Record { origin, ..record }, device.connection)
+                    .await?;
+            }
         }
         Ok(())
     }

@@ -19,6 +19,7 @@ const PERIOD_S: f64 = 1e-3;
 
 fn facts() -> Facts {
     Facts {
+        kinematics: None,
         server: String::new(),
         device: String::new(),
         address: device_boards::Address::Native(Address::Fake),
@@ -40,6 +41,7 @@ fn facts() -> Facts {
             stale_ns: 0,
             stop_button: None,
             enable_button: None,
+            workspace: None,
             compensation: None,
         }),
         configuration: Configuration::default(),

@@ -6,12 +6,14 @@ use crate::rt::handoff::ControlSide;
 use crate::rt::inbox::{RigSetup, Sender, SentCommand, ToLoop};
 use crate::rt::outbox::{Answers, TickRecord};
 use crate::rt::shared::Shared;
+use crate::rt::space::CompiledIn;
 use crate::telemetry::feed::Feed;
 use crate::telemetry::subscribers::KnownScene;
 use crate::timers::AnswerTimer;
 use haptic_core::OwnMotion;
 use haptic_core::limiter::Limits;
-use haptic_core::servo::{Command, CompiledScene};
+use haptic_core::planar::Plane;
+use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
 use std::cell::{Cell, RefCell, RefMut};
 use std::collections::VecDeque;
@@ -131,13 +133,13 @@ impl LoopChannel {
     }
 
     /// Sends a scene to be rendered; of several that wait the newest is.
-    pub(super) fn post(&self, scene: CompiledScene) {
+    pub(super) fn post(&self, scene: CompiledIn) {
         self.inbox.borrow_mut().post(scene);
     }
 
     /// Sends a motion of the rig's own likewise.
-    pub(super) fn post_motion(&self, motion: OwnMotion) {
-        self.inbox.borrow_mut().post_motion(motion);
+    pub(super) fn post_motion(&self, motion: OwnMotion, along: Plane) {
+        self.inbox.borrow_mut().post_motion(motion, along);
     }
 
     fn send(&self, entry: ToLoop) -> bool {
@@ -286,7 +288,7 @@ impl LoopChannel {
     }
 
     /// The times to look for an answer of a loop of this period, ns.
-    pub(super) fn looks(&self, period_ns: u64) -> Looks {
+    pub(in crate::control) fn looks(&self, period_ns: u64) -> Looks {
         Looks {
             timer: AnswerTimer::new(period_ns, self.newest().map(|record| record.deadline_ns)),
             asked: Instant::now(),
@@ -297,7 +299,7 @@ impl LoopChannel {
 
 /// The times to look for an answer, until it is late.
 #[derive(Debug)]
-pub(super) struct Looks {
+pub(in crate::control) struct Looks {
     timer: AnswerTimer,
     asked: Instant,
     final_checks: u32,
@@ -308,7 +310,7 @@ impl Looks {
     ///
     /// # Errors
     /// The real-time thread has not answered in time.
-    pub(super) async fn next(&mut self) -> Result<(), WireError> {
+    pub(in crate::control) async fn next(&mut self) -> Result<(), WireError> {
         let is_late = self.asked.elapsed() > ANSWER_TIMEOUT;
         if is_late && self.final_checks == 0 {
             let message = format!(

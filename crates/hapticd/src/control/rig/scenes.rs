@@ -4,15 +4,16 @@ use super::RigHandle;
 use crate::control::facts::Facts;
 use crate::control::history::Move;
 use crate::control::journal::Completion;
-use haptic_core::servo::{CompiledScene, Transition};
-use haptic_core::{OwnMotion, Renderer, Scene};
+use crate::rt::space::CompiledIn;
+use haptic_core::planar::Plane;
+use haptic_core::{OwnMotion, Scene};
 use haptic_ipc::{JournalEntry, SceneRamp, WireError};
 use std::rc::Rc;
 
 /// A scene, ready to be handed over, and the ramp to it.
 #[derive(Debug)]
 pub(in crate::control) struct Compiled {
-    scene: CompiledScene,
+    scene: CompiledIn,
     ramp: Option<SceneRamp>,
     ramp_ticks: Option<u64>,
 }
@@ -24,8 +25,7 @@ impl Compiled {
     /// The scene cannot be rendered.
     pub(in crate::control) fn new(from: &Scene, to: &Scene, facts: &Facts, ramp_s: f64) -> Result<Self, WireError> {
         let period_s = facts.period_s();
-        // The revision is known when it is handed over.
-        let scene = CompiledScene::ramped(from, to, 0, facts.scheme, period_s, ramp_s)?;
+        let scene = CompiledIn::ramped(facts.is_plane(), from, to, facts.scheme, period_s, ramp_s)?;
         let takes_time = ramp_s > 0.0;
         #[expect(
             clippy::cast_possible_truncation,
@@ -50,34 +50,31 @@ impl Compiled {
 
     /// How many scenes lead to it, with itself; 0 where it takes effect at once or fades in.
     pub(super) fn steps(&self) -> usize {
-        match &self.scene.transition {
-            Transition::Steps(steps) => steps.count(),
-            _ => 0,
-        }
+        self.scene.steps()
     }
 
     /// The scene for the real-time thread, and the ramp to it if it has one.
-    pub(super) fn into_parts(self, revision: u64) -> (CompiledScene, Option<SceneRamp>) {
-        let scene = CompiledScene { revision, ..self.scene };
-        (scene, self.ramp)
+    pub(super) fn into_parts(self, revision: u64) -> (CompiledIn, Option<SceneRamp>) {
+        (self.scene.numbered(revision), self.ramp)
     }
 }
 
 impl RigHandle {
-    /// Makes the loop render a motion of the rig's own. For clients the newest scene stays the same.
-    pub(in crate::control) fn lend_loop(&self, motion: OwnMotion) {
+    /// Makes the loop render a motion of the rig's own, along a direction on a rig of two axes. For clients the newest
+    /// scene stays the same.
+    pub(in crate::control) fn lend_loop(&self, motion: OwnMotion, along: Plane) {
         // A ramp to the newest scene ends here: the loop will get its end back.
         self.history_mut().end_ramp();
-        self.channel.post_motion(motion);
+        self.channel.post_motion(motion, along);
     }
 
     /// Makes the loop render the newest scene again.
     pub(in crate::control) fn give_loop_back(&self) {
-        let renderer = Renderer::new(&self.scene(), self.facts.scheme, self.facts.period_s());
-        match renderer {
-            Ok(renderer) => self.channel.post(CompiledScene::at_once(renderer, self.revision())),
+        let scene = self.scene();
+        match Compiled::new(&scene, &scene, &self.facts, 0.0) {
+            Ok(compiled) => self.channel.post(compiled.into_parts(self.revision()).0),
             // It was rendered before.
-            Err(error) => crate::say(&format!("the scene cannot be rendered any more: {error}")),
+            Err(error) => crate::say(&format!("the scene cannot be rendered any more: {}", error.message)),
         }
     }
 

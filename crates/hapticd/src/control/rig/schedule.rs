@@ -59,7 +59,7 @@ impl NewChange {
         let (scene, ramp) = self.compiled.into_parts(revision);
         let sent = ToLoop::Scheduled(ScheduledScene {
             at_tick: self.at_tick,
-            scene: Some(Box::new(scene)),
+            scene: Some(scene),
             claim: Arc::clone(&claim),
         });
         let waiting = WaitingChange {

@@ -7,7 +7,7 @@ use crate::control::places::MAX_CLIENTS;
 use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::{
-    advise, commission, devices, hand, identify, lease, library, reload, schedule, status, subscribe,
+    advise, commission, devices, hand, home, identify, lease, library, reload, schedule, status, subscribe,
 };
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
@@ -39,7 +39,13 @@ impl Client {
             Request::SceneLoad { scene, options } => return begun(change::load(rig, by, scene, options).await),
             Request::Undo { options } => return begun(change::undo(rig, by, options).await),
             Request::Redo { options } => return begun(change::redo(rig, by, options).await),
-            Request::Describe {} => answer(id, Ok(Description::of(&rig.scene()))),
+            Request::Describe {} => {
+                let description = Description {
+                    sample_columns: rig.facts.sample_columns(),
+                    ..Description::of(&rig.scene())
+                };
+                answer(id, Ok(description))
+            }
             Request::Get { scene } => answer(id, library::get(rig, scene).await),
             Request::SceneSave { name, scene, replace } => {
                 answer(id, library::save(rig, by.peer, name, scene, replace).await)
@@ -98,7 +104,8 @@ impl Client {
             Request::Reload {} => answer(id, reload::reload(&self.rig, Some(by.peer.clone())).await),
             Request::Lease { timeout_ms } => answer(id, Ok(lease::lease(rig, by, timeout_ms))),
             Request::Hand { target_m } => answer(id, hand::point(&rig.facts, by, target_m)),
-            Request::CommissionBegin {} => answer(id, commission::begin(rig, by).await),
+            Request::Home {} => answer(id, home::home(rig, by).await),
+            Request::CommissionBegin { motor } => answer(id, commission::begin(rig, by, motor).await),
             Request::CommissionPulse { force_n, duration_ms } => {
                 answer(id, commission::pulse(&self.rig, by, force_n, duration_ms).await)
             }

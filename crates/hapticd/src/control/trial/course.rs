@@ -125,6 +125,7 @@ impl TrialRig {
             // Nobody presses one here.
             stop_button: None,
             enable_button: None,
+            workspace: None,
             stale_ns: self.settings.stale_ns.max(slow_ns),
             ..self.settings
         };

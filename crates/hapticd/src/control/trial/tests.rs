@@ -14,6 +14,7 @@ use haptic_core::{Directional, Scene, Scheme, velocity};
 fn rig(mass_kg: f64, friction_n: f64, force_limit_n: f64) -> TrialRig {
     TrialRig {
         settings: Settings {
+            workspace: None,
             period_s: 1e-3,
             ramp_s: 0.2,
             limits: Limits {

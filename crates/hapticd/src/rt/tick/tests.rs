@@ -129,6 +129,7 @@ const SETTINGS: Settings = Settings {
     stale_ns: STALE_NS,
     stop_button: Some(0),
     enable_button: None,
+    workspace: None,
     compensation: None,
 };
 
@@ -142,7 +143,7 @@ fn slewed(slew_n_per_s: f64) -> Settings {
 const MAX_STEP_S: f64 = 0.005;
 
 /// What other tests run the loop with: everything is at work.
-pub(crate) fn servo(ramp_s: f64, scene: CompiledScene) -> Servo {
+pub(crate) fn servo<V: Space>(ramp_s: f64, scene: CompiledScene<V>) -> Servo<V> {
     let settings = Settings {
         ramp_s,
         limits: Limits {

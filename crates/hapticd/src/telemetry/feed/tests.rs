@@ -54,7 +54,7 @@ fn the_state_comes_whole_at_first_and_then_at_every_change() {
     ] {
         let mut record = outbox::tests::record(tick);
         (record.state, record.revision) = (state, revision);
-        producer.push(|| record);
+        producer.push(None, || record);
         pump(&mut feed, &VecDeque::from([known(1), known(2)]), || None);
     }
     let ticks: Vec<u64> = events(&mut received)
@@ -75,12 +75,12 @@ fn what_a_slow_subscriber_misses_is_counted_and_told() {
     feed.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1)]);
     for tick in 0..10 {
-        producer.push(|| outbox::tests::record(tick));
+        producer.push(None, || outbox::tests::record(tick));
         pump(&mut feed, &scenes, || None);
     }
     // One event fitted; ticks 2, 4, 6 and 8 did not.
     let first = events(&mut received);
-    producer.push(|| outbox::tests::record(10));
+    producer.push(None, || outbox::tests::record(10));
     pump(&mut feed, &scenes, || None);
     let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
         panic!("two sample events");
@@ -101,7 +101,7 @@ fn backlog_of_an_unreading_subscriber_is_bounded_in_bytes() {
     feed.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1)]);
     for tick in 0..40_000 {
-        producer.push(|| outbox::tests::record(tick));
+        producer.push(None, || outbox::tests::record(tick));
         if tick % 256 == 255 {
             pump(&mut feed, &scenes, || None);
         }
@@ -115,7 +115,7 @@ fn backlog_of_an_unreading_subscriber_is_bounded_in_bytes() {
     drop(held);
     assert_eq!(room.available_permits(), BACKLOG_BYTES);
     for tick in 40_000..40_256 {
-        producer.push(|| outbox::tests::record(tick));
+        producer.push(None, || outbox::tests::record(tick));
     }
     pump(&mut feed, &scenes, || None);
     let told = events(&mut received);
@@ -170,7 +170,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
         let mut record = outbox::tests::record(tick);
         record.revision = if tick < 100 { 1 } else { 2 };
         record.state = if tick < 400 { RigState::Idle } else { RigState::Engaged };
-        producer.push(|| record);
+        producer.push(None, || record);
     }
     pump(&mut feed, &scenes, || Some(setup(0.7)));
     assert_eq!(
@@ -191,7 +191,7 @@ fn state_and_settings_precede_their_rows_in_a_late_feed() {
     for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {
         let mut record = outbox::tests::record(tick);
         (record.revision, record.state) = (2, state);
-        producer.push(|| record);
+        producer.push(None, || record);
         pump(&mut feed, &scenes, || Some(setup(0.7)));
     }
     assert_eq!(
@@ -222,7 +222,7 @@ fn rows_begin_with_a_snapshot_and_another_follows_lost_rows() {
                 });
                 producer.send(FromLoop::Snapshot(Box::new(snapshot)));
             }
-            producer.push(|| outbox::tests::record(tick));
+            producer.push(None, || outbox::tests::record(tick));
         }
         pump(feed, &scenes, || None);
         (told(&events(&mut received)), feed.is_snapshot_due())

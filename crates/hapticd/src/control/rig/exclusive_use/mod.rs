@@ -30,6 +30,10 @@ pub(in crate::control) async fn begin(
 ) -> Result<(), WireError> {
     let stops = rig.channel.stops();
     let (verb, name) = (work.verb(), work.name());
+    if rig.facts.is_plane() && matches!(work, Work::Identification(_)) {
+        let message = format!("cannot {verb} a rig of two axes: that is for one axis");
+        return Err(WireError::new(ErrorCode::NotApplicable, message));
+    }
     let (_turn, state) = rig.quiet_state().await;
     refuse_others(rig, &format!("{verb} the rig"))?;
     rig.schedule().refuse(&format!("{verb} the rig"))?;
@@ -47,10 +51,11 @@ pub(in crate::control) async fn begin(
         }
         state => return wrong(&format!("cannot {verb} while the rig is {state}: release it first")),
     }
-    let Some(device) = ConnectedDevice::find(&rig.facts).filter(|device| device.connection == expected.connection)
-    else {
+    let connected = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
+    if connected != Some(expected.connection) {
         return wrong(&format!("cannot {verb}: no device is connected"));
-    };
+    }
+    let device = expected.clone();
     let timeout_ms = rig.leases.timeout_ms(by.session);
     if timeout_ms.is_none_or(|timeout_ms| timeout_ms > MAX_COMMISSION_LEASE_MS) {
         return wrong(&format!(
@@ -84,8 +89,9 @@ pub(in crate::control) async fn begin(
 fn begin_observing(rig: &RigHandle, resolution_m: f64) {
     let mut feed = rig.feed();
     let mut motion = Motion::new(resolution_m);
+    let feed_y = feed.newest_y();
     if let Some(newest) = feed.newest() {
-        motion.take(newest);
+        motion.take(newest, feed_y);
     }
     feed.motion = Some(motion);
 }

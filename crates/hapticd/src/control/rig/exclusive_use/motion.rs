@@ -4,8 +4,10 @@ use super::end_if_over;
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
 use crate::control::rig::Asked;
+use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::feed::Feed;
 use haptic_core::OwnMotion;
+use haptic_core::planar::Plane;
 use haptic_core::servo::Command;
 use haptic_ipc::{Peer, RigState};
 use std::time::{Duration, Instant};
@@ -19,6 +21,8 @@ const RAMP_GRACE: Duration = Duration::from_secs(1);
 /// A motion that the loop renders for the client that has the rig to itself.
 pub(in crate::control) struct ExclusiveMotion<'a> {
     pub(in crate::control) motion: OwnMotion,
+    /// Its direction on a rig of two axes.
+    pub(in crate::control) along: Plane,
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
     pub(in crate::control) admission: Admission,
@@ -29,7 +33,7 @@ pub(in crate::control) struct ExclusiveMotion<'a> {
 
 /// Ends the force of a motion within one tick.
 pub(in crate::control) fn rest(rig: &RigHandle) {
-    rig.lend_loop(OwnMotion::REST);
+    rig.lend_loop(OwnMotion::REST, FIRST_AXIS);
 }
 
 /// Engages without a scene, has the motion rendered until it is over, releases, and restores the
@@ -66,7 +70,7 @@ async fn give(
     .map_err(|error| error.message)?;
     until(rig, rig.facts.ramp + RAMP_GRACE, |state| state == RigState::Engaged).await?;
     observe(&mut rig.feed());
-    rig.lend_loop(exclusive.motion);
+    rig.lend_loop(exclusive.motion, exclusive.along);
     until(rig, exclusive.longest, |_| is_over(&rig.feed())).await
 }
 

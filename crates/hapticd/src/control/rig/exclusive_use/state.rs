@@ -30,6 +30,10 @@ pub(in crate::control) enum Work {
 /// What a commissioning has found.
 #[derive(Debug, Default)]
 pub(in crate::control) struct Commissioning {
+    /// Of a rig of two axes the motor, counted from 0.
+    pub(in crate::control) motor: Option<usize>,
+    /// Where the motors of such a rig were when the newest pulse began, m or rad.
+    pub(in crate::control) from: Option<[f64; 2]>,
     pub(in crate::control) pulses: u64,
     pub(in crate::control) last: Option<PulseReport>,
     pub(in crate::control) positive_confirmed: bool,

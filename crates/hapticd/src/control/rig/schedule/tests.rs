@@ -31,7 +31,7 @@ fn schedule(rig: &RigHandle, base_revision: u64, changes: Vec<NewChange>) -> Res
 #[test]
 fn a_rendered_change_is_entered_with_its_tick() {
     let (rig, mut loop_side) = rig();
-    loop_side.outbox.push(|| record(0));
+    loop_side.outbox.push(None, || record(0));
     rig.pump();
     let (change, scene) = change(&rig, 100, 5.0);
     let revision = schedule(&rig, 1, vec![change]).expect("there is room");
@@ -47,7 +47,7 @@ fn a_rendered_change_is_entered_with_its_tick() {
 #[test]
 fn the_loop_has_room_for_all_and_for_more_once_one_comes_back() {
     let (rig, mut loop_side) = rig();
-    loop_side.outbox.push(|| record(0));
+    loop_side.outbox.push(None, || record(0));
     rig.pump();
     let all = (0..MAX_SCHEDULED_CHANGES as u64).map(|index| change(&rig, 100 + index, 5.0).0);
     assert_eq!(schedule(&rig, 1, all.collect()).ok(), Some(2));

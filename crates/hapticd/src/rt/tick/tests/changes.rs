@@ -143,7 +143,7 @@ proptest! {
         let mut scene = from.clone();
         for to in [Some(to), interrupted_by].into_iter().flatten() {
             revision += 1;
-            let ramp = CompiledScene::ramped(&scene, &to, revision, Scheme::Exact, PERIOD_S, ramp_s);
+            let ramp = CompiledScene::<f64>::ramped(&scene, &to, revision, Scheme::Exact, PERIOD_S, ramp_s);
             bench.inbox.post(ramp.expect("both are valid"));
             let after = bench.tick_at_once(position);
             prop_assert_eq!(after.revision, revision);
@@ -181,7 +181,7 @@ fn a_ramp_ends_at_once_where_no_force_flows() {
     bench.ticks(SETTLE);
     let change = [("M".parse().expect("a parameter"), 2.0)];
     let to = Scene::paper().with(&change).expect("a valid scene");
-    let ramp = CompiledScene::ramped(&Scene::paper(), &to, 2, Scheme::Exact, PERIOD_S, 5.0);
+    let ramp = CompiledScene::<f64>::ramped(&Scene::paper(), &to, 2, Scheme::Exact, PERIOD_S, 5.0);
     bench.inbox.post(ramp.expect("both are valid"));
     bench.tick();
     assert_eq!(bench.tick().ramp_steps, 250);

@@ -1,6 +1,7 @@
 //! Whatever happens, in whatever order: the force keeps its limits.
 
 use super::*;
+use crate::rt::space::FIRST_AXIS;
 use device_io::protocol::message::ErrorCode;
 use haptic_core::compensation::{Compensation, MAX_SHARE};
 use haptic_core::rig_friction::RigFriction;
@@ -196,11 +197,11 @@ proptest! {
                 Happening::SlowScene(which, over_s) => {
                     revision += 1;
                     let from = std::mem::replace(&mut newest, scenes[which].clone());
-                    let ramp = CompiledScene::ramped(&from, &newest, revision, Scheme::Exact, 1e-3, over_s);
+                    let ramp = CompiledScene::<f64>::ramped(&from, &newest, revision, Scheme::Exact, 1e-3, over_s);
                     bench.inbox.post(ramp.expect("both are valid"));
                 }
                 Happening::Motion(which) => {
-                    bench.inbox.post_motion(motions[which]);
+                    bench.inbox.post_motion(motions[which], FIRST_AXIS);
                 }
                 Happening::Lease { lapses } => {
                     is_lapsed = lapses;

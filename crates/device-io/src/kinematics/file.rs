@@ -1,0 +1,109 @@
+//! The file that describes a rig's geometry, in TOML.
+
+use super::five_bar::FiveBar;
+use super::linear::Linear;
+use super::{Geometry, Kinematics, KinematicsProblem};
+use haptic_core::BoundError;
+use haptic_core::planar::Workspace;
+use serde::Deserialize;
+
+/// Lengths of links, m.
+const LINK_M: (f64, f64) = (0.005, 1.0);
+/// Farthest end of a workspace from the origin, m.
+const FARTHEST_M: f64 = 1.0;
+/// Shortest side of a workspace, m.
+const SHORTEST_SIDE_M: f64 = 0.002;
+/// Largest angle of the home pose, degrees.
+const HOME_DEG: f64 = 360.0;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    kinematics: Kind,
+    base_m: Option<f64>,
+    proximal_m: Option<f64>,
+    distal_m: Option<f64>,
+    home_deg: Option<[f64; 2]>,
+    workspace_m: Option<Sides>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Kind {
+    Xy,
+    HBelt,
+    FiveBar,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sides {
+    x: [f64; 2],
+    y: [f64; 2],
+}
+
+/// Reads the text of a file.
+pub(super) fn read(text: &str) -> Result<Kinematics, KinematicsProblem> {
+    let file: File =
+        toml::from_str(text).map_err(|error| KinematicsProblem::Toml(error.to_string().trim_end().to_owned()))?;
+    let geometry = file.geometry()?;
+    let workspace = file.workspace()?;
+    if geometry.are_rotary() && workspace.is_none() {
+        return Err(KinematicsProblem::Missing("workspace_m"));
+    }
+    Kinematics::new(geometry, workspace, file.home_deg.map(|home| home.map(f64::to_radians)))
+}
+
+impl File {
+    fn geometry(&self) -> Result<Geometry, KinematicsProblem> {
+        let linear = match self.kinematics {
+            Kind::Xy => Linear::Xy,
+            Kind::HBelt => Linear::HBelt,
+            Kind::FiveBar => {
+                let base_m = within("base_m", self.base_m, 0.0, LINK_M.1)?;
+                let proximal_m = within("proximal_m", self.proximal_m, LINK_M.0, LINK_M.1)?;
+                let distal_m = within("distal_m", self.distal_m, LINK_M.0, LINK_M.1)?;
+                for angle_deg in self.home_deg.into_iter().flatten() {
+                    BoundError::check("home_deg", angle_deg, -HOME_DEG, HOME_DEG, "deg")?;
+                }
+                return Ok(Geometry::FiveBar(FiveBar {
+                    base_m,
+                    proximal_m,
+                    distal_m,
+                }));
+            }
+        };
+        let of_links = [
+            ("base_m", self.base_m.is_some()),
+            ("proximal_m", self.proximal_m.is_some()),
+            ("distal_m", self.distal_m.is_some()),
+            ("home_deg", self.home_deg.is_some()),
+        ];
+        match of_links.into_iter().find(|(_, is_there)| *is_there) {
+            Some((field, _)) => Err(KinematicsProblem::OfFiveBar(field)),
+            None => Ok(Geometry::Linear(linear)),
+        }
+    }
+
+    fn workspace(&self) -> Result<Option<Workspace>, KinematicsProblem> {
+        let Some(Sides { x, y }) = self.workspace_m else {
+            return Ok(None);
+        };
+        for (field, [low, high]) in [("workspace_m.x", x), ("workspace_m.y", y)] {
+            for end in [low, high] {
+                BoundError::check(field, end, -FARTHEST_M, FARTHEST_M, "m")?;
+            }
+            if high - low < SHORTEST_SIDE_M {
+                return Err(KinematicsProblem::Side { field, low, high });
+            }
+        }
+        Ok(Some(Workspace { x_m: x, y_m: y }))
+    }
+}
+
+/// A field of a five-bar, which must be there and within its limits, m.
+fn within(field: &'static str, value: Option<f64>, min: f64, max: f64) -> Result<f64, KinematicsProblem> {
+    let value = value.ok_or(KinematicsProblem::Missing(field))?;
+    BoundError::check(field, value, min, max, "m")?;
+    Ok(value)
+}

@@ -1,0 +1,366 @@
+//! How two motors move a hand in the plane, and which motor efforts give a force on the hand.
+//!
+//! The Jacobian is the exact derivative of the forward kinematics, from the same function, and the efforts are its
+//! transpose times the force. Then the motors give the power of the force on the hand whatever the geometry: wrong
+//! lengths or a wrong home distort a surface, and cannot make it drive the hand.
+//!
+//! Motor positions and efforts are m and N of linear motors, rad and N m of rotary ones. A force is the one on the
+//! hand.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
+
+mod dual;
+mod file;
+mod five_bar;
+mod linear;
+mod workspace;
+
+use dual::Dual;
+use five_bar::FiveBar;
+use haptic_core::BoundError;
+use haptic_core::planar::Plane;
+pub use haptic_core::planar::Workspace;
+use linear::Linear;
+use std::fmt;
+use std::str::FromStr;
+use thiserror::Error;
+pub use workspace::Survey;
+
+/// Least gain in the worst direction, as a share of the gain in the best, and of the length of a proximal link. A
+/// condition alone is not enough: elsewhere a five-bar has 3 mm a radian at a condition of 4.
+const LEAST_GAIN: f64 = 0.25;
+
+/// The geometry of a rig, its workspace, and its home pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kinematics {
+    geometry: Geometry,
+    workspace: Option<Workspace>,
+    survey: Survey,
+    home: Option<[f64; 2]>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Geometry {
+    Linear(Linear),
+    FiveBar(FiveBar),
+}
+
+/// A position of the hand, and the way that it moves with the motors there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Position of the hand, m.
+    pub position: Plane,
+    /// Its derivatives.
+    pub jacobian: Jacobian,
+}
+
+/// What the positions of the motors say about the hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// The hand's position.
+    Position(Pose),
+    /// The hand's position, where the motors do not hold it firmly in every direction: they get no effort.
+    Singular(Pose),
+    /// No position: the links cannot close.
+    CannotClose,
+}
+
+/// Derivatives of the hand's position by the position of each motor, m by m or m by rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jacobian {
+    columns: [Plane; 2],
+}
+
+impl Jacobian {
+    /// Velocity of the hand, m/s, of motors with these velocities, m/s or rad/s.
+    #[must_use]
+    pub fn velocity(&self, [first, second]: [f64; 2]) -> Plane {
+        self.columns[0] * first + self.columns[1] * second
+    }
+
+    /// Efforts of the motors, N or N m, that give a force on the hand, N: by virtual work.
+    #[must_use]
+    pub fn efforts(&self, force: Plane) -> [f64; 2] {
+        self.columns.map(|column| column.dot(force))
+    }
+
+    /// The force on the hand, N, that efforts of the motors, N or N m, give. Not finite where the linkage is singular.
+    #[must_use]
+    pub fn force(&self, [first, second]: [f64; 2]) -> Plane {
+        let [by_first, by_second] = self.columns;
+        // Both equations `column . force = effort` at once, by Cramer's rule.
+        (by_first.turned_left() * second - by_second.turned_left() * first) * (1.0 / by_first.cross(by_second))
+    }
+
+    /// The least and the largest way of the hand, in any direction, by that of the motors: its singular values.
+    #[must_use]
+    pub fn gains(&self) -> (f64, f64) {
+        let [first, second] = self.columns;
+        let sum = first.dot(first) + second.dot(second);
+        let product = first.cross(second).abs();
+        let largest = 0.5 * ((sum + 2.0 * product).sqrt() + (sum - 2.0 * product).max(0.0).sqrt());
+        (product / largest, largest)
+    }
+}
+
+/// Efforts that no motor's limit cuts: where one is beyond its limit, both shrink by one factor, so that the force on
+/// the hand keeps its direction. Says whether they shrank.
+#[must_use]
+pub fn within_limits(efforts: [f64; 2], limits: [f64; 2]) -> ([f64; 2], bool) {
+    let share = |motor: usize| limits[motor] / efforts[motor].abs();
+    // Without effort the share is infinite, or not a number, and shrinks nothing.
+    let least = 1.0_f64.min(share(0)).min(share(1));
+    (efforts.map(|effort| effort * least), least < 1.0)
+}
+
+impl Geometry {
+    fn are_rotary(&self) -> bool {
+        matches!(self, Self::FiveBar(_))
+    }
+
+    fn reading(&self, motors: [f64; 2]) -> Reading {
+        let motors = Dual::of_motors(motors);
+        let hand = match self {
+            Self::Linear(linear) => Some(linear.hand(motors)),
+            Self::FiveBar(five_bar) => five_bar.hand(motors),
+        };
+        let Some([x, y]) = hand else {
+            return Reading::CannotClose;
+        };
+        let pose = Pose {
+            position: Plane::new(x.value, y.value),
+            jacobian: Jacobian {
+                columns: [0, 1].map(|motor| Plane::new(x.slopes[motor], y.slopes[motor])),
+            },
+        };
+        if !(x.value.is_finite() && y.value.is_finite()) {
+            return Reading::CannotClose;
+        }
+        let (least, largest) = pose.jacobian.gains();
+        // A derivative that is not a number is not enough.
+        if least >= self.least_allowed_gain(largest) && largest.is_finite() {
+            Reading::Position(pose)
+        } else {
+            Reading::Singular(pose)
+        }
+    }
+
+    fn motors(&self, hand: Plane) -> Option<[f64; 2]> {
+        match self {
+            Self::Linear(linear) => Some(linear.motors(hand)),
+            Self::FiveBar(five_bar) => five_bar.motors(hand),
+        }
+    }
+
+    /// Whether the links close at motor angles, rad, with the elbows outside and the hand on the same side of the
+    /// motors as a place, m: swapped angles put it on the other.
+    fn closes(&self, motors: [f64; 2], place: Plane) -> bool {
+        let (Reading::Position(pose) | Reading::Singular(pose)) = self.reading(motors) else {
+            return false;
+        };
+        let apart = |motor: usize, other: f64| 1.0 - libm::cos(motors[motor] - other);
+        // A ten-thousandth of a radian, in any turn.
+        pose.position.y * place.y >= 0.0
+            && self
+                .motors(pose.position)
+                .is_some_and(|[first, second]| apart(0, first).max(apart(1, second)) < 0.5e-8)
+    }
+
+    /// Least gain in the worst direction at which force may flow, by the gain in the best.
+    fn least_allowed_gain(&self, largest: f64) -> f64 {
+        let length = match self {
+            Self::Linear(_) => 0.0,
+            Self::FiveBar(five_bar) => five_bar.proximal_m,
+        };
+        LEAST_GAIN * largest.max(length)
+    }
+}
+
+impl Kinematics {
+    fn new(
+        geometry: Geometry,
+        workspace: Option<Workspace>,
+        home: Option<[f64; 2]>,
+    ) -> Result<Self, KinematicsProblem> {
+        let middle = workspace.unwrap_or(workspace::ORIGIN).middle();
+        if let Some(home) = home
+            && !geometry.closes(home, middle)
+        {
+            return Err(KinematicsProblem::Home(home.map(f64::to_degrees)));
+        }
+        Ok(Self {
+            survey: Survey::of(&geometry, &workspace.unwrap_or(workspace::ORIGIN))?,
+            geometry,
+            workspace,
+            home,
+        })
+    }
+
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// It is not such a file, a value is out of range, or the workspace has a place where the linkage does not close or is
+    /// singular.
+    pub fn from_toml(text: &str) -> Result<Self, KinematicsProblem> {
+        file::read(text)
+    }
+
+    /// Whether the motors are rotary: positions in rad and efforts in N m, and otherwise in m and N.
+    #[must_use]
+    pub fn are_rotary(&self) -> bool {
+        self.geometry.are_rotary()
+    }
+
+    /// Positions of the motors in the home pose; `None` where they are to be known from the counts themselves.
+    #[must_use]
+    pub fn home(&self) -> Option<[f64; 2]> {
+        self.home
+    }
+
+    /// Where force may flow; `None` for everywhere.
+    #[must_use]
+    pub fn workspace(&self) -> Option<&Workspace> {
+        self.workspace.as_ref()
+    }
+
+    /// Whether force may flow at a position of the hand, m.
+    #[must_use]
+    pub fn inside(&self, position: Plane) -> bool {
+        self.workspace.is_none_or(|workspace| workspace.contains(position))
+    }
+
+    /// The hand at two positions of the motors.
+    #[must_use]
+    pub fn reading(&self, motors: [f64; 2]) -> Reading {
+        self.geometry.reading(motors)
+    }
+
+    /// Positions of the motors for a position of the hand, m; angles are from -pi to 2 pi. `None` out of reach.
+    #[must_use]
+    pub fn motors(&self, hand: Plane) -> Option<[f64; 2]> {
+        self.geometry.motors(hand)
+    }
+
+    /// The gains over the workspace.
+    #[must_use]
+    pub fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    /// Largest force, N, that motors with these limits, N or N m, give in every direction everywhere in the workspace.
+    /// A force of that length asks of each motor at most its limit where it is along the motor's own way.
+    #[must_use]
+    pub fn force_limit_n(&self, limits: [f64; 2]) -> f64 {
+        let [first, second] = self.survey.largest_by_motor;
+        (limits[0] / first).min(limits[1] / second)
+    }
+
+    /// Largest distance between two positions of the hand, m, one count of a motor apart, anywhere in the workspace, by
+    /// the distance of two counts of each motor, m or rad.
+    #[must_use]
+    pub fn resolution_m(&self, counts: [f64; 2]) -> f64 {
+        let [first, second] = self.survey.largest_by_motor;
+        (counts[0] * first).max(counts[1] * second)
+    }
+}
+
+impl FromStr for Kinematics {
+    type Err = KinematicsError;
+
+    /// `xy`, `h-belt`, or the path of a file.
+    fn from_str(choice: &str) -> Result<Self, KinematicsError> {
+        let read = || match choice {
+            "xy" => Self::new(Geometry::Linear(Linear::Xy), None, None),
+            "h-belt" => Self::new(Geometry::Linear(Linear::HBelt), None, None),
+            path => std::fs::read_to_string(path)
+                .map_err(|error| KinematicsProblem::Unreadable(error.to_string()))
+                .and_then(|text| Self::from_toml(&text)),
+        };
+        read().map_err(|problem| KinematicsError {
+            choice: choice.to_owned(),
+            problem,
+        })
+    }
+}
+
+impl fmt::Display for Kinematics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.geometry {
+            Geometry::Linear(Linear::Xy) => f.write_str("xy"),
+            Geometry::Linear(Linear::HBelt) => f.write_str("h-belt"),
+            Geometry::FiveBar(five_bar) => write!(
+                f,
+                "five-bar of {} and {} mm on a base of {} mm",
+                five_bar.proximal_m * 1e3,
+                five_bar.distal_m * 1e3,
+                five_bar.base_m * 1e3
+            ),
+        }
+    }
+}
+
+/// A choice of kinematics that cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("kinematics {choice}: {problem}")]
+pub struct KinematicsError {
+    /// What was chosen.
+    pub choice: String,
+    /// Why it cannot be used.
+    pub problem: KinematicsProblem,
+}
+
+/// Why a description of a rig's geometry cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum KinematicsProblem {
+    /// There is no such file.
+    #[error("neither xy nor h-belt, and as a file it cannot be read: {0}")]
+    Unreadable(String),
+    /// It is not TOML, or has an unknown or malformed field.
+    #[error("{0}")]
+    Toml(String),
+    /// A field is missing.
+    #[error("`{0}` is missing: a five-bar needs it")]
+    Missing(&'static str),
+    /// A field of another geometry.
+    #[error("`{0}` belongs to a five-bar")]
+    OfFiveBar(&'static str),
+    /// A value is out of range.
+    #[error(transparent)]
+    Bound(#[from] BoundError),
+    /// A side of the workspace is too short, or turned round.
+    #[error("{field} = [{low}, {high}] m: the second end must be at least 0.002 m beyond the first")]
+    Side {
+        /// Which.
+        field: &'static str,
+        /// Its first end, m.
+        low: f64,
+        /// Its second end, m.
+        high: f64,
+    },
+    /// The home pose is none of the linkage; the angles in degrees.
+    #[error("home_deg = [{}, {}] deg: the links do not close there with the elbows outside \
+             and the hand on the side of the workspace", .0[0], .0[1])]
+    Home([f64; 2]),
+    /// The hand cannot be everywhere in the workspace.
+    #[error("workspace_m: the links do not reach x = {:.4} m, y = {:.4} m with the elbows outside",
+            .position.x, .position.y)]
+    Unreachable {
+        /// Where it cannot be, m.
+        position: Plane,
+    },
+    /// The linkage is singular, or next to it, in the workspace.
+    #[error("workspace_m: the linkage is singular, or nearly so, at x = {:.4} m, y = {:.4} m: the hand moves \
+             {:.1} mm/rad in the worst direction and must move at least {:.1} mm/rad, a quarter of the proximal link \
+             and of the best direction", .position.x, .position.y, .gain * 1e3, .least_allowed * 1e3)]
+    Singular {
+        /// The worst place, m.
+        position: Plane,
+        /// Its gain in the worst direction, m/rad.
+        gain: f64,
+        /// The least that is allowed there, m/rad.
+        least_allowed: f64,
+    },
+}
+
+#[cfg(test)]
+mod tests;

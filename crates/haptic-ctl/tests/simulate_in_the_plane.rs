@@ -1,0 +1,264 @@
+//! `haptic-ctl simulate` along motions in the plane: against the stored references, and against the line.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A scene of a block under Karnopp's friction.
+struct Block {
+    /// Mass, kg.
+    mass: f64,
+    /// `K`, N/m, and `B`, N s/m.
+    coupling: [f64; 2],
+    /// `Fs` and `Fd`, N, and `b`, N s/m.
+    friction: [f64; 3],
+}
+
+impl Block {
+    fn scene(&self) -> String {
+        let ([stiffness, damping], [static_force, dynamic_force, viscous]) = (self.coupling, self.friction);
+        format!(
+            "name = \"a block\"\n[block]\nmass = {}\n[coupling]\nstiffness = {stiffness}\ndamping = {damping}\n\
+             [friction]\nlaw = \"karnopp\"\nstatic_force = {static_force}\ndynamic_force = {dynamic_force}\n\
+             viscous = {viscous}\nvelocity_threshold = 0\n",
+            self.mass
+        )
+    }
+}
+
+const PAPER: Block = Block {
+    mass: 0.5,
+    coupling: [25_000.0, 10.0],
+    friction: [4.0, 3.5, 0.0],
+};
+
+/// A folder with a scene and a motion.
+struct Bench {
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new(scene: &str, motion: &str) -> Self {
+        let bench = Self {
+            folder: tempfile::tempdir().expect("a folder"),
+        };
+        std::fs::write(bench.path("scene.toml"), scene).expect("written");
+        std::fs::write(bench.path("motion.csv"), motion).expect("written");
+        bench
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn simulate(&self, options: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_haptic-ctl"))
+            .args(["simulate", "--force"])
+            .arg(self.path("scene.toml"))
+            .arg("--motion")
+            .arg(self.path("motion.csv"))
+            .arg("--out")
+            .arg(self.path("out.csv"))
+            .arg("--events")
+            .arg(self.path("events.csv"))
+            .args(options)
+            .output()
+            .expect("it starts")
+    }
+
+    /// The table of a run that succeeds: its header and its rows.
+    fn rows(&self, options: &[&str]) -> (String, Vec<Vec<f64>>) {
+        let output = self.simulate(options);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        table(&self.path("out.csv"))
+    }
+
+    /// What a run that is refused says.
+    fn refusal(&self, options: &[&str]) -> String {
+        let output = self.simulate(options);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        assert!(!self.path("out.csv").exists());
+        String::from_utf8(output.stderr).expect("text")
+    }
+}
+
+fn table(path: &Path) -> (String, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut lines = text.lines();
+    let header = lines.next().unwrap_or_default().to_owned();
+    let row = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+    (header, lines.map(row).collect())
+}
+
+const IN_THE_PLANE: &str = "t_s,device_position_m,device_velocity_mps,device_position_y_m,device_velocity_y_mps\n";
+
+/// Samples every millisecond: place and velocity.
+fn motion(ticks: u32, hand: impl Fn(f64) -> ([f64; 2], [f64; 2])) -> String {
+    let mut text = IN_THE_PLANE.to_owned();
+    for tick in 0..ticks {
+        let t_s = f64::from(tick) * 1e-3;
+        let ([x, y], [vx, vy]) = hand(t_s);
+        writeln!(text, "{t_s},{x},{vx},{y},{vy}").expect("written");
+    }
+    text
+}
+
+fn circle() -> String {
+    motion(300, |t_s| {
+        let (sine, cosine) = (12.0 * t_s).sin_cos();
+        ([0.03 * cosine, 0.03 * sine], [-0.36 * sine, 0.36 * cosine])
+    })
+}
+
+#[test]
+fn references_in_the_plane_are_met() {
+    let zig_zag = Block {
+        coupling: [2000.0, 4.0],
+        ..PAPER
+    };
+    let slanted = Block {
+        friction: [4.0, 3.5, 2.0],
+        ..PAPER
+    };
+    let light = Block {
+        mass: 0.001,
+        coupling: [25_000.0, 0.5],
+        friction: [2.0, 1.5, 0.0],
+    };
+    for (name, block) in [
+        ("circle", PAPER),
+        ("zig-zag-stick", zig_zag),
+        ("slanted-line", slanted),
+        ("light-block-spiral", light),
+    ] {
+        let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../haptic-core/tests/data/planar");
+        let (_, truth) = table(&data.join(format!("{name}.csv")));
+        let mut motion = IN_THE_PLANE.to_owned();
+        for row in &truth {
+            writeln!(motion, "{},{},{},{},{}", row[0], row[1], row[3], row[2], row[4]).expect("written");
+        }
+        let bench = Bench::new(&block.scene(), &motion);
+        let (header, rows) = bench.rows(&["--block-position", "0,0", "--block-velocity", "0,0"]);
+        assert_eq!(
+            header,
+            "t_s,device_position_m,device_velocity_mps,block_position_m,block_velocity_mps,coupling_force_N,contact,\
+             device_position_y_m,device_velocity_y_mps,block_position_y_m,block_velocity_y_mps,coupling_force_y_N,\
+             command_force_y_N"
+        );
+        assert_eq!(rows.len(), truth.len(), "{name}");
+        for (row, truth) in rows.iter().zip(&truth) {
+            let at = format!("{name} at {} s", row[0]);
+            assert_eq!(
+                [row[1], row[2], row[7], row[8]],
+                [truth[1], truth[3], truth[2], truth[4]],
+                "{at}"
+            );
+            let force_n = (row[5] - truth[9]).hypot(row[11] - truth[10]);
+            assert!(
+                force_n <= 1e-9 * (block.coupling[0] * truth[1].hypot(truth[2])).max(1.0),
+                "{at}: {force_n:e} N"
+            );
+            let place_m = (row[3] - truth[5]).hypot(row[9] - truth[6]);
+            assert!(place_m <= 1e-12, "{at}: {place_m:e} m");
+            assert_eq!((row[6], row[12]), (truth[11], -row[11]), "{at}");
+        }
+        let (_, events) = table(&bench.path("events.csv"));
+        let (_, truth) = table(&data.join(format!("{name}.events.csv")));
+        assert_eq!(events.len(), truth.len(), "{name}");
+        for (event, truth) in events.iter().zip(&truth) {
+            assert!((event[0] - truth[0]).abs() <= 1e-11, "{name}: {event:?} for {truth:?}");
+            assert_eq!(event[2], truth[1], "{name}: {event:?}");
+        }
+    }
+}
+
+#[test]
+fn a_turned_motion_of_one_axis_is_that_of_one_axis() {
+    let (cosine, sine) = (0.6, 0.8);
+    let hand = |t_s: f64| (0.03 * (6.0 * t_s).sin(), 0.18 * (6.0 * t_s).cos());
+    let mut on_a_line = "t_s,device_position_m,device_velocity_mps\n".to_owned();
+    for tick in 0..1500 {
+        let t_s = f64::from(tick) * 1e-3;
+        let (position, velocity) = hand(t_s);
+        writeln!(on_a_line, "{t_s},{position},{velocity}").expect("written");
+    }
+    let turned = motion(1500, |t_s| {
+        let (position, velocity) = hand(t_s);
+        (
+            [cosine, sine].map(|part| part * position),
+            [cosine, sine].map(|part| part * velocity),
+        )
+    });
+    let (header, line) = Bench::new(&PAPER.scene(), &on_a_line).rows(&[]);
+    assert!(header.ends_with("coupling_force_N,contact"), "{header}");
+    let (_, plane) = Bench::new(&PAPER.scene(), &turned).rows(&[]);
+    for (row, truth) in plane.iter().zip(&line) {
+        let apart_m = (row[3] - cosine * truth[3]).hypot(row[9] - sine * truth[3]);
+        assert!(apart_m <= 1e-12, "at {} s: {apart_m:e} m", row[0]);
+        let apart_n = (row[5] - cosine * truth[5]).hypot(row[11] - sine * truth[5]);
+        assert!(apart_n <= 1e-9 * (25_000.0 * 0.03), "at {} s: {apart_n:e} N", row[0]);
+        assert_eq!(row[6].abs(), truth[6].abs(), "at {} s", row[0]);
+    }
+}
+
+#[test]
+fn block_begins_where_it_is_put() {
+    let bench = Bench::new(&PAPER.scene(), &circle());
+    let (_, rows) = bench.rows(&["--block-position", "-0.01,0.002", "--block-velocity", "0.1,-0.2"]);
+    assert_eq!([rows[0][3], rows[0][9]], [-0.01, 0.002]);
+    assert_eq!([rows[0][4], rows[0][10], rows[0][6]], [0.1, -0.2, 1.0]);
+    let (_, rows) = bench.rows(&[]);
+    assert_eq!([rows[0][3], rows[0][9], rows[0][6]], [0.03, 0.0, 0.0]);
+}
+
+#[test]
+fn velocities_that_are_missing_are_estimated_by_axis() {
+    let bench = Bench::new(&PAPER.scene(), &circle());
+    let (_, whole) = bench.rows(&[]);
+    let without: String = circle()
+        .lines()
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            format!("{},{},{}\n", cells[0], cells[1], cells[3])
+        })
+        .collect();
+    let (_, estimated) = Bench::new(&PAPER.scene(), &without).rows(&[]);
+    for (row, truth) in estimated.iter().zip(&whole).skip(200) {
+        assert!((row[2] - truth[2]).abs() < 0.01, "{row:?}, {truth:?}");
+        assert!((row[8] - truth[8]).abs() < 0.01, "{row:?}, {truth:?}");
+    }
+}
+
+#[test]
+fn what_the_plane_has_not_is_refused_by_name() {
+    let karnopp = PAPER.scene();
+    let lugre = include_str!("../../../scenes/lugre.toml").to_owned();
+    let unequal = karnopp.replace("static_force = 4", "static_force = { positive = 5, negative = 4 }");
+    for (scene, options, parts) in [
+        (&lugre, &[][..], &["lugre", "karnopp and viscous"][..]),
+        (&unequal, &[], &["static_force"]),
+        (&karnopp, &["--scheme", "literal"], &["the scheme `literal`", "exact"]),
+        (
+            &karnopp,
+            &["--block-position", "0.1"],
+            &["--block-position takes X,Y", "two axes", "given: 1"],
+        ),
+        (
+            &karnopp,
+            &["--block-velocity", "1,2,3"],
+            &["--block-velocity takes X,Y", "given: 3"],
+        ),
+        (&karnopp, &["--block-velocity", "1,inf"], &["block-velocity = inf"]),
+    ] {
+        let refusal = Bench::new(scene, &circle()).refusal(options);
+        for part in parts {
+            assert!(refusal.contains(part), "{part}: {refusal}");
+        }
+    }
+    let on_a_line = "t_s,device_position_m,device_velocity_mps\n0,0,0\n0.001,0,0\n";
+    let refusal = Bench::new(&karnopp, on_a_line).refusal(&["--block-position", "0,0"]);
+    assert!(
+        refusal.contains("one number where the motion has one axis"),
+        "{refusal}"
+    );
+}

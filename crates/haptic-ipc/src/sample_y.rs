@@ -1,0 +1,149 @@
+//! What a tick of a rig of two axes has beside its [`Sample`], and how both are one row.
+
+use crate::sample::Sample;
+use serde::de::{IgnoredAny, SeqAccess, Visitor};
+use serde::ser::SerializeSeq;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// The second axis of a tick. On the wire its cells follow those of the [`Sample`], whose own are of the first axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SampleY {
+    /// Position of the device, m.
+    pub device_position_m: f64,
+    /// Velocity of the device as estimated, m/s.
+    pub device_velocity_mps: f64,
+    /// Position of the block, m.
+    pub block_position_m: f64,
+    /// Velocity of the block, m/s.
+    pub block_velocity_mps: f64,
+    /// Force in the coupling, which drives the block, N.
+    pub coupling_force_n: f64,
+    /// Force commanded on the hand after ramps and limits, N.
+    pub command_force_n: f64,
+    /// Position as the device reported it, m, before anything was made of it.
+    pub sample_position_m: f64,
+}
+
+/// Names of its columns, with units, in the order of a row.
+pub const SAMPLE_Y_COLUMNS: [&str; 7] = [
+    "device_position_y_m",
+    "device_velocity_y_mps",
+    "block_position_y_m",
+    "block_velocity_y_mps",
+    "coupling_force_y_N",
+    "command_force_y_N",
+    "sample_position_y_m",
+];
+
+impl SampleY {
+    /// Its cells, in the order of [`SAMPLE_Y_COLUMNS`].
+    #[must_use]
+    pub fn cells(&self) -> [f64; SAMPLE_Y_COLUMNS.len()] {
+        [
+            self.device_position_m,
+            self.device_velocity_mps,
+            self.block_position_m,
+            self.block_velocity_mps,
+            self.coupling_force_n,
+            self.command_force_n,
+            self.sample_position_m,
+        ]
+    }
+
+    /// Its cells by the names of their columns.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        SAMPLE_Y_COLUMNS.into_iter().zip(self.cells())
+    }
+
+    /// From its cells.
+    #[must_use]
+    pub fn of_cells(cells: [f64; SAMPLE_Y_COLUMNS.len()]) -> Self {
+        let [
+            device_position_m,
+            device_velocity_mps,
+            block_position_m,
+            block_velocity_mps,
+            coupling_force_n,
+            command_force_n,
+            sample_position_m,
+        ] = cells;
+        Self {
+            device_position_m,
+            device_velocity_mps,
+            block_position_m,
+            block_velocity_mps,
+            coupling_force_n,
+            command_force_n,
+            sample_position_m,
+        }
+    }
+}
+
+/// Axes of a rig that says nothing of them.
+pub(crate) fn one_axis() -> u8 {
+    1
+}
+
+/// Whether there is nothing to say of a rig's axes.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+pub(crate) fn is_one_axis(axes: &u8) -> bool {
+    *axes == 1
+}
+
+/// A row of a rig of one axis or of two.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    pub(crate) sample: Sample,
+    pub(crate) y: Option<SampleY>,
+}
+
+impl Serialize for Row {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut row = serializer.serialize_seq(None)?;
+        self.sample.write_cells(&mut row)?;
+        for cell in self.y.iter().flat_map(SampleY::cells) {
+            row.serialize_element(&cell)?;
+        }
+        row.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Row {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Cells;
+
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Cell {
+            Number(f64),
+            Other(IgnoredAny),
+        }
+
+        impl<'de> Visitor<'de> for Cells {
+            type Value = Row;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a row of a sample")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut cells: A) -> Result<Row, A::Error> {
+                let sample = Sample::of_cells(&mut cells)?;
+                let mut y = [0.0; SAMPLE_Y_COLUMNS.len()];
+                let mut there = 0;
+                for cell in &mut y {
+                    // Whether these columns are those of a second axis is told beside the rows.
+                    let Some(Cell::Number(number)) = cells.next_element()? else {
+                        break;
+                    };
+                    *cell = number;
+                    there += 1;
+                }
+                while cells.next_element::<IgnoredAny>()?.is_some() {}
+                let y = (there == y.len()).then(|| SampleY::of_cells(y));
+                Ok(Row { sample, y })
+            }
+        }
+        deserializer.deserialize_seq(Cells)
+    }
+}

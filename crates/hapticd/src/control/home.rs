@@ -1,0 +1,42 @@
+//! `home`: a person says that the hand of a rig of two axes is in its home pose.
+
+use crate::control::RigHandle;
+use crate::control::journal::Completion;
+use crate::control::peer::Requester;
+use haptic_ipc::{ErrorCode, JournalEntry, StateReply, WireError};
+
+/// Takes the counts of the next sample for those of the home pose. Relative encoders lose them with each connection.
+///
+/// # Errors
+/// The rig has no home pose, no device is connected, force flows, or no sample comes.
+pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
+    let wrong = |message: String| WireError::new(ErrorCode::WrongState, message).about("state");
+    let Some(homing) = rig.facts.homing() else {
+        let message = "this rig has no home pose: only kinematics with `home_deg` have one";
+        return Err(WireError::new(ErrorCode::NotApplicable, message));
+    };
+    let (_turn, state) = rig.quiet_state().await;
+    if state.is_live() {
+        return Err(wrong(format!(
+            "cannot take the home pose while the rig is {state}: release it first"
+        )));
+    }
+    if !rig.facts.is_device_known() {
+        return Err(wrong("cannot take the home pose: no device is connected".to_owned()));
+    }
+    homing.tell();
+    let mut looks = rig.channel.looks(rig.facts.period_ns);
+    while !homing.is_taken() {
+        looks.next().await?;
+    }
+    let entry = JournalEntry {
+        by: Some(by.peer.clone()),
+        ..JournalEntry::of("home")
+    };
+    rig.enter(Completion::Done, entry);
+    let feed = rig.feed();
+    Ok(StateReply {
+        state: feed.state(),
+        tick: feed.newest().map_or(0, |record| record.tick),
+    })
+}

@@ -1,0 +1,252 @@
+//! Rigs of two axes: a gantry in the daemon, and a five-bar linkage behind a serial line that has to be homed and
+//! commissioned before it pulls.
+
+use haptic_ipc::{Client, ErrorCode, Event, Request, RigState, Sample, SampleY, StateReply, Status, Topic};
+use haptic_recording::Reader;
+use std::path::PathBuf;
+use system_tests::commissioning::daemon as idle_daemon;
+use system_tests::fake_rig::FakeRig;
+use system_tests::{Daemon, engage, refused, status, subscribe, timed, until_some, wait_for};
+
+const FIVE_BAR: &str = r#"
+kinematics = "five-bar"
+base_m = 0.038
+proximal_m = 0.070
+distal_m = 0.090
+home_deg = [180.0, 0.0]
+workspace_m = { x = [-0.06, 0.06], y = [0.06, 0.13] }
+"#;
+
+/// The first rows of both axes that something holds of.
+fn rows_where(daemon: &Daemon, what: &str, holds: impl Fn(&Sample, &SampleY) -> bool) -> (Sample, SampleY) {
+    let mut client = daemon.client();
+    let columns = subscribe(&mut client, &[Topic::Samples]).columns;
+    assert_eq!(columns.len(), 27, "{columns:?}");
+    until_some(what, || match client.next_event() {
+        Ok(Event::Samples(samples)) => {
+            assert_eq!(samples.rows.len(), samples.rows_y.len());
+            let mut rows = samples.rows.into_iter().zip(samples.rows_y);
+            rows.find(|(row, y)| holds(row, y))
+        }
+        _ => None,
+    })
+}
+
+#[test]
+fn circle_on_the_gantry_feels_friction_against_its_motion() {
+    let daemon = Daemon::start_on("fake", &["--kinematics", "xy", "--hand", "circle"]);
+    let mut client = daemon.client();
+    let told = status(&mut client).device;
+    assert_eq!((told.axes, told.kinematics.as_deref()), (2, Some("xy")));
+    engage(&mut client);
+    let (row, y) = rows_where(&daemon, "a slide", |row, y| {
+        let speed = row.device_velocity_mps.hypot(y.device_velocity_mps);
+        row.state == RigState::Engaged && row.contact == 1 && speed > 0.05
+    });
+    let force_n = row.command_force_n.hypot(y.command_force_n);
+    assert!((3.0..4.5).contains(&force_n), "{force_n} N: {row:?} {y:?}");
+    let power_w = row.command_force_n * row.device_velocity_mps + y.command_force_n * y.device_velocity_mps;
+    let speed = row.device_velocity_mps.hypot(y.device_velocity_mps);
+    assert!(
+        power_w < -0.9 * force_n * speed,
+        "it pulls against the motion: {row:?} {y:?}"
+    );
+    let stopped: StateReply = client.request(Request::Stop {}).expect("a stop");
+    assert_eq!(stopped.state, RigState::Stopped);
+    let (row, y) = rows_where(&daemon, "a stop", |row, _| row.state == RigState::Stopped);
+    assert_eq!((row.command_force_n, y.command_force_n), (0.0, 0.0));
+}
+
+#[test]
+fn what_a_rig_of_two_axes_has_not_is_refused_by_name() {
+    let daemon = Daemon::start_on("fake", &["--kinematics", "xy"]);
+    daemon.ctl_refused(
+        &["set", "Fs+=5"],
+        1,
+        "static_force differs by direction, and in the plane there is none",
+    );
+    daemon.ctl_refused(
+        &["scene", "load", "lugre"],
+        1,
+        "the law `lugre` is for a rig of one axis",
+    );
+    daemon.ctl_refused(&["home"], 1, "only kinematics with `home_deg` have one");
+    let mut client = daemon.client();
+    let error = refused(&mut client, Request::CommissionBegin { motor: None });
+    assert_eq!(error.code, ErrorCode::NotApplicable, "{error}");
+    assert!(error.message.contains("name `motor` 1 or 2"), "{error}");
+}
+
+/// Waits until a daemon with some options says this of a rig behind a serial line.
+fn is_said_of_the_device(rig: &[&str], daemon: &[&str], what: &str) {
+    let rig = FakeRig::start(rig);
+    let daemon = Daemon::start_strictly_on(&rig.address(), daemon);
+    let mut client = daemon.client();
+    wait_for(&mut client, what, |status| {
+        let waiting = status.device.link.as_ref().and_then(|link| link.waiting.as_deref());
+        waiting.is_some_and(|said| said.contains(what))
+    });
+}
+
+#[test]
+fn circle_is_recorded_in_every_format() {
+    let daemon = Daemon::start_on("fake", &["--kinematics", "xy", "--hand", "circle"]);
+    let directory = tempfile::tempdir().expect("a directory");
+    // The hand is brought from the middle to its circle.
+    let condition = "device_position_y_m>29mm and command_force_y_N=0";
+    daemon.ctl_ok(&["wait", "--until", condition, "--timeout", "60s"]);
+    let line = daemon.ctl_json(&["log", "--follow", "samples", "--count", "1"]);
+    assert!(line["device_position_y_m"].is_f64(), "{line}");
+    for ending in ["mcap", "csv", "parquet"] {
+        let [whole, part] = ["whole", "part"].map(|name| directory.path().join(name).with_extension(ending));
+        let [whole_name, part_name] = [&whole, &part].map(|path| path.to_str().expect("text"));
+        daemon.ctl_ok(&["record", whole_name, "--for", "300ms"]);
+        daemon.ctl_ok(&["recording", "cut", whole_name, part_name, "--from", "100ms"]);
+        assert_eq!(daemon.ctl_json(&["recording", "info", part_name])["axes"], 2);
+        for (file, rows) in [(&whole, 200..=310), (&part, 100..=210)] {
+            let found = haptic_recording::open_any(file).and_then(Reader::into_recording);
+            let found = found.expect("a recording");
+            assert!(rows.contains(&found.rows.len()), "{} rows", found.rows.len());
+            assert_eq!(found.rows.len(), found.rows_y.len());
+            for (row, y) in found.rows.iter().zip(&found.rows_y) {
+                let radius_m = row.device_position_m.hypot(y.device_position_m);
+                assert!((radius_m - 0.03).abs() < 0.002, "{radius_m} m: {row:?} {y:?}");
+            }
+        }
+        daemon.ctl_refused(&["replay", whole_name], 2, "a recording of two axes");
+    }
+}
+
+#[test]
+fn condition_on_a_second_axis_is_refused_on_one() {
+    let daemon = Daemon::start_on("fake", &[]);
+    let condition = ["wait", "--until", "device_position_y_m>0"];
+    daemon.ctl_refused(&condition, 2, "device_position_y_m: the rig has one axis");
+}
+
+// hazard: H36
+#[test]
+fn device_of_other_axes_than_the_options_name_is_refused() {
+    let two = ["--kinematics", "xy"];
+    is_said_of_the_device(&[], &two, "the device has one axis: leave --kinematics out");
+    is_said_of_the_device(&two, &[], "the device has two axes: say how they move the hand");
+}
+
+/// A five-bar linkage whose hand rests in the home pose, and the file of its kinematics.
+fn five_bar(directory: &tempfile::TempDir, more: &[&str]) -> (FakeRig, PathBuf) {
+    let file = directory.path().join("five-bar.toml");
+    std::fs::write(&file, FIVE_BAR).expect("a file");
+    let kinematics = [
+        "--kinematics",
+        file.to_str().expect("text"),
+        "--firmware-name",
+        "mine 1.0#a1",
+    ];
+    let mut rig = FakeRig::start(&[&kinematics, more].concat());
+    rig.fail("hand-rests on");
+    (rig, file)
+}
+
+/// Homes it, and brings its hand into the workspace, where it lets go.
+fn homed_and_let_go(rig: &mut FakeRig, daemon: &Daemon, client: &mut Client) {
+    daemon.ctl_ok(&["home"]);
+    assert_eq!(status(client).device.homed, Some(true));
+    rig.fail("hand-rests off");
+    wait_for(client, "the hand in the workspace", |status| {
+        status
+            .device_position_y_m
+            .is_some_and(|y_m| (0.08..0.11).contains(&y_m))
+    });
+    rig.fail("hand-off on");
+    let mut before = status(client);
+    wait_for(client, "rest", |status| {
+        if status.tick < before.tick + 100 {
+            return false;
+        }
+        let place = |status: &Status| (status.device_position_m, status.device_position_y_m);
+        let rests = place(status) == place(&before);
+        before = status.clone();
+        rests
+    });
+}
+
+// hazard: H35
+#[test]
+fn five_bar_pulls_only_once_it_is_homed_and_commissioned() {
+    timed(
+        "a five-bar linkage, homed and commissioned",
+        homed_commissioned_and_engaged,
+    );
+}
+
+fn homed_commissioned_and_engaged() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (mut rig, file) = five_bar(&directory, &[]);
+    let (daemon, mut client) = idle_daemon(&rig, &["--kinematics", file.to_str().expect("text")]);
+    let error = refused(&mut client, Request::engage());
+    assert!(
+        error.message.contains("the home pose of the rig is not known"),
+        "{error}"
+    );
+    homed_and_let_go(&mut rig, &daemon, &mut client);
+    let error = refused(&mut client, Request::engage());
+    assert_eq!(error.code, ErrorCode::NotCommissioned);
+    assert!(error.message.contains("motor 1"), "{error}");
+    daemon.ctl_ok(&["commission", "--motor", "1", "--yes"]);
+    let error = refused(&mut client, Request::engage());
+    assert!(error.message.contains("motor 2"), "{error}");
+    daemon.ctl_ok(&["commission", "--motor", "2", "--yes"]);
+    rig.fail("hand-off off");
+    engage(&mut client);
+    let (row, y) = rows_where(&daemon, "a force", |row, y| {
+        row.command_force_n.hypot(y.command_force_n) > 2.0
+    });
+    assert!(row.command_force_n.hypot(y.command_force_n) < 13.4, "{row:?} {y:?}");
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+    wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
+    drop(daemon);
+    // Another connection, another home.
+    let (_daemon, mut client) = idle_daemon(&rig, &["--kinematics", file.to_str().expect("text")]);
+    assert_eq!(status(&mut client).device.homed, Some(false));
+    let error = refused(&mut client, Request::engage());
+    assert!(error.message.contains("home pose"), "{error}");
+}
+
+// hazard: H33
+#[test]
+fn wrong_wiring_of_two_motors_is_found_and_not_kept() {
+    timed("a five-bar linkage that is wired wrongly", wired_wrongly);
+}
+
+fn wired_wrongly() {
+    let wrong: [(&[&str], &str, &str); 4] = [
+        (&["--reversed", "1"], "1", "wired the other way"),
+        (&["--reversed", "2"], "2", "wired the other way"),
+        (&["--swapped"], "1", "by its encoders the hand is outside the workspace"),
+        (
+            &["--swapped", "--reversed"],
+            "2",
+            "the plugs of the encoders are swapped",
+        ),
+    ];
+    for (wiring, motor, why) in wrong {
+        let directory = tempfile::tempdir().expect("a directory");
+        let (mut rig, file) = five_bar(&directory, wiring);
+        let (daemon, mut client) = idle_daemon(&rig, &["--kinematics", file.to_str().expect("text")]);
+        if wiring[0] == "--swapped" {
+            daemon.ctl_ok(&["home"]);
+            let place = |status: &Status| (status.device_position_m, status.device_position_y_m.unwrap_or_default());
+            let (home_x_m, home_y_m) = place(&status(&mut client));
+            rig.fail("hand-rests off");
+            wait_for(&mut client, "the hand on its way", |status| {
+                let (x_m, y_m) = place(status);
+                (x_m - home_x_m).hypot(y_m - home_y_m) > 1e-3
+            });
+        } else {
+            homed_and_let_go(&mut rig, &daemon, &mut client);
+        }
+        daemon.ctl_refused(&["commission", "--motor", motor, "--yes"], 1, why);
+        wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
+        assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
+    }
+}
