@@ -205,7 +205,7 @@ impl Conductor {
         }
         if let Some(if_revision) = daemon
             .revision()
-            .filter(|_| self.is_begun && is_known(daemon) && !self.is_done())
+            .filter(|_| self.is_begun && what_is_missing(daemon).is_none() && !self.is_done())
             && scene_before.keep(daemon)
             && let Some(scene) = self.session.take_scene()
         {
@@ -251,9 +251,8 @@ impl Conductor {
                 Mounting::TakeOff => "Take the mounted block off the handle, then go on".to_owned(),
             });
         }
-        if !is_known(daemon) {
-            let what = "Waiting for the daemon".to_owned();
-            return Stage::Waiting { what };
+        if let Some(why) = what_is_missing(daemon) {
+            return Stage::Waiting { what: why.to_owned() };
         }
         let what = match self.session.view().phase {
             Phase::GetReady if daemon.rig().is_none_or(|rig| rig.state != RigState::Engaged) => {
@@ -273,9 +272,15 @@ impl Conductor {
     }
 }
 
-/// Whether the daemon is there, and has reported what a session needs.
-pub(super) fn is_known(daemon: &DaemonMirror) -> bool {
-    daemon.revision().is_some() && daemon.rate_hz.is_some() && daemon.status.is_some()
+/// What a session waits for: a daemon that has reported what it needs, and a rig that moves along a line.
+pub(super) fn what_is_missing(daemon: &DaemonMirror) -> Option<&'static str> {
+    let status = daemon.status.as_ref();
+    let is_known = daemon.revision().is_some() && daemon.rate_hz.is_some();
+    match status.filter(|_| is_known).map(|status| status.device.axes) {
+        None => Some("Waiting for the daemon"),
+        Some(1) => None,
+        Some(_) => Some("Waiting for a rig of one axis: a study is along a line, and this rig has two"),
+    }
 }
 
 /// The rig as a study's files need it; none before the daemon has described its parts.

@@ -225,7 +225,7 @@ impl SessionThread {
         let period_s = self.daemon.rate_hz.map(f64::recip);
         let is_of_rig = |conductor: &Conductor| Some(conductor.period_s()) == period_s;
         if self.problem.is_none()
-            && conductor::is_known(&self.daemon)
+            && conductor::what_is_missing(&self.daemon).is_none()
             && !self.conductor.as_ref().is_some_and(is_of_rig)
         {
             self.start();
@@ -343,7 +343,7 @@ impl SessionThread {
             },
             (None, Some(conductor)) => conductor.stage(&self.daemon),
             (None, None) => Stage::Waiting {
-                what: "Waiting for the daemon".to_owned(),
+                what: conductor::what_is_missing(&self.daemon).unwrap_or_default().to_owned(),
             },
         };
         Some(StudyState {

@@ -307,6 +307,22 @@ fn is_held(stage: &Stage) -> bool {
 }
 
 #[test]
+fn a_rig_of_two_axes_gets_no_study() {
+    let mut daemon = Daemon::with_study(TARGETS);
+    let mut status = Daemon::status();
+    status.device.axes = 2;
+    daemon.link.hear(&Update::Status(Ok(Box::new(status))));
+    daemon.go_on();
+    daemon.until(|stage| matches!(stage, Stage::Waiting { what } if what.contains("one axis")));
+    assert!(
+        daemon
+            .intents
+            .try_iter()
+            .all(|intent| matches!(intent, Intent::Lease { .. }))
+    );
+}
+
+#[test]
 fn trial_is_saved_with_its_recording() {
     let mut daemon = Daemon::with_study(TARGETS);
     daemon.begin();
