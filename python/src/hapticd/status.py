@@ -45,6 +45,12 @@ class Device:
     """Whether the operation `hand` moves the hand on it."""
     rig_friction: dict[str, Any] | None = None
     """The rig's own friction and damping, and where they come from."""
+    axes: int = 1
+    """Number of its axes, 1 or 2."""
+    kinematics: str | None = None
+    """How the motors of a rig of two axes move the hand."""
+    homed: bool | None = None
+    """Whether the home pose of a rig of two axes is known, where it must be."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +151,10 @@ class Status:
     """Number of changes that `redo` can make again."""
     commissioning: Peer | None = None
     """The client that commissions or identifies the rig."""
+    device_position_y_m: float | None = None
+    """Of a rig of two axes the position along the second one in the last tick, m."""
+    command_force_y_N: float | None = None
+    """Of a rig of two axes the force along the second one in the last tick, N."""
 
 
 @dataclass(frozen=True)
