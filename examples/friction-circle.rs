@@ -8,7 +8,7 @@
 
 use haptic_core::planar::Plane;
 use haptic_core::{Scene, SceneError, Scheme};
-use haptic_lab::drawing::{Chart, Trace, svg};
+use haptic_lab::drawing::{Chart, PLOT_WIDTH_PX, Trace, svg};
 use haptic_lab::motion::DeviceSample;
 use haptic_lab::simulate::{Start, simulate};
 use std::f64::consts::TAU;
@@ -23,7 +23,7 @@ const RADIUS_M: f64 = 0.03;
 const SPAN_N: f64 = 6.0;
 
 /// Width and height of a plot, px.
-const PLOT_PX: [f64; 2] = [670.0, 420.0];
+const PLOT_PX: [f64; 2] = [PLOT_WIDTH_PX, 420.0];
 
 fn hand() -> Vec<DeviceSample<Plane>> {
     let sample = |tick: u32| {

@@ -82,11 +82,7 @@ impl Rendering<f64> for Renderer {
     }
 
     fn hold_at(&mut self, position: f64, velocity: f64, device_position: f64, device_velocity: f64) {
-        let mut state = BlockState::new(position, velocity, device_position, device_velocity);
-        if velocity == 0.0 {
-            state.contact = self.at_rest();
-        }
-        self.set_state(state);
+        self.set_state(self.held_at(position, velocity, device_position, device_velocity));
     }
 
     #[inline(always)]
@@ -173,12 +169,18 @@ impl Renderer {
         self.surface.set_state(state);
     }
 
+    /// A block somewhere, at rest where it does not move, held by a device at another place.
+    fn held_at(&self, position: f64, velocity: f64, device_position: f64, device_velocity: f64) -> BlockState {
+        let mut state = BlockState::new(position, velocity, device_position, device_velocity);
+        if velocity == 0.0 {
+            state.contact = self.at_rest();
+        }
+        state
+    }
+
     /// Puts the block at the device, moving with it, so that the coupling starts without force.
     pub fn start_at(&mut self, position: f64, velocity: f64) {
-        let mut state = BlockState::new(position, velocity, position, velocity);
-        if velocity == 0.0 {
-            state.contact = self.surface.at_rest();
-        }
+        let mut state = self.held_at(position, velocity, position, velocity);
         if self.held.is_none() {
             // What the hand itself slides on begins without force, too.
             state.memory = ContactMemory::RESTED;

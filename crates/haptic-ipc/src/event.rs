@@ -10,7 +10,8 @@ use crate::status::RigState;
 use crate::timing::Timing;
 use crate::values::{word, words};
 use haptic_core::Directional;
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 
@@ -128,8 +129,8 @@ pub struct SnapshotEvent {
 }
 
 /// A batch of ticks.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Batch", into = "Batch")]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(try_from = "Batch")]
 pub struct SamplesEvent {
     /// Counts the sample events of the subscription, from 0.
     pub seq: u64,
@@ -158,7 +159,7 @@ impl SamplesEvent {
 }
 
 /// The same as it is sent: one row for a tick.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Debug, Deserialize)]
 #[cfg_attr(
     feature = "schema",
     derive(schemars::JsonSchema),
@@ -177,35 +178,47 @@ struct Batch {
     rows: Vec<Row>,
 }
 
-impl From<Batch> for SamplesEvent {
-    fn from(batch: Batch) -> Self {
-        let is_plane = batch.axes == 2;
-        Self {
+impl TryFrom<Batch> for SamplesEvent {
+    type Error = &'static str;
+
+    fn try_from(batch: Batch) -> Result<Self, Self::Error> {
+        let y = |row: &Row| row.y.ok_or("a row of a rig of two axes has no number for the second");
+        Ok(Self {
             seq: batch.seq,
             dropped: batch.dropped,
-            rows: batch.rows.iter().map(|row| row.sample).collect(),
-            rows_y: if is_plane {
-                batch.rows.iter().map(|row| row.y.unwrap_or_default()).collect()
+            rows_y: if batch.axes == 2 {
+                batch.rows.iter().map(y).collect::<Result<_, _>>()?
             } else {
                 Vec::new()
             },
-        }
+            rows: batch.rows.into_iter().map(Sample::from).collect(),
+        })
     }
 }
 
-impl From<SamplesEvent> for Batch {
-    fn from(event: SamplesEvent) -> Self {
-        let mut ys = event.rows_y.into_iter();
-        Self {
-            seq: event.seq,
-            dropped: event.dropped,
-            axes: if ys.len() > 0 { 2 } else { 1 },
-            rows: event
-                .rows
-                .into_iter()
-                .map(|sample| Row { sample, y: ys.next() })
-                .collect(),
+impl Serialize for SamplesEvent {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let is_plane = !self.rows_y.is_empty();
+        let mut batch = serializer.serialize_struct("SamplesEvent", 3 + usize::from(is_plane))?;
+        batch.serialize_field("seq", &self.seq)?;
+        batch.serialize_field("dropped", &self.dropped)?;
+        if is_plane {
+            batch.serialize_field("axes", &2)?;
         }
+        batch.serialize_field("rows", &Rows(self))?;
+        batch.end()
+    }
+}
+
+/// The rows of a batch, written where they are.
+struct Rows<'a>(&'a SamplesEvent);
+
+impl Serialize for Rows<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.ticks().map(|(sample, y)| Row {
+            sample: *sample,
+            y: y.copied(),
+        }))
     }
 }
 
@@ -276,6 +289,23 @@ mod tests {
         assert_eq!((event.rows.len(), &event.rows_y), (1, &vec![y(0.1)]));
         event.rows_y.clear();
         assert_eq!(event.ticks().next(), Some((&row(1), None)));
+    }
+
+    #[test]
+    fn row_of_two_axes_without_its_second_is_refused() {
+        let event = SamplesEvent {
+            rows: vec![Sample::default()],
+            rows_y: vec![SampleY::default()],
+            ..SamplesEvent::default()
+        };
+        let mut sent = serde_json::to_value(&event).expect("writes");
+        assert_eq!(
+            serde_json::from_value::<SamplesEvent>(sent.clone()).expect("reads"),
+            event
+        );
+        sent["rows"][0].as_array_mut().expect("a row").pop();
+        let error = serde_json::from_value::<SamplesEvent>(sent).expect_err("a cell is missing");
+        assert!(error.to_string().contains("second"), "{error}");
     }
 
     #[test]

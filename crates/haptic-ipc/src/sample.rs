@@ -1,10 +1,10 @@
 //! One tick, as subscribers see it.
 
+use crate::sample_y::Row;
 use crate::status::RigState;
-use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
+use serde::de::{Error, SeqAccess};
 use serde::ser::SerializeSeq;
-use serde::{Deserialize, Deserializer, Serialize};
-use std::fmt;
+use serde::{Deserialize, Serialize};
 
 /// Writes the struct, its column names and its form as a row from one list.
 macro_rules! sample {
@@ -22,30 +22,6 @@ macro_rules! sample {
 
         /// Columns that every server has: version 1 began with these.
         pub const FIRST_SAMPLE_COLUMNS: usize = 14;
-
-        #[derive(Serialize)]
-        struct Row($($type),*);
-
-        impl<'de> Deserialize<'de> for Row {
-            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                struct Cells;
-                impl<'de> Visitor<'de> for Cells {
-                    type Value = Row;
-
-                    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                        f.write_str("a row of a sample")
-                    }
-
-                    fn visit_seq<A: SeqAccess<'de>>(self, mut cells: A) -> Result<Row, A::Error> {
-                        let sample = Sample::of_cells(&mut cells)?;
-                        // A later server may have more columns.
-                        while cells.next_element::<IgnoredAny>()?.is_some() {}
-                        Ok(sample.into())
-                    }
-                }
-                deserializer.deserialize_seq(Cells)
-            }
-        }
 
         #[cfg(feature = "schema")]
         impl schemars::JsonSchema for Row {
@@ -67,18 +43,6 @@ macro_rules! sample {
                     "prefixItems": cells,
                     "minItems": least,
                 })
-            }
-        }
-
-        impl From<Row> for Sample {
-            fn from(Row($($field),*): Row) -> Self {
-                Self { $($field),* }
-            }
-        }
-
-        impl From<Sample> for Row {
-            fn from(sample: Sample) -> Self {
-                Self($(sample.$field),*)
             }
         }
 

@@ -98,6 +98,18 @@ pub(crate) struct Row {
     pub(crate) y: Option<SampleY>,
 }
 
+impl From<Row> for Sample {
+    fn from(row: Row) -> Self {
+        row.sample
+    }
+}
+
+impl From<Sample> for Row {
+    fn from(sample: Sample) -> Self {
+        Self { sample, y: None }
+    }
+}
+
 impl Serialize for Row {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut row = serializer.serialize_seq(None)?;
@@ -132,7 +144,7 @@ impl<'de> Deserialize<'de> for Row {
                 let mut y = [0.0; SAMPLE_Y_COLUMNS.len()];
                 let mut there = 0;
                 for cell in &mut y {
-                    // Whether these columns are those of a second axis is told beside the rows.
+                    // Whether these columns are those of a second axis, or of a later server, is told beside the rows.
                     let Some(Cell::Number(number)) = cells.next_element()? else {
                         break;
                     };

@@ -368,32 +368,17 @@ pub fn write_rows<V: Vector>(rows: &[Row<V>], mut out: impl io::Write) -> io::Re
             row.coupling_force_n,
         ];
         let axis = |axis: usize| vectors.map(|mut vector| vector.parts().nth(axis).map_or(0.0, |part| *part));
-        let [
-            position_m,
-            velocity_mps,
-            block_position_m,
-            block_velocity_mps,
-            coupling_n,
-        ] = axis(0);
-        write!(
-            out,
-            "{},{position_m},{velocity_mps},{block_position_m},{block_velocity_mps},{coupling_n},{}",
-            row.device.t_s,
-            row.contact.as_number()
-        )?;
+        write!(out, "{}", row.device.t_s)?;
+        for cell in axis(0) {
+            write!(out, ",{cell}")?;
+        }
+        write!(out, ",{}", row.contact.as_number())?;
         if V::AXES == 2 {
-            let [
-                position_m,
-                velocity_mps,
-                block_position_m,
-                block_velocity_mps,
-                coupling_n,
-            ] = axis(1);
-            write!(
-                out,
-                ",{position_m},{velocity_mps},{block_position_m},{block_velocity_mps},{coupling_n},{}",
-                -coupling_n
-            )?;
+            let cells = axis(1);
+            let [.., coupling_n] = cells;
+            for cell in cells.into_iter().chain([-coupling_n]) {
+                write!(out, ",{cell}")?;
+            }
         }
         writeln!(out)?;
     }

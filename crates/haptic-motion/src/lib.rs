@@ -80,7 +80,6 @@ enum Source {
     Parquet(ParquetTable),
     Table {
         rows: std::vec::IntoIter<(Place, Row)>,
-        has_velocity: bool,
         has_second_axis: bool,
     },
 }
@@ -108,18 +107,10 @@ impl Rows {
     /// # Errors
     /// The file cannot be read, or is not a motion, or is one in the plane.
     pub fn open(path: &Path) -> Result<Self, MotionError> {
-        Self::open_with(path, &TableOptions::default())
+        Self::open_any(path, &TableOptions::default())?.of_one_axis()
     }
 
-    /// The same where `options` say how a table is read; a recording in CSV is then one as well.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
-    pub fn open_with(path: &Path, options: &TableOptions) -> Result<Self, MotionError> {
-        Self::open_any(path, options)?.of_one_axis()
-    }
-
-    /// The same of one axis or two.
+    /// The same of one axis or two, where `options` say how a table is read; a recording in CSV is then one as well.
     ///
     /// # Errors
     /// The file cannot be read, or is not a motion.
@@ -179,15 +170,6 @@ impl Rows {
             before_s: None,
             failed: false,
         })
-    }
-
-    /// Whether its rows have velocities.
-    #[must_use]
-    pub fn has_velocity(&self) -> bool {
-        match self.source {
-            Source::Table { has_velocity, .. } => has_velocity,
-            _ => self.columns().is_some_and(|columns| columns.velocity.is_some()),
-        }
     }
 
     /// Whether it is a motion in the plane.
@@ -281,11 +263,10 @@ impl Source {
                 (table.places[at], row)
             })
             .collect();
-        let (has_velocity, has_second_axis) = (!velocities.is_empty(), !positions_y.is_empty());
+        let has_second_axis = !positions_y.is_empty();
         *notes = table.notes;
         Self::Table {
             rows: rows.into_iter(),
-            has_velocity,
             has_second_axis,
         }
     }

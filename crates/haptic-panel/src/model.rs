@@ -205,7 +205,7 @@ impl Model {
         match event {
             Event::Log(entry) => tapes.mark_journal(&entry),
             Event::Samples(batch) => {
-                let ended = tapes.extend(&batch.rows, &batch.rows_y);
+                let ended = tapes.extend(&batch);
                 view.scope.take_samples(&batch.rows, ended, tapes);
             }
             _ => {}

@@ -5,7 +5,7 @@ use crate::record::{Loaded, Opened, RecordingNews, WhatIfTape, amount};
 use crate::tape::Tape;
 use crate::tape::mark::{MarkKind, TapeMark};
 use crate::tape::plane::Component;
-use haptic_ipc::{JournalEntry, Sample, SampleY};
+use haptic_ipc::{JournalEntry, Sample, SamplesEvent};
 use haptic_recording::Totals;
 use std::path::PathBuf;
 
@@ -60,19 +60,17 @@ pub(crate) enum WhatIf {
 }
 
 impl Tapes {
-    /// Adds samples of the live rig, and what each has of a second axis. After a lost connection a new tape begins, and the one before is
-    /// returned.
-    pub(crate) fn extend(&mut self, rows: &[Sample], rows_y: &[SampleY]) -> Option<Tape> {
-        let ended = (self.is_over && !rows.is_empty()).then(|| std::mem::take(&mut self.live));
+    /// Adds a batch of the live rig. After a lost connection a new tape begins, and the one before is returned.
+    pub(crate) fn extend(&mut self, batch: &SamplesEvent) -> Option<Tape> {
+        let is_empty = batch.rows.is_empty();
+        let ended = (self.is_over && !is_empty).then(|| std::mem::take(&mut self.live));
         self.is_over &= ended.is_none();
-        if !rows.is_empty() {
+        if !is_empty {
             for mark in self.next_marks.drain(..) {
                 self.live.mark(mark);
             }
         }
-        let ticks = rows.iter().enumerate();
-        self.live
-            .extend_ticks(ticks.map(|(place, row)| (*row, rows_y.get(place).copied())));
+        self.live.extend_ticks(batch.ticks().map(|(row, y)| (*row, y.copied())));
         ended
     }
 

@@ -252,14 +252,14 @@ mod tests {
     use super::*;
     use crate::record::Loaded;
     use crate::record::fixture::metadata;
-    use crate::tape::tests::at;
+    use crate::tape::tests::{at, batch};
     use haptic_recording::Ending;
 
     #[test]
     fn opened_recording_leaves_the_rig_view_unchanged() {
         let (mut view, mut tapes) = (View::default(), Tapes::default());
         let live: Vec<_> = (0..=20).map(|second| at(f64::from(second))).collect();
-        tapes.extend(&live, &[]);
+        tapes.extend(&batch(live));
         let rows = (0..100).map(|second| at(f64::from(second)));
         tapes.open(Loaded::new("r.csv".into(), metadata(), rows, &[], Ending::Complete));
         view.recorded.open(tapes.opened_tape().expect("a recording"));

@@ -3,6 +3,7 @@
 use super::hand::Hand;
 use super::plant::{Plant, RigProperties};
 use super::pointer::Pointer;
+use super::rig_time::RigTime;
 use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
 
 /// A rig in the same process. It has no clock: between two reads it lives through the time that the
@@ -12,8 +13,7 @@ pub struct FakeRig {
     plant: Plant,
     force_n: f64,
     sequence: u32,
-    started_ns: Option<u64>,
-    last_ns: u64,
+    time: RigTime,
 }
 
 impl FakeRig {
@@ -24,8 +24,7 @@ impl FakeRig {
             plant: Plant::new(&properties, hand),
             force_n: 0.0,
             sequence: 0,
-            started_ns: None,
-            last_ns: 0,
+            time: RigTime::default(),
         }
     }
 
@@ -45,13 +44,9 @@ impl FakeRig {
     }
 
     /// Lives until `now_ns`, ns. It begins at the first time.
-    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
     pub fn live_until(&mut self, now_ns: u64) {
-        let started = *self.started_ns.get_or_insert(now_ns);
-        let now_ns = now_ns.saturating_sub(started);
-        let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
-        self.last_ns = self.last_ns.max(now_ns);
-        self.plant.advance(elapsed_s, now_ns as f64 * 1e-9, self.force_n);
+        let (elapsed_s, now_s) = self.time.go_on(now_ns);
+        self.plant.advance(elapsed_s, now_s, self.force_n);
     }
 
     /// Sets the force of the motor, N, until the next call.
@@ -95,7 +90,7 @@ impl Device for FakeRig {
         } else {
             position
         };
-        Ok(Measurement::new(self.sequence, self.last_ns, counted))
+        Ok(Measurement::new(self.sequence, self.time.ns(), counted))
     }
 
     fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {

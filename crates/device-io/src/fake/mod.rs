@@ -17,6 +17,7 @@ mod plant;
 mod pointer;
 mod port;
 mod program;
+mod rig_time;
 
 pub use fake_rig::FakeRig;
 pub use fault::{Channel, Fault, Quality, TimedFault};

@@ -3,7 +3,7 @@
 
 use super::planar_rig::{PlanarProperties, PlanarRig};
 use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
-use crate::kinematics::{Jacobian, Reading};
+use crate::kinematics::Jacobian;
 use haptic_core::planar::Plane;
 
 /// A rig of two axes in the same process. It has no clock: it lives through the times of its reads.
@@ -11,8 +11,6 @@ use haptic_core::planar::Plane;
 pub struct PlanarFake {
     rig: PlanarRig,
     sequence: u32,
-    /// When it was first read, ns.
-    started_ns: Option<u64>,
     /// Where the hand was read last; `None` where the linkage is singular, and no motor is driven.
     jacobian: Option<Jacobian>,
 }
@@ -24,7 +22,6 @@ impl PlanarFake {
         Self {
             rig,
             sequence: 0,
-            started_ns: None,
             jacobian: None,
         }
     }
@@ -65,18 +62,9 @@ impl Device<Plane> for PlanarFake {
         );
         let counts = self.rig.counts();
         let motors = [0, 1].map(|motor| home[motor] + f64::from(counts[motor]) * count);
-        let (position, jacobian) = match self.rig.kinematics().reading(motors) {
-            Reading::Position(pose) => (pose.position, Some(pose.jacobian)),
-            Reading::Singular(pose) => (pose.position, None),
-            Reading::CannotClose => (Plane::new(f64::NAN, f64::NAN), None),
-        };
-        self.jacobian = jacobian;
-        let started_ns = *self.started_ns.get_or_insert(now_ns);
-        Ok(Measurement::new(
-            self.sequence,
-            now_ns.saturating_sub(started_ns),
-            position,
-        ))
+        let position;
+        (position, self.jacobian) = self.rig.kinematics().reading(motors).parts();
+        Ok(Measurement::new(self.sequence, self.rig.time_ns(), position))
     }
 
     fn write(&mut self, force_n: Plane, enabled: bool) -> Result<Written, DeviceError> {

@@ -2,14 +2,12 @@
 //! become a force on the hand, and its position the motors' positions, through the rig's kinematics.
 
 use super::path::Path;
+use super::rig_time::{RigTime, sub_steps};
 use crate::kinematics::{Kinematics, Reading};
 use haptic_core::planar::Plane;
 
 /// Longest step of the integration, s. The implicit midpoint rule is stable for any arm.
 const SUB_STEP_S: f64 = 100e-6;
-
-/// Most steps between two reads: after a stall the steps grow instead of their number.
-const MAX_SUB_STEPS: f64 = 1000.0;
 
 /// Time in which the hand comes from its rest to its path, or back, s.
 const JOIN_S: f64 = 1.0;
@@ -68,8 +66,7 @@ pub struct PlanarRig {
     rests: bool,
     /// Whether the hand is off the handle.
     is_off: bool,
-    started_ns: Option<u64>,
-    last_ns: u64,
+    time: RigTime,
 }
 
 impl PlanarRig {
@@ -83,11 +80,7 @@ impl PlanarRig {
             Some((home, Reading::Position(pose) | Reading::Singular(pose))) => (home, pose.position),
             // A home pose that does not close is no kinematics.
             Some((_, Reading::CannotClose)) | None => {
-                let origin = match (&path, kinematics.workspace()) {
-                    (Some(path), _) => path.at(0.0).0,
-                    (None, Some(workspace)) => workspace.middle(),
-                    (None, None) => Plane::ZERO,
-                };
+                let origin = path.as_ref().map_or_else(|| kinematics.middle(), |path| path.at(0.0).0);
                 let motors = kinematics.motors(origin);
                 let beyond = || format!("the links do not reach x = {} m, y = {} m", origin.x, origin.y);
                 (motors.ok_or_else(beyond)?, origin)
@@ -108,8 +101,7 @@ impl PlanarRig {
             joined: 0.0,
             rests: false,
             is_off: false,
-            started_ns: None,
-            last_ns: 0,
+            time: RigTime::default(),
         })
     }
 
@@ -180,23 +172,19 @@ impl PlanarRig {
     }
 
     /// Lives until `now_ns`, ns. It begins at the first time.
-    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
     pub fn live_until(&mut self, now_ns: u64) {
-        let started = *self.started_ns.get_or_insert(now_ns);
-        let now_ns = now_ns.saturating_sub(started);
-        let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
-        self.last_ns = self.last_ns.max(now_ns);
+        let (elapsed_s, now_s) = self.time.go_on(now_ns);
         if elapsed_s <= 0.0 {
             return;
         }
-        let steps = (elapsed_s / SUB_STEP_S).ceil().min(MAX_SUB_STEPS);
-        let h = elapsed_s / steps;
-        let mut middle_s = now_ns as f64 * 1e-9 - elapsed_s + 0.5 * h;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 1000")]
-        for _ in 0..steps as u32 {
+        for (h, middle_s) in sub_steps(elapsed_s, now_s, SUB_STEP_S) {
             self.step(h, middle_s);
-            middle_s += h;
         }
+    }
+
+    /// The time since it began, ns.
+    pub(super) fn time_ns(&self) -> u64 {
+        self.time.ns()
     }
 
     /// Where the arm draws the hand at a time, m, and with which velocity, m/s.

@@ -6,13 +6,11 @@
 //! carriage truly rests when it rests. Elementary functions are those of `libm`, the same on every machine.
 
 use super::hand::Hand;
+use super::rig_time::sub_steps;
 use std::f64::consts::TAU;
 
 /// Longest step of the integration, s.
 pub const SUB_STEP_S: f64 = 20e-6;
-
-/// Most steps between two reads: after a stall the steps grow instead of their number.
-const MAX_SUB_STEPS: f64 = 1000.0;
 
 /// Properties of the fake rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,13 +124,8 @@ impl Plant {
         if let Hand::Pointer(arm) = &mut self.hand {
             arm.live(elapsed_s, now_s, self.position_m);
         }
-        let steps = (elapsed_s / SUB_STEP_S).ceil().min(MAX_SUB_STEPS);
-        let h = elapsed_s / steps;
-        let mut middle_s = now_s - elapsed_s + 0.5 * h;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 1000")]
-        for _ in 0..steps as u32 {
+        for (h, middle_s) in sub_steps(elapsed_s, now_s, SUB_STEP_S) {
             self.step(h, middle_s, force_n);
-            middle_s += h;
         }
     }
 

@@ -24,7 +24,7 @@ use linear::Linear;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
-pub use workspace::Survey;
+use workspace::Survey;
 
 /// Least gain in the worst direction, as a share of the gain in the best, and of the length of a proximal link. A
 /// condition alone is not enough: elsewhere a five-bar has 3 mm a radian at a condition of 4.
@@ -71,10 +71,22 @@ pub struct Jacobian {
     columns: [Plane; 2],
 }
 
+impl Reading {
+    /// The hand's position, not a number where there is none, and its derivatives where the motors may be driven.
+    #[must_use]
+    pub fn parts(self) -> (Plane, Option<Jacobian>) {
+        match self {
+            Self::Position(pose) => (pose.position, Some(pose.jacobian)),
+            Self::Singular(pose) => (pose.position, None),
+            Self::CannotClose => (Plane::new(f64::NAN, f64::NAN), None),
+        }
+    }
+}
+
 impl Jacobian {
     /// Velocity of the hand, m/s, of motors with these velocities, m/s or rad/s.
-    #[must_use]
-    pub fn velocity(&self, [first, second]: [f64; 2]) -> Plane {
+    #[cfg(test)]
+    fn velocity(&self, [first, second]: [f64; 2]) -> Plane {
         self.columns[0] * first + self.columns[1] * second
     }
 
@@ -93,8 +105,7 @@ impl Jacobian {
     }
 
     /// The least and the largest way of the hand, in any direction, by that of the motors: its singular values.
-    #[must_use]
-    pub fn gains(&self) -> (f64, f64) {
+    fn gains(&self) -> (f64, f64) {
         let [first, second] = self.columns;
         let sum = first.dot(first) + second.dot(second);
         let product = first.cross(second).abs();
@@ -182,14 +193,14 @@ impl Kinematics {
         workspace: Option<Workspace>,
         home: Option<[f64; 2]>,
     ) -> Result<Self, KinematicsProblem> {
-        let middle = workspace.unwrap_or(workspace::ORIGIN).middle();
+        let surveyed = workspace.unwrap_or(workspace::ORIGIN);
         if let Some(home) = home
-            && !geometry.closes(home, middle)
+            && !geometry.closes(home, surveyed.middle())
         {
             return Err(KinematicsProblem::Home(home.map(f64::to_degrees)));
         }
         Ok(Self {
-            survey: Survey::of(&geometry, &workspace.unwrap_or(workspace::ORIGIN))?,
+            survey: Survey::of(&geometry, &surveyed)?,
             geometry,
             workspace,
             home,
@@ -223,6 +234,12 @@ impl Kinematics {
         self.workspace.as_ref()
     }
 
+    /// The middle of the workspace, m; the origin without one.
+    #[must_use]
+    pub fn middle(&self) -> Plane {
+        self.workspace().map_or(Plane::ZERO, Workspace::middle)
+    }
+
     /// Whether force may flow at a position of the hand, m.
     #[must_use]
     pub fn inside(&self, position: Plane) -> bool {
@@ -239,12 +256,6 @@ impl Kinematics {
     #[must_use]
     pub fn motors(&self, hand: Plane) -> Option<[f64; 2]> {
         self.geometry.motors(hand)
-    }
-
-    /// The gains over the workspace.
-    #[must_use]
-    pub fn survey(&self) -> &Survey {
-        &self.survey
     }
 
     /// Largest force, N, that motors with these limits, N or N m, give in every direction everywhere in the workspace.

@@ -28,13 +28,13 @@ fn points([low, high]: [f64; 2]) -> impl Iterator<Item = f64> + Clone {
 
 /// The gains from motors to hand, over the whole workspace, m by m of a linear motor or m by rad of a rotary one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Survey {
+pub(super) struct Survey {
     /// Largest way of the hand by each motor's.
-    pub largest_by_motor: [f64; 2],
+    pub(super) largest_by_motor: [f64; 2],
     /// Least gain, in the worst direction.
-    pub least: f64,
+    pub(super) least: f64,
     /// Largest ratio of the gains in the best and the worst direction; 1 where the hand moves alike in all directions.
-    pub condition: f64,
+    pub(super) condition: f64,
 }
 
 impl Survey {

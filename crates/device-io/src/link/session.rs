@@ -212,13 +212,8 @@ impl Session {
             }
             self.counters
                 .note_gap(sample.sequence.wrapping_sub(newest.sequence) - 1);
-            for (counts, (now, before)) in self
-                .counts
-                .iter_mut()
-                .zip(counts_of(&sample).into_iter().zip(counts_of(&newest)))
-            {
-                *counts += i64::from(now.wrapping_sub(before));
-            }
+            let (now, before) = (counts_of(&sample), counts_of(&newest));
+            self.counts = [0, 1].map(|axis| self.counts[axis] + i64::from(now[axis].wrapping_sub(before[axis])));
         } else if self.is_absolute {
             self.counts = counts_of(&sample).map(i64::from);
         }

@@ -7,6 +7,7 @@ use crate::block::{BlockState, Contact, Coupling, EventSink, ExactBlock, LinearS
 use crate::contact::ConstantLimit;
 use crate::directional::Direction;
 use crate::snapshot::Archive;
+use crate::vector::Vector;
 
 /// Below this speed, m/s, a block within its static limit is at rest: the ideal law is discontinuous where the pull is
 /// between the dynamic and the static limit.

@@ -14,6 +14,7 @@ use crate::directional::Direction;
 use crate::math::{exp, sqrt};
 use crate::render::Motion;
 use crate::snapshot::Archive;
+use crate::vector::Vector;
 
 /// Most slides of a leg below the threshold, which begin and end one by one.
 const MAX_SLIDES: u32 = 512;
@@ -82,8 +83,9 @@ impl DraggedSpring {
     /// The hand is put at a place (m), with a velocity (m/s), in a slide that pulls as this force does.
     pub(super) fn slide(&mut self, position: Plane, velocity: Plane, force: Plane) {
         (self.position, self.velocity) = (position, velocity);
-        let away = force * (1.0 / force.length());
-        self.state = State::Sliding { away };
+        self.state = State::Sliding {
+            away: force.pointing(1.0),
+        };
     }
 
     /// Goes on with the contact of another one.
@@ -134,7 +136,7 @@ impl DraggedSpring {
             let along = if distance > 0.0 {
                 way * (1.0 / distance)
             } else if velocity != Plane::ZERO {
-                velocity * (1.0 / velocity.length())
+                velocity.pointing(1.0)
             } else {
                 self.facing()
             };
@@ -171,7 +173,7 @@ impl DraggedSpring {
     fn facing(&self) -> Plane {
         match self.state {
             State::Sliding { away } => away,
-            State::Stuck { force } if force != Plane::ZERO => force * (1.0 / force.length()),
+            State::Stuck { force } if force != Plane::ZERO => force.pointing(1.0),
             State::Stuck { .. } => Plane::new(1.0, 0.0),
         }
     }

@@ -55,15 +55,6 @@ impl Plane {
     pub(super) fn sum(self) -> f64 {
         self.x.abs() + self.y.abs()
     }
-
-    /// The same without parts that are next to nothing.
-    pub(super) fn flushed(self) -> Self {
-        Self::new(flush(self.x), flush(self.y))
-    }
-
-    pub(super) fn is_finite(self) -> bool {
-        self.x.is_finite() && self.y.is_finite()
-    }
 }
 
 /// What a cut to a length leaves of it: a part that was scaled to the length itself may round to beyond it.
@@ -90,7 +81,7 @@ impl Vector for Plane {
     }
 
     fn is_finite(self) -> bool {
-        self.is_finite()
+        self.x.is_finite() && self.y.is_finite()
     }
 
     fn is_in(self, workspace: Option<&Workspace>) -> bool {
@@ -98,7 +89,7 @@ impl Vector for Plane {
     }
 
     fn flushed(self) -> Self {
-        self.flushed()
+        Self::new(flush(self.x), flush(self.y))
     }
 
     fn pointing(self, length: f64) -> Self {

@@ -36,6 +36,18 @@ fn settings(random: &mut Random) -> Settings {
     }
 }
 
+/// A step with a hand at a place, m.
+fn inputs<V: Vector>(tick: u32, hand: V, command: Option<Command>) -> Inputs<V> {
+    Inputs {
+        elapsed_ns: TICK_NS,
+        sample: Ok(Measurement::new(tick, u64::from(tick) * TICK_NS, hand)),
+        device_resolution_m: 1e-6,
+        device_force_limit_n: f64::INFINITY,
+        events: Events::default(),
+        command,
+    }
+}
+
 fn scene(random: &mut Random) -> Scene {
     let dynamic = random.decades(0.3, 5.0);
     let friction = if random.one_in(4) {
@@ -112,19 +124,12 @@ impl Story {
         let mut servo = Servo::<V>::new(self.settings, compiled(0, 0));
         (0..TICKS)
             .map(|tick| {
-                let time_ns = u64::from(tick) * TICK_NS;
-                let inputs = Inputs {
-                    elapsed_ns: TICK_NS,
-                    sample: Ok(Measurement::new(tick, time_ns, place(self.hand(tick)))),
-                    device_resolution_m: 1e-6,
-                    device_force_limit_n: f64::INFINITY,
-                    events: Events::default(),
-                    command: match tick {
-                        20 => Some(Command::Engage),
-                        550 => Some(Command::Release),
-                        _ => None,
-                    },
+                let command = match tick {
+                    20 => Some(Command::Engage),
+                    550 => Some(Command::Release),
+                    _ => None,
                 };
+                let inputs = inputs(tick, place(self.hand(tick)), command);
                 let index = tick as usize / 150;
                 let scene = (tick > 0 && tick % 150 == 0).then(|| compiled(index - 1, index));
                 let outputs = servo.step(&inputs, scene);
@@ -250,14 +255,7 @@ fn restored_planar_servo_goes_on_to_the_last_bit() {
         let compiled = CompiledScene::<Plane>::ramped(&story.scenes[0], &story.scenes[0], 1, Scheme::Exact, T, 0.0);
         Box::new(compiled.expect("it can be rendered"))
     };
-    let inputs = |tick: u32| Inputs {
-        elapsed_ns: TICK_NS,
-        sample: Ok(Measurement::new(tick, u64::from(tick) * TICK_NS, story.hand(tick))),
-        device_resolution_m: 1e-6,
-        device_force_limit_n: f64::INFINITY,
-        events: Events::default(),
-        command: (tick == 20).then_some(Command::Engage),
-    };
+    let inputs = |tick| inputs(tick, story.hand(tick), (tick == 20).then_some(Command::Engage));
     for method in velocity::METHODS {
         let settings = Settings {
             velocity: method,
@@ -376,15 +374,7 @@ fn forces_out_and_back(scene: &Scene) -> Vec<(Plane, Plane)> {
             // 15 mm there and back, within half a second each way.
             let phase = f64::from(tick) * T * std::f64::consts::TAU;
             let hand = Plane::new(0.0075 * (1.0 - phase.cos()), 0.003);
-            let inputs = Inputs {
-                elapsed_ns: TICK_NS,
-                sample: Ok(Measurement::new(tick, u64::from(tick) * TICK_NS, hand)),
-                device_resolution_m: 1e-6,
-                device_force_limit_n: f64::INFINITY,
-                events: Events::default(),
-                command: (tick == 5).then_some(Command::Engage),
-            };
-            let outputs = servo.step(&inputs, None);
+            let outputs = servo.step(&inputs(tick, hand, (tick == 5).then_some(Command::Engage)), None);
             assert!(outputs.enabled || tick < 5, "outside is no fault");
             (hand, outputs.force_n)
         })
@@ -455,17 +445,7 @@ fn pulse_on_a_handle_that_goes_aside_ends_within_20_mm() {
                 servo.begin_own_motion(OwnMotion::pulse(shape, T).expect("within bounds"), Plane::new(1.0, 0.0));
             }
             // It accelerates aside for as long as force flows.
-            let outputs = servo.step(
-                &Inputs {
-                    elapsed_ns: TICK_NS,
-                    sample: Ok(Measurement::new(tick, u64::from(tick) * TICK_NS, hand)),
-                    device_resolution_m: 1e-6,
-                    device_force_limit_n: f64::INFINITY,
-                    events: Events::default(),
-                    command: (tick == 5).then_some(Command::Engage),
-                },
-                None,
-            );
+            let outputs = servo.step(&inputs(tick, hand, (tick == 5).then_some(Command::Engage)), None);
             if tick > 100 && outputs.force_n != Plane::ZERO {
                 last_force = tick;
                 hand += aside * 2e-4;
@@ -501,15 +481,8 @@ fn frozen_encoder_makes_no_more_force_than_the_surface() {
                 0.03 * 3.0_f64.sin()
             },
         );
-        let inputs = Inputs {
-            elapsed_ns: TICK_NS,
-            sample: Ok(Measurement::new(tick, u64::from(tick) * TICK_NS, hand)),
-            device_resolution_m: 1e-6,
-            device_force_limit_n: f64::INFINITY,
-            events: Events::default(),
-            command: (tick == 5).then_some(Command::Engage),
-        };
-        most = most.max(servo.step(&inputs, None).force_n.length());
+        let outputs = servo.step(&inputs(tick, hand, (tick == 5).then_some(Command::Engage)), None);
+        most = most.max(outputs.force_n.length());
     }
     // 4 N hold a block of 0.1 kg, which the hand accelerates by 0.3 m/s^2.
     assert!((3.5..4.1).contains(&most), "{most} N");

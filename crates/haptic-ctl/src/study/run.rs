@@ -166,14 +166,14 @@ async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure
 
 /// Trials that all subjects have done, and trials in all; none where a staircase has no such number.
 fn trials(study: &Study) -> Result<Option<(usize, usize)>, Failure> {
-    let mut sum = Some((0, 0));
+    let mut sum = (0, 0);
     for subject in study.subjects() {
-        let (done, of) = study.progress(&subject).map_err(not_stored)?;
-        sum = sum
-            .zip(of)
-            .map(|((all_done, all_of), of)| (all_done + done, all_of + of));
+        let (done, Some(of)) = study.progress(&subject).map_err(not_stored)? else {
+            return Ok(None);
+        };
+        sum = (sum.0 + done, sum.1 + of);
     }
-    Ok(sum)
+    Ok(Some(sum))
 }
 
 /// What stands behind the position of a run: trials of all of them, or subjects where that is not known.

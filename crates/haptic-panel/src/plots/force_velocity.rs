@@ -122,6 +122,7 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
     // The law says nothing of samples without force.
     let with_force = scope.against.shows_law();
     let components = components(tapes, scope);
+    let is_length = components == [Component::Length];
     let (mut low, mut high, mut newest) = (f64::INFINITY, f64::NEG_INFINITY, Vec::new());
     for tape in components
         .iter()
@@ -143,13 +144,9 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
     let (shown, mut overlays) = if scope.against.shows_law() {
         let widest = widest(&scope.against, scene, low.abs().max(high.abs()));
         // A length has one side.
-        let least = if components == [Component::Length] {
-            0.0
-        } else {
-            -widest
-        };
+        let least = if is_length { 0.0 } else { -widest };
         let shown = held.unwrap_or((least, widest));
-        (shown, law(scene, shown, least == 0.0))
+        (shown, law(scene, shown, is_length))
     } else {
         let values = [low, high].into_iter().filter(|value| value.is_finite());
         let fitted = reach(values, across.quantity().smallest_span());
@@ -169,7 +166,6 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
         radius: DOT_RADIUS,
         color: |palette| palette.cursor,
     }));
-    let is_length = components == [Component::Length];
     let label = |signal: Signal| {
         let name = if is_length {
             Component::Length.name(signal)

@@ -10,6 +10,7 @@ use crate::intent::Intent;
 use crate::update::{Answer, Update};
 use haptic_core::Scene;
 use haptic_ipc::{ChangeReply, DaemonMirror, Event, RigState};
+use haptic_studies::pace::Pace;
 use haptic_studies::perception::Answer as Choice;
 use haptic_studies::person::{PersonError, PersonSession, SessionEvent};
 use haptic_studies::session::{Frame, Interruption, Mounting, Phase, View};
@@ -36,6 +37,8 @@ pub(super) struct Conductor {
     /// The experimenter has begun, and not paused since.
     is_begun: bool,
     newest_tick: u64,
+    /// How fast the subject is.
+    pace: Pace,
     /// The phase, and the tick at which it was first seen.
     phase: Option<(Discriminant<Phase>, u64)>,
 }
@@ -47,6 +50,7 @@ impl Conductor {
             period_s,
             is_begun: false,
             newest_tick: 0,
+            pace: Pace::default(),
             phase: None,
         }
     }
@@ -60,14 +64,10 @@ impl Conductor {
         self.period_s
     }
 
-    /// The newest tick that came.
-    pub(super) fn newest_tick(&self) -> u64 {
-        self.newest_tick
-    }
-
-    /// Whether the subject waits for the experimenter.
-    pub(super) fn is_interrupted(&self) -> bool {
-        !self.is_begun || self.session.interruption().is_some()
+    /// Time that the subject will take, in words.
+    pub(super) fn time_left(&self) -> Option<String> {
+        let view = self.session.view();
+        self.pace.time_left(view.of?.saturating_sub(view.done), self.period_s)
     }
 
     /// Ends it, once all that became final is on the disk.
@@ -82,7 +82,16 @@ impl Conductor {
 
     /// What happened since.
     pub(super) fn poll(&mut self) -> Result<Vec<SessionEvent>, PersonError> {
-        self.session.poll()
+        let happened = self.session.poll()?;
+        if !self.is_begun || self.session.interruption().is_some() {
+            self.pace.interrupt();
+        }
+        for happening in &happened {
+            if let SessionEvent::Kept(_) = happening {
+                self.pace.done(self.newest_tick);
+            }
+        }
+        Ok(happened)
     }
 
     /// Takes a frame that showed the cursor.

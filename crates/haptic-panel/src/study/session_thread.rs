@@ -9,7 +9,6 @@ use crate::intent::{BATCH_MS, Intent};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::{DaemonMirror, Event};
-use haptic_studies::pace::Pace;
 use haptic_studies::person::{PersonSession, SessionEvent};
 use haptic_studies::plan::Plan;
 use haptic_studies::session::{Phase, View};
@@ -58,8 +57,6 @@ pub(super) struct SessionThread {
     /// The chosen subject, by its place.
     subject: usize,
     conductor: Option<Conductor>,
-    /// How fast the chosen subject is.
-    pace: Pace,
     /// Why the study does not continue, where the disk or the study's files are to blame.
     problem: Option<String>,
     reported: Option<Box<StudyState>>,
@@ -83,7 +80,6 @@ impl SessionThread {
             study: None,
             subject: 0,
             conductor: None,
-            pace: Pace::default(),
             problem: None,
             reported: None,
             shown: None,
@@ -199,10 +195,7 @@ impl SessionThread {
         };
         let period_s = rig.loop_rate_hz.recip();
         match PersonSession::open(&study.folder, &subject.code, rig) {
-            Ok(session) => {
-                self.conductor = Some(Conductor::new(session, period_s));
-                self.pace = Pace::default();
-            }
+            Ok(session) => self.conductor = Some(Conductor::new(session, period_s)),
             Err(error) => self.problem = Some(error.to_string()),
         }
     }
@@ -275,18 +268,11 @@ impl SessionThread {
                 return;
             }
         };
-        if conductor.is_interrupted() {
-            self.pace.interrupt();
-        }
-        let tick = conductor.newest_tick();
         let intents = conductor.due(&self.daemon, &mut self.before);
         self.ask(intents);
         for happening in happened {
             match happening {
-                SessionEvent::Kept(row) => {
-                    self.pace.done(tick);
-                    self.report(StudyNews::Row(table::row(&row)));
-                }
+                SessionEvent::Kept(row) => self.report(StudyNews::Row(table::row(&row))),
                 SessionEvent::Voided(voided) => self.report(StudyNews::Row(table::void(&voided))),
                 SessionEvent::Finished => {}
             }
@@ -332,7 +318,7 @@ impl SessionThread {
             SubjectState {
                 code: subject.code.clone(),
                 progress: view.map(|view| (view.done, view.of)),
-                time_left: view.and_then(|view| self.time_left(&view)),
+                time_left: view.and_then(|_| self.conductor.as_ref()?.time_left()),
                 is_finished: view.is_some_and(|view| view.phase == Phase::Done),
             }
         });
@@ -357,12 +343,6 @@ impl SessionThread {
             target_m: session.and_then(table::target_m),
             columns: table::columns(study.plan.task()),
         })
-    }
-
-    /// Time that the chosen subject will take, in words.
-    fn time_left(&self, view: &View) -> Option<String> {
-        let period_s = self.conductor.as_ref()?.period_s();
-        self.pace.time_left(view.of?.saturating_sub(view.done), period_s)
     }
 
     /// Gives the rig and the screen back.

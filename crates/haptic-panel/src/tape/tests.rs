@@ -1,9 +1,17 @@
 //! Tests of the tape, and the sample that other tests start from.
 
 use super::*;
-use haptic_ipc::RigState;
+use haptic_ipc::{RigState, SamplesEvent};
 use mark::MarkKind;
 use proptest::prelude::*;
+
+/// A batch of a rig of one axis.
+pub(crate) fn batch(rows: Vec<Sample>) -> SamplesEvent {
+    SamplesEvent {
+        rows,
+        ..SamplesEvent::default()
+    }
+}
 
 pub(crate) fn at(t_s: f64) -> Sample {
     Sample {

@@ -7,10 +7,9 @@ use device_io::fake::{
     EndBehaviour, FakeRig, Figure, Hand, Motion, PlanarFake, PlanarProperties, PlanarRig, PointerArm, Recording,
     RigProperties,
 };
-use device_io::kinematics::{Kinematics, Workspace};
+use device_io::kinematics::Kinematics;
 use device_io::link::Connector;
 use haptic_core::compensation::MAX_SHARE;
-use haptic_core::planar::Plane;
 use haptic_ipc::regular_file;
 use haptic_motion::table::TableOptions;
 use haptic_motion::{MotionError, Rows};
@@ -138,7 +137,7 @@ impl Options {
             usual.count,
             1e-9,
             0.01,
-            "m",
+            if kinematics.are_rotary() { "rad" } else { "m" },
         )?;
         let properties = PlanarProperties {
             mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
@@ -148,11 +147,10 @@ impl Options {
             arm_stiffness_n_per_m,
             arm_damping_ns_per_m,
         };
-        let amplitude_m = within("hand-amplitude-m", self.hand_amplitude_m, 0.03, 0.0, 1.0, "m")?;
-        let frequency_hz = within("hand-frequency-hz", self.hand_frequency_hz, 0.5, 0.0, 50.0, "Hz")?;
+        let (amplitude_m, frequency_hz) = self.oscillation()?;
         let path = figure.map(|figure| PlanarPath::Figure {
             figure,
-            middle: kinematics.workspace().map_or(Plane::ZERO, Workspace::middle),
+            middle: kinematics.middle(),
             amplitude_m,
             frequency_hz,
         });
@@ -161,12 +159,23 @@ impl Options {
             .map_err(ConfigError::OutOfReach)
     }
 
+    /// Amplitude, m, and frequency, Hz, of the hand.
+    fn oscillation(&self) -> Result<(f64, f64), ConfigError> {
+        Ok((
+            within("hand-amplitude-m", self.hand_amplitude_m, 0.03, 0.0, 1.0, "m")?,
+            within("hand-frequency-hz", self.hand_frequency_hz, 0.5, 0.0, 50.0, "Hz")?,
+        ))
+    }
+
     fn motion(&self, name: &MotionName) -> Result<Motion, ConfigError> {
         match name {
-            MotionName::Sine => Ok(Motion::Sine {
-                amplitude_m: within("hand-amplitude-m", self.hand_amplitude_m, 0.03, 0.0, 1.0, "m")?,
-                frequency_hz: within("hand-frequency-hz", self.hand_frequency_hz, 0.5, 0.0, 50.0, "Hz")?,
-            }),
+            MotionName::Sine => {
+                let (amplitude_m, frequency_hz) = self.oscillation()?;
+                Ok(Motion::Sine {
+                    amplitude_m,
+                    frequency_hz,
+                })
+            }
             MotionName::File(path) => {
                 let scale = within("hand-scale", self.hand_scale, 1.0, -1e3, 1e3, "")?;
                 let after_end = match self.hand_after_end {

@@ -1,8 +1,7 @@
 //! The mechanics of the fake rig on the command line.
 
 use device_io::fake::{FakeRig, Mechanics, PlanarProperties, PlanarRig, ProgramOptions, RigProperties};
-use device_io::kinematics::{Kinematics, Workspace};
-use haptic_core::planar::Plane;
+use device_io::kinematics::Kinematics;
 use std::f64::consts::TAU;
 
 #[derive(Debug, clap::Args)]
@@ -102,8 +101,8 @@ impl PlantOptions {
         };
         let mechanics = match self.kinematics {
             Some(kinematics) => {
-                let middle = kinematics.workspace().map_or(Plane::ZERO, Workspace::middle);
-                let rig = PlanarRig::new(self.planar(&kinematics), kinematics, program.path(middle)?)?;
+                let path = program.path(kinematics.middle())?;
+                let rig = PlanarRig::new(self.planar(&kinematics), kinematics, path)?;
                 Mechanics::Plane(Box::new(rig))
             }
             None => {

@@ -4,7 +4,7 @@ use super::*;
 use crate::record::Loaded;
 use crate::record::fixture::metadata;
 use crate::tape::signal::Signal;
-use crate::tape::tests::at;
+use crate::tape::tests::{at, batch};
 use haptic_recording::Ending;
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ impl Bench {
     }
 
     fn extend(&mut self, rows: &[Sample]) {
-        let ended = self.tapes.extend(rows, &[]);
+        let ended = self.tapes.extend(&batch(rows.to_vec()));
         self.scope.take_samples(rows, ended, &self.tapes);
     }
 
