@@ -232,6 +232,8 @@ fn a_rig_of_unknown_mass_is_judged_as_a_light_one() {
     let error = refused(&mut client, Request::engage());
     would_chatter(&error);
     assert!(error.message.contains("taken as 0.1 kg"), "{error}");
+    daemon.ctl_ok(&["scene", "load", "light-block"]);
+    let _: StateReply = client.request(Request::engage()).expect("it is calm");
 }
 
 // hazard: H30

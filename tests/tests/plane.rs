@@ -1,7 +1,10 @@
 //! Rigs of two axes: a gantry in the daemon, and a five-bar linkage behind a serial line that has to be homed and
 //! commissioned before it pulls.
 
-use haptic_ipc::{Client, ErrorCode, Event, Request, RigState, Sample, SampleY, StateReply, Status, Topic};
+use haptic_ipc::{
+    Client, CommissionReply, ErrorCode, Event, LeaseReply, Request, RigState, Sample, SampleY, StateReply, Status,
+    Topic,
+};
 use haptic_recording::Reader;
 use std::path::PathBuf;
 use system_tests::commissioning::daemon as idle_daemon;
@@ -192,6 +195,16 @@ fn homed_commissioned_and_engaged() {
     let error = refused(&mut client, Request::engage());
     assert_eq!(error.code, ErrorCode::NotCommissioned);
     assert!(error.message.contains("motor 1"), "{error}");
+    let mut other = daemon.client();
+    let _: LeaseReply = other.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+    let _: CommissionReply = other
+        .request(Request::CommissionBegin { motor: Some(1) })
+        .expect("the rig is idle");
+    daemon.ctl_refused(&["home"], 1, "cannot take the home pose");
+    drop(other);
+    wait_for(&mut client, "nobody who commissions", |status| {
+        status.commissioning.is_none()
+    });
     daemon.ctl_ok(&["commission", "--motor", "1", "--yes"]);
     let error = refused(&mut client, Request::engage());
     assert!(error.message.contains("motor 2"), "{error}");

@@ -131,7 +131,7 @@ fn status_row(status: &Status) -> Vec<String> {
         status.state.to_string(),
         format!(
             "{:.3} N of {} N",
-            status.command_force_n,
+            status.force_on_hand_n(),
             output::figure(status.device.force_limit_n)
         ),
         status.scene.clone(),

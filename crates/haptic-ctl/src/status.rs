@@ -28,11 +28,10 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
 
 /// The force on the hand; in the plane its length and its parts.
 fn force(status: &Status) -> String {
-    let x_n = status.command_force_n;
-    match status.command_force_y_n {
-        None => format!("{x_n:.3} N"),
-        Some(y_n) => format!("{:.3} N (x {x_n:.3}, y {y_n:.3})", x_n.hypot(y_n)),
-    }
+    let parts = status
+        .command_force_y_n
+        .map(|y_n| format!(" (x {:.3}, y {y_n:.3})", status.command_force_n));
+    format!("{:.3} N{}", status.force_on_hand_n(), parts.unwrap_or_default())
 }
 
 /// The state of the rig, its force and its scene.

@@ -76,6 +76,15 @@ pub struct Status {
     pub real_time: RealTimeStatus,
 }
 
+impl Status {
+    /// The force that is commanded on the hand, N: with its sign on a rig of one axis, on one of two its length.
+    #[must_use]
+    pub fn force_on_hand_n(&self) -> f64 {
+        let x_n = self.command_force_n;
+        self.command_force_y_n.map_or(x_n, |y_n| x_n.hypot(y_n))
+    }
+}
+
 /// The scene of the library that the active scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -250,8 +250,7 @@ fn run_self_test(config: Config, turn: Duration) -> Result<(), Failure> {
     let serving = prepared.control.serve(prepared.settings.cpu, prepared.cpus)?;
     let period_ns = prepared.settings.period_ns;
     let ReadyTick::Line(mut tick) = prepared.tick else {
-        // The configuration has refused it.
-        return Ok(());
+        unreachable!("the configuration refuses a self-test of two axes");
     };
     let measure =
         move |waiting| self_test::compare(&mut tick, serving, turn, period_ns, waiting).report(period_ns, waiting);

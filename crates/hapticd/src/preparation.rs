@@ -65,7 +65,11 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     let scene = config.scene.clone().on(None);
     let may_be_the_rigs = config.scene.has_coupling_of_rig() || scene == Scene::light_block();
     let servo_settings = servo_settings(&config, period_s, losses);
-    let (control, loop_side) = hand_over(RECORDS);
+    let (control, loop_side) = hand_over(if config.kinematics.is_some() {
+        2 * RECORDS
+    } else {
+        RECORDS
+    });
     let timing = LoopTiming {
         period_ns: config.period_ns,
         stale_ns: config.watches.stale_ns,

@@ -12,7 +12,7 @@ use super::wire::{self, Sent, Wire};
 use super::writer::Writer;
 use crate::device::{DeviceError, now_ns};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
-use crate::protocol::view::{Axes, View};
+use crate::protocol::view::{Axes, Kind, View};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
 use rustix::io::Errno;
@@ -188,6 +188,12 @@ impl Connector for HidConnector {
             0 => "nothing answers; does its firmware speak the link protocol?".to_owned(),
             _ => "reports came and no answer; does its firmware speak the link protocol?".to_owned(),
         })?;
+        let needed = Kind::Command.length(hello.axes());
+        if chosen.reports.output < needed {
+            let carries = chosen.reports.output;
+            let heard = format!("its reports carry {carries} bytes down, and its commands need {needed}");
+            return Err(ConnectError::Protocol { what, heard });
+        }
         wire.start_writer(&what)?;
         let rig = RigIdentity::of_usb(self.id.vendor, self.id.product, chosen.serial.as_deref());
         Ok(wire::greeted(wire, &hello, rig, timing, counters))

@@ -298,13 +298,30 @@ impl Keeper {
 mod tests {
     use super::*;
     use crate::device::{Device, DeviceError, Measurement, Written};
-    use crate::link::{GreetedDevice, RigIdentity};
+    use crate::link::RigIdentity;
+    use crate::link::connector::TwoMotors;
     use std::ffi::OsStr;
     use std::path::PathBuf;
 
     /// A device that answers the hello, and then nothing.
     #[derive(Debug)]
     struct OnlyGreets;
+
+    fn greeted(motors: Option<TwoMotors>) -> GreetedDevice {
+        let device = DeviceInfo {
+            connection: 0,
+            firmware: String::new(),
+            force_limit_n: 1.0,
+            sample_rate_hz: 1000.0,
+            resolution_m: 1e-5,
+            watchdog_ms: None,
+            buttons: 0,
+            rig: RigIdentity::default(),
+            motors,
+        };
+        let connection = Box::new(OnlyGreets);
+        GreetedDevice { connection, device }
+    }
 
     impl Connector for OnlyGreets {
         fn address(&self) -> String {
@@ -320,19 +337,7 @@ mod tests {
         }
 
         fn connect(&mut self, _: LoopTiming, _: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
-            let device = DeviceInfo {
-                connection: 0,
-                firmware: String::new(),
-                force_limit_n: 1.0,
-                sample_rate_hz: 1000.0,
-                resolution_m: 1e-5,
-                watchdog_ms: None,
-                buttons: 0,
-                rig: RigIdentity::default(),
-                motors: None,
-            };
-            let connection = Box::new(Self);
-            Ok(GreetedDevice { connection, device })
+            Ok(greeted(None))
         }
     }
 
@@ -360,6 +365,48 @@ mod tests {
         };
         assert_eq!(told, "the rig: it answers the hello and sends no samples");
         assert_eq!(monitor.failed_attempts(), 1);
+    }
+
+    // hazard: H36
+    #[test]
+    fn motors_that_the_kinematics_are_not_of_are_refused() {
+        let motors = |are_rotary, are_absolute| {
+            Some(TwoMotors {
+                are_rotary,
+                are_absolute,
+                counts: [1e-5; 2],
+                limits: [1.0; 2],
+            })
+        };
+        let five_bar = |home: &str| {
+            let text = "kinematics = 'five-bar'\nbase_m = 0.038\nproximal_m = 0.07\ndistal_m = 0.09\n\
+                        workspace_m = { x = [-0.06, 0.06], y = [0.06, 0.13] }\n";
+            Some(Kinematics::from_toml(&[home, text].concat()).expect("kinematics"))
+        };
+        let home = "home_deg = [180, 0]\n";
+        let xy = Some("xy".parse().expect("kinematics"));
+        for (kinematics, motors, told) in [
+            (None, motors(false, false), Some("the device has two axes")),
+            (xy, None, Some("the device has one axis")),
+            (xy, motors(true, false), Some("the device has rotary axes")),
+            (five_bar(home), motors(false, false), Some("the device has linear axes")),
+            (five_bar(""), motors(true, false), Some("name home_deg")),
+            (None, None, None),
+            (xy, motors(false, false), None),
+            (five_bar(home), motors(true, false), None),
+            (five_bar(""), motors(true, true), None),
+            // Count 0 is the home pose, whatever its angles are.
+            (five_bar(home), motors(true, true), None),
+        ] {
+            let (_, _, mut keeper) = Keeper::new(Box::new(OnlyGreets), LoopTiming::default());
+            keeper.kinematics = kinematics;
+            let heard = keeper.suited(greeted(motors)).err().map(|error| error.to_string());
+            let is_told = heard
+                .as_ref()
+                .zip(told)
+                .is_some_and(|(heard, told)| heard.contains(told));
+            assert!(is_told || (heard.is_none() && told.is_none()), "{told:?}: {heard:?}");
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use super::link_device::LinkDevice;
 use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
-use crate::kinematics::{Jacobian, Kinematics, Reading};
+use crate::kinematics::{Jacobian, Kinematics};
 use haptic_core::planar::Plane;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
@@ -35,6 +35,11 @@ impl Homing {
     /// The hand is in the home pose now: the next reading takes its counts for that.
     pub fn tell(&self) {
         self.0.told.store(self.0.connection.load(Acquire), Release);
+    }
+
+    /// What was told and not taken yet is void.
+    pub fn withdraw(&self) {
+        self.0.told.store(0, Release);
     }
 
     /// Whether what was told last has been taken by a reading.
@@ -116,14 +121,8 @@ impl Device<Plane> for PlanarLink {
             self.homing.homed(connection);
         }
         let motors = [0, 1].map(|motor| self.origin[motor] + measured.position_m[motor]);
-        let position = match self.kinematics.reading(motors) {
-            Reading::Position(pose) => {
-                self.jacobian = Some(pose.jacobian);
-                pose.position
-            }
-            Reading::Singular(pose) => pose.position,
-            Reading::CannotClose => Plane::new(f64::NAN, f64::NAN),
-        };
+        let position;
+        (position, self.jacobian) = self.kinematics.reading(motors).parts();
         Ok(measured.at(position))
     }
 

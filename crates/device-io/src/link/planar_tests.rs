@@ -51,6 +51,8 @@ struct Conversation {
     firmware: Firmware,
     session: Session,
     now_ns: u64,
+    /// What the host has asked of the motors last, N or N m.
+    efforts: [f64; 2],
 }
 
 /// One end of a conversation that the test looks into.
@@ -82,6 +84,7 @@ impl Connection for Shared {
 
     fn write_motors(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
         let mut conversation = self.lock();
+        conversation.efforts = efforts;
         for message in conversation.session.command(efforts, enabled, now_ns).messages() {
             if let Some(answer) = conversation.firmware.receive(message, now_ns) {
                 conversation.session.take(Ok(answer), now_ns);
@@ -111,6 +114,7 @@ impl Pair {
             firmware,
             session,
             now_ns,
+            efforts: [0.0; 2],
         })));
         let (to_link, greeted) = RingBuffer::new(4);
         let (failed, _) = RingBuffer::new(4);
@@ -160,10 +164,6 @@ impl Pair {
             other => panic!("{other:?}"),
         }
     }
-
-    fn efforts(&self) -> f64 {
-        self.hand().1.length()
-    }
 }
 
 #[test]
@@ -197,15 +197,28 @@ fn position_and_force_are_those_of_the_hand() {
     }
 }
 
+#[test]
+fn home_pose_that_was_withdrawn_is_not_taken() {
+    let mut pair = Pair::new(haply(RELATIVE));
+    pair.homing.tell();
+    pair.homing.withdraw();
+    pair.tick(Plane::ZERO);
+    assert!(!pair.homing.is_homed());
+    pair.homing.tell();
+    pair.tick(Plane::ZERO);
+    assert!(pair.homing.is_homed());
+}
+
 // hazard: H37
 #[test]
 fn a_singular_pose_gets_no_effort() {
     let mut pair = Pair::new(haply(RELATIVE));
     pair.homing.tell();
+    pair.shared.lock().efforts = [1.0; 2];
     for _ in 0..10 {
         pair.tick(Plane::new(5.0, 5.0));
+        assert_eq!(pair.shared.lock().efforts, [0.0; 2]);
     }
-    assert!(pair.shared.lock().firmware.force_n() == 0.0 && pair.efforts() == 0.0);
 }
 
 // hazard: H31

@@ -1,7 +1,7 @@
 //! A curve over time, and the gauge of its newest value.
 
 use super::model::{Model, WINDOW_S};
-use haptic_ipc::Sample;
+use haptic_ipc::{Sample, SampleY};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -12,7 +12,7 @@ use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph};
 pub(super) struct Curve {
     pub(super) title: &'static str,
     pub(super) unit: &'static str,
-    pub(super) value: fn(&Sample) -> f64,
+    pub(super) value: fn(&Sample, Option<&SampleY>) -> f64,
     /// Where the gauge ends on either side; without one it ends where the curve does.
     pub(super) full_scale: Option<f64>,
     pub(super) style: Style,
@@ -23,7 +23,7 @@ impl Curve {
         let points: Vec<(f64, f64)> = model
             .past
             .iter()
-            .map(|sample| (sample.t_s, (self.value)(sample)))
+            .map(|(sample, y)| (sample.t_s, (self.value)(sample, y.as_ref())))
             .collect();
         let newest = points.last().copied();
         let title = newest.map_or_else(

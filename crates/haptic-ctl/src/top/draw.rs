@@ -51,20 +51,33 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
 }
 
 fn draw_curves(frame: &mut Frame<'_>, force: Rect, position: Rect, model: &Model, theme: Theme) {
-    let force_limit = model.daemon.status.as_ref();
-    let force_limit = force_limit.map_or(1.0, |status| status.device.force_limit_n);
+    let device = model.daemon.status.as_ref().map(|status| &status.device);
+    let force_limit = device.map_or(1.0, |device| device.force_limit_n);
+    let is_plane = device.is_some_and(|device| device.axes == 2);
     let force_curve = Curve {
-        title: "force on the hand",
+        title: if is_plane {
+            "force on the hand, length"
+        } else {
+            "force on the hand"
+        },
         unit: "N",
-        value: |sample| sample.command_force_n,
+        value: |sample, y| {
+            y.map_or(sample.command_force_n, |y| {
+                sample.command_force_n.hypot(y.command_force_n)
+            })
+        },
         full_scale: Some(force_limit),
         style: theme.colour(Color::Cyan),
     };
     force_curve.draw(frame, force, model);
     let position_curve = Curve {
-        title: "position of the device",
+        title: if is_plane {
+            "position of the device, x"
+        } else {
+            "position of the device"
+        },
         unit: "mm",
-        value: |sample| sample.device_position_m * 1e3,
+        value: |sample, _| sample.device_position_m * 1e3,
         full_scale: None,
         style: theme.colour(Color::Yellow),
     };

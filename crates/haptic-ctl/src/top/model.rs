@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use haptic_ipc::{DaemonMirror, Event, Request, Sample, StateReply};
+use haptic_ipc::{DaemonMirror, Event, Request, Sample, SampleY, StateReply};
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -65,7 +65,8 @@ pub(super) struct Message {
 
 pub(super) struct Model {
     pub(super) daemon: DaemonMirror,
-    pub(super) past: VecDeque<Sample>,
+    /// The ticks that are shown, with what they have of a second axis.
+    pub(super) past: VecDeque<(Sample, Option<SampleY>)>,
     pub(super) message: Option<Message>,
     pub(super) help: bool,
 }
@@ -85,9 +86,13 @@ impl Model {
     pub(super) fn take(&mut self, event: Event) {
         self.daemon.take_event(&event);
         if let Event::Samples(samples) = event {
-            self.past.extend(samples.rows);
-            let newest_s = self.past.back().map_or(0.0, |sample| sample.t_s);
-            while self.past.front().is_some_and(|oldest| oldest.t_s < newest_s - WINDOW_S) {
+            self.past.extend(samples.ticks().map(|(row, y)| (*row, y.copied())));
+            let newest_s = self.past.back().map_or(0.0, |(newest, _)| newest.t_s);
+            while self
+                .past
+                .front()
+                .is_some_and(|(oldest, _)| oldest.t_s < newest_s - WINDOW_S)
+            {
                 self.past.pop_front();
             }
         }

@@ -29,15 +29,11 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     let is_old = tapes.newest().is_none();
     let staleness = daemon.staleness().or(is_old.then_some(Staleness::Gone));
     let staleness = staleness.filter(|_| sample.is_some());
-    let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
+    let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample), 2));
     let on_plane = |component| tapes.live().component(component).and_then(Tape::last);
     let y = on_plane(Component::Y);
-    let place = |of: fn(&Sample) -> f64| match y {
-        Some(y) => format!(
-            "{}, {:.1}",
-            sample.map_or_else(String::new, |x| format!("{:.1}", of(x))),
-            of(y)
-        ),
+    let place = |of: fn(&Sample) -> f64| match sample.zip(y) {
+        Some((x, y)) => format!("{}, {}", fixed(of(x), 1), fixed(of(y), 1)),
         None => value(of),
     };
     // Without force there is no surface to touch.
@@ -53,7 +49,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     };
     // On a plane the length of the force.
     let force = on_plane(Component::Length).or(sample);
-    let force = force.map_or_else(|| "–".to_owned(), |sample| fixed(sample.command_force_n));
+    let force = force.map_or_else(|| "–".to_owned(), |sample| fixed(sample.command_force_n, 2));
     let device = place(|sample| sample.device_position_m * MM_PER_M);
     let has_block = daemon.mirror.has_block();
     let (block, block_unit) = if has_block {
@@ -95,11 +91,11 @@ fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Col
     });
 }
 
-/// Two decimals, without the "-0.00" that would flicker around rest.
-fn fixed(value: f64) -> String {
-    let text = format!("{value:.2}");
-    match text.as_str() {
-        "-0.00" => "0.00".to_owned(),
+/// A number of decimals, without the "-0.00" that would flicker around rest.
+fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|digit| matches!(digit, '0' | '.')) => zero.to_owned(),
         _ if text.len() > 9 => format!("{value:.2e}"),
         _ => text,
     }
@@ -112,7 +108,11 @@ mod tests {
     #[test]
     fn readouts_keep_their_width() {
         for (value, text) in [(-0.001, "0.00"), (-12.345, "-12.35"), (1e300, "1.00e300")] {
-            assert_eq!(fixed(value), text);
+            assert_eq!(fixed(value, 2), text);
         }
+        assert_eq!(
+            (fixed(-0.04, 1), fixed(-0.06, 1)),
+            ("0.0".to_owned(), "-0.1".to_owned())
+        );
     }
 }

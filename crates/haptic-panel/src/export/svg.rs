@@ -171,7 +171,10 @@ fn figure(title: String, chart: &Chart, contacts: &[Run], height_px: f64) -> dra
     }
     traces.extend(chart.under().chain(&chart.curves).map(line));
     for overlay in &chart.overlays {
-        if let Overlay::Dots { name, at, color, .. } = overlay {
+        // A name in the legend is of something that is drawn.
+        if let Overlay::Dots { name, at, color, .. } = overlay
+            && !at.is_empty()
+        {
             traces.push(Trace::dots(*name, at.clone()).in_colour(colour(*color)));
         }
     }

@@ -1,14 +1,16 @@
 //! `home`: a person says that the hand of a rig of two axes is in its home pose.
 
 use crate::control::RigHandle;
+use crate::control::exclusive_use;
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
+use device_io::link::Homing;
 use haptic_ipc::{ErrorCode, JournalEntry, StateReply, WireError};
 
 /// Takes the counts of the next sample for those of the home pose. Relative encoders lose them with each connection.
 ///
 /// # Errors
-/// The rig has no home pose, no device is connected, force flows, or no sample comes.
+/// The rig has no home pose, no device is connected, force flows, another client has the rig to itself, or no sample comes.
 pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
     let wrong = |message: String| WireError::new(ErrorCode::WrongState, message).about("state");
     let Some(homing) = rig.facts.homing() else {
@@ -24,7 +26,8 @@ pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateRepl
     if !rig.facts.is_device_known() {
         return Err(wrong("cannot take the home pose: no device is connected".to_owned()));
     }
-    homing.tell();
+    exclusive_use::refuse_others(rig, "take the home pose")?;
+    let _told = Told::now(homing);
     let mut looks = rig.channel.looks(rig.facts.period_ns);
     while !homing.is_taken() {
         looks.next().await?;
@@ -39,4 +42,20 @@ pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateRepl
         state: feed.state(),
         tick: feed.newest().map_or(0, |record| record.tick),
     })
+}
+
+/// What a person says now. It is withdrawn when nobody waits for it any more: a later sample may be of any other pose.
+struct Told(Homing);
+
+impl Told {
+    fn now(homing: &Homing) -> Self {
+        homing.tell();
+        Self(homing.clone())
+    }
+}
+
+impl Drop for Told {
+    fn drop(&mut self) {
+        self.0.withdraw();
+    }
 }

@@ -168,7 +168,7 @@ impl Snapshot {
         families.gauge(
             "hapticd_force_newtons",
             "Force on the hand, as commanded.",
-            status.command_force_n,
+            status.force_on_hand_n(),
         )?;
         families.gauge(
             "hapticd_force_limit_newtons",

@@ -96,7 +96,7 @@ pub(crate) enum FromLoop {
 // Three cache lines: what a tick costs here is known and does not creep up.
 const _: () = assert!(size_of::<FromLoop>() <= 192);
 
-/// Records that the ring holds in the daemon: more than eight seconds at 1 kHz.
+/// Entries that the ring holds in the daemon: more than eight seconds at 1 kHz, where a tick has one; of two axes it has two.
 pub(crate) const RECORDS: usize = 8192;
 
 /// Entries that a scheduled change may lead to, and any other but a record: itself, an answer, and two scenes.

@@ -249,7 +249,9 @@ fn scenes<V: Space>() -> Vec<Scene> {
     .map(|text| toml::from_str::<SceneFile>(text).expect("a scene").on(None))
     .collect();
     scenes.push(Scene::paper());
-    scenes.retain(|scene| CompiledScene::<V>::ramped(scene, scene, 1, Scheme::Exact, 1e-3, 0.0).is_ok());
+    // On a line there are all.
+    scenes
+        .retain(|scene| V::AXES == 1 || CompiledScene::<V>::ramped(scene, scene, 1, Scheme::Exact, 1e-3, 0.0).is_ok());
     scenes
 }
 

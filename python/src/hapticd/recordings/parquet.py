@@ -34,6 +34,9 @@ def read(path: Path) -> pandas.DataFrame:
     }
     if not fields:
         raise metadata.of_another_program(path, "Parquet", "the keys `hapticd.*`")
+    for name in metadata.required(metadata.kind_of_version(path, fields.get("version"))):
+        if name not in table.column_names:
+            raise metadata.damaged(path, f"there is no column `{name}`")
     marks: list[dict[str, Any]] = [{"row": row, **mark} for row, mark in json.loads(fields.pop("marks", "[]"))]
     for place, name in enumerate(table.column_names):
         if name in DTYPES and name != "state":

@@ -41,6 +41,22 @@ pub(in crate::control) struct Findings {
     pub(in crate::control) mass_kg: Option<f64>,
 }
 
+impl Findings {
+    /// The least of each finding of two motors; none where one of them has none.
+    fn least(self, other: Self) -> Self {
+        Self {
+            range_m: both(self.range_m, other.range_m, f64::min),
+            friction_n: both(self.friction_n, other.friction_n, f64::min),
+            mass_kg: both(self.mass_kg, other.mass_kg, f64::min),
+        }
+    }
+}
+
+/// What is made of two findings, where there are both.
+fn both<T>(one: Option<T>, other: Option<T>, of: impl FnOnce(T, T) -> T) -> Option<T> {
+    one.zip(other).map(|(one, other)| of(one, other))
+}
+
 /// Whether a rig is commissioned.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::control) enum CommissionState {
@@ -107,27 +123,46 @@ impl Records {
         if may_be_cached && let Some(known) = self.fresh(device.connection) {
             return known;
         }
-        let doubt = |record: &Record, part: &ConnectedDevice| {
-            let is_confirmed = self.confirmed.get() == Some(device.connection);
-            record.origin.doubt(part).filter(|_| !is_confirmed)
-        };
-        let mut known = CommissionState::Not(String::new());
-        for (number, part) in (1..).zip(device.parts()) {
-            known = match self.of_this_rig(state_dir, &part).await {
-                Err(why) if device.motors > 1 => CommissionState::Not(format!("motor {number}: {why}")),
-                Err(why) => CommissionState::Not(why),
-                Ok(record) => CommissionState::Commissioned {
-                    doubt: doubt(&record, &part),
-                    findings: record.findings,
-                    coupling: record.coupling,
-                },
-            };
-            if !matches!(known, CommissionState::Commissioned { doubt: None, .. }) {
-                break;
-            }
-        }
+        let known = self.of_all_motors(state_dir, device).await;
         *self.cached.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
         known
+    }
+
+    /// What is known of a rig with all its motors: each finding as it is of the motor that bears less.
+    async fn of_all_motors(&self, state_dir: &Path, device: &ConnectedDevice) -> CommissionState {
+        let is_confirmed = self.confirmed.get() == Some(device.connection);
+        let mut of_rig = None;
+        for (number, part) in (1..).zip(device.parts()) {
+            let record = match self.of_this_rig(state_dir, &part).await {
+                Err(why) if device.motors > 1 => return CommissionState::Not(format!("motor {number}: {why}")),
+                Err(why) => return CommissionState::Not(why),
+                Ok(record) => record,
+            };
+            let doubt = record.origin.doubt(&part).filter(|_| !is_confirmed);
+            let (findings, coupling) = match of_rig {
+                None => (record.findings, record.coupling),
+                Some((findings, coupling)) => (
+                    record.findings.least(findings),
+                    both(record.coupling, coupling, |one, other| {
+                        if one.stiffness <= other.stiffness { one } else { other }
+                    }),
+                ),
+            };
+            if doubt.is_some() {
+                return CommissionState::Commissioned {
+                    findings,
+                    coupling,
+                    doubt,
+                };
+            }
+            of_rig = Some((findings, coupling));
+        }
+        let (findings, coupling) = of_rig.unwrap_or_default();
+        CommissionState::Commissioned {
+            findings,
+            coupling,
+            doubt: None,
+        }
     }
 
     /// The record that is valid for a device, or why there is none.
@@ -201,6 +236,19 @@ impl Records {
 mod tests {
     use super::*;
     use crate::control::rig_files::tests::origin;
+
+    #[test]
+    fn rig_of_two_motors_has_the_least_of_both() {
+        let of = |friction_n, mass_kg| Findings {
+            range_m: Some(0.1),
+            friction_n,
+            mass_kg,
+        };
+        let (first, second) = (of(Some(0.3), Some(0.2)), of(Some(0.5), None));
+        for (one, other) in [(first, second), (second, first)] {
+            assert_eq!(one.least(other), of(Some(0.3), None));
+        }
+    }
 
     #[test]
     fn an_older_record_reads() {
