@@ -5,7 +5,7 @@ use crate::journal::JournalEntry;
 use crate::object::{Field, FieldValue, Limits};
 use crate::replay::{SceneArrival, ServoSetup, ServoSnapshot};
 use crate::sample::Sample;
-use crate::sample_y::{Row, SAMPLE_Y_COLUMNS, SampleY, is_one_axis, one_axis};
+use crate::sample_y::{Row, SAMPLE_Y_COLUMNS, SampleY, one_axis};
 use crate::status::RigState;
 use crate::timing::Timing;
 use crate::values::{word, words};
@@ -171,7 +171,7 @@ struct Batch {
     /// Rows lost since the previous event.
     dropped: u64,
     /// 2 where the columns of a second axis follow in each row.
-    #[serde(default = "one_axis", skip_serializing_if = "is_one_axis")]
+    #[serde(default = "one_axis")]
     axes: u8,
     /// The ticks, oldest first.
     #[cfg_attr(feature = "schema", schemars(with = "Vec<Sample>"))]

@@ -1,5 +1,9 @@
+//! Analyses of studies that can be worked out by hand.
+
+mod files;
+
 use super::*;
-use crate::subject_table::{SubjectRow, SubjectTable};
+use crate::subject_table::SubjectTable;
 use crate::trial::{Case, Method, PerceptionTrial};
 use serde_json::Value;
 
@@ -278,62 +282,6 @@ fn what_a_segment_cannot_tell_is_refused_and_the_rest_stands() {
     assert_eq!(measures[..2], [Measure::Time, Measure::Errors]);
 }
 
-#[test]
-fn the_files_have_every_table_and_every_figure() {
-    let found = analysed(&study());
-    let tables = fitts_tables(&found, TERMINAL);
-    let names: Vec<&str> = tables.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(
-        names,
-        [
-            "throughput",
-            "table-3-time",
-            "table-4-errors",
-            "table-5-error-size",
-            "pairs",
-            "beside-paper",
-            "difficulty"
-        ]
-    );
-    let times = &tables[1].1.rows;
-    assert_eq!(times[1], ["easy", "3.000", "2/0", "0/1"]);
-    assert_eq!(times[3], ["sum", "", "3/0", "1/2"]);
-    let files = fitts_files(&found, &[], &SubjectTable::default(), "A study");
-    let text = |name: &str| {
-        let (_, bytes) = files.iter().find(|(found, _)| found == name).expect(name);
-        String::from_utf8(bytes.clone()).expect("text")
-    };
-    assert!(
-        text("table-3-time.md")
-            .contains("| condition | ID bit | real | viscous |\n|:--|--:|--:|--:|\n| easy | 3.000 |")
-    );
-    assert!(text("table-3-time.tex").contains("easy & 3.000 & 2/0 & 0/1 \\\\\n"));
-    assert!(
-        text("table-3-time.csv")
-            .starts_with("operator,condition,difficulty_bit,resistance,better,worse,same,sign_test_p\n,easy,")
-    );
-    assert_eq!(text("sequences.csv").lines().count(), 1 + 13);
-    assert!(text("differences.csv").starts_with(
-        "operator,subject,resistance,condition,difficulty_bit,time_s,errors,error_size_m\n,a,real,easy,3"
-    ));
-    assert!(text("difficulty.svg").contains("Movement time against") && text("quadrants-size.svg").contains("viscous"));
-    // Two conditions give no line, and each resistance says so.
-    assert!(text("difficulty.svg").contains(">real has no line: points of the regression: 2; at least 3 are needed<"));
-    assert!(
-        !files.iter().any(|(name, _)| name == "trajectories.svg"),
-        "there are no recordings"
-    );
-    let page = text("analysis.html");
-    for part in [
-        "Table 3",
-        "real: time against errors",
-        "viscous: time against size",
-        "Movement time against",
-    ] {
-        assert!(page.contains(part), "{part}");
-    }
-}
-
 fn answers(case: Case, method: Method, answers: &[(f64, bool, bool)]) -> Vec<PerceptionTrial> {
     (1..)
         .zip(answers)
@@ -436,54 +384,6 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
 }
 
 #[test]
-fn bars_of_one_condition_stand_beside_one_another() {
-    let files = fitts_files(&analysed(&study()), &[], &SubjectTable::default(), "A study");
-    let (_, picture) = files
-        .iter()
-        .find(|(name, _)| name == "difficulty.svg")
-        .expect("a figure");
-    let picture = String::from_utf8_lossy(picture);
-    // The discs of the plot have their bars before them; those of the legend have none.
-    let places: Vec<&str> = picture
-        .split("<circle")
-        .skip(1)
-        .filter_map(|disc| disc.split_once("cx=\"")?.1.split('"').next())
-        .collect();
-    let distinct: std::collections::BTreeSet<&&str> = places.iter().collect();
-    assert_eq!(distinct.len(), places.len(), "{places:?}");
-}
-
-#[test]
-fn every_file_of_a_simulated_operator_says_so() {
-    let mut trials = study();
-    let mut heard = answers(
-        Case::A,
-        Method::Constant,
-        &[(0.1, true, false), (0.3, false, false), (0.5, true, false)],
-    );
-    for operator in [None, Some(Operator::Human), Some(Operator::Simulated)] {
-        trials.iter_mut().for_each(|trial| trial.operator = operator);
-        heard.iter_mut().for_each(|trial| trial.operator = operator);
-        let heard = perception(&heard, 1).expect("an analysis");
-        let files = [
-            fitts_files(&analysed(&trials), &[], &SubjectTable::default(), "A study"),
-            perception_files(&heard, &SubjectTable::default(), "Cases"),
-        ];
-        for (name, bytes) in files.concat() {
-            let text = String::from_utf8(bytes).expect("text");
-            let says_so = match name.rsplit('.').next() {
-                Some("csv") => text.lines().skip(1).all(|row| row.starts_with("simulated,")),
-                _ => text.contains("simulated operator, not people"),
-            };
-            // A table without a row says nothing.
-            let is_empty = text.lines().count() == 1;
-            let is_simulated = operator == Some(Operator::Simulated);
-            assert!(is_empty || says_so == is_simulated, "{operator:?} {name}:\n{text}");
-        }
-    }
-}
-
-#[test]
 fn answers_that_jump_have_no_interval() {
     // Chance below 0.3 N, certain above: 20 answers at each level.
     let trials: Vec<PerceptionTrial> = ["01", "02"]
@@ -513,91 +413,4 @@ fn answers_that_jump_have_no_interval() {
         found.notes.iter().any(|note| note.ends_with("it has no interval")),
         "{found:?}"
     );
-}
-
-/// The columns of a table, each by its name. A name that is there twice fails.
-fn columns(table: &haptic_lab::drawing::Table) -> std::collections::BTreeMap<String, Vec<String>> {
-    let mut reader = csv::Reader::from_reader(std::io::Cursor::new(table.csv()));
-    let heading = reader.headers().expect("a heading").clone();
-    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("as many cells")).collect();
-    let mut columns = std::collections::BTreeMap::new();
-    for (place, name) in heading.iter().enumerate() {
-        let cells = rows.iter().map(|row| row[place].to_owned()).collect();
-        assert!(
-            columns.insert(name.to_owned(), cells).is_none(),
-            "{name} is there twice"
-        );
-    }
-    columns
-}
-
-#[test]
-fn tidy_tables_have_each_column_once_and_every_digit() {
-    let found = analysed(&study());
-    let answers = answers(Case::A, Method::Constant, &[(0.1, true, false), (0.3, false, false)]);
-    let heard = perception(&answers, 1).expect("an analysis");
-    let row = |code: &str, age: &str| SubjectRow {
-        code: code.to_owned(),
-        order: Vec::new(),
-        values: vec![age.to_owned(), String::new()],
-    };
-    let subjects = SubjectTable {
-        fields: vec!["age".to_owned(), "block".to_owned()],
-        rows: vec![row("b", "30-39"), row("01", "20-29")],
-    };
-    let tables = [fitts_data(&found, &subjects), perception_data(&heard, &subjects)].concat();
-    let all: std::collections::BTreeMap<_, _> = tables.iter().map(|(name, table)| (&**name, columns(table))).collect();
-    assert_eq!(all.len(), tables.len());
-    let numbers = |table: &str, column: &str| -> Vec<Option<f64>> {
-        let cells = all[table][column].iter();
-        cells
-            .map(|cell| (!cell.is_empty()).then(|| cell.parse().expect(cell)))
-            .collect()
-    };
-    let exact = |values: Vec<Option<f64>>, table: &str, column: &str| {
-        let bits = |values: Vec<Option<f64>>| values.into_iter().map(|one| one.map(f64::to_bits)).collect::<Vec<_>>();
-        assert_eq!(bits(numbers(table, column)), bits(values), "{table}: {column}");
-    };
-    let sequences = found
-        .sequences
-        .iter()
-        .map(|one| Some(one.throughput_bit_per_s))
-        .collect();
-    exact(sequences, "sequences", "throughput_bit_per_s");
-    let all_means: Vec<&Summary> = found.by_resistance.iter().chain(&found.overall).collect();
-    let interval = |end: usize| {
-        all_means
-            .iter()
-            .map(|one| one.throughput_interval_bit_per_s.map(|ends| ends[end]))
-            .collect()
-    };
-    exact(interval(0), "throughput", "throughput_low_bit_per_s");
-    exact(interval(1), "throughput", "throughput_high_bit_per_s");
-    // Neither two conditions nor two levels determine anything: the cells are empty, and the reason is beside them.
-    exact(vec![None; 3], "difficulty", "slope_low_s_per_bit");
-    exact(vec![None], "jnd", "pooled_N");
-    assert!(all["jnd"]["pooled_refused"][0].contains("levels: 2"), "{all:?}");
-    assert_eq!(all["subjects"]["subject_age"], ["20-29"]);
-    let ages = all["differences"]["subject"]
-        .iter()
-        .zip(&all["differences"]["subject_age"]);
-    assert!(
-        ages.into_iter()
-            .all(|(code, age)| age == if code == "b" { "30-39" } else { "" })
-    );
-    // A cell has one value: no interval, no ratio, no star.
-    for (name, columns) in &all {
-        let cells = columns
-            .iter()
-            .filter(|(column, _)| !column.ends_with("refused"))
-            .flat_map(|(_, cells)| cells);
-        for cell in
-            cells.filter(|cell| !cell.is_empty() && !cell.starts_with(|first: char| first.is_ascii_alphabetic()))
-        {
-            assert!(
-                cell.parse::<f64>().is_ok() || cell == "30-39" || cell == "20-29",
-                "{name}: {cell}"
-            );
-        }
-    }
 }

@@ -1,5 +1,7 @@
 //! Identification of records whose truth is known.
 
+mod clocks;
+
 use crate::identify::study::kinds::{self, Conditions, Kind};
 use crate::identify::study::{Experiment, Movement, Sensors, Truth};
 use crate::identify::{Clocks, Directions, Identified, ModelKind, Options, Record, identify};
@@ -163,115 +165,6 @@ fn a_constant_force_is_the_offset_of_friction_that_is_alike() {
     let found = found(&shifted);
     assert!(found.refused.is_empty(), "{found:#?}");
     held(&found, 0.5, &alike(), -1.2, 1.6);
-}
-
-#[test]
-fn clocks_that_differ_are_aligned_and_the_shift_reported() {
-    let truth = record(alike(), 4);
-    for samples in [4_usize, 25] {
-        let mut late = truth.clone();
-        // The force is stamped this number of samples later than it was.
-        late.force_n.rotate_right(samples);
-        let options = Options {
-            clocks: Clocks::Delayed,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        let found = identify(&late, &options).expect("a record");
-        let shift_s = samples as f64 * 1e-3;
-        assert!(
-            (found.shift_s - shift_s).abs() < 5e-4,
-            "{} for {shift_s}",
-            found.shift_s
-        );
-        let [low, high] = found.intervals["shift_s"];
-        assert!(low <= shift_s && shift_s <= high, "{low} to {high}");
-        held(&found, 0.5, &alike(), 0.0, 2.0);
-    }
-    assert!(found(&truth).shift_s.abs() < 2e-4);
-}
-
-/// The record with forces by another recorder: so much later, and by a clock that runs faster, in parts in a million.
-fn by_another_clock(truth: &Record, shift_s: f64, drift_ppm: f64) -> Record {
-    let (t, last) = (&truth.t_s, truth.t_s.len() - 1);
-    let middle_s = f64::midpoint(t[0], t[last]);
-    let period_s = (t[last] - t[0]) / last as f64;
-    // What was stamped t by the force's clock was there at this time.
-    let force_at = |t_s: f64| {
-        let there_s = middle_s + (t_s - shift_s - middle_s) / (1.0 + 1e-6 * drift_ppm);
-        let place = ((there_s - t[0]) / period_s).clamp(0.0, last as f64 - 1e-6);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a sample of the record"
-        )]
-        let (left, share) = (place as usize, place.fract());
-        truth.force_n[left] + share * (truth.force_n[left + 1] - truth.force_n[left])
-    };
-    Record {
-        force_n: t.iter().map(|t_s| force_at(*t_s)).collect(),
-        ..truth.clone()
-    }
-}
-
-#[test]
-fn a_clock_that_drifts_is_reported_with_its_shift_and_removed() {
-    let truth = record(alike(), 4);
-    let of = |record: &Record, clocks| {
-        let options = Options {
-            clocks,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        identify(record, &options).expect("a record")
-    };
-    for (shift_s, drift_ppm) in [(0.012, 400.0), (-0.2, -500.0)] {
-        let found = of(&by_another_clock(&truth, shift_s, drift_ppm), Clocks::Two);
-        let reported = found.clock_drift_ppm.expect("it drifts");
-        assert!(
-            (reported - drift_ppm).abs() < 60.0,
-            "{reported} ppm for {drift_ppm}: {found:#?}"
-        );
-        let [low, high] = found.intervals["clock_drift_ppm"];
-        assert!(low <= drift_ppm && drift_ppm <= high, "{low} to {high}");
-        assert!(
-            (found.shift_s - shift_s).abs() < 5e-4,
-            "{} for {shift_s}",
-            found.shift_s
-        );
-        held(&found, 0.5, &alike(), 0.0, 2.0);
-    }
-    assert_eq!(of(&truth, Clocks::Two).clock_drift_ppm, None, "clocks that run alike");
-    // What is known is not looked for.
-    let late = by_another_clock(&truth, 0.1, 0.0);
-    let given = of(&late, Clocks::Shifted(0.1));
-    assert_eq!((given.shift_s, given.clock_drift_ppm), (0.1, None));
-    held(&given, 0.5, &alike(), 0.0, 2.0);
-}
-
-#[test]
-fn a_steady_motion_says_nothing_of_two_clocks() {
-    let mut steady = record(alike(), 4);
-    let mut random = fastrand::Rng::with_seed(7);
-    let mut noise = || (0..12).map(|_| random.f64() - 0.5).sum::<f64>();
-    for (k, (x, force)) in steady.position_m.iter_mut().zip(&mut steady.force_n).enumerate() {
-        *x = (5e-5 * k as f64 / 1e-5).round() * 1e-5;
-        *force = 3.5 + 0.1 * noise();
-    }
-    for clocks in [Clocks::Delayed, Clocks::Two] {
-        let options = Options {
-            clocks,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        let found = identify(&steady, &options).expect("a record");
-        assert_eq!((found.shift_s, found.clock_drift_ppm), (0.0, None), "{found:#?}");
-        let refusal = found.refused.iter().find(|refusal| refusal.parameter == "shift_s");
-        let reason = &refusal.expect("the shift is refused").reason;
-        assert!(reason.contains("does not separate inertia"), "{reason}");
-        assert_eq!(
-            found.intervals.len(),
-            0,
-            "what hangs on the shift is refused with it: {found:#?}"
-        );
-    }
 }
 
 #[test]
@@ -548,50 +441,6 @@ fn single_frequency_motion_notes_that_no_spring_is_assumed() {
         "has one frequency, 1.50 Hz"
     ));
     assert!(!says(&found(&with_place(0.5, 3.0, 1, |_| 0.0)), "one frequency"));
-}
-
-#[test]
-fn single_file_is_not_shifted_but_a_better_shift_is_noted() {
-    let mut late = record(alike(), 1);
-    late.force_n.rotate_right(4);
-    let found = |clocks| {
-        let options = Options {
-            clocks,
-            ..Options::new(ModelKind::Karnopp)
-        };
-        identify(&late, &options).expect("a record")
-    };
-    let as_it_is = found(Clocks::OneFile);
-    assert_eq!((as_it_is.shift_s, as_it_is.intervals.get("shift_s")), (0.0, None));
-    assert!(
-        says(&as_it_is, "--shift-ms auto") && says(&as_it_is, "One of 4."),
-        "{:?}",
-        as_it_is.notes
-    );
-    let delayed = found(Clocks::Delayed);
-    assert!((delayed.shift_s - 4e-3).abs() < 5e-4);
-    // Between two samples nothing is known.
-    let [low_s, high_s] = delayed.intervals["shift_s"];
-    assert!(high_s - low_s >= 0.3e-3, "{low_s} to {high_s}");
-    assert!(!says(&self::found(&record(alike(), 1)), "--shift-ms"));
-}
-
-#[test]
-fn one_frequency_does_not_determine_the_shift_of_recorders() {
-    let conditions = Conditions {
-        shift_s: 4e-3,
-        ..Conditions::FAIR
-    };
-    let options = Options {
-        clocks: Clocks::Two,
-        ..Options::new(ModelKind::Karnopp)
-    };
-    // These would be answered: a shift, inertia and viscous friction together leave little.
-    for (kind, seed) in [(Kind::Sine, 6), (Kind::Sine, 36), (Kind::Growing, 4)] {
-        let found = identify(&kinds::record(kind, &conditions, seed).0, &options).expect("a record");
-        assert!(refused(&found).contains(&"shift_s"), "{kind:?} {seed}: {found:#?}");
-        assert!(found.intervals.is_empty(), "{:?}", found.intervals);
-    }
 }
 
 #[test]
