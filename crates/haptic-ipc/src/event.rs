@@ -171,7 +171,7 @@ struct Batch {
     /// Rows lost since the previous event.
     dropped: u64,
     /// 2 where the columns of a second axis follow in each row.
-    #[serde(default = "one_axis")]
+    #[serde(default = "one_axis", skip_serializing_if = "crate::sample_y::is_one_axis")]
     axes: u8,
     /// The ticks, oldest first.
     #[cfg_attr(feature = "schema", schemars(with = "Vec<Sample>"))]
