@@ -153,12 +153,15 @@ def main():
     parser.add_argument("--out", type=Path, required=True, help="folder for the results")
     parser.add_argument("--package", required=True)
     parser.add_argument("--files", nargs="+", required=True, help="from the clone's folder on")
+    parser.add_argument("--integration", help="an integration test to hold them against, not the crate's own tests")
     parser.add_argument("tests", nargs="*", help="after `--`: what the tests' program gets")
     given = parser.parse_args()
     given.tree, given.out = given.tree.resolve(), given.out.resolve()
     source = f"crates/{given.package}/src"
     is_library = (given.tree / source / "lib.rs").exists()
     target = ["--lib"] if is_library else ["--bins"]
+    if given.integration:
+        target = ["--test", given.integration]
     root = f"{source}/{'lib' if is_library else 'main'}.rs"
     timeout_s = int(os.environ.get("HAPTICD_MUTANTS_TIMEOUT_S", "120"))
 

@@ -17,7 +17,8 @@
 #   nine sizes of memory and stacks                     they only have to be large enough
 #
 #   tests/mutants.sh               # every part
-#   tests/mutants.sh limiter rt    # limiter, senses, state, servo, forces, motion, session, clock, rt, thread
+#   tests/mutants.sh limiter rt    # limiter, senses, state, servo, forces, motion, plane, kinematics, session, clock, rt,
+#                                  # thread
 #
 # What is committed is tested, not what is being worked on. The clone and its build stay in
 # $HAPTICD_MUTANTS_DIR (by default target/mutants), so a second run begins sooner. A change may take
@@ -32,11 +33,12 @@ if [ "$(cargo mutants --version 2>/dev/null)" != "cargo-mutants $version" ]; the
 fi
 
 parts=("$@")
-[ ${#parts[@]} != 0 ] || parts=(limiter senses state servo forces motion session clock rt thread)
+[ ${#parts[@]} != 0 ] || parts=(limiter senses state servo forces motion plane kinematics session clock rt thread)
 
 # For each part: the files that are changed, their package, and the names of the tests that should
 # see it. What is not named here is not run: a whole test run for every change would take a week.
 describe() {
+    integration=''
     case $1 in
     # What the servo alone asks of it, its tests see.
     limiter) package=haptic-core files=(limiter.rs) tests=(limiter servo --skip every_build_gives) ;;
@@ -58,6 +60,15 @@ describe() {
         package=haptic-core files=(excitation/{mod,course}.rs own_motion.rs rig_friction.rs bound_error.rs)
         tests=(excitation own_motion rig_friction bound_error servo::tests::motion)
         ;;
+    # Not its series, for which references are the judge.
+    plane)
+        package=haptic-core files=(planar/{vector,workspace,renderer,spring,velocity}.rs) integration=physics
+        tests=(planar_servo planar::{a_line,references,without})
+        ;;
+    kinematics)
+        package=device-io files=(kinematics/{dual,five_bar,linear,mod,workspace}.rs link/planar_link.rs)
+        tests=(kinematics link::planar)
+        ;;
     session)
         package=device-io files=(link/session.rs link/sent_messages.rs)
         tests=(link::{session,sent_messages,queue_tests,serial})
@@ -73,7 +84,7 @@ describe() {
         tests=(rt::thread:: rt::privileges rt::panic_tests)
         ;;
     *)
-        echo "no part $1: limiter, senses, state, servo, forces, motion, session, clock, rt, thread" >&2
+        echo "no part $1: limiter, senses, state, servo, forces, motion, plane, kinematics, session, clock, rt, thread" >&2
         exit 2
         ;;
     esac
@@ -105,5 +116,6 @@ for part in "${parts[@]}"; do
     printf '\n## %s, commit %s, %s: cargo test --package %s %s\n\n' \
         "$part" "$commit" "$(date --utc +%F)" "$package" "${tests[*]}"
     nice -n 10 python3 tests/mutants.py --tree "$folder/tree" --out "$folder/$part" \
-        --package "$package" --files "${files[@]/#/crates/$package/src/}" -- "${tests[@]}"
+        --package "$package" ${integration:+--integration "$integration"} \
+        --files "${files[@]/#/crates/$package/src/}" -- "${tests[@]}"
 done

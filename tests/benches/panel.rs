@@ -60,11 +60,17 @@ fn click(screen: &Screen, place: (usize, usize)) {
     screen.act(&["mousemove", "1", "1"]);
 }
 
-fn main() {
-    let daemon = Daemon::start(&[]);
+/// A daemon that feels a moving hand.
+fn engaged(arguments: &[&str]) -> Daemon {
+    let daemon = Daemon::start(arguments);
     let mut client = daemon.client();
     client.request::<StateReply>(Request::engage()).expect("it engages");
     drop(client);
+    daemon
+}
+
+fn main() {
+    let daemon = engaged(&[]);
     println!("| | window | share of a core |");
     println!("|---|---|---|");
     let usual = (1280, 800);
@@ -107,6 +113,11 @@ fn main() {
     ] {
         measure(&daemon, what, usual, &["--page", page], |_| {});
     }
+    let plane = engaged(&["--kinematics", "xy", "--hand", "circle"]);
+    for (what, page) in [("Plane, two axes", "plane"), ("Tune, two axes", "tune")] {
+        measure(&plane, what, usual, &["--page", page], |_| {});
+    }
+    drop(plane);
     measure(&daemon, "Tune, minimised", usual, &[], |screen| {
         let manager = screen.window_manager();
         thread::sleep(Duration::from_secs(1));
