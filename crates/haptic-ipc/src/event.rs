@@ -68,8 +68,7 @@ pub enum Event {
     Samples(SamplesEvent),
     /// A change, with its author and time.
     Log(Box<JournalEntry>),
-    /// The servo's state before a tick. Where every tick is subscribed to as well, the first one is that of
-    /// the first snapshot.
+    /// The servo's state before a tick. With `samples` of every tick, their first row is that tick's.
     Snapshot(Box<SnapshotEvent>),
     /// A topic of a later server.
     #[serde(other)]
@@ -112,7 +111,7 @@ pub struct StateEvent {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ServoEvent {
-    /// The first tick that is computed with them.
+    /// The first tick with them.
     pub tick: u64,
     /// The settings.
     pub servo: ServoSetup,
@@ -124,7 +123,7 @@ pub struct ServoEvent {
 pub struct SnapshotEvent {
     /// The tick that goes on from it.
     pub tick: u64,
-    /// The state.
+    /// The state, from which another servo goes on to the last bit.
     pub snapshot: ServoSnapshot,
 }
 
@@ -239,11 +238,11 @@ impl schemars::JsonSchema for SamplesEvent {
 pub struct SubscribeReply {
     /// The topics subscribed to.
     pub topics: Vec<Topic>,
-    /// Samples a second: the rate asked for, or the nearest one that the loop's rate divides into.
+    /// Samples a second: as asked, or the nearest divisor of the loop's rate.
     pub rate_hz: f64,
     /// Least time between sample events, ms.
     pub batch_ms: u32,
-    /// Names of a row's columns.
+    /// Columns of a row.
     pub columns: Vec<String>,
     /// The servo's settings behind the rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
