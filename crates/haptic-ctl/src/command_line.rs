@@ -94,8 +94,6 @@ pub(crate) enum Command {
     /// Say that the rig of two axes is in its home pose now
     Home,
     /// Reload the limits from the configuration; force flows on
-    ///
-    /// Also looks for changes in the library of scenes.
     #[command(after_help = drive::RELOAD_HELP)]
     Reload,
     /// Find and store the rig's direction, range and friction by small pulses

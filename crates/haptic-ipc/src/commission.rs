@@ -32,16 +32,16 @@ pub struct CommissionReply {
     pub rig_force_limit_n: f64,
     /// Resolution of the device, m.
     pub resolution_m: f64,
-    /// Duration of engaging and of releasing, ms.
+    /// Duration of engaging and releasing, ms.
     pub ramp_ms: f64,
-    /// Pulses that have ended.
+    /// Ended pulses.
     pub pulses: u64,
     /// The newest pulse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last: Option<PulseReport>,
-    /// Whether a positive force has moved the handle that way.
+    /// Whether a positive force moved the handle that way.
     pub positive_confirmed: bool,
-    /// Whether a negative force has moved the handle that way.
+    /// Whether a negative force moved the handle that way.
     pub negative_confirmed: bool,
     /// Position of the handle, m.
     pub position_m: f64,

@@ -16,7 +16,7 @@ pub struct Description {
     /// Names of all laws.
     #[serde(default)]
     pub laws: Vec<String>,
-    /// Its parameters.
+    /// The scene's parameters.
     pub parameters: Vec<ParameterDescription>,
     /// Columns of a sample.
     pub sample_columns: Vec<String>,

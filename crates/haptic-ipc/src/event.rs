@@ -20,13 +20,13 @@ use std::collections::BTreeMap;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
-    /// The rig's state and the active scene, at once and at every change.
+    /// The rig's state and the active scene.
     State,
-    /// How well the loop keeps time, once a second.
+    /// How well the loop keeps time.
     Timing,
     /// The ticks.
     Samples,
-    /// Every change, by whom and when, from now on.
+    /// New entries of the journal.
     Log,
     /// The servo's state: before the first tick of `samples`, after lost ones, and every ten seconds.
     Snapshot,
@@ -66,9 +66,10 @@ pub enum Event {
     Timing(Box<Timing>),
     /// A batch of ticks.
     Samples(SamplesEvent),
-    /// A change, with its author and time.
+    /// A new entry.
     Log(Box<JournalEntry>),
-    /// The servo's state before a tick. With `samples` of every tick, their first row is that tick's.
+    /// The servo's state before a tick. Where every tick is subscribed to, the first row is of the first snapshot's
+    /// tick.
     Snapshot(Box<SnapshotEvent>),
     /// A topic of a later server.
     #[serde(other)]
@@ -169,7 +170,7 @@ struct Batch {
     seq: u64,
     /// Rows lost since the previous event.
     dropped: u64,
-    /// 2 where the columns of a second axis follow in each row.
+    /// 2 where each row has the columns of a second axis.
     #[serde(default = "one_axis", skip_serializing_if = "crate::sample_y::is_one_axis")]
     axes: u8,
     /// The ticks, oldest first.

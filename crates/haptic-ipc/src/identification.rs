@@ -41,11 +41,11 @@ pub struct IdentificationReply {
     pub friction: Option<RigFriction>,
     /// Resolution of the device, m.
     pub resolution_m: f64,
-    /// Duration of engaging and of releasing, ms.
+    /// Duration of engaging and releasing, ms.
     pub ramp_ms: f64,
     /// Position of the handle, m.
     pub position_m: f64,
-    /// Excitations that have ended.
+    /// Ended excitations.
     pub excitations: u64,
     /// Time since the excitation under way began, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 pub struct ServoSetup {
     /// What stays the same from tick to tick.
     pub settings: Settings,
-    /// How the block is integrated: `exact`, `implicit`, `literal` or `literal:N`.
+    /// Integration of the block, as in `status`.
     pub scheme: Scheme,
     /// Resolution of the device, m.
     pub device_resolution_m: f64,

@@ -67,7 +67,7 @@ pub struct Status {
     /// Clients with a lease.
     #[serde(default)]
     pub leases: usize,
-    /// The client that commissions or identifies the rig.
+    /// The client that commissions or identifies it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commissioning: Option<Peer>,
     /// The rig.

@@ -14,7 +14,7 @@ pub struct Timing {
     pub since_start: TimingWindow,
     /// The same over the last ten seconds.
     pub last_10_s: TimingWindow,
-    /// Duration of stops since the daemon began, from the reading of the client's line.
+    /// Stops since the daemon began, timed from the client's line.
     #[serde(default)]
     pub stops: StopTimes,
     /// The link to the rig, if it has one.
@@ -51,7 +51,7 @@ pub struct TimingWindow {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StopTimes {
-    /// Stops that the device confirmed: its motor is off.
+    /// Stops confirmed by the device.
     pub confirmed: u64,
     /// Stops not confirmed within 100 ms.
     pub unconfirmed: u64,

@@ -68,7 +68,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "notes", value_hint = ValueHint::FilePath)]
     notes_file: Option<PathBuf>,
 
-    /// Set a marker for each line of standard input; its end ends the recording, unless --for or --until does
+    /// Set a marker for each line of standard input, whose end ends the recording unless --for or --until does
     #[arg(long)]
     markers_from_stdin: bool,
 

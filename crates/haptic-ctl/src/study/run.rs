@@ -15,8 +15,8 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{SignalKind, signal};
 
 pub(super) const HELP: &str = "\
-Each trial is on the disk before the next one begins. An interrupt ends the study after the trials under way, with exit code \
-130: continue with `haptic-ctl study resume DIR`, after a crash as well.
+An interrupt ends the study after the trials under way, with exit code 130. `haptic-ctl study resume DIR` continues \
+it, after a crash as well.
 
 The data of a simulated operator say nothing about people; every row has operator = simulated.
 
