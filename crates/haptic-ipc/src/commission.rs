@@ -10,7 +10,7 @@ pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommissionReply {
-    /// The client that commissions the rig.
+    /// The client that commissions it.
     pub by: Peer,
     /// The rig's serial number, or else its address.
     pub rig: String,

@@ -31,7 +31,7 @@ pub enum ErrorCode {
     NotFinite,
     /// A field is given twice, or a parameter by name and by symbol.
     GivenTwice,
-    /// Stiffness and damping are both 0, so nothing holds the block.
+    /// Stiffness and damping are both 0.
     NoCoupling,
     /// The scene's law lacks this parameter, or there is no block.
     NotApplicable,
@@ -49,7 +49,7 @@ pub enum ErrorCode {
     WrongState,
     /// The scene has changed since `if_revision`: `get`, and try again.
     Conflict,
-    /// Scheduled changes wait, and this would come between.
+    /// Scheduled changes wait for their ticks.
     Scheduled,
     /// No schedule has this name, or all of it is rendered.
     NoSuchSchedule,
@@ -63,11 +63,11 @@ pub enum ErrorCode {
     SceneExists,
     /// A name has at most 64 letters, digits, `-`, `_`, `.` and spaces, the first a letter or digit.
     BadName,
-    /// A scene's file cannot be read or written, is not a regular file, or is too large; or its disk does not answer.
+    /// A scene's file cannot be read or written, is irregular or too large, or its disk does not answer.
     SceneFile,
     /// The record of a commissioning or of the rig's own friction cannot be written.
     StateFile,
-    /// The configuration file cannot be read, or a value in it is refused; none of it takes effect.
+    /// The configuration file cannot be read, or a value in it is refused.
     ConfigFile,
     /// The daemon serves another user, or a group of which you are not a member.
     NotPermitted,
@@ -95,7 +95,7 @@ pub enum ErrorCode {
     MaybeAnotherRig,
     /// The device's time stamps stand still, run too fast or too slow, or jump.
     DeviceClock,
-    /// On this rig the loop would oscillate by itself; `param` = `max` would pass with a factor of 2, where one does.
+    /// The loop would oscillate by itself; `param` = `max`, if given, would pass with a factor of 2.
     WouldChatter,
     /// `--compensate` needs the rig's own friction, which was never identified or has changed since.
     NotIdentified,

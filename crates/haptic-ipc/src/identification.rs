@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct IdentificationReply {
-    /// The client that identifies the rig.
+    /// The client that identifies it.
     pub by: Peer,
     /// The rig's serial number, or else its address.
     pub rig: String,
@@ -31,7 +31,7 @@ pub struct IdentificationReply {
     pub range_m: f64,
     /// Middle of its range, m: its place at the beginning.
     pub middle_m: f64,
-    /// Largest travel of an excitation from here, m.
+    /// Largest travel of an excitation from there, m.
     pub travel_limit_m: f64,
     /// Friction that the commissioning found, N.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
