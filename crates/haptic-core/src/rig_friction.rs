@@ -26,13 +26,13 @@ pub struct RigFriction {
     /// Mass of the moving part, kg.
     #[cfg_attr(feature = "serde", serde(rename = "mass_kg"))]
     pub mass: f64,
-    /// Dynamic friction by the direction of motion, N.
+    /// Dynamic friction by direction, N.
     #[cfg_attr(feature = "serde", serde(rename = "dynamic_force_N"))]
     pub dynamic_force: Directional,
-    /// Viscous damping by the direction of motion, N s/m.
+    /// Viscous damping by direction, N s/m.
     #[cfg_attr(feature = "serde", serde(rename = "viscous_Ns_per_m"))]
     pub viscous: Directional,
-    /// Force that depends on the position, where it was identified.
+    /// Force that depends on the position, if identified.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub cogging: Option<Cogging>,
 }
@@ -48,10 +48,9 @@ pub struct RigFriction {
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Cogging {
-    /// Way after which it repeats itself, m.
+    /// Distance after which it repeats, m.
     pub period_m: f64,
-    /// Whether the device reports the same position at the same place after every start. Otherwise
-    /// cogging is not compensated.
+    /// Whether the device's positions are the same after every start. Otherwise cogging is not compensated.
     pub absolute_position: bool,
     /// The harmonics, from the first on.
     pub harmonics: [Harmonic; COGGING_HARMONICS],

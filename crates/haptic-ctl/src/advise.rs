@@ -13,11 +13,11 @@ pub(crate) struct Arguments {
     #[arg(requires = "at_speed", add = ArgValueCompleter::new(complete::scenes))]
     pub(crate) scene: Option<String>,
 
-    /// Reckon the stick-slip of a hand that keeps this speed, as in 5mm/s
+    /// Compute the stick-slip of a hand at this speed, as in 5mm/s
     #[arg(long, value_name = "SPEED", value_parser = |text: &str| units::value_in("speed", text, "m/s"), allow_hyphen_values = true)]
     pub(crate) at_speed: Option<f64>,
 
-    /// Which stiffness, or which static force, gives this frequency, as in 30Hz
+    /// Find the stiffness, or the static force, for this frequency, as in 30Hz
     #[arg(long, value_name = "FREQUENCY", value_parser = |text: &str| units::value_in("frequency", text, "1/s"), requires = "at_speed", allow_hyphen_values = true)]
     pub(crate) for_frequency: Option<f64>,
 }

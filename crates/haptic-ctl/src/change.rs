@@ -14,11 +14,11 @@ use std::time::Duration;
 /// The options of every change.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ChangeArguments {
-    /// Refuse unless N is the newest revision, so that no other client's change is lost
+    /// Refuse unless N is the newest revision
     #[arg(long, value_name = "N")]
     if_revision: Option<u64>,
 
-    /// Ramp to the change over TIME, at most 10s [default: 0s]
+    /// Duration of the change, at most 10s [default: 0s]
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     ramp: Option<Duration>,
 
@@ -26,7 +26,7 @@ pub(crate) struct ChangeArguments {
     #[arg(long)]
     dry_run: bool,
 
-    /// Change in tick N, which must lie ahead, and wait; an interrupt cancels it
+    /// Change in the coming tick N, and wait; an interrupt cancels it
     #[arg(long, value_name = "N")]
     at_tick: Option<u64>,
 

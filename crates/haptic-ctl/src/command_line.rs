@@ -15,8 +15,8 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "haptic-ctl", version, max_term_width = 110, after_long_help = EXIT_CODES, disable_help_subcommand = true)]
 pub(crate) struct Arguments {
-    /// Control socket of the daemon [default: $HAPTICD_SOCKET, else the first that exists of
-    /// hapticd/control.sock in the user's runtime directory, in ~/.local/state and in /run]
+    /// Control socket [default: $HAPTICD_SOCKET, else the first hapticd/control.sock in the user's runtime directory,
+    /// ~/.local/state and /run]
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     pub(crate) socket: Option<PathBuf>,
 
@@ -24,7 +24,7 @@ pub(crate) struct Arguments {
     #[arg(long = "rig", value_name = "NAME", value_parser = rig_name, conflicts_with = "socket")]
     pub(crate) rig_name: Option<String>,
 
-    /// Every rig of this machine, and that of --socket. Only for `status` and `stop`
+    /// Every rig of this machine, and that of --socket; only for `status` and `stop`
     #[arg(long, conflicts_with = "rig_name")]
     pub(crate) all: bool,
 
@@ -91,11 +91,9 @@ pub(crate) enum Command {
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,
-    /// Say that the hand of a rig of two axes is in its home pose now
+    /// Say that the rig of two axes is in its home pose now
     Home,
     /// Reload the limits from the configuration; force flows on
-    ///
-    /// Also looks for changes in the library of scenes.
     #[command(after_help = drive::RELOAD_HELP)]
     Reload,
     /// Find and store the rig's direction, range and friction by small pulses
@@ -132,7 +130,7 @@ pub(crate) enum Command {
     Advise(advise::Arguments),
     /// List the devices that are plugged in; needs no daemon
     ///
-    /// With their addresses, and the problems that keep one from use.
+    /// With their addresses and problems.
     #[command(after_help = "Example:\n  haptic-ctl devices --probe serial:/dev/ttyACM0")]
     Devices(devices::Arguments),
     /// Check everything between you and the rig, with a fix for each problem

@@ -12,10 +12,9 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-Both files are recordings of hapticd in any of its formats, or tables of other programs (CSV, Parquet) with the \
-columns t_s, position_m and force_N, where the force drives the moving mass, positive along the position. Of a \
-recording the block's motion and the coupling's force are taken while the rig was engaged. Exit code 1 where the two \
-have no motion in common.
+Both files are recordings, or tables (CSV, Parquet) with the columns t_s, position_m and force_N, where the force \
+drives the moving mass, positive along the position. Of a recording the block's motion and the coupling's force are \
+taken while the rig was engaged. Exit code 1 where they have no motion in common.
 
 Example:
   haptic-ctl compare real.csv rig.mcap --plot both.svg";
@@ -28,8 +27,8 @@ pub(crate) struct Arguments {
     /// Recording of the rendered surface
     rendered: PathBuf,
 
-    /// Moving mass, kg, whose inertia the plot and `--align velocity` leave out; 0 keeps it in [default:
-    /// the mass of the recorded scene's block, unless the real record shows another]
+    /// Moving mass, kg, whose inertia the plot and `--align velocity` leave out; 0 keeps it in [default: that of the
+    /// recorded block, unless the real record shows another]
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
 

@@ -8,7 +8,7 @@ use haptic_ipc::{DevicesReply, FoundDevice, Problem, Request};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Identify one device by its address. That opens it, which resets many boards
+    /// Identify the device at ADDRESS; this resets many boards
     #[arg(long, value_name = "ADDRESS")]
     probe: Option<String>,
 }

@@ -21,7 +21,7 @@ pub(crate) struct WaitArguments {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct EngageArguments {
-    /// Say that the device is the rig that was commissioned, until it is reconnected
+    /// Confirm that the device is the commissioned rig, until it is reconnected
     #[arg(long)]
     same_rig: bool,
 
@@ -41,11 +41,10 @@ impl EngageArguments {
 
 /// The help of `reload`.
 pub(crate) const RELOAD_HELP: &str = "\
-Force flows on. Only limits take effect: a higher limit of force along the ramp of engaging (`ramp-ms`); a lower one lets no force \
-grow beyond it at once, and takes a force that is beyond it down to it within that time, at most 200 ms. Options that need a restart are \
-named. Nothing changes where any value of the file is wrong.
+Only limits take effect: a higher limit of force along the ramp of engaging (`ramp-ms`), a lower one at once, while a larger \
+force falls within that time, at most 200 ms. Options that need a restart are named. A wrong value in the file changes nothing.
 
-Scenes of the library are read whenever they are loaded; here files that hold none are named. The active scene never changes by itself.
+Files of the library that hold no scene are named. The active scene does not change.
 
 A SIGHUP to a daemon without a terminal does the same, as does `systemctl reload hapticd`.";
 

@@ -12,7 +12,7 @@ use serde_json::json;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Scene (name, @42 or FILE.toml) [default: active]; or a parameter, as in mass or Fs+
+    /// Scene: NAME, @REVISION or FILE.toml [default: active]; or a parameter, as in Fs+
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     scene: Option<String>,
 }

@@ -16,8 +16,7 @@ use tokio::signal::unix::{SignalKind, signal};
 /// For the help text.
 pub(crate) const HELP: &str = "\
 The exit code is the command's. After 0 the rig stays as it is. \
-SIGTERM, SIGHUP and a SIGINT that is not the terminal's are passed on to the command; a haptic-ctl that is killed takes \
-the command with it by SIGTERM.
+SIGTERM, SIGHUP and a SIGINT that is not the terminal's are passed on; the command of a killed haptic-ctl gets SIGTERM.
 
 Example:
   haptic-ctl lease --timeout 200ms -- python3 experiment.py";

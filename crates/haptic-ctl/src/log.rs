@@ -17,8 +17,8 @@ Examples:
   haptic-ctl log --follow samples --rate 100  a table of samples
   haptic-ctl log --follow samples --rate all --json | head
 
-With --json each line is an object whose `event` is log, state, servo, timing or samples. A line of samples is one \
-sample by the names of its columns; `dropped` in it counts the samples that were lost before it.";
+With --json each line is an object whose `event` is log, state, servo, timing or samples. A sample has its columns \
+by name; its `dropped` counts the samples lost before it.";
 
 /// Entries that are shown where none are followed.
 const DEFAULT_LIMIT: usize = 20;
@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     )]
     rate: Rate,
 
-    /// Number of events, each sample being one [default: until interrupted]
+    /// Number of events or samples [default: until interrupted]
     #[arg(long, value_name = "N", requires = "follow")]
     count: Option<u64>,
 }
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
 enum Topic {
     /// Changes of the rig's state
     State,
-    /// Entries of the journal: who changed what, faults, devices that come and go
+    /// Entries of the journal
     Log,
     /// Samples of the ticks
     Samples,

@@ -19,12 +19,11 @@ use std::time::{Duration, Instant};
 
 /// The end of the help.
 pub(crate) const HELP: &str = "\
-Without --scene, --set or --scheme every recorded output is computed again and compared. The exit code is 0 if \
-something was compared and nothing differs, and 1 otherwise. A recording holds the servo's state before its first row, \
-after every gap and every ten seconds: a replay begins at any of these snapshots.
+Without --scene, --set or --scheme every recorded output is computed again and compared. The exit code is 1 if an \
+output differs or none was compared. A replay begins at a snapshot of the servo, which a recording holds before its \
+first row, after every gap and every ten seconds.
 
-With one of them the recorded motion is rendered with something else: the hand moves as it did then, and does not react \
-to the other force.
+With one of them the hand moves as recorded, and does not react to the other force.
 
 Examples:
   haptic-ctl replay rig.mcap
@@ -39,7 +38,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     from: Option<Duration>,
 
-    /// Render another scene: a name of the library, a revision as @42, or a FILE.toml
+    /// Render another scene: NAME, @REVISION or FILE.toml
     #[arg(long, value_name = "SCENE", add = ArgValueCompleter::new(complete::scenes))]
     scene: Option<String>,
 

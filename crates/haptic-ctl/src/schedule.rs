@@ -13,13 +13,12 @@ use serde_json::{Value, json};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-pub(crate) const HELP: &str = r#"The file is JSON: a list of changes in the order of their ticks, as in
+pub(crate) const HELP: &str = r#"The file is JSON: a list of changes, as in
   [{"at_tick":5000,"params":{"Fs":5}},
    {"at_tick":5500,"params":{"Fs":{"plus":0.5}},"ramp_ms":50},
    {"at_tick":6000,"scene":"viscous-drag"}]
 or an object with that list as `changes`, and the fields of `schedule` in docs/control.md.
-All of the changes are accepted or none. haptic-ctl waits until the last one is rendered;
-an interrupt cancels those that wait.
+haptic-ctl waits until the last change is rendered; an interrupt cancels those that wait.
 
 Example:
   haptic-ctl schedule steps.json --name staircase"#;
@@ -31,11 +30,11 @@ pub(crate) struct Arguments {
     #[arg(required = true)]
     file: Option<PathBuf>,
 
-    /// Name of the schedule, for `schedule cancel` [default: that in the file]
+    /// Name of the schedule [default: that in the file]
     #[arg(long)]
     name: Option<String>,
 
-    /// Return at once; the schedule stays when haptic-ctl has ended
+    /// Return at once, and leave the schedule
     #[arg(long)]
     keep: bool,
 

@@ -15,7 +15,7 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "NAME=VALUE", add = ArgValueCompleter::new(complete::assignments))]
     changes: Vec<String>,
 
-    /// Add the values to those that the scene has, as in --by Fs=0.5
+    /// Add to the scene's values, as in --by Fs=0.5
     #[arg(long)]
     by: bool,
 

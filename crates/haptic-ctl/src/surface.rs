@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Scene of the surface: a name of the library, a revision as @42, or FILE.toml
+    /// Scene of the surface: NAME, @REVISION or FILE.toml
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     scene: String,
 

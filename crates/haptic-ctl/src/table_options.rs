@@ -28,11 +28,11 @@ impl TimeUnit {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Options of the table")]
 pub(crate) struct Arguments {
-    /// Column of times; without a heading the columns are named by their numbers, from 1 [default: t_s, time, ...]
+    /// Column of times; without headings its number, from 1 [default: t_s, time, ...]
     #[arg(long, value_name = "NAME", requires = "file")]
     time_column: Option<String>,
 
-    /// Unit of the time column [default: the one at the end of its name, else s]
+    /// Unit of the time column [default: as its name ends, else s]
     #[arg(long, value_enum, requires = "file")]
     time_unit: Option<TimeUnit>,
 

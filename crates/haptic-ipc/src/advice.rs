@@ -13,7 +13,7 @@ pub struct Advice {
     pub param: String,
     /// The remark.
     pub message: String,
-    /// The check of a bound; absent for another remark.
+    /// The check of a bound, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finding: Option<Finding>,
 }
@@ -78,7 +78,7 @@ pub struct AdviceReply {
     pub revision: u64,
     /// Every check and every remark, kept or broken.
     pub advice: Vec<Advice>,
-    /// The facts that the advice is based on.
+    /// Facts that it is based on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basis: Option<AdviceBasis>,
 }
@@ -94,24 +94,24 @@ pub struct AdviceBasis {
     pub sample_period_us: Option<f64>,
     /// Delay from a sample to its force on the motor, us.
     pub delay_us: f64,
-    /// Whether it was measured on the link.
+    /// Whether it was measured.
     pub delay_measured: bool,
     /// Mass of the rig's moving part, kg; an absent one counts as heavy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Viscous damping of the rig itself, without what is compensated, N s/m.
+    /// Uncompensated viscous damping of the rig, N s/m.
     #[serde(rename = "damping_Ns_per_m")]
     pub damping_ns_per_m: f64,
-    /// Coulomb friction of the rig itself, without what is compensated, N.
+    /// Uncompensated Coulomb friction of the rig, N.
     #[serde(rename = "friction_N")]
     pub friction_n: f64,
-    /// The source of the damping.
+    /// Source of the damping.
     #[serde(default)]
     pub damping_from: LossSource,
-    /// The source of the friction.
+    /// Source of the friction.
     #[serde(default)]
     pub friction_from: LossSource,
-    /// Compensated share of the identified friction; absent if none is.
+    /// Compensated share of the identified friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensated_share: Option<f64>,
     /// Distance between two counts of its encoder, m; 0 for a perfect one.

@@ -18,11 +18,11 @@ pub struct Changes(pub Vec<(String, ParameterChange)>);
 pub enum ParameterChange {
     /// The new value, in the parameter's unit.
     To(Directional),
-    /// A change by the value that the scene has; of two values both change.
+    /// A change of the scene's value; of two values both change.
     By(RelativeChange),
 }
 
-/// A change by the value that the scene has. A parameter with two values has both changed.
+/// A change of the scene's value; of two values both change.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(deny_unknown_fields))]
@@ -177,8 +177,7 @@ impl schemars::JsonSchema for Changes {
 
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({
-            "description": "Parameters by name or symbol, as `describe` lists them, with `+` or `-` after it for one \
-                            direction.",
+            "description": "Parameters by name or symbol, with `+` or `-` for one direction.",
             "type": "object",
             "additionalProperties": generator.subschema_for::<ParameterChange>(),
         })

@@ -10,18 +10,18 @@ pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommissionReply {
-    /// The client that commissions the rig.
+    /// The client that commissions it.
     pub by: Peer,
     /// The rig's serial number, or else its address.
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Of a rig of two axes the motor that is commissioned, 1 or 2.
+    /// Motor of a rig of two axes, 1 or 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motor: Option<u32>,
     /// Whether a pulse is under way.
     pub pulsing: bool,
-    /// Why it has ended, if it has.
+    /// Why it has ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ended: Option<String>,
     /// Largest force of a pulse, N: half of the rig's force limit.
@@ -30,26 +30,26 @@ pub struct CommissionReply {
     /// The rig's force limit, N.
     #[serde(rename = "rig_force_limit_N")]
     pub rig_force_limit_n: f64,
-    /// Resolution that the device reports, m.
+    /// Resolution of the device, m.
     pub resolution_m: f64,
-    /// Duration of engaging and of releasing, ms.
+    /// Duration of engaging and releasing, ms.
     pub ramp_ms: f64,
-    /// Pulses that have ended.
+    /// Ended pulses.
     pub pulses: u64,
     /// The newest pulse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last: Option<PulseReport>,
-    /// Whether a positive force has moved the handle that way.
+    /// Whether a positive force moved the handle that way.
     pub positive_confirmed: bool,
-    /// Whether a negative force has moved the handle that way.
+    /// Whether a negative force moved the handle that way.
     pub negative_confirmed: bool,
     /// Position of the handle, m.
     pub position_m: f64,
-    /// The smallest position since the beginning, m.
+    /// Smallest position so far, m.
     pub least_m: f64,
-    /// The largest position since the beginning, m.
+    /// Largest position so far, m.
     pub greatest_m: f64,
-    /// The smallest observed step of the position, m; absent before the first.
+    /// Smallest step of the position so far, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_m: Option<f64>,
     /// File of the findings, after `commission.store`.
@@ -76,7 +76,7 @@ pub struct PulseReport {
     pub duration_ms: f64,
     /// Displacement of the handle, m.
     pub moved_m: f64,
-    /// Largest displacement in the direction of the force, m.
+    /// Largest displacement along the force, m.
     pub forward_m: f64,
     /// Largest displacement against the force, m.
     pub backward_m: f64,
@@ -85,7 +85,7 @@ pub struct PulseReport {
     /// Friction of the rig, N, by the motor's work; absent if the handle hardly moved.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
-    /// On a rig of two axes the way of each motor, m or rad.
+    /// Displacement of each of two motors, m or rad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motors_moved: Option<[f64; 2]>,
     /// Moved mass, kg, by the motor's work; absent where encoder, friction or a link of 5 ms hide it.
@@ -100,15 +100,15 @@ pub struct PulseReport {
 pub enum PulseEnd {
     /// After its duration.
     Time,
-    /// The handle had moved as far as a pulse may move it.
+    /// At the largest displacement.
     Travel,
-    /// The handle was as fast as a pulse may make it.
+    /// At the largest speed.
     Speed,
     /// The handle moved against the force.
     WrongWay,
     /// The rig was stopped, faulted, released or disconnected.
     Interrupted,
-    /// Some of its ticks were not recorded, so the report is void.
+    /// Some ticks were not recorded: the report is void.
     Unrecorded,
     /// Something that a later server knows.
     #[serde(other)]

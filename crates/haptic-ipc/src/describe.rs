@@ -16,9 +16,9 @@ pub struct Description {
     /// Names of all laws.
     #[serde(default)]
     pub laws: Vec<String>,
-    /// The parameters of the scene.
+    /// The scene's parameters.
     pub parameters: Vec<ParameterDescription>,
-    /// Names of a sample's columns.
+    /// Columns of a sample.
     pub sample_columns: Vec<String>,
 }
 
@@ -43,24 +43,24 @@ pub struct ParameterDescription {
     pub name: String,
     /// Symbol in the paper.
     pub symbol: String,
-    /// Other symbols, accepted as well.
+    /// Other accepted symbols.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aliases: Vec<String>,
     /// SI unit.
     pub unit: String,
-    /// Part of the scene that it belongs to.
+    /// Part of the scene.
     pub group: String,
-    /// Smallest value accepted.
+    /// Smallest accepted value.
     pub min: f64,
-    /// Largest value accepted.
+    /// Largest accepted value.
     pub max: f64,
     /// Lower end of a slider.
     pub slider_min: f64,
     /// Upper end of a slider.
     pub slider_max: f64,
-    /// The smallest difference worth a step.
+    /// Smallest useful step.
     pub step: f64,
-    /// Whether a slider should be logarithmic.
+    /// Whether its slider is logarithmic.
     pub logarithmic: bool,
     /// Whether it may differ by direction.
     pub directional: bool,

@@ -5,7 +5,7 @@ use haptic_core::friction::SUDDEN_FALL_MPS;
 use haptic_core::scene::SceneError;
 use serde::{Deserialize, Serialize};
 
-/// Programs use the code. After a refusal nothing has changed, except that a `stop` acts whatever its answer.
+/// Programs use the code. A refusal changes nothing, but a `stop` acts whatever its answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -27,13 +27,13 @@ pub enum ErrorCode {
     NotDirectional,
     /// The value, or the length of a scene's name, lies outside `min` to `max`.
     OutOfRange,
-    /// The scene's file has a number that is infinite or NaN.
+    /// The scene's file has an infinite number or NaN.
     NotFinite,
     /// A field is given twice, or a parameter by name and by symbol.
     GivenTwice,
-    /// Stiffness and damping are both 0, so nothing holds the block.
+    /// Stiffness and damping are both 0.
     NoCoupling,
-    /// The scene lacks this parameter: its law does, or there is no block.
+    /// The scene's law lacks this parameter, or there is no block.
     NotApplicable,
     /// The law does not allow this combination of values.
     LawForbids,
@@ -49,7 +49,7 @@ pub enum ErrorCode {
     WrongState,
     /// The scene has changed since `if_revision`: `get`, and try again.
     Conflict,
-    /// Scheduled changes wait for their tick, and this would come between.
+    /// Scheduled changes wait for their ticks.
     Scheduled,
     /// No schedule has this name, or all of it is rendered.
     NoSuchSchedule,
@@ -63,11 +63,11 @@ pub enum ErrorCode {
     SceneExists,
     /// A name has at most 64 letters, digits, `-`, `_`, `.` and spaces, the first a letter or digit.
     BadName,
-    /// A scene's file cannot be read or written, is not a regular file, or is too large; or its disk does not answer.
+    /// A scene's file cannot be read or written, is irregular or too large, or its disk does not answer.
     SceneFile,
     /// The record of a commissioning or of the rig's own friction cannot be written.
     StateFile,
-    /// The configuration file cannot be read, or a value in it is refused; none of it takes effect.
+    /// The configuration file cannot be read, or a value in it is refused.
     ConfigFile,
     /// The daemon serves another user, or a group of which you are not a member.
     NotPermitted,
@@ -93,9 +93,9 @@ pub enum ErrorCode {
     NotCommissioned,
     /// The device has no serial number, or its hello has changed since the commissioning.
     MaybeAnotherRig,
-    /// The time stamps of the device stand still, run too fast or too slow, or jump again and again.
+    /// The device's time stamps stand still, run too fast or too slow, or jump.
     DeviceClock,
-    /// On this rig the loop would oscillate by itself; `param` = `max` would pass with a factor of 2, where one does.
+    /// The loop would oscillate by itself; `param` = `max`, if given, would pass with a factor of 2.
     WouldChatter,
     /// `--compensate` needs the rig's own friction, which was never identified or has changed since.
     NotIdentified,
@@ -119,7 +119,7 @@ pub enum ErrorCode {
 pub struct WireError {
     /// Why the request was refused.
     pub code: ErrorCode,
-    /// The whole error with its remedy, for people.
+    /// The error with its remedy, for people.
     pub message: String,
     /// The parameter or field concerned.
     #[serde(default, skip_serializing_if = "Option::is_none")]

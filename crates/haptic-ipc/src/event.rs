@@ -20,13 +20,13 @@ use std::collections::BTreeMap;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
-    /// The rig's state and the active scene, at once and at every change.
+    /// The rig's state and the active scene.
     State,
-    /// How well the loop keeps time, once a second.
+    /// How well the loop keeps time.
     Timing,
     /// The ticks.
     Samples,
-    /// Every change, by whom and when, from now on.
+    /// New entries of the journal.
     Log,
     /// The servo's state: before the first tick of `samples`, after lost ones, and every ten seconds.
     Snapshot,
@@ -66,10 +66,10 @@ pub enum Event {
     Timing(Box<Timing>),
     /// A batch of ticks.
     Samples(SamplesEvent),
-    /// A change, with its author and time.
+    /// A new entry.
     Log(Box<JournalEntry>),
-    /// The servo's state before a tick. Where every tick is subscribed to as well, the first one is that of
-    /// the first snapshot.
+    /// The servo's state before a tick. Where every tick is subscribed to, the first row is of the first snapshot's
+    /// tick.
     Snapshot(Box<SnapshotEvent>),
     /// A topic of a later server.
     #[serde(other)]
@@ -112,7 +112,7 @@ pub struct StateEvent {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ServoEvent {
-    /// The first tick that is computed with them.
+    /// The first tick with them.
     pub tick: u64,
     /// The settings.
     pub servo: ServoSetup,
@@ -124,7 +124,7 @@ pub struct ServoEvent {
 pub struct SnapshotEvent {
     /// The tick that goes on from it.
     pub tick: u64,
-    /// The state.
+    /// The state, from which another servo goes on to the last bit.
     pub snapshot: ServoSnapshot,
 }
 
@@ -170,7 +170,7 @@ struct Batch {
     seq: u64,
     /// Rows lost since the previous event.
     dropped: u64,
-    /// 2 where the columns of a second axis follow in each row.
+    /// 2 where each row has the columns of a second axis.
     #[serde(default = "one_axis", skip_serializing_if = "crate::sample_y::is_one_axis")]
     axes: u8,
     /// The ticks, oldest first.
@@ -239,11 +239,11 @@ impl schemars::JsonSchema for SamplesEvent {
 pub struct SubscribeReply {
     /// The topics subscribed to.
     pub topics: Vec<Topic>,
-    /// Samples a second: the rate asked for, or the nearest one that the loop's rate divides into.
+    /// Samples a second: as asked, or the nearest divisor of the loop's rate.
     pub rate_hz: f64,
     /// Least time between sample events, ms.
     pub batch_ms: u32,
-    /// Names of a row's columns.
+    /// Columns of a row.
     pub columns: Vec<String>,
     /// The servo's settings behind the rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]

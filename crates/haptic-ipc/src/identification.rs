@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct IdentificationReply {
-    /// The client that identifies the rig.
+    /// The client that identifies it.
     pub by: Peer,
     /// The rig's serial number, or else its address.
     pub rig: String,
@@ -21,7 +21,7 @@ pub struct IdentificationReply {
     pub firmware: String,
     /// Whether an excitation is under way.
     pub moving: bool,
-    /// Why it has ended, if it has.
+    /// Why it has ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ended: Option<String>,
     /// Largest force of an excitation, N: half of the rig's force limit.
@@ -29,23 +29,23 @@ pub struct IdentificationReply {
     pub force_limit_n: f64,
     /// Travel of the handle between its ends, m.
     pub range_m: f64,
-    /// Middle of its range, m: its place when the identification began.
+    /// Middle of its range, m: its place at the beginning.
     pub middle_m: f64,
-    /// Largest travel of an excitation from here, m.
+    /// Largest travel of an excitation from there, m.
     pub travel_limit_m: f64,
     /// Friction that the commissioning found, N.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
-    /// What is stored of the rig itself (`identify.store`).
+    /// What `identify.store` has stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<RigFriction>,
-    /// Resolution that the device reports, m.
+    /// Resolution of the device, m.
     pub resolution_m: f64,
-    /// Duration of engaging and of releasing, ms.
+    /// Duration of engaging and releasing, ms.
     pub ramp_ms: f64,
     /// Position of the handle, m.
     pub position_m: f64,
-    /// Excitations that have ended.
+    /// Ended excitations.
     pub excitations: u64,
     /// Time since the excitation under way began, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -66,9 +66,9 @@ pub struct ExcitationReport {
     pub end: ExcitationEnd,
     /// Time from its first tick to its last, s.
     pub duration_s: f64,
-    /// The first tick that rendered it.
+    /// Its first tick.
     pub first_tick: u64,
-    /// The last tick that rendered it.
+    /// Its last tick.
     pub last_tick: u64,
     /// The smallest position, m.
     pub least_m: f64,
@@ -88,9 +88,9 @@ pub struct ExcitationReport {
 pub enum ExcitationEnd {
     /// After its course.
     Time,
-    /// The handle had gone as far as it may.
+    /// At the largest displacement.
     Travel,
-    /// The handle was as fast as it may be.
+    /// At the largest speed.
     Speed,
     /// The handle was held, or drawn away from the reference.
     Lag,
@@ -98,7 +98,7 @@ pub enum ExcitationEnd {
     WrongWay,
     /// The rig was stopped, faulted, released or disconnected.
     Interrupted,
-    /// Some of its ticks were not recorded, so the report is void.
+    /// Some ticks were not recorded: the report is void.
     Unrecorded,
     /// Something that a later server knows.
     #[serde(other)]

@@ -9,14 +9,14 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JournalEntry {
-    /// Counts the entries since the daemon began, from 1.
+    /// Number since the daemon began, from 1.
     pub seq: u64,
     /// Time, seconds since 1970 (UTC).
     pub time_unix_s: f64,
-    /// The tick that carried it out, if one did.
+    /// The tick that carried it out, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// The client that did it; absent for the daemon's own entries.
+    /// Its client; absent for an entry of the daemon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
     /// The operation, or the daemon's `fault`, `lease_lapsed`, `disconnected`, `connected`, `schedule_cancelled`,
@@ -128,10 +128,10 @@ pub struct Peer {
     /// The user's name, if the system has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub user: Option<String>,
-    /// Its process, if it is visible to the daemon.
+    /// Its process, if visible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pid: Option<i32>,
-    /// Its program, if it is visible to the daemon.
+    /// Its program, if visible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<String>,
 }

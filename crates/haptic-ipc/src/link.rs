@@ -71,16 +71,16 @@ pub struct LinkCounts {
     pub samples: u64,
     /// Samples that never came, or after a newer one.
     pub lost: u64,
-    /// Jumps of the device's sequence that are too long for lost samples.
+    /// Jumps of the sequence too long for lost samples.
     #[serde(default)]
     pub sequence_jumps: u64,
     /// Frames with a wrong CRC, or broken off.
     pub bad_crc: u64,
     /// Messages of another version, kind or length, or with impossible values.
     pub malformed: u64,
-    /// Samples that were not newer than the newest.
+    /// Samples not newer than the newest.
     pub out_of_sequence: u64,
-    /// Samples that came more than a period later than they should.
+    /// Samples more than a period late.
     pub late: u64,
     /// Commands for which the link had no room.
     pub not_sent: u64,
@@ -106,17 +106,17 @@ pub struct DevicesReply {
 pub struct FoundDevice {
     /// Its address, for `hapticd --device`.
     pub address: String,
-    /// Its description, for people.
+    /// Its description.
     pub description: String,
     /// Whether this daemon uses it now.
     pub in_use: bool,
     /// Why it cannot be used, and the fix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<Problem>,
-    /// Its greeting, if it was probed.
+    /// Its hello, if probed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<LinkedDevice>,
-    /// Its own friction, if it was probed and identified.
+    /// Its own friction, if probed and identified.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFriction>,
 }

@@ -8,15 +8,15 @@ use std::fmt;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReloadReply {
-    /// The configuration file, if there is one.
+    /// The configuration file, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// The limits that changed, if one did.
+    /// Changed limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<LimitsChange>,
     /// Changed options that wait for a restart.
     pub needs_restart: Vec<String>,
-    /// The scene of the library that the active one comes from, if its file has changed.
+    /// The active scene's name in the library, if its file has changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub changed_scene: Option<String>,
     /// The first twenty files of the library that hold no scene, and why.

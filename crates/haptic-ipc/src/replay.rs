@@ -13,14 +13,14 @@ use std::collections::BTreeMap;
 pub struct ServoSetup {
     /// What stays the same from tick to tick.
     pub settings: Settings,
-    /// How the block is integrated: `exact`, `implicit`, `literal` or `literal:N`.
+    /// Integration of the block, as in `status`.
     pub scheme: Scheme,
-    /// Distance between two positions that the device can distinguish, m.
+    /// Resolution of the device, m.
     pub device_resolution_m: f64,
-    /// Largest force that the device gives, N; absent where it names none.
+    /// Largest force of the device, N, if it names one.
     #[serde(default, rename = "device_force_limit_N", skip_serializing_if = "Option::is_none")]
     pub device_force_limit_n: Option<f64>,
-    /// Version of the servo: its forces are given again by the same one alone.
+    /// Version of the servo: only the same one computes the same forces.
     #[serde(default = "first_version")]
     pub version: u32,
 }
@@ -34,9 +34,9 @@ const fn first_version() -> u32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneArrival {
-    /// The scene, as its file holds it.
+    /// The scene, as in its file.
     pub scene: Scene,
-    /// Its ramp; absent where it took effect at once.
+    /// Its ramp, if it had one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp: Option<SceneRamp>,
 }
@@ -51,8 +51,7 @@ pub struct SceneRamp {
     pub over_s: f64,
 }
 
-/// State of the servo between two ticks. Another one goes on from it to the last bit:
-/// [`haptic_core::servo::Servo::restored`].
+/// State of the servo between two ticks, for [`haptic_core::servo::Servo::restored`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ServoSnapshot {
@@ -60,7 +59,7 @@ pub struct ServoSnapshot {
     pub version: u32,
     /// The scene that is rendered.
     pub scene: SnapshotScene,
-    /// The scene whose force fades out; absent where none does.
+    /// The scene whose force fades out, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fading: Option<SnapshotScene>,
     /// Its fields by name: a number in the unit that the name ends in, a whole number, `inf`,

@@ -121,7 +121,7 @@ operations! {
     Describe "describe" {} -> crate::Description;
     /// A scene.
     Get "get" {} optional {
-        /// The active one when absent.
+        /// Default: the active one.
         scene: Option<SceneRef>,
     } -> crate::SceneReply;
     /// Change parameters.
@@ -129,8 +129,7 @@ operations! {
         /// The changes.
         params: Changes,
     } optional {
-        /// Undo it together with the change before, if that was this client's and of the same
-        /// parameters.
+        /// Undo it with the previous change, if that was this client's and of the same parameters.
         merge: bool,
     } with options -> crate::ChangeReply;
     /// Load a whole scene.
@@ -138,12 +137,12 @@ operations! {
         /// The scene.
         scene: SceneRef,
     } with options -> crate::ChangeReply;
-    /// Save a scene in the library; the active one, changed since it came from there, as `changed from TITLE`.
+    /// Save a scene in the library. A changed active scene gets the title `changed from TITLE`.
     SceneSave "scene.save" {
         /// Its name there.
         name: String,
     } optional {
-        /// The active one when absent.
+        /// Default: the active one.
         scene: Option<SceneRef>,
         /// Replace a scene of this name.
         replace: bool,
@@ -170,32 +169,32 @@ operations! {
         /// The one.
         from: SceneRef,
     } optional {
-        /// The other; the active one when absent.
+        /// The other; default the active one.
         to: Option<SceneRef>,
     } -> crate::SceneDiffReply;
-    /// Undo the newest change, of any client. It takes no `at_tick`.
+    /// Undo the newest change, of any client; without `at_tick`.
     Undo "undo" {} with options -> crate::ChangeReply;
-    /// Redo the change that was undone last. It takes no `at_tick`.
+    /// Redo the change that was undone last; without `at_tick`.
     Redo "redo" {} with options -> crate::ChangeReply;
-    /// Change the scene in ticks to come: all of these changes, or none.
+    /// Change the scene in later ticks: all changes, or none.
     Schedule "schedule" {
-        /// In the order of their ticks.
+        /// In order of their ticks.
         changes: Vec<ScheduledChange>,
     } optional {
-        /// Name of the schedule, for `schedule.cancel`; the daemon's choice when absent.
+        /// Its name; default the daemon's choice.
         name: Option<String>,
-        /// Keep it when this client closes its connection or its lease expires.
+        /// Keep it when this client's connection or lease ends.
         keep: bool,
         /// Refuse unless this is the newest revision.
         if_revision: Option<u64>,
-        /// Only answer with what would happen.
+        /// Answer, but change nothing.
         dry_run: bool,
         /// Accept scenes that would chatter.
         anyway: bool,
     } -> crate::ScheduleReply;
-    /// Take scheduled changes back before their tick, of any client.
+    /// Cancel scheduled changes, of any client.
     ScheduleCancel "schedule.cancel" {} optional {
-        /// Only this schedule and those after it; all when absent.
+        /// This schedule and those after it; default all.
         name: Option<String>,
     } -> crate::ScheduleCancelReply;
     /// Ramp the force up.
@@ -225,9 +224,9 @@ operations! {
         /// Topics of the subscription; an empty list ends it.
         topics: Vec<Topic>,
     } optional {
-        /// Samples a second; every tick when absent.
+        /// Samples a second; default every tick.
         rate_hz: Option<f64>,
-        /// Least time between sample events, ms; 10 when absent. They come up to 5 ms later.
+        /// Least time between sample events, ms; default 10. They come up to 5 ms later.
         batch_ms: Option<u32> where BATCH,
     } -> crate::SubscribeReply;
     /// The journal: who changed what, and when.
@@ -244,29 +243,29 @@ operations! {
         /// Longest silence, ms; 0 ends the lease.
         timeout_ms: u32 where LEASE,
     } -> crate::LeaseReply;
-    /// Point where the hand on the fake rig of `--hand mouse` reaches to.
+    /// Move the hand on the fake rig of `--hand mouse`.
     Hand "hand" {
         /// Where its arm pulls the handle to, m, from -1 to 1.
         target_m: f64,
     } -> crate::HandReply;
-    /// The hand of a rig of two axes is in its home pose now.
+    /// The rig of two axes is in its home pose now.
     Home "home" {} -> crate::StateReply;
     /// Take the rig alone, to commission it.
     CommissionBegin "commission.begin" {} optional {
-        /// Of a rig of two axes the motor, 1 or 2.
+        /// Motor of a rig of two axes.
         motor: Option<u32> where MOTOR,
     } -> crate::CommissionReply;
-    /// Move the handle by a single pulse of force.
+    /// Move the handle by a pulse of force.
     CommissionPulse "commission.pulse" {
         /// Force on the hand, N, positive in the positive direction.
         force_n as "force_N": f64,
     } optional {
-        /// Duration of the whole pulse, ms; 200 when absent.
+        /// Duration, ms; default 200.
         duration_ms: Option<f64> where PULSE,
     } -> crate::CommissionReply;
     /// The findings so far.
     CommissionStatus "commission.status" {} -> crate::CommissionReply;
-    /// Store the findings: the rig counts as commissioned from now on.
+    /// Store the findings: the rig then counts as commissioned.
     CommissionStore "commission.store" {} optional {
         /// Travel of the handle between its ends, m.
         range_m: Option<f64> where FOUND,
@@ -275,18 +274,18 @@ operations! {
         /// Mass of the rig's moving part, kg.
         mass_kg: Option<f64> where FOUND,
     } -> crate::CommissionReply;
-    /// Give the rig back, as it was before.
+    /// Give the rig back.
     CommissionEnd "commission.end" {} -> crate::CommissionReply;
-    /// The connected device is the rig that was commissioned: a person or a pulse says so, until it is connected anew.
+    /// Confirm that the connected device is the commissioned rig.
     CommissionConfirm "commission.confirm" {} -> crate::StateReply;
     /// Take the rig alone, to identify it.
     IdentifyBegin "identify.begin" {} optional {
-        /// Travel of the handle between its ends, m; when absent as commissioned.
+        /// Travel of the handle between its ends, m; default as commissioned.
         range_m: Option<f64> where FOUND,
     } -> crate::IdentificationReply;
     /// Move the handle along a course.
     IdentifyExcite "identify.excite" {
-        /// The course, and the bounds within which the handle is drawn along it.
+        /// The course, and bounds outside of which the force ends at once.
         excitation: haptic_core::Excitation,
     } -> crate::IdentificationReply;
     /// The state of the identification.
@@ -296,7 +295,7 @@ operations! {
         /// Mass, friction and cogging of the rig.
         friction: haptic_core::rig_friction::RigFriction,
     } -> crate::IdentificationReply;
-    /// Give the rig back, as it was before.
+    /// Give the rig back.
     IdentifyEnd "identify.end" {} -> crate::IdentificationReply;
 }
 
@@ -401,11 +400,11 @@ fields! {
     pub struct ChangeOptions {} optional {
         /// Refuse unless this is the newest revision.
         if_revision: Option<u64>,
-        /// Duration of the change, ms; 0 when absent.
+        /// Duration, ms; default 0.
         ramp_ms: Option<f64> where RAMP,
-        /// Only answer with what would happen.
+        /// Answer, but change nothing.
         dry_run: bool,
-        /// The tick that renders it first; the next one when absent.
+        /// First tick with it; default the next one.
         at_tick: Option<u64>,
         /// Accept a scene that would chatter.
         anyway: bool,

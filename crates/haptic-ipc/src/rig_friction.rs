@@ -8,23 +8,23 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RigFrictionStatus {
-    /// Coulomb friction that counts as taken up by the rig, N: the smaller of both directions.
+    /// Coulomb friction of the rig, N: the smaller of both directions.
     #[serde(rename = "friction_N")]
     pub friction_n: f64,
-    /// The source of that.
+    /// Its source.
     pub friction_from: LossSource,
     /// Viscous damping likewise, N s/m.
     #[serde(rename = "damping_Ns_per_m")]
     pub damping_ns_per_m: f64,
-    /// The source of that.
+    /// Its source.
     pub damping_from: LossSource,
-    /// What was identified of the connected rig.
+    /// What was identified of the rig.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identified: Option<RigFriction>,
-    /// Why what was identified is not used.
+    /// Why that is not used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
-    /// Compensated share of the identified friction; absent if none is.
+    /// Compensated share of the identified friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensated_share: Option<f64>,
 }
@@ -39,9 +39,9 @@ pub enum LossSource {
     Option,
     /// What was identified of the rig.
     Identified,
-    /// What the commissioning of the rig found.
+    /// What the commissioning found.
     Commissioned,
-    /// Nothing is known: the default.
+    /// The default.
     #[default]
     Default,
     /// A name that only a later server knows.

@@ -88,7 +88,7 @@ macro_rules! sample_columns {
         $callback! {
             /// Number of the tick; consecutive unless samples were thinned or dropped.
             tick "tick": u64,
-            /// Time of the tick on the daemon's monotonic clock, s since the loop began.
+            /// Time since the loop began, s, on the daemon's clock.
             t_s "t_s": f64,
             /// State of the rig.
             state "state": RigState,
@@ -96,7 +96,7 @@ macro_rules! sample_columns {
             contact "contact": i8,
             /// Position of the device, m.
             device_position_m "device_position_m": f64,
-            /// Velocity of the device as estimated, m/s.
+            /// Estimated velocity of the device, m/s.
             device_velocity_mps "device_velocity_mps": f64,
             /// Position of the block, m.
             block_position_m "block_position_m": f64,
@@ -106,22 +106,21 @@ macro_rules! sample_columns {
             coupling_force_n "coupling_force_N": f64,
             /// Force commanded on the hand after ramps and limits, N.
             command_force_n "command_force_N": f64,
-            /// Revision of the scene that this tick rendered.
+            /// Revision of the rendered scene.
             revision "revision": u64,
-            /// How long after its deadline the tick began, ns.
+            /// Time from the deadline to the tick, ns.
             wake_latency_ns "wake_latency_ns": u64,
-            /// How long the tick took, the device's read and write included, ns.
+            /// Duration of the tick, ns, with the device's read and write.
             tick_ns "tick_ns": u64,
-            /// How long the device's read and write took, ns; 0 where the rig is in the daemon itself.
+            /// Duration of the device's read and write, ns; 0 for a rig in the daemon.
             device_round_trip_ns "device_round_trip_ns": u64,
-            /// Time since the tick before on the daemon's clock, ns. The servo was stepped with it
-            /// and the columns that follow.
+            /// Time since the previous tick, ns: with the next columns the servo's input.
             elapsed_ns "elapsed_ns": u64 = 0,
-            /// Number of the device's sample, which wraps around.
+            /// Sequence of the device's sample; wraps around.
             device_sequence "device_sequence": u32 = 0,
-            /// When the device took the sample, on its own clock, ns.
+            /// Time of the sample on the device's clock, ns.
             device_time_ns "device_time_ns": u64 = 0,
-            /// Position as the device reported it, m, before anything was made of it.
+            /// Position as the device reported it, m.
             sample_position_m "sample_position_m": f64 = 0.0,
             /// The other inputs, bit by bit ([`InputWord`](haptic_core::servo::InputWord)).
             input_flags "input_flags": u32 = 0,

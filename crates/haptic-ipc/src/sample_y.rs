@@ -11,7 +11,7 @@ use std::fmt;
 pub struct SampleY {
     /// Position of the device, m.
     pub device_position_m: f64,
-    /// Velocity of the device as estimated, m/s.
+    /// Estimated velocity of the device, m/s.
     pub device_velocity_mps: f64,
     /// Position of the block, m.
     pub block_position_m: f64,
@@ -21,7 +21,7 @@ pub struct SampleY {
     pub coupling_force_n: f64,
     /// Force commanded on the hand after ramps and limits, N.
     pub command_force_n: f64,
-    /// Position as the device reported it, m, before anything was made of it.
+    /// Position as the device reported it, m.
     pub sample_position_m: f64,
 }
 

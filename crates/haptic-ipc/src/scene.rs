@@ -19,9 +19,9 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum SceneRef {
-    /// An earlier or the active one, by its revision.
+    /// By its revision.
     Revision(u64),
-    /// One in the library, by its name there.
+    /// By its name in the library.
     Name(String),
     /// This one.
     Scene(Box<SceneFile>),
@@ -141,8 +141,8 @@ impl schemars::JsonSchema for SceneRef {
         schemars::json_schema!({
             "description": "Which scene is meant.",
             "oneOf": [
-                { "type": "integer", "minimum": 0, "description": "An earlier or the active one, by its revision." },
-                { "type": "string", "description": "One in the library, by its name there." },
+                { "type": "integer", "minimum": 0, "description": "By its revision." },
+                { "type": "string", "description": "By its name in the library." },
                 generator.subschema_for::<SceneFile>(),
             ],
         })
@@ -157,7 +157,7 @@ pub struct SceneReply {
     pub revision: u64,
     /// Its parameters, by name.
     pub params: BTreeMap<String, Directional>,
-    /// That scene, as its file holds it.
+    /// The scene, as in its file.
     pub scene: Scene,
 }
 
@@ -179,10 +179,10 @@ pub struct ChangeReply {
     /// False after a no-op or a dry run.
     #[serde(default = "assumed")]
     pub changed: bool,
-    /// The first tick that rendered it or its ramp; absent without a change, and with `at_tick`.
+    /// First tick with it or its ramp; absent without a change and with `at_tick`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// The requested tick, which will render it.
+    /// The requested tick.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_tick: Option<u64>,
     /// The tick at which the ramp ends, if none is missed. The force follows within 50 ms.
@@ -314,9 +314,9 @@ pub struct ListedScene {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneSaveReply {
-    /// Its name in the library; after `scene.delete`, the name that it had.
+    /// Its name in the library, or the deleted name.
     pub name: String,
-    /// Its file; after `scene.delete`, the file that was removed.
+    /// Its file, or the deleted file.
     pub path: String,
 }
 

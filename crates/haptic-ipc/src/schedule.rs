@@ -21,10 +21,10 @@ fields! {
     #[derive(Clone, Debug, PartialEq)]
     #[cfg_attr(feature = "schema", schemars(deny_unknown_fields))]
     pub struct ScheduledChange {
-        /// The tick that renders it first.
+        /// First tick with it.
         at_tick: u64,
     } optional {
-        /// Duration of the change, ms; 0 when absent.
+        /// Duration, ms; default 0.
         ramp_ms: Option<f64> where RAMP,
     } with {
         /// The change.
@@ -36,9 +36,9 @@ fields! {
     /// What a change does to the scene.
     #[derive(Clone, Debug, PartialEq)]
     pub enum SceneChange {
-        /// It changes parameters, as `set` does.
+        /// Parameters, as for `set`.
         Params "params"(Changes),
-        /// It loads a whole scene, as `scene.load` does.
+        /// A whole scene, as for `scene.load`.
         Scene "scene"(SceneRef),
     }
 }
@@ -88,7 +88,7 @@ impl Field for Vec<ScheduledChange> {
 pub struct ScheduleReply {
     /// Its name.
     pub name: String,
-    /// In the order of their ticks.
+    /// In order of their ticks.
     pub changes: Vec<AcceptedChange>,
     /// Whether it was a dry run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -101,11 +101,11 @@ pub struct ScheduleReply {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AcceptedChange {
-    /// The tick that will render it first.
+    /// First tick with it.
     pub at_tick: u64,
-    /// The revision that its scene will have.
+    /// Revision of its scene.
     pub revision: u64,
-    /// The values that it will set, by full name.
+    /// The values set, by full name.
     pub applied: BTreeMap<String, f64>,
 }
 
@@ -119,13 +119,13 @@ pub struct ScheduleCancelReply {
     pub changed: bool,
 }
 
-/// The changes that wait for their tick.
+/// The waiting changes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ScheduleStatus {
-    /// The client that scheduled them.
+    /// Their client.
     pub by: Peer,
-    /// Names of the schedules, in the order of their ticks.
+    /// Names of the schedules, in order of their ticks.
     pub names: Vec<String>,
     /// Number of changes.
     pub waiting: usize,

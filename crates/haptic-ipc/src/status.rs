@@ -33,27 +33,27 @@ pub struct Status {
     pub revision: u64,
     /// Name of the active scene.
     pub scene: String,
-    /// Names of the adviser's bounds that it breaks; up to a second old.
+    /// Broken bounds of the adviser; up to a second old.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub broken_bounds: Vec<String>,
-    /// The scene of the library that it was loaded from, or saved as.
+    /// The library's scene that it was loaded from or saved as.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub library_scene: Option<LibraryScene>,
-    /// The changes that wait for their tick.
+    /// The waiting changes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheduled: Option<ScheduleStatus>,
     /// Force commanded on the hand in the last tick, N.
     #[serde(rename = "command_force_N")]
     pub command_force_n: f64,
-    /// Energy that the sampled loop has created beyond the rig's own losses, J.
+    /// Energy created by sampling, J, beyond the rig's own losses.
     #[serde(default, rename = "energy_excess_J")]
     pub energy_excess_j: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
-    /// The same along the second axis of a rig of two.
+    /// Position along the second axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device_position_y_m: Option<f64>,
-    /// Force commanded along the second axis in the last tick, N.
+    /// Force commanded along the second axis, N.
     #[serde(default, skip_serializing_if = "Option::is_none", rename = "command_force_y_N")]
     pub command_force_y_n: Option<f64>,
     /// Changes that `undo` can undo.
@@ -67,7 +67,7 @@ pub struct Status {
     /// Clients with a lease.
     #[serde(default)]
     pub leases: usize,
-    /// The client that commissions or identifies the rig.
+    /// The client that commissions or identifies it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commissioning: Option<Peer>,
     /// The rig.
@@ -104,13 +104,13 @@ pub struct DeviceStatus {
     /// Axes of the hand's motion, 1 or 2.
     #[serde(default = "one_axis", skip_serializing_if = "is_one_axis")]
     pub axes: u8,
-    /// How the motors of a rig of two axes move the hand.
+    /// How two motors move the hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kinematics: Option<String>,
-    /// Whether the home pose of a rig of two axes is known, where it must be.
+    /// Whether the home pose is known, where two axes need one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub homed: Option<bool>,
-    /// Largest force sent to it, N: the smaller of the daemon's limit and the device's.
+    /// Force limit, N: the smaller of the daemon's and the device's.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
     /// Whose limit that is.
@@ -125,7 +125,7 @@ pub struct DeviceStatus {
     /// Speed at which the force is taken away, m/s.
     #[serde(default)]
     pub speed_limit_mps: f64,
-    /// Acceleration that counts as a jump of its position and takes the force away, m/s^2.
+    /// Acceleration at which the force is taken away, m/s^2.
     #[serde(default)]
     pub acceleration_limit_mps2: f64,
     /// Why an `engage` would be refused now.
@@ -137,7 +137,7 @@ pub struct DeviceStatus {
     /// Its own friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFrictionStatus>,
-    /// The link to it; absent for a rig in the daemon.
+    /// The link to it, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
@@ -163,10 +163,10 @@ pub enum ForceLimitBy {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RealTimeStatus {
-    /// SCHED_FIFO priority; absent at an ordinary one.
+    /// SCHED_FIFO priority, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fifo_priority: Option<u8>,
-    /// The processor that it is pinned to, if any.
+    /// Its processor, if it is pinned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cpu: Option<usize>,
     /// Whether it is scheduled by SCHED_DEADLINE.
@@ -177,10 +177,10 @@ pub struct RealTimeStatus {
     /// Whether the processors are kept from sleeping deeply.
     #[serde(default)]
     pub cpus_kept_awake: bool,
-    /// Time before a deadline from which the thread spins, us.
+    /// Time that it spins before each deadline, us.
     #[serde(default)]
     pub spin_us: u64,
-    /// Whether numbers below the normal range count as zero.
+    /// Whether denormal numbers count as zero.
     #[serde(default)]
     pub denormals_flushed: bool,
     /// Its problems, with their remedies.
@@ -216,13 +216,13 @@ impl RealTimeStatus {
     }
 }
 
-/// Something that is wrong, and what to do about it.
+/// A problem and its remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Problem {
-    /// What it is, and what the system said.
+    /// The problem, with the system's message.
     pub what: String,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -240,6 +240,6 @@ pub struct StateReply {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HandReply {
-    /// Time without another `hand` of this client after which the arm has let go of the handle, ms.
+    /// Time without another `hand` after which the arm lets go, ms.
     pub lets_go_after_ms: u32,
 }

@@ -14,10 +14,10 @@ pub struct Timing {
     pub since_start: TimingWindow,
     /// The same over the last ten seconds.
     pub last_10_s: TimingWindow,
-    /// Duration of stops since the daemon began, from the reading of the client's line.
+    /// Stops since the daemon began, timed from the client's line.
     #[serde(default)]
     pub stops: StopTimes,
-    /// The link to the rig; absent for a rig in the daemon.
+    /// The link to the rig, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
@@ -34,7 +34,7 @@ pub struct TimingWindow {
     pub missed_periods: u64,
     /// Samples lost because the telemetry ring was full.
     pub telemetry_dropped: u64,
-    /// Time from a deadline to the beginning of its tick.
+    /// Time from a deadline to its tick.
     pub wake_latency_ns: Percentiles,
     /// Duration of a tick, with the device's read and write.
     pub tick_ns: Percentiles,
@@ -51,9 +51,9 @@ pub struct TimingWindow {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StopTimes {
-    /// Stops that the device confirmed: its motor is off.
+    /// Stops confirmed by the device.
     pub confirmed: u64,
-    /// Stops that the device did not confirm within 100 ms.
+    /// Stops not confirmed within 100 ms.
     pub unconfirmed: u64,
     /// Stops without a connected device.
     pub without_device: u64,
@@ -67,7 +67,7 @@ pub struct StopTimes {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TimingHistogram {
-    /// Time from a deadline to the beginning of its tick.
+    /// Time from a deadline to its tick.
     pub wake_latency_ns: Vec<Bucket>,
     /// Duration of a tick.
     pub tick_ns: Vec<Bucket>,

@@ -20,9 +20,8 @@ pub enum Reseat {
     /// Where the spring has the force that there was: the force is continuous.
     #[default]
     Continuous,
-    /// Where the spring has the whole static force, as the paper's slides print it and as Haessig
-    /// and Friedland's model has it. The force jumps by `Fs - Fd` at each re-stick, and energy of
-    /// `(Fs^2 - Fd^2)/2 Kp` comes from nowhere: for reproduction only.
+    /// Where the spring has the whole static force, as in the paper's slides and in Haessig and Friedland's model. Each
+    /// re-stick makes a jump of `Fs - Fd` and an energy of `(Fs^2 - Fd^2)/2 Kp`: for reproduction only.
     #[cfg_attr(feature = "serde", serde(alias = "published"))]
     Slides,
 }

@@ -22,7 +22,7 @@ const DURATION_S: (f64, f64) = (0.1, 120.0);
 /// Most rounds of a sweep.
 const MAX_ROUNDS: u32 = 1000;
 
-/// The course of the reference, from the place where the handle is at the beginning and back to it.
+/// The course of the reference, from the handle's first place and back to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(

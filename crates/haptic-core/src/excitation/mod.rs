@@ -38,7 +38,7 @@ const FADE_S: f64 = 0.1;
 /// shorten it.
 const MIN_SHARE_OF_A_TICK: f64 = 0.5;
 
-/// A course, and the bounds within which the handle is drawn along it.
+/// A course, and the bounds outside of which the force ends at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -47,7 +47,7 @@ const MIN_SHARE_OF_A_TICK: f64 = 0.5;
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Excitation {
-    /// The course of the reference.
+    /// The course of the reference, from the handle's first place and back to it.
     pub course: Course,
     /// Largest force on the handle, N.
     #[cfg_attr(feature = "serde", serde(rename = "force_limit_N"))]
@@ -61,14 +61,13 @@ pub struct Excitation {
     /// Damping between reference and handle, N s/m.
     #[cfg_attr(feature = "serde", serde(rename = "damping_Ns_per_m"))]
     pub damping_ns_per_m: f64,
-    /// The force ends at once when the handle is farther than this from its first place, m.
+    /// Largest distance of the handle from its first place, m.
     pub travel_limit_m: f64,
-    /// The force ends at once when the handle is faster than this, m/s.
+    /// Largest speed of the handle, m/s.
     pub speed_limit_mps: f64,
-    /// The force ends at once when the handle is farther than this from the reference, m.
+    /// Largest distance of the handle from the reference, m.
     pub lag_limit_m: f64,
-    /// The force ends at once when the handle has, from the beginning, moved this far against the
-    /// largest force, or farther against a smaller one, m.
+    /// Largest motion at the beginning against the largest force, m; farther against a smaller one.
     pub wrong_way_limit_m: f64,
 }
 

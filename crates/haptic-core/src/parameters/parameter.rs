@@ -65,15 +65,15 @@ pub struct ParameterInfo {
     pub unit: &'static str,
     /// The part of the scene that it belongs to.
     pub group: &'static str,
-    /// Smallest value accepted.
+    /// Smallest accepted value.
     pub min: f64,
-    /// Largest value accepted.
+    /// Largest accepted value.
     pub max: f64,
     /// Lower end of a slider: the range that is of use on a desk-top rig.
     pub slider_min: f64,
     /// Upper end of a slider.
     pub slider_max: f64,
-    /// The smallest difference worth a step.
+    /// Smallest useful step.
     pub step: f64,
     /// How a slider should spread its range.
     pub scale: Scale,

@@ -45,7 +45,7 @@ impl Scene {
     }
 }
 
-/// A scene: what the rig shall feel like. Its fields have the names of the TOML file.
+/// What the rig feels like, with the field names of its TOML file.
 ///
 /// A scene is plain data and may hold anything; [`Scene::validate`] says whether it can be
 /// rendered, and [`Renderer::new`](crate::Renderer::new) takes no scene that cannot.

@@ -15,11 +15,11 @@ const OF_RIG: &str = "rig";
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(untagged))]
 pub enum FileCoupling {
-    /// `"rig"`: by the stiffest coupling that the rig bears, as its commissioning found it; where none was found by 1000
-    /// N/m and 10 N s/m, or a softer one where the link takes more than 6 ms.
+    /// `"rig"`: the stiffest coupling that the commissioning found the rig to bear; without one 1000 N/m and 10 N s/m,
+    /// or softer where the link takes more than 6 ms.
     #[cfg_attr(feature = "schema", schemars(with = "OfRig"))]
     Rig,
-    /// By a coupling of the scene's own.
+    /// The scene's own coupling.
     Own(Coupling),
 }
 
@@ -42,7 +42,7 @@ pub struct SceneFile {
     /// The block; without one, friction acts on the device itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block: Option<Block>,
-    /// How the hand holds the block: by `"rig"`, or a coupling.
+    /// How the hand holds the block.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coupling: Option<FileCoupling>,
     /// What it slides on.

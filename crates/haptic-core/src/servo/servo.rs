@@ -247,9 +247,9 @@ pub struct Settings {
     /// Time for which a device may repeat its last sample, or the loop stand still while force
     /// flows, ns.
     pub stale_ns: u64,
-    /// Button of the rig that stops it, by its bit.
+    /// Stop button of the rig, by its bit.
     pub stop_button: Option<u8>,
-    /// Button of the rig that must be held down for force to flow, by its bit.
+    /// Enable button of the rig, by its bit.
     pub enable_button: Option<u8>,
     /// Where force may flow on a rig of two axes; everywhere without.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]

@@ -16,9 +16,9 @@ pub(crate) const HELP: &str = "\
 Move the handle to the middle of its range, take your hand off it, and keep a hand on the switch of the motor's \
 supply.
 
-The rig must be idle. Pulses of at most 300 ms, 20 mm and 0.3 m/s move it, within all limits of the daemon. Any stop \
-ends the commissioning, as does the end of this program. A handle that moves against the force ends it at \
-once: the motor or the encoder is wired the other way, and nothing is stored.
+The rig must be idle. Pulses of at most 300 ms, 20 mm and 0.3 m/s move it, within all limits of the daemon. Any stop, \
+the end of this program, or a handle that moves against the force (the motor or the encoder is wired the other way) ends \
+the commissioning.
 
 The findings are kept by the rig's serial number. A rig without one engages only after `commission --check` or \
 `engage --same-rig`, each time it is connected; one whose firmware, force limit, sample rate, watchdog or buttons have \

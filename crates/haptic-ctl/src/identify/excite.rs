@@ -31,7 +31,7 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "MM", allow_hyphen_values = true, conflicts_with = "file")]
     travel_mm: Option<f64>,
 
-    /// Range of the handle between its ends, mm [default: as commissioned]
+    /// Range of the handle, mm [default: as commissioned]
     #[arg(long, value_name = "MM", allow_hyphen_values = true, value_parser = range_mm, conflicts_with = "file")]
     range_mm: Option<f64>,
 

@@ -96,17 +96,16 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME", requires = "file")]
     force_column: Option<String>,
 
-    /// Newtons a unit of the force column; negative where the sensor points against the position [default: the
-    /// unit at the end of the column's name, as in load_kN, else 1]
+    /// Newtons a unit of the force column; negative where the sensor points against the position [default: as its name
+    /// ends, as in load_kN, else 1]
     #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "file")]
     force_gain: Option<f64>,
 
-    /// File of another recorder with its own clock, which holds the forces
+    /// File of the forces, by another recorder with its own clock
     #[arg(long, value_name = "OTHER.csv", requires = "file")]
     force_file: Option<PathBuf>,
 
-    /// How much later the force's times are than the position's for the same instant, ms, or `auto` to look for it
-    /// [default: 0 for one file, auto for two]
+    /// Delay of the force's times behind the position's, ms; `auto` finds it [default: 0 for one file, auto for two]
     #[arg(long, value_name = "MS|auto", allow_hyphen_values = true, requires = "file")]
     shift_ms: Option<ShiftMs>,
 

@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "run")]
     whole: bool,
 
-    /// The device reports absolute positions: the cogging found can be compensated
+    /// The device's positions are absolute, so cogging can be compensated
     #[arg(long, requires = "rig")]
     absolute_position: bool,
 

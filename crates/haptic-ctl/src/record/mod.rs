@@ -28,19 +28,16 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The file's ending says its format: .mcap, which robotics tools open; .csv, which everything opens; .parquet, the \
-smallest. `haptic-ctl recording` shows, converts, cuts and repairs recordings. On standard output (`-`) a recording is CSV, \
-or MCAP with --format mcap; what is said of it goes to standard error, and it ends with its reader.
+The file's ending is its format: .mcap for robotics tools, .csv for any program, .parquet for the smallest file. A \
+recording on standard output ends with its reader; messages go to standard error.
 
 Examples:
   haptic-ctl record rig.mcap --for 10s --notes 'steel on Teflon'
   haptic-ctl record - --for 10s | python3 analyse.py
 
-On a terminal, m sets a marker, so do 1 to 9, and q ends the recording. No key of this program stops the rig: that is \
-`haptic-ctl stop`.
+On a terminal, m and 1 to 9 set a marker, and q ends the recording. No key stops the rig: use `haptic-ctl stop`.
 
-On a full disk, without a daemon (exit code 3) or after a kill, the file reads as far as it was written. A daemon \
-that starts again is recorded in another file.";
+After a full disk, the loss of the daemon (exit code 3) or a kill, the file reads as far as it was written.";
 
 /// Largest notes, bytes. They stand in one line of a CSV.
 const MAX_NOTES: u64 = 1 << 16;
@@ -71,7 +68,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "notes", value_hint = ValueHint::FilePath)]
     notes_file: Option<PathBuf>,
 
-    /// Set a marker for each line of standard input; its end ends the recording, unless --for or --until does
+    /// Set a marker for each line of standard input, whose end ends the recording unless --for or --until does
     #[arg(long)]
     markers_from_stdin: bool,
 

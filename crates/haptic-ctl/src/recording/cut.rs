@@ -15,9 +15,9 @@ use std::time::Duration;
 
 /// For the help text.
 pub(super) const HELP: &str = "\
-Times are from the recording's first row; a row at the beginning is in the part, and one at the end is not. The part \
-begins with the scene and the state that its first row had, and with a snapshot of the servo's state there, as far as it \
-follows from the recording: `haptic-ctl replay` then computes its forces again to the last bit.
+Times are from the recording's first row; the row at the end is not in the part. The part begins with the scene and \
+the state of its first row and, where it follows from the recording, with a snapshot of the servo: `haptic-ctl replay` \
+then computes its forces again.
 
 Example:
   haptic-ctl recording cut rig.mcap slide.csv --from-marker 1 --to 5s";

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 pub(crate) enum Command {
     /// Show what a recording holds, and how it ends
     Info(info::Arguments),
-    /// Rewrite a recording that was broken off or is damaged, as far as it can be read
+    /// Rewrite a broken or damaged recording, as far as it can be read
     Repair(copy::Arguments),
     /// Write a recording in another format
     Export(copy::Arguments),

@@ -47,7 +47,7 @@ pub(crate) enum Command {
     },
     /// Print a scene as TOML, as `scene load` takes it
     Show {
-        /// Scene: a name of the library, a revision as @42, or FILE.toml [default: active]
+        /// Scene: NAME, @REVISION or FILE.toml [default: active]
         #[arg(add = ArgValueCompleter::new(complete::scenes))]
         scene: Option<String>,
     },
@@ -58,7 +58,7 @@ pub(crate) struct Save {
     /// Name in the library
     name: String,
 
-    /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]
+    /// Scene: NAME, @REVISION or FILE.toml [default: active]
     #[arg(long, add = ArgValueCompleter::new(complete::scenes))]
     scene: Option<String>,
 

@@ -12,12 +12,11 @@ use serde::Serialize;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
-A file of trials is CSV, with commas, semicolons or tabs, or Parquet, as a study's own trials.parquet. It needs the \
-columns subject, block, resistance, condition, trial, amplitude_m, width_m, end_error_m, movement_time_s and errors; \
-cursor_diameter_m and error_size_m are used where they are there. end_error_m is where the movement ended beyond the \
-target's centre, positive along that movement, whichever way it went. A sequence is the rows of one subject, block, \
-resistance and condition; the order of the rows does not matter. A file with the column level_N holds answers of a \
-perception test. docs/how-to/study.md says what each table and figure is.";
+A file of trials is CSV (commas, semicolons or tabs) or Parquet, with the columns subject, block, resistance, \
+condition, trial, amplitude_m, width_m, end_error_m, movement_time_s and errors and, optionally, cursor_diameter_m and \
+error_size_m. end_error_m is the end of the movement beyond the target's centre, positive along the movement. A \
+sequence is the rows of one subject, block, resistance and condition, in any order. A file with the column level_N \
+holds answers of a perception test. docs/how-to/study.md explains the tables and figures.";
 
 /// Seed of the intervals: the same trials give the same ones.
 const SEED: u64 = 1;

@@ -16,8 +16,8 @@ use std::fmt::Display;
 use std::path::PathBuf;
 
 pub(super) const HELP: &str = "\
-Continue in the panel: `haptic-gui --page task --study DIR` for targets, `haptic-gui --page perception --study DIR` for surfaces. Subjects are codes \
-of letters and digits; keep the list that ties them to people elsewhere.
+Continue in the panel: `haptic-gui --page task --study DIR` for targets, `haptic-gui --page perception --study DIR` \
+for surfaces. Keep the list that ties codes to people elsewhere.
 
 Example:
   haptic-ctl study new perception --codes P1,P2,P3 --seed 7 --out study";
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "PLAN")]
     plan: String,
 
-    /// Folder of the study, which must not exist, or be empty
+    /// Folder of the study, new or empty
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: PathBuf,
 

@@ -15,11 +15,10 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{SignalKind, signal};
 
 pub(super) const HELP: &str = "\
-Each trial is on the disk before the next one begins. An interrupt ends the study after the trials under way, with exit code \
-130: continue with `haptic-ctl study resume DIR`, after a crash as well.
+An interrupt ends the study after the trials under way, with exit code 130. `haptic-ctl study resume DIR` continues \
+it, after a crash as well.
 
-The data of a simulated operator show how a study runs and how its analysis reads. They say nothing about people, and every \
-row has operator = simulated.
+The data of a simulated operator say nothing about people; every row has operator = simulated.
 
 Example:
   haptic-ctl study run perception --operator simulated --subjects 2 --seed 1 --out study";
@@ -49,11 +48,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "S", default_value = "1")]
     seed: u64,
 
-    /// Folder of the study, which must not exist, or be empty
+    /// Folder of the study, new or empty
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Keep the rows alone, and not every tick of each trial: 100 kB a trial
+    /// Keep the rows alone, not every tick (100 kB a trial)
     #[arg(long)]
     no_recordings: bool,
 }

@@ -44,8 +44,8 @@ pub(crate) struct Options {
 
     /// Measure how well this machine keeps time
     ///
-    /// The loop on the fake rig and a bare loop that only waits, in turn on the same processor, five turns of 2 s
-    /// each, or of SECONDS. No socket, no clients.
+    /// The loop on the fake rig and a bare loop that only waits, in turn on the same processor, five times for 2 s
+    /// each, or SECONDS.
     #[arg(
         long,
         value_name = "SECONDS",
@@ -64,15 +64,13 @@ pub(crate) struct Options {
 
     /// Rig: `fake`, or an address as `haptic-ctl devices` lists them
     ///
-    /// `fake` is simulated in this process. `serial:/dev/ttyACM0` speaks the link protocol on a serial line, at 1000000
-    /// baud unless `?baud=N` follows, `hid:VID:PID[:SERIAL]` on USB HID.
-    /// `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1` speaks to an ODrive in its maker's protocol, see
-    /// docs/how-to/firmware.md; not tested on a real board.
+    /// `fake` is simulated. `serial:/dev/ttyACM0` speaks the link protocol on a serial line, at 1000000 baud unless
+    /// `?baud=N` follows, `hid:VID:PID[:SERIAL]` on USB HID. `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1` is
+    /// an ODrive (docs/how-to/firmware.md), not tested on a real board.
     #[arg(long, value_name = "DEVICE")]
     pub(super) device: Option<Named<Address>>,
 
-    /// How the motors of a rig of two axes move the hand: `xy`, `h-belt`, or a TOML file [default: one
-    /// axis]
+    /// How two motors move the hand: `xy`, `h-belt`, or a TOML file [default: one axis]
     #[arg(long, value_name = "KINEMATICS")]
     pub(super) kinematics: Option<Named<Kinematics>>,
 
@@ -81,13 +79,11 @@ pub(crate) struct Options {
     #[arg(long, value_name = "PATH")]
     pub(super) socket: Option<PathBuf>,
 
-    /// Group, by name or number, that the control socket serves beside the daemon's own user and
-    /// root [default: none]
+    /// Group, by name or number, that the control socket also serves [default: none]
     #[arg(long, value_name = "GROUP", hide_short_help = true)]
     pub(super) socket_group: Option<String>,
 
-    /// Path of a second socket for watchers: its clients may read everything and stop the rig, and
-    /// nothing else [default: none]
+    /// Path of a socket for watchers, who may only read and stop the rig [default: none]
     #[arg(long, value_name = "PATH", hide_short_help = true)]
     pub(super) watch_socket: Option<PathBuf>,
 
@@ -96,8 +92,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "ADDRESS:PORT", hide_short_help = true)]
     pub(super) metrics: Option<SocketAddr>,
 
-    /// Let --metrics name an address that other machines can reach. Every program that can reach it may read
-    /// the metrics; nobody can change anything there [default: false]
+    /// Let --metrics name an address that other machines can reach: they may read the metrics [default: false]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) metrics_beyond_this_machine: Option<bool>,
 
@@ -134,8 +129,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) keep_cpus_awake: Option<bool>,
 
-    /// Policy for missed periods: `warn`, or `fault:N` to take the force away at the Nth within any
-    /// second of force, with N from 1 to 1000 [default: warn]
+    /// Policy for missed periods: `warn`, or `fault:N` to take the force away at the Nth within a second of force, N
+    /// from 1 to 1000 [default: warn]
     #[arg(long, value_name = "POLICY")]
     pub(super) late_policy: Option<Named<LatePolicy>>,
 
@@ -148,13 +143,13 @@ pub(crate) struct Options {
     #[arg(long, value_name = "DIR", hide_short_help = true)]
     pub(super) scene_dir: Option<PathBuf>,
 
-    /// Directory of what `haptic-ctl commission` found of rigs [default: the service's state
-    /// directory, else hapticd in the user's state directory, else /var/lib/hapticd]
+    /// Directory of the records of commissioned rigs [default: the service's state directory, else hapticd in the
+    /// user's state directory, else /var/lib/hapticd]
     #[arg(long, value_name = "DIR", hide_short_help = true)]
     pub(super) state_dir: Option<PathBuf>,
 
-    /// Engage a rig that was never commissioned (`haptic-ctl commission`), or has changed since:
-    /// the direction of its motor is unknown [default: false]
+    /// Engage a rig that was never commissioned, or has changed since: the direction of its motor is unknown [default:
+    /// false]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     pub(super) uncommissioned: Option<bool>,
 
@@ -186,13 +181,12 @@ pub(crate) struct Options {
     #[arg(long, value_name = "M/S", allow_hyphen_values = true)]
     pub(super) speed_limit_mps: Option<f64>,
 
-    /// Acceleration of the device that counts as a jump of its encoder and takes the force away,
-    /// m/s^2, from 10 to 1000000 [default: 2000]
+    /// Acceleration of the device at which the force is taken away, m/s^2, from 10 to 1000000 [default: 2000]
     #[arg(long, value_name = "M/S^2", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) acceleration_limit_mps2: Option<f64>,
 
-    /// Largest force of passivity control, which takes out the energy that the sampled loop
-    /// creates, N, from 0 to 100; 0 only observes [default: 0]
+    /// Largest force of passivity control, which takes out energy that sampling creates, N, from 0 to 100; 0 only
+    /// observes [default: 0]
     #[arg(long, value_name = "N", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) passivity_control_n: Option<f64>,
 
@@ -200,8 +194,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "MS", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) ramp_ms: Option<f64>,
 
-    /// Time without a new sample of the device, or without a tick of the loop, at which the force
-    /// is taken away, ms, from 1 to 1000 [default: 20; 500 in the demo]
+    /// Time without a new sample or a tick at which the force is taken away, ms, from 1 to 1000 [default: 20; 500 in
+    /// the demo]
     #[arg(long, value_name = "MS", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) stale_ms: Option<f64>,
 
@@ -229,18 +223,16 @@ pub(crate) struct Options {
     #[arg(long, value_name = "NS/M", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) rig_damping_ns_per_m: Option<f64>,
 
-    /// Compensate part of the rig's own friction, as `haptic-ctl identify --rig` has found it,
-    /// below the scene: a share from 0 to 0.8 [default: 0]
+    /// Compensate a share of the rig's own friction (`haptic-ctl identify --rig`), from 0 to 0.8 [default: 0]
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) compensate: Option<f64>,
 
     /// Hand on the fake rig: sine, arm, free or mouse; of two axes circle or eight [default: sine, or
     /// circle]
     ///
-    /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `free` lets it go.
-    /// `mouse` pulls it through the arm to where you drag the pointer in haptic-gui, and else lets go.
-    /// `file:MOTION` follows a recording, or a table as `haptic-ctl simulate --motion` reads it, and `arm:file:MOTION`
-    /// pulls along it. `circle` and `eight` draw on a rig of two axes, through the arm.
+    /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `free` lets it go,
+    /// `mouse` pulls it through the arm to the pointer in haptic-gui. `file:MOTION` follows a recording or table, and
+    /// `arm:file:MOTION` pulls along it. `circle` and `eight` draw through the arm on two axes.
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
     pub(super) hand: Option<Named<HandName>>,
 
