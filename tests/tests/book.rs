@@ -121,9 +121,12 @@ fn a_study_is_run() {
 #[test]
 fn a_firmware_is_tried() {
     let _one = one_of_two();
-    if test_run::has(&["python3"]) {
-        follow("how-to/firmware.md");
-    }
+    // The page's fake board switches its motor off after 50 ms without a command.
+    timed("a firmware that is tried under force", || {
+        if test_run::has(&["python3"]) {
+            follow("how-to/firmware.md");
+        }
+    });
 }
 
 #[test]
