@@ -291,7 +291,7 @@ fn manual_pages_completions_and_schema_are_made() {
     // Also what the short help leaves out has its text.
     for (page, text) in [
         ("haptic-ctl.1", "Rig of this name"),
-        ("haptic-ctl-set.1", "Ramp to the change"),
+        ("haptic-ctl-set.1", "Duration of the change"),
         ("haptic-ctl-scene-load.1", "NAME, @REVISION or FILE.toml"),
         ("hapticd.8", "Group, by name or number"),
     ] {
