@@ -4,7 +4,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{output, progress};
 use device_io::discovery::{self, Candidate};
-use haptic_ipc::{DevicesReply, FoundDevice, Problem, Request};
+use haptic_ipc::{DevicesReply, FoundDevice, LinkedDevice, ProbedMotors, Problem, Request};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -84,6 +84,25 @@ fn unanswered(reply: &DevicesReply) -> Option<String> {
     Some(format!("{} has not identified itself: {why}", asked.address))
 }
 
+/// A count and the largest effort of each motor.
+fn motors(two: Option<ProbedMotors>, answered: &LinkedDevice) -> String {
+    let motor = |count: f64, limit: f64, (count_unit, limit_unit): (&str, &str)| {
+        format!("{:.3} {count_unit} a count, up to {limit} {limit_unit}", count * 1e6)
+    };
+    let linear = ("um", "N");
+    let Some(ProbedMotors {
+        are_rotary,
+        counts,
+        limits,
+    }) = two
+    else {
+        return motor(answered.resolution_m, answered.force_limit_n, linear);
+    };
+    let units = if are_rotary { ("urad", "N m") } else { linear };
+    let [first, second] = [0, 1].map(|index| motor(counts[index], limits[index], units));
+    format!("motor 1 with {first}, motor 2 with {second}")
+}
+
 fn lines(device: &FoundDevice) -> Vec<String> {
     let mut lines = vec![device.address.clone()];
     let mut add = |text: String| lines.push(format!("    {text}"));
@@ -95,11 +114,10 @@ fn lines(device: &FoundDevice) -> Vec<String> {
     }
     if let Some(answered) = &device.device {
         add(format!(
-            "{}: {:.0} samples/s, {:.3} um a count, up to {} N",
+            "{}: {:.0} samples/s, {}",
             answered.firmware,
             answered.sample_rate_hz,
-            answered.resolution_m * 1e6,
-            answered.force_limit_n
+            motors(device.motors, answered)
         ));
     }
     if let Some(friction) = &device.rig_friction {

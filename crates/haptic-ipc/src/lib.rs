@@ -53,7 +53,7 @@ pub use event::{Event, SamplesEvent, ServoEvent, SnapshotEvent, StateEvent, Subs
 pub use identification::{ExcitationEnd, ExcitationReport, IdentificationReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
-pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
+pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice, ProbedMotors};
 pub use mirror::{DaemonMirror, MirrorChange, RigChange, RigMirror, SceneMirror, SceneShape};
 pub use reload::{LimitsChange, ReloadReply};
 pub use replay::{SceneArrival, SceneRamp, ServoSetup, ServoSnapshot, SnapshotScene};

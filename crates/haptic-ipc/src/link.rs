@@ -48,12 +48,12 @@ pub struct LinkErrorStatus {
 pub struct LinkedDevice {
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Largest force of its motor, N.
+    /// Largest force of its motor, N; 0 of a probed device whose motors are rotary: without kinematics it has none.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
     /// Samples a second, Hz.
     pub sample_rate_hz: f64,
-    /// Distance between two counts of its encoder, m.
+    /// Distance between two counts of its encoder, m; 0 likewise.
     pub resolution_m: f64,
     /// Time without a command after which the motor is off, ms; absent if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -116,7 +116,22 @@ pub struct FoundDevice {
     /// Its hello, if probed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<LinkedDevice>,
+    /// Its two motors, if probed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motors: Option<ProbedMotors>,
     /// Its own friction, if probed and identified.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFriction>,
+}
+
+/// The motors of a probed device with two.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ProbedMotors {
+    /// Whether they are rotary: rad and N m instead of m and N.
+    pub are_rotary: bool,
+    /// Distance between two counts of each, m or rad.
+    pub counts: [f64; 2],
+    /// Largest effort of each, N or N m.
+    pub limits: [f64; 2],
 }

@@ -67,11 +67,11 @@ pub struct DeviceInfo {
     pub connection: u64,
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Largest force of its motor, N.
+    /// Largest force of its motor, N; 0 of rotary motors without kinematics.
     pub force_limit_n: f64,
     /// Samples a second, Hz.
     pub sample_rate_hz: f64,
-    /// Distance between two counts of its encoder, m.
+    /// Distance between two counts of its encoder, m; 0 likewise.
     pub resolution_m: f64,
     /// Time without a command after which it switches its motor off, ms; nothing where it is not
     /// known to do so.

@@ -117,17 +117,26 @@ pub(super) fn greeted(
     counters: &Arc<LinkCounters>,
 ) -> GreetedDevice {
     let (firmware, rig) = rig.on_chip(&hello.firmware_name());
+    let motors = two_motors(hello);
+    // Of rotary motors the hand has neither before there are kinematics.
+    let of_line = |value: f64| {
+        if motors.is_some_and(|motors| motors.are_rotary) {
+            0.0
+        } else {
+            value
+        }
+    };
     GreetedDevice {
         device: DeviceInfo {
             connection: 0,
             firmware,
-            force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
+            force_limit_n: of_line(f64::from(hello.force_limit_mn) * 1e-3),
             sample_rate_hz: f64::from(hello.sample_rate_hz),
-            resolution_m: 1.0 / f64::from(hello.counts_per_metre),
+            resolution_m: of_line(1.0 / f64::from(hello.counts_per_metre)),
             watchdog_ms: hello.watchdog(),
             buttons: hello.buttons,
             rig,
-            motors: two_motors(hello),
+            motors,
         },
         connection: Box::new(WireConnection {
             wire,

@@ -5,7 +5,7 @@ use crate::telemetry::link::linked;
 use device_boards::Address;
 use device_io::discovery::{Candidate, list, probe};
 use device_io::link::ConnectError;
-use haptic_ipc::{DevicesReply, ErrorCode, FoundDevice, Problem, WireError};
+use haptic_ipc::{DevicesReply, ErrorCode, FoundDevice, ProbedMotors, Problem, WireError};
 use std::time::Duration;
 
 /// Timeout of a search through the nodes.
@@ -70,8 +70,7 @@ fn listed(found: &Candidate, ours: &Address) -> FoundDevice {
             what: access_problem.why.clone(),
             remedy: access_problem.remedy.clone(),
         }),
-        device: None,
-        rig_friction: None,
+        ..FoundDevice::default()
     }
 }
 
@@ -84,15 +83,27 @@ fn probed(address: &Address) -> FoundDevice {
             remedy: "no link to probe; `fake-rig` simulates a device behind a serial line".to_owned(),
         }),
     };
-    let (device, problem) = match greeted {
-        Ok(facts) => (Some(linked(facts)), None),
-        Err(error) => (None, Some(problem(&error))),
-    };
-    FoundDevice {
+    let found = FoundDevice {
         address: address.to_string(),
-        device,
-        problem,
         ..FoundDevice::default()
+    };
+    match greeted {
+        Ok(facts) => {
+            let motors = facts.motors.map(|motors| ProbedMotors {
+                are_rotary: motors.are_rotary,
+                counts: motors.counts,
+                limits: motors.limits,
+            });
+            FoundDevice {
+                device: Some(linked(facts)),
+                motors,
+                ..found
+            }
+        }
+        Err(error) => FoundDevice {
+            problem: Some(problem(&error)),
+            ..found
+        },
     }
 }
 
