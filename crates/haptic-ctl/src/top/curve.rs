@@ -4,7 +4,7 @@ use super::model::{Model, WINDOW_S};
 use haptic_ipc::{Sample, SampleY};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::Style;
+use ratatui::style::{Modifier, Style};
 use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph};
 
@@ -13,6 +13,8 @@ pub(super) struct Curve {
     pub(super) title: &'static str,
     pub(super) unit: &'static str,
     pub(super) value: fn(&Sample, Option<&SampleY>) -> f64,
+    /// The same along the second axis of two, where it is drawn beside the first.
+    pub(super) beside: Option<fn(&SampleY) -> f64>,
     /// Where the gauge ends on either side; without one it ends where the curve does.
     pub(super) full_scale: Option<f64>,
     pub(super) style: Style,
@@ -25,24 +27,33 @@ impl Curve {
             .iter()
             .map(|(sample, y)| (sample.t_s, (self.value)(sample, y.as_ref())))
             .collect();
+        let beside: Vec<(f64, f64)> = model
+            .past
+            .iter()
+            .filter_map(|(sample, y)| Some((sample.t_s, self.beside?(y.as_ref()?))))
+            .collect();
         let newest = points.last().copied();
+        let second = beside
+            .last()
+            .map_or_else(String::new, |(_, value)| format!(", {value:+.2}"));
         let title = newest.map_or_else(
             || format!(" {} ", self.title),
-            |(_, value)| format!(" {}  {value:+.2} {} ", self.title, self.unit),
+            |(_, value)| format!(" {}  {value:+.2}{second} {} ", self.title, self.unit),
         );
         let block = Block::bordered().title(title);
         let inner = block.inner(area);
         frame.render_widget(block, area);
         let [plot, gauge] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(inner);
         let Some((now_s, value)) = newest else { return };
-        let largest = points.iter().map(|(_, value)| value.abs()).fold(0.0, f64::max);
+        let both = points.iter().chain(&beside);
+        let largest = both.map(|(_, value)| value.abs()).fold(0.0, f64::max);
         let limit = round_up(largest);
-        let dataset = Dataset::default()
-            .marker(Marker::Braille)
-            .graph_type(GraphType::Line)
-            .style(self.style)
-            .data(&points);
-        let chart = Chart::new(vec![dataset])
+        let line = |points, style| {
+            let dataset = Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line);
+            dataset.style(style).data(points)
+        };
+        let second = line(&beside, self.style.add_modifier(Modifier::DIM));
+        let chart = Chart::new(vec![second, line(&points, self.style)])
             .x_axis(Axis::default().bounds([now_s - WINDOW_S, now_s]))
             .y_axis(Axis::default().bounds([-limit, limit]).labels([
                 format!("{:+}", -limit),

@@ -66,18 +66,20 @@ fn draw_curves(frame: &mut Frame<'_>, force: Rect, position: Rect, model: &Model
                 sample.command_force_n.hypot(y.command_force_n)
             })
         },
+        beside: None,
         full_scale: Some(force_limit),
         style: theme.colour(Color::Cyan),
     };
     force_curve.draw(frame, force, model);
     let position_curve = Curve {
         title: if is_plane {
-            "position of the device, x"
+            "position of the device, x and y"
         } else {
             "position of the device"
         },
         unit: "mm",
         value: |sample, _| sample.device_position_m * 1e3,
+        beside: Some(|y| y.device_position_m * 1e3),
         full_scale: None,
         style: theme.colour(Color::Yellow),
     };
@@ -196,7 +198,8 @@ impl Theme {
 mod tests {
     use super::*;
     use haptic_ipc::{
-        Bucket, Event, RigState, Sample, SamplesEvent, StateEvent, StateReply, Timing, TimingHistogram, TimingWindow,
+        Bucket, Event, RigState, Sample, SampleY, SamplesEvent, StateEvent, StateReply, Timing, TimingHistogram,
+        TimingWindow,
     };
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
@@ -298,6 +301,26 @@ mod tests {
             assert!(!small.contains("wake-up"), "{small}");
         }
         assert!(shown(&busy(), 80, 24).contains("wake-up"));
+    }
+
+    #[test]
+    fn both_axes_of_a_plane_are_in_sight() {
+        let mut model = Model::new("hapticd 0.1.0");
+        let row = Sample {
+            device_position_m: 0.03,
+            ..Sample::default()
+        };
+        let y = SampleY {
+            device_position_m: -0.012,
+            ..SampleY::default()
+        };
+        model.take(Event::Samples(SamplesEvent {
+            rows: vec![row],
+            rows_y: vec![y],
+            ..SamplesEvent::default()
+        }));
+        let shown = shown(&model, 120, 24);
+        assert!(shown.contains("position of the device  +30.00, -12.00 mm"), "{shown}");
     }
 
     #[test]

@@ -1,9 +1,8 @@
 //! The limits of the force, as lines: that of the device and the daemon, and those of the law.
 
-use super::chart::{Curve, Ink, Overlay};
+use super::chart::{Ink, Overlay};
 use super::scope::Scope;
 use crate::daemon::Daemon;
-use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use crate::tapes::{AT_THE_LIMIT, Tapes};
 use haptic_core::{Parameter, Scene};
@@ -80,15 +79,10 @@ impl Limits {
         levels
     }
 
-    /// The moments at which the force on the hand was at its limit.
-    pub(crate) fn clipped(&self, curves: &[Curve]) -> Option<Overlay> {
+    /// The moments at which the force on the hand, of two axes its length, was at its limit.
+    pub(crate) fn clipped(&self, force: &[[f64; 2]]) -> Option<Overlay> {
         let limit_n = self.force_n?;
-        let whole = [Component::Whole, Component::Length].map(|component| component.name(Signal::COMMAND_FORCE));
-        let force = curves.iter().find(|curve| whole.contains(&curve.name))?;
-        let at_limit = force
-            .points
-            .iter()
-            .filter(|[_, value]| value.abs() >= AT_THE_LIMIT * limit_n);
+        let at_limit = force.iter().filter(|[_, value]| value.abs() >= AT_THE_LIMIT * limit_n);
         let at: Vec<[f64; 2]> = at_limit.copied().collect();
         (!at.is_empty()).then_some(Overlay::Dots {
             name: "clipped by the force limit",

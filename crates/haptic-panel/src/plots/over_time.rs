@@ -10,7 +10,9 @@ use super::scope::{Scope, TimeRange};
 use super::{contact_ribbon, frame, legend, mark_strip, plot_header};
 use crate::plots::scope::plot_list::{Plot, PlotList};
 use crate::plots::scope::trigger::Mode;
+use crate::tape::Tape;
 use crate::tape::mark::MarkKind;
+use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use crate::tapes::{Tapes, WhatIf};
 use crate::theme::Palette;
@@ -94,9 +96,27 @@ pub(crate) fn chart(
         labels: [time_label(scope).to_owned(), plot.label()],
     };
     let mut chart = Chart::new(scope.tape(tapes), &traces, &all, axes);
-    let clipped = background.limits.and_then(|limits| limits.clipped(&chart.curves));
+    let clipped = background.limits.and_then(|limits| {
+        let force = force(scope.tape(tapes), &chart, plot.signals(), &seen, columns);
+        limits.clipped(&force)
+    });
     chart.overlays.extend(clipped);
     chart
+}
+
+/// The line of the force on the hand in a chart; where it shows both of its axes, that of its length, which is limited.
+fn force(tape: &Tape, chart: &Chart, signals: &[Signal], seen: &TimeRange, columns: f64) -> Vec<[f64; 2]> {
+    let whole = [Component::Whole, Component::Length].map(|component| component.name(Signal::COMMAND_FORCE));
+    if let Some(curve) = chart.curves.iter().find(|curve| whole.contains(&curve.name)) {
+        return curve.points.clone();
+    }
+    if !signals.contains(&Signal::COMMAND_FORCE) {
+        return Vec::new();
+    }
+    let length = [(Signal::COMMAND_FORCE, Component::Length)];
+    let lines = tape.lines(&length, (seen.from_s, seen.to_s), seen.column_s(columns));
+    let points = lines.into_iter().flatten();
+    points.map(|[t_s, force_n]| [t_s - seen.zero_s, force_n]).collect()
 }
 
 /// The lines of the reference, fainter than those of the run in sight.

@@ -67,13 +67,14 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut 
         }
     });
     let is_compared = view.plotted(tapes).1.is_some();
+    let is_plane = view.plotted(tapes).0.tape(tapes).is_plane();
     let scope = view.scope_mut(tapes);
     if scope.is_of_rig() && scope.trigger.mode() != Mode::Off {
-        ui.horizontal_wrapped(|ui| trigger_bar::show(ui, scope));
+        ui.horizontal_wrapped(|ui| trigger_bar::show(ui, scope, is_plane));
     } else if is_compared {
         ui.horizontal_wrapped(|ui| {
             ui.label("Aligned at");
-            trigger_bar::show_crossing(ui, &mut scope.trigger);
+            trigger_bar::show_crossing(ui, &mut scope.trigger, is_plane);
         });
     }
     if scope.cursors.shown {

@@ -3,9 +3,11 @@
 use super::scope::Scope;
 use crate::drop_down::{self, Item};
 use crate::plots::scope::trigger::{Edge, Mode, Trigger};
+use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use crate::typing::number_field;
 use egui::{Button, RichText, Ui};
+use std::borrow::Cow;
 
 /// Shows the choice of the mode.
 pub(super) fn show_mode(ui: &mut Ui, scope: &mut Scope) {
@@ -22,12 +24,30 @@ pub(super) fn show_mode(ui: &mut Ui, scope: &mut Scope) {
     }
 }
 
+/// The name of what may cross a level.
+fn name((signal, component): (Signal, Component), is_plane: bool) -> Cow<'static, str> {
+    match (is_plane, component) {
+        (false, _) => Component::Whole,
+        (true, Component::Whole) => Component::of(signal, true, false)[0],
+        (true, other) => other,
+    }
+    .name(signal)
+}
+
 /// Shows what has to cross which level, and how.
-pub(super) fn show_crossing(ui: &mut Ui, trigger: &mut Trigger) {
-    let signal = trigger.signal;
-    let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
-    let (chosen, _) = drop_down::show(ui, "trigger signal", 140.0, signal.name(), items);
-    trigger.signal = chosen.unwrap_or(signal);
+pub(super) fn show_crossing(ui: &mut Ui, trigger: &mut Trigger, is_plane: bool) {
+    let line = (trigger.signal, trigger.component);
+    let items = || {
+        let lines = Signal::ALL.into_iter().flat_map(|signal| {
+            let components = Component::of_trigger(signal, is_plane).iter();
+            components.map(move |component| (signal, *component))
+        });
+        lines
+            .map(|other| Item::new(other, name(other, is_plane), &line))
+            .collect()
+    };
+    let (chosen, _) = drop_down::show(ui, "trigger signal", 140.0, name(line, is_plane).into_owned(), items);
+    (trigger.signal, trigger.component) = chosen.unwrap_or(line);
     for (edge, name) in [(Edge::Rising, "Rising"), (Edge::Falling, "Falling")] {
         ui.selectable_value(&mut trigger.edge, edge, name)
             .on_hover_text("Which way the signal crosses the level");
@@ -42,9 +62,9 @@ pub(super) fn show_crossing(ui: &mut Ui, trigger: &mut Trigger) {
 }
 
 /// Shows the settings of a trigger that is on.
-pub(super) fn show(ui: &mut Ui, scope: &mut Scope) {
+pub(super) fn show(ui: &mut Ui, scope: &mut Scope, is_plane: bool) {
     let trigger = &mut scope.trigger;
-    show_crossing(ui, trigger);
+    show_crossing(ui, trigger, is_plane);
     ui.label("before");
     let mut percent = trigger.share_before * 100.0;
     let before = number_field(&mut percent, |field| field.range(0.0..=100.0).speed(1.0).suffix(" %"));

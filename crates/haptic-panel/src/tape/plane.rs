@@ -33,6 +33,15 @@ impl Component {
         }
     }
 
+    /// Those of a signal by which a trigger may go, the first axis of two as `Whole`.
+    pub(crate) fn of_trigger(signal: Signal, is_plane: bool) -> &'static [Self] {
+        match Self::of(signal, is_plane, false) {
+            [Self::Whole] => &[Self::Whole],
+            _ if has_length(signal) => &[Self::Whole, Self::Y, Self::Length],
+            _ => &[Self::Whole, Self::Y],
+        }
+    }
+
     /// The name of its line.
     pub(crate) fn name(self, signal: Signal) -> Cow<'static, str> {
         let name = signal.name();

@@ -2,6 +2,7 @@
 
 use crate::bench::{Hands as _, Panel, connected, hear, press, press_item, value_of};
 use crate::metadata::metadata;
+use crate::rig::status;
 use crate::scene::active_scene;
 use egui::{Key, Modifiers, Rect, Shape};
 use egui_kittest::kittest::Queryable;
@@ -10,8 +11,9 @@ use haptic_core::planar::Workspace;
 use haptic_ipc::{Event, RigState, SAMPLE_COLUMNS, SAMPLE_Y_COLUMNS, Sample, SampleY, SamplesEvent, ServoEvent};
 use haptic_panel::{Page, Update};
 
-/// A hand on a circle of 30 mm, whose block lags behind it: at its end at (18, 24) mm, with (-4, 3) N on the block.
-fn on_circle(ticks: u32) -> SamplesEvent {
+/// A hand on a circle of 30 mm, whose block lags behind it: at its end at (18, 24) mm, with (-4, 3) N on the block
+/// where the force is 5 N long.
+fn on_circle(ticks: u32, force_n: f64) -> SamplesEvent {
     let angle = |tick: u32| 0.6_f64.acos() - f64::from(ticks - 1 - tick) * 2e-3;
     let row = |tick| Sample {
         tick: u64::from(tick),
@@ -21,8 +23,8 @@ fn on_circle(ticks: u32) -> SamplesEvent {
         device_velocity_mps: -0.06 * angle(tick).sin(),
         block_position_m: 0.029 * angle(tick).cos(),
         block_velocity_mps: -0.058 * angle(tick).sin(),
-        coupling_force_n: -5.0 * angle(tick).sin(),
-        command_force_n: 5.0 * angle(tick).sin(),
+        coupling_force_n: -force_n * angle(tick).sin(),
+        command_force_n: force_n * angle(tick).sin(),
         ..crate::bench::sample(0.0)
     };
     let y = |tick| SampleY {
@@ -30,8 +32,8 @@ fn on_circle(ticks: u32) -> SamplesEvent {
         device_velocity_mps: 0.06 * angle(tick).cos(),
         block_position_m: 0.029 * angle(tick).sin(),
         block_velocity_mps: 0.058 * angle(tick).cos(),
-        coupling_force_n: 5.0 * angle(tick).cos(),
-        command_force_n: -5.0 * angle(tick).cos(),
+        coupling_force_n: force_n * angle(tick).cos(),
+        command_force_n: -force_n * angle(tick).cos(),
         sample_position_m: 0.03 * angle(tick).sin(),
     };
     SamplesEvent {
@@ -53,7 +55,7 @@ pub(crate) fn draw_circle(panel: &mut Panel) {
         panel,
         Update::Event(Event::Servo(Box::new(ServoEvent { tick: 0, servo }))),
     );
-    hear(panel, Update::Event(Event::Samples(on_circle(5001))));
+    hear(panel, Update::Event(Event::Samples(on_circle(5001, 5.0))));
 }
 
 fn on_plane() -> Panel {
@@ -113,7 +115,7 @@ fn plane_shows_positions_and_force_on_equal_scales() {
     press(&mut panel, "Limits");
     assert!(panel.query_by_label("Fs 4.00 N").is_none());
     press(&mut panel, "Freeze");
-    hear(&mut panel, Update::Event(Event::Samples(on_circle(7000))));
+    hear(&mut panel, Update::Event(Event::Samples(on_circle(7000, 5.0))));
     panel.get_by_label("Hand 18.0, 24.0 mm; block 17.4, 23.2 mm");
 }
 
@@ -139,6 +141,19 @@ fn second_axis_is_drawn_beside_the_first_or_both_as_length() {
     assert!(panel.state().model.settings().rig_plots.expect("plots")[0].contains(&"Lengths".to_owned()));
     press(&mut panel, "signals of the Force plot");
     assert!(lower_end(&mut panel) > 0.0, "the length stays at 5 N");
+}
+
+#[test]
+fn force_whose_length_is_at_the_limit_is_marked_in_the_plot_of_both_axes() {
+    // 20 N long, which is the rig's limit; neither axis alone is there at the end.
+    for (force_n, is_marked) in [(5.0, false), (20.0, true)] {
+        let mut panel = connected(RigState::Engaged);
+        hear(&mut panel, Update::Status(Ok(Box::new(status()))));
+        hear(&mut panel, active_scene(1, &Scene::paper()));
+        hear(&mut panel, Update::Event(Event::Samples(on_circle(5001, force_n))));
+        let svg = haptic_panel::export::svg(&panel.state().model);
+        assert_eq!(svg.contains("clipped by the force limit"), is_marked, "{force_n} N");
+    }
 }
 
 #[test]

@@ -73,7 +73,8 @@ impl Scope {
             self.trigger.restart();
         }
         let span_s = self.window.span_s();
-        self.trigger.look(rows, tapes.live().oldest_s(), span_s);
+        let rows = self.trigger.rows_of(rows, tapes.live());
+        self.trigger.look(&rows, tapes.live().oldest_s(), span_s);
         self.trigger.catch(tapes.live(), span_s);
     }
 

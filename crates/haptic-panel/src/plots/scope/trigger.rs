@@ -7,8 +7,10 @@
 //! late batch changes nothing.
 
 use crate::tape::Tape;
+use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use haptic_ipc::Sample;
+use std::borrow::Cow;
 
 /// Multiples of the time seen that are caught on either side as well, to look around.
 const SPANS_AROUND: f64 = 2.0;
@@ -69,6 +71,7 @@ pub(crate) struct Capture {
 #[derive(Debug)]
 struct Crossing {
     signal: Signal,
+    component: Component,
     edge: Edge,
     level: f64,
     /// Recent range of the signal, in the unit of its quantity.
@@ -80,9 +83,10 @@ struct Crossing {
 }
 
 impl Crossing {
-    fn new(signal: Signal) -> Self {
+    fn new(signal: Signal, component: Component) -> Self {
         Self {
             signal,
+            component,
             edge: Edge::default(),
             level: 0.0,
             reach: None,
@@ -131,6 +135,8 @@ enum Phase {
 pub(crate) struct Trigger {
     mode: Mode,
     pub(crate) signal: Signal,
+    /// On a rig of two axes `Whole` is the first; on one axis it is all that there is.
+    pub(crate) component: Component,
     pub(crate) edge: Edge,
     /// In the unit of the signal's quantity.
     pub(crate) level: f64,
@@ -148,6 +154,7 @@ impl Default for Trigger {
         Self {
             mode: Mode::Off,
             signal: Signal::COMMAND_FORCE,
+            component: Component::Whole,
             edge: Edge::Rising,
             level: 3.0,
             share_before: 0.5,
@@ -206,14 +213,30 @@ impl Trigger {
         (-self.share_before * span_s, (1.0 - self.share_before) * span_s)
     }
 
+    /// Of new samples, which a tape holds already, what it looks at.
+    pub(crate) fn rows_of<'a>(&self, rows: &'a [Sample], live: &Tape) -> Cow<'a, [Sample]> {
+        let ends = rows.first().zip(rows.last());
+        let component = live
+            .component(self.component)
+            .filter(|_| self.component != Component::Whole);
+        match ends.zip(component) {
+            Some(((first, last), tape)) => tape.within(first.t_s, last.t_s).copied().collect(),
+            None => rows.into(),
+        }
+    }
+
     /// Looks at new samples.
     pub(crate) fn look(&mut self, rows: &[Sample], oldest_s: Option<f64>, span_s: f64) {
         if self.mode == Mode::Off {
             return;
         }
         let past_s = -self.edges(span_s).0;
-        let crossing = self.crossing.take().filter(|crossing| crossing.signal == self.signal);
-        let mut crossing = crossing.unwrap_or_else(|| Crossing::new(self.signal));
+        let of = (self.signal, self.component);
+        let crossing = self
+            .crossing
+            .take()
+            .filter(|crossing| (crossing.signal, crossing.component) == of);
+        let mut crossing = crossing.unwrap_or_else(|| Crossing::new(self.signal, self.component));
         crossing.aim(self.edge, self.level);
         for row in rows {
             let since = *self.armed_at_s.get_or_insert(row.t_s);
@@ -232,9 +255,9 @@ impl Trigger {
 
     /// The first crossing of the level from one time to another, s on the daemon's clock, with its hysteresis.
     pub(crate) fn first_crossing(&self, tape: &Tape, from_s: f64, to_s: f64) -> Option<f64> {
-        let mut crossing = Crossing::new(self.signal);
+        let mut crossing = Crossing::new(self.signal, self.component);
         crossing.aim(self.edge, self.level);
-        let mut samples = tape.within(from_s, to_s);
+        let mut samples = tape.component(self.component).unwrap_or(tape).within(from_s, to_s);
         samples.find(|sample| crossing.take(sample)).map(|sample| sample.t_s)
     }
 
@@ -264,6 +287,7 @@ impl Trigger {
 mod tests {
     use super::*;
     use crate::tape::tests::at;
+    use haptic_ipc::SampleY;
 
     const SPAN_S: f64 = 1.0;
 
@@ -322,6 +346,35 @@ mod tests {
         let caught = rig.trigger.caught().expect("it is");
         assert!(caught.tape.oldest_s() <= Some(0.35) && caught.tape.newest_s() >= Some(1.35));
         assert_eq!(rig.trigger.state_text(), "Caught");
+    }
+
+    #[test]
+    fn second_axis_and_length_fire_by_themselves() {
+        for (component, expected_ms) in [(Component::Y, 600.0), (Component::Length, 800.0)] {
+            let mut trigger = Trigger {
+                share_before: 0.25,
+                component,
+                level: if component == Component::Y { 3.0 } else { 6.0 },
+                ..Trigger::default()
+            };
+            trigger.set_mode(Mode::Single);
+            let mut tape = Tape::default();
+            for ms in 0..1700 {
+                let mut row = at(f64::from(ms) * 1e-3);
+                row.command_force_n = if ms < 800 { 0.0 } else { -5.0 };
+                let y = SampleY {
+                    command_force_n: if ms < 600 { 0.0 } else { 5.0 },
+                    ..SampleY::default()
+                };
+                tape.extend_ticks([(row, Some(y))]);
+                let rows = [row];
+                let seen = trigger.rows_of(&rows, &tape);
+                trigger.look(&seen, tape.oldest_s(), SPAN_S);
+                trigger.catch(&tape, SPAN_S);
+            }
+            let caught_ms = trigger.caught().map(|caught| (caught.t_s * 1e3).round());
+            assert_eq!(caught_ms, Some(expected_ms), "{component:?}");
+        }
     }
 
     #[test]
