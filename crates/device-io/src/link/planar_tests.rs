@@ -6,9 +6,9 @@ use super::link_device::LinkDevice;
 use super::planar_link::{Homing, PlanarLink};
 use super::session::Session;
 use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
-use crate::fake::{Figure, Firmware, FirmwareProperties, Mechanics, Path, PlanarProperties, PlanarRig};
+use crate::fake::{Figure, Firmware, FirmwareProperties, Mechanics, Misbehaviour, Path, PlanarProperties, PlanarRig};
 use crate::kinematics::Kinematics;
-use crate::protocol::message::{DeviceHello, FromDevice, FromHost};
+use crate::protocol::message::{DeviceHello, ErrorCode, ErrorReport, FromDevice, FromHost};
 use haptic_core::planar::Plane;
 use rtrb::{Producer, RingBuffer};
 use std::sync::atomic::Ordering::Relaxed;
@@ -257,4 +257,33 @@ fn samples_of_another_number_of_axes_are_dropped() {
     conversation.session.take(Ok(FromDevice::Sample(sample)), now_ns);
     assert!(!conversation.session.has_news());
     assert_eq!(pair.counters.malformed.load(Relaxed), 1);
+}
+
+/// An encoder that the board finds unplugged, or a motor that hangs: of whichever axis, it is an error of the device.
+// hazard: H32, H39
+#[test]
+fn error_of_one_axis_ends_the_force_of_both() {
+    for code in [ErrorCode::Sensor, ErrorCode::Motor] {
+        let mut pair = Pair::new(haply(""));
+        let force = Plane::new(3.0, -2.0);
+        for _ in 0..1500 {
+            pair.tick(force);
+        }
+        assert!(pair.hand().1.length() > 3.0, "{:?}", pair.hand());
+        let mut conversation = pair.shared.lock();
+        let now_ns = conversation.now_ns;
+        let error = conversation
+            .firmware
+            .misbehave(Misbehaviour::Error(code as u8, 2), now_ns);
+        conversation.session.take(Ok(error.expect("it reports it")), now_ns);
+        drop(conversation);
+        // The board ends it by itself, and the host in its next tick, in which the servo has no sample to go by.
+        assert_eq!(pair.hand().1, Plane::ZERO);
+        pair.now_ns += MS;
+        let read = pair.link.read(pair.now_ns);
+        assert_eq!(read, Err(DeviceError::Failed(ErrorReport { code, detail: 2 })));
+        pair.link.write(force, true).expect("it is there");
+        assert_eq!(pair.shared.lock().efforts, [0.0; 2]);
+        assert_eq!(pair.hand().1, Plane::ZERO);
+    }
 }
