@@ -2,8 +2,8 @@
 //! commissioned before it pulls.
 
 use haptic_ipc::{
-    Client, CommissionReply, ErrorCode, Event, LeaseReply, Request, RigState, Sample, SampleY, StateReply, Status,
-    Topic,
+    AdviceReply, Client, CommissionReply, ErrorCode, Event, LeaseReply, LossSource, Request, RigState, Sample, SampleY,
+    StateReply, Status, Topic,
 };
 use haptic_recording::Reader;
 use std::path::PathBuf;
@@ -150,6 +150,18 @@ fn five_bar(directory: &tempfile::TempDir, more: &[&str]) -> (FakeRig, PathBuf) 
     (rig, file)
 }
 
+#[test]
+fn rotary_motors_are_probed_in_their_own_units() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (rig, _) = five_bar(&directory, &[]);
+    let daemon = Daemon::start_on("fake", &[]);
+    let answer = daemon.ctl_ok(&["devices", "--probe", &rig.address()]);
+    assert!(
+        answer.contains("motor 2 with 383.495 urad a count, up to 1 N m"),
+        "{answer}"
+    );
+}
+
 /// Homes it, and brings its hand into the workspace, where it lets go.
 fn homed_and_let_go(rig: &mut FakeRig, daemon: &Daemon, client: &mut Client) {
     daemon.ctl_ok(&["home"]);
@@ -209,6 +221,19 @@ fn homed_commissioned_and_engaged() {
     let error = refused(&mut client, Request::engage());
     assert!(error.message.contains("motor 2"), "{error}");
     daemon.ctl_ok(&["commission", "--motor", "2", "--yes"]);
+    // 0.3 kg and 0.1 N at the hand, in all directions; friction counts as at the motors.
+    let advice: AdviceReply = client.request(Request::Advise {}).expect("advice");
+    let basis = advice.basis.expect("what it is based on");
+    assert_eq!(basis.friction_from, LossSource::Commissioned);
+    assert!((0.01..0.12).contains(&basis.friction_n), "{basis:?}");
+    assert!(basis.mass_kg.is_none_or(|kg| (0.02..0.4).contains(&kg)), "{basis:?}");
+    for at in [basis.friction_at, basis.resolution_at] {
+        let (x_m, y_m) = at.and_then(|at| at.x_m.zip(at.y_m)).expect("a place");
+        assert!(x_m.abs() < 0.0601 && (0.0599..0.1301).contains(&y_m), "{basis:?}");
+    }
+    let shown = daemon.ctl_ok(&["advise"]);
+    let at = basis.friction_at.expect("a place").to_string();
+    assert!(shown.contains(&at), "{at}: {shown}");
     rig.fail("hand-off off");
     engage(&mut client);
     let (row, y) = rows_where(&daemon, "a force", |row, y| {
@@ -262,4 +287,35 @@ fn wired_wrongly() {
         wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
         assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::NotCommissioned);
     }
+}
+
+#[test]
+fn pulse_is_not_given_where_the_hand_was_before_the_ramp() {
+    timed("a hand that leaves the workspace while the rig engages", || {
+        let directory = tempfile::tempdir().expect("a directory");
+        let (mut rig, file) = five_bar(&directory, &[]);
+        let kinematics = ["--kinematics", file.to_str().expect("text"), "--ramp-ms", "1900"];
+        let daemon = Daemon::start_strictly_on(&rig.address(), &kinematics);
+        let mut client = daemon.client();
+        wait_for(&mut client, "an idle rig", |status| status.state == RigState::Idle);
+        homed_and_let_go(&mut rig, &daemon, &mut client);
+        let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+        let _: CommissionReply = client
+            .request(Request::CommissionBegin { motor: Some(1) })
+            .expect("the rig is idle");
+        // It is taken home, which is outside.
+        rig.fail("hand-rests on");
+        rig.fail("hand-off off");
+        let pulse = Request::CommissionPulse {
+            force_n: 0.5,
+            duration_ms: None,
+        };
+        let _: CommissionReply = client.request(pulse).expect("it is inside yet");
+        let ended = until_some("the end", || {
+            let status: CommissionReply = client.request(Request::CommissionStatus {}).expect("its own");
+            status.ended
+        });
+        assert!(ended.contains("the hand is outside the workspace"), "{ended}");
+        assert_eq!(rig.force().largest_n, 0.0);
+    });
 }

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::{complete, output, units};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
-use haptic_ipc::{AdviceBasis, AdviceReply, Request};
+use haptic_ipc::{AdviceBasis, AdviceReply, Request, WorstPlace};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -76,20 +76,27 @@ fn reckoned_with(basis: &AdviceBasis) -> String {
     };
     let mass = basis.mass_kg.map_or_else(
         || "an unknown mass, taken as heavy".to_owned(),
-        |mass| format!("{} kg", output::figure(mass)),
+        |mass| format!("{} kg{}", output::figure(mass), at(basis.mass_at)),
     );
     let compensated = basis.compensated_share.map_or_else(String::new, |share| {
         format!(", less {} of it that is compensated", output::figure(share))
     });
     format!(
         "assumed: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {mass}, {} N s/m \
-         ({}) and {} N ({}){compensated}, {} um a count",
+         ({}) and {} N ({}{}){compensated}, {} um a count{}",
         1e6 / basis.period_us,
         basis.delay_us * 1e-3,
         output::figure(basis.damping_ns_per_m),
         basis.damping_from,
         output::figure(basis.friction_n),
         basis.friction_from,
-        output::figure(basis.resolution_m * 1e6)
+        at(basis.friction_at),
+        output::figure(basis.resolution_m * 1e6),
+        at(basis.resolution_at)
     )
+}
+
+/// Where that is on a rig of two axes.
+fn at(place: Option<WorstPlace>) -> String {
+    place.map_or_else(String::new, |place| format!(" {place}"))
 }

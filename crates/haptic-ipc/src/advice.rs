@@ -4,6 +4,7 @@ use crate::rig_friction::LossSource;
 use haptic_core::adviser;
 use haptic_core::scene::Note;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// A remark on an accepted scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -96,7 +97,7 @@ pub struct AdviceBasis {
     pub delay_us: f64,
     /// Whether it was measured.
     pub delay_measured: bool,
-    /// Mass of the rig's moving part, kg; an absent one counts as heavy.
+    /// Mass of the rig's moving part, kg; an absent one counts as heavy. Of two axes in the lightest direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
     /// Uncompensated viscous damping of the rig, N s/m.
@@ -116,4 +117,39 @@ pub struct AdviceBasis {
     pub compensated_share: Option<f64>,
     /// Distance between two counts of its encoder, m; 0 for a perfect one.
     pub resolution_m: f64,
+    /// On two axes the mass in the heaviest direction, kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heaviest_mass_kg: Option<f64>,
+    /// Where a commissioned rig of two axes is the lightest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_at: Option<WorstPlace>,
+    /// Where it has the least friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction_at: Option<WorstPlace>,
+    /// Where one count moves the hand of two axes farthest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution_at: Option<WorstPlace>,
+}
+
+/// Where a property of a rig of two axes is the worst in its workspace.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct WorstPlace {
+    /// Position, m; absent where every place is alike.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x_m: Option<f64>,
+    /// Position, m; absent where every place is alike.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y_m: Option<f64>,
+    /// Direction, from the x axis to the left, degrees from -90 to 90.
+    pub direction_deg: f64,
+}
+
+impl fmt::Display for WorstPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let (Some(x_m), Some(y_m)) = (self.x_m, self.y_m) {
+            write!(f, "at x = {:.0} mm, y = {:.0} mm ", 1e3 * x_m, 1e3 * y_m)?;
+        }
+        write!(f, "along {:.0} degrees", self.direction_deg)
+    }
 }

@@ -43,13 +43,15 @@ pub struct CommissionReply {
     pub positive_confirmed: bool,
     /// Whether a negative force moved the handle that way.
     pub negative_confirmed: bool,
-    /// Position of the handle, m.
+    /// Position of the handle, m; of two axes its part along the newest pulse.
     pub position_m: f64,
-    /// Smallest position so far, m.
-    pub least_m: f64,
-    /// Largest position so far, m.
-    pub greatest_m: f64,
-    /// Smallest step of the position so far, m.
+    /// Smallest position so far, m; absent on two axes, where each pulse has its own direction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_m: Option<f64>,
+    /// Largest position so far, m; absent on two axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub greatest_m: Option<f64>,
+    /// Smallest step of the position so far, m; absent on two axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_m: Option<f64>,
     /// File of the findings, after `commission.store`.
@@ -85,7 +87,7 @@ pub struct PulseReport {
     /// Friction of the rig, N, by the motor's work; absent if the handle hardly moved.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
-    /// Displacement of each of two motors, m or rad.
+    /// Displacement of each of two motors, m or rad, in the hand's first 5 mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motors_moved: Option<[f64; 2]>,
     /// Moved mass, kg, by the motor's work; absent where encoder, friction or a link of 5 ms hide it.

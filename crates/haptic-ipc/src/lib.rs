@@ -40,7 +40,7 @@ mod status;
 mod timing;
 mod values;
 
-pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
+pub use advice::{Advice, AdviceBasis, AdviceReply, Finding, WorstPlace};
 pub use async_client::AsyncClient;
 pub use changes::{Changes, ParameterChange, RelativeChange};
 pub use client::{Client, ClientError, Receiver, Sender};

@@ -28,6 +28,7 @@ from hapticd.answers import (
     SceneSaveReply,
     ScheduleReply,
     StateReply,
+    WorstPlace,
 )
 from hapticd.errors import (
     Conflict,
@@ -108,6 +109,7 @@ __all__ = [
     "Status",
     "Stopped",
     "UnknownName",
+    "WorstPlace",
     "WrongState",
     "aio",
     "binary",

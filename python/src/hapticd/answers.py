@@ -68,6 +68,18 @@ class Advice:
 
 
 @dataclass(frozen=True)
+class WorstPlace:
+    """Where a property of a rig of two axes is the worst in its workspace."""
+
+    direction_deg: float
+    """Direction, from the x axis to the left, degrees from -90 to 90."""
+    x_m: float | None = None
+    """Position, m; `None` where every place is alike."""
+    y_m: float | None = None
+    """Position, m; `None` where every place is alike."""
+
+
+@dataclass(frozen=True)
 class AdviceBasis:
     """The facts of the rig that advice is based on."""
 
@@ -90,9 +102,17 @@ class AdviceBasis:
     sample_period_us: float | None = None
     """Time between two samples of the device, us; `None` if it measures whenever it is read."""
     mass_kg: float | None = None
-    """Mass of the rig's moving part, kg; `None` where it was not identified."""
+    """Mass of the rig's moving part, kg; `None` where it is not known. Of two axes in the lightest direction."""
     compensated_share: float | None = None
     """Share of the identified friction that is compensated; `None` if none is."""
+    heaviest_mass_kg: float | None = None
+    """On two axes the mass in the heaviest direction, kg."""
+    mass_at: WorstPlace | None = None
+    """Where a commissioned rig of two axes is the lightest."""
+    friction_at: WorstPlace | None = None
+    """Where it has the least friction."""
+    resolution_at: WorstPlace | None = None
+    """Where one count moves the hand of two axes farthest."""
 
 
 @dataclass(frozen=True)

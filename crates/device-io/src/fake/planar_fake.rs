@@ -48,7 +48,7 @@ impl Device<Plane> for PlanarFake {
 
     fn bounds(&self) -> DeviceBounds {
         DeviceBounds {
-            resolution_m: self.rig.kinematics().resolution_m([self.properties().count; 2]),
+            resolution_m: self.rig.kinematics().coarsest_step([self.properties().count; 2]).value,
             ..DeviceBounds::default()
         }
     }

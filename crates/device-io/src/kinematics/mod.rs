@@ -12,6 +12,7 @@
 mod dual;
 mod file;
 mod five_bar;
+mod jacobian;
 mod linear;
 mod workspace;
 
@@ -20,11 +21,13 @@ use five_bar::FiveBar;
 use haptic_core::BoundError;
 use haptic_core::planar::Plane;
 pub use haptic_core::planar::Workspace;
+pub use jacobian::Jacobian;
 use linear::Linear;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 use workspace::Survey;
+pub use workspace::Worst;
 
 /// Least gain in the worst direction, as a share of the gain in the best, and of the length of a proximal link. A
 /// condition alone is not enough: elsewhere a five-bar has 3 mm a radian at a condition of 4.
@@ -65,12 +68,6 @@ pub enum Reading {
     CannotClose,
 }
 
-/// Derivatives of the hand's position by the position of each motor, m by m or m by rad.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jacobian {
-    columns: [Plane; 2],
-}
-
 impl Reading {
     /// The hand's position, not a number where there is none, and its derivatives where the motors may be driven.
     #[must_use]
@@ -81,36 +78,14 @@ impl Reading {
             Self::CannotClose => (Plane::new(f64::NAN, f64::NAN), None),
         }
     }
-}
 
-impl Jacobian {
-    /// Velocity of the hand, m/s, of motors with these velocities, m/s or rad/s.
-    #[cfg(test)]
-    fn velocity(&self, [first, second]: [f64; 2]) -> Plane {
-        self.columns[0] * first + self.columns[1] * second
-    }
-
-    /// Efforts of the motors, N or N m, that give a force on the hand, N: by virtual work.
+    /// The hand's position, also where the motors may not be driven.
     #[must_use]
-    pub fn efforts(&self, force: Plane) -> [f64; 2] {
-        self.columns.map(|column| column.dot(force))
-    }
-
-    /// The force on the hand, N, that efforts of the motors, N or N m, give. Not finite where the linkage is singular.
-    #[must_use]
-    pub fn force(&self, [first, second]: [f64; 2]) -> Plane {
-        let [by_first, by_second] = self.columns;
-        // Both equations `column . force = effort` at once, by Cramer's rule.
-        (by_first.turned_left() * second - by_second.turned_left() * first) * (1.0 / by_first.cross(by_second))
-    }
-
-    /// The least and the largest way of the hand, in any direction, by that of the motors: its singular values.
-    fn gains(&self) -> (f64, f64) {
-        let [first, second] = self.columns;
-        let sum = first.dot(first) + second.dot(second);
-        let product = first.cross(second).abs();
-        let largest = 0.5 * ((sum + 2.0 * product).sqrt() + (sum - 2.0 * product).max(0.0).sqrt());
-        (product / largest, largest)
+    pub fn pose(self) -> Option<Pose> {
+        match self {
+            Self::Position(pose) | Self::Singular(pose) => Some(pose),
+            Self::CannotClose => None,
+        }
     }
 }
 
@@ -166,7 +141,7 @@ impl Geometry {
     /// Whether the links close at motor angles, rad, with the elbows outside and the hand on the same side of the
     /// motors as a place, m: swapped angles put it on the other.
     fn closes(&self, motors: [f64; 2], place: Plane) -> bool {
-        let (Reading::Position(pose) | Reading::Singular(pose)) = self.reading(motors) else {
+        let Some(pose) = self.reading(motors).pose() else {
             return false;
         };
         let apart = |motor: usize, other: f64| 1.0 - libm::cos(motors[motor] - other);
@@ -258,20 +233,39 @@ impl Kinematics {
         self.geometry.motors(hand)
     }
 
-    /// Largest force, N, that motors with these limits, N or N m, give in every direction everywhere in the workspace.
-    /// A force of that length asks of each motor at most its limit where it is along the motor's own way.
+    /// The force on the hand, N, that motors with these efforts, N or N m, give in every direction everywhere in the
+    /// workspace, and where and along which way it is no more: along the way of a motor only that motor works. With the
+    /// efforts of their Coulomb friction it is the least force that moves the hand.
+    #[must_use]
+    pub fn least_force(&self, efforts: [f64; 2]) -> Worst {
+        let [first, second] = self.survey.by_motor(|motor, way| efforts[motor] / way);
+        if second.value < first.value { second } else { first }
+    }
+
+    /// The same force alone, of motors with these limits.
     #[must_use]
     pub fn force_limit_n(&self, limits: [f64; 2]) -> f64 {
-        let [first, second] = self.survey.largest_by_motor;
-        (limits[0] / first).min(limits[1] / second)
+        self.least_force(limits).value
     }
 
     /// Largest distance between two positions of the hand, m, one count of a motor apart, anywhere in the workspace, by
     /// the distance of two counts of each motor, m or rad.
     #[must_use]
-    pub fn resolution_m(&self, counts: [f64; 2]) -> f64 {
-        let [first, second] = self.survey.largest_by_motor;
-        (counts[0] * first).max(counts[1] * second)
+    pub fn coarsest_step(&self, counts: [f64; 2]) -> Worst {
+        let [first, second] = self.survey.by_motor(|motor, way| counts[motor] * way);
+        if second.value > first.value { second } else { first }
+    }
+
+    /// The lightest and the heaviest mass, kg, that inertias of the motors alone, kg or kg m^2, are to the hand in any
+    /// direction anywhere in the workspace. It is reckoned on the whole grid, which takes milliseconds.
+    #[must_use]
+    pub fn masses_kg(&self, inertias: [f64; 2]) -> [Worst; 2] {
+        workspace::masses_kg(&self.geometry, self.surveyed(), inertias)
+    }
+
+    /// Where the geometry is surveyed.
+    fn surveyed(&self) -> &Workspace {
+        self.workspace.as_ref().unwrap_or(&workspace::ORIGIN)
     }
 }
 
@@ -375,3 +369,5 @@ pub enum KinematicsProblem {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wiring_tests;

@@ -12,7 +12,7 @@ fn haply(base_mm: f64) -> String {
     )
 }
 
-fn five_bar(base_mm: f64) -> Kinematics {
+pub(super) fn five_bar(base_mm: f64) -> Kinematics {
     Kinematics::from_toml(&haply(base_mm)).expect("a linkage")
 }
 
@@ -22,7 +22,7 @@ static ALL: LazyLock<[Kinematics; 4]> = LazyLock::new(|| {
     [linear[0], linear[1], five_bar(0.0), five_bar(38.0)]
 });
 
-fn pose(kinematics: &Kinematics, motors: [f64; 2]) -> Pose {
+pub(super) fn pose(kinematics: &Kinematics, motors: [f64; 2]) -> Pose {
     match kinematics.reading(motors) {
         Reading::Position(pose) => pose,
         other => panic!("{kinematics} at {motors:?}: {other:?}"),
@@ -140,6 +140,74 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn masses_turn_and_scale_with_the_linkage(
+        first in plane(-1.0..1.0),
+        second in plane(-1.0..1.0),
+        turn in 0.0..6.3_f64,
+        scale in 0.1..10.0_f64,
+        inertias in (0.01..10.0, 0.01..10.0_f64),
+        direction in 0.0..6.3_f64,
+    ) {
+        let jacobian = Jacobian { columns: [first, second] };
+        let (least, largest) = jacobian.gains();
+        prop_assume!(least > 0.05 * largest && largest > 0.1);
+        let inertias = inertias.into();
+        let ([lightest, heaviest], along) = jacobian.masses_kg(inertias);
+        let (sin, cos) = turn.sin_cos();
+        let turned = |vector: Plane| vector * cos + vector.turned_left() * sin;
+        let other = Jacobian { columns: [first, second].map(|column| turned(column) * scale) };
+        let (masses, there) = other.masses_kg(inertias);
+        for (one, other) in [lightest, heaviest].into_iter().zip(masses) {
+            prop_assert!((other * scale * scale / one - 1.0).abs() < 1e-9, "{} {}", one, other);
+        }
+        if heaviest > 1.01 * lightest {
+            prop_assert!(there.cross(turned(along)).abs() < 1e-6, "{:?} {:?}", there, along);
+        }
+        // No direction is beyond both, and the lightest is one: the energy of the motors is that of the hand.
+        let mass = |direction: Plane| {
+            let ways = [0, 1].map(|motor| jacobian.force_of_motor(motor).dot(direction));
+            inertias[0] * ways[0] * ways[0] + inertias[1] * ways[1] * ways[1]
+        };
+        let any = mass(Plane::new(direction.cos(), direction.sin()));
+        prop_assert!(any > lightest * (1.0 - 1e-9) && any < heaviest * (1.0 + 1e-9), "{}", any);
+        prop_assert!((mass(along) / lightest - 1.0).abs() < 1e-6, "{} {}", mass(along), lightest);
+    }
+}
+
+#[test]
+fn motors_across_each_other_are_two_axes() {
+    for gain in [1.0, 0.07] {
+        let columns = [Plane::new(gain, 0.0), Plane::new(0.0, gain)];
+        let ([lightest, heaviest], along) = Jacobian { columns }.masses_kg([0.3 * gain * gain, 0.5 * gain * gain]);
+        assert!((lightest - 0.3).abs() < 1e-12 && (heaviest - 0.5).abs() < 1e-12);
+        assert!((along - Plane::new(1.0, 0.0)).length() < 1e-12, "{along:?}");
+    }
+}
+
+#[test]
+fn worst_place_is_on_the_edge_that_the_hand_reaches_farthest() {
+    let kinematics = five_bar(38.0);
+    let [friction, step] = [
+        kinematics.least_force([0.01, 0.02]),
+        kinematics.coarsest_step([1e-3, 2e-3]),
+    ];
+    // The motors mirror each other, so the one that counts for more is worst where the other would be mirrored.
+    assert!((friction.value - 0.01 * kinematics.force_limit_n([1.0; 2])).abs() < 1e-12);
+    assert!((step.value * friction.value - 2e-3 * 0.01).abs() < 1e-12);
+    assert!(
+        (friction.position.x + step.position.x).abs() < 1e-9 && (friction.position.y - step.position.y).abs() < 1e-9
+    );
+    for (worst, motor) in [(friction, 0), (step, 1)] {
+        let jacobian = pose(&kinematics, kinematics.motors(worst.position).expect("within reach")).jacobian;
+        let along = jacobian.column(motor) * (1.0 / jacobian.column(motor).length());
+        assert!((along - worst.direction).length() < 1e-12, "{worst:?}");
+    }
+}
+
 #[test]
 fn belt_adds_and_subtracts_its_motors() {
     let belt: Kinematics = "h-belt".parse().expect("kinematics");
@@ -165,7 +233,7 @@ fn haplys_workspace_is_held_firmly() {
         );
         // One of 4096 counts a turn, in the coarser of its motors.
         let count_rad = std::f64::consts::TAU / 4096.0;
-        assert!((kinematics.resolution_m([0.0, count_rad]) - count_rad / force_n).abs() < 1e-7);
+        assert!((kinematics.coarsest_step([0.0, count_rad]).value - count_rad / force_n).abs() < 1e-7);
         assert!(kinematics.inside(Plane::new(0.06, 0.13)) && !kinematics.inside(Plane::new(0.06, 0.1301)));
         assert_eq!(kinematics.home(), Some([std::f64::consts::PI, 0.0]));
     }

@@ -1,6 +1,6 @@
 //! Where force may flow, and what the motors can do there.
 
-use super::{Geometry, Jacobian, KinematicsProblem, Reading};
+use super::{Geometry, Jacobian, KinematicsProblem};
 use haptic_core::planar::{Plane, Workspace};
 
 /// Largest distance between two neighbours of the grid on which a workspace is surveyed, m.
@@ -26,11 +26,33 @@ fn points([low, high]: [f64; 2]) -> impl Iterator<Item = f64> + Clone {
     (0..=count).map(move |step| low + (high - low) * (f64::from(step) / steps))
 }
 
+/// A quantity of the hand where it is the worst in the workspace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Worst {
+    /// It, in its own unit.
+    pub value: f64,
+    /// Where the hand is then, m.
+    pub position: Plane,
+    /// The direction in which it is so, of length 1.
+    pub direction: Plane,
+}
+
+impl Worst {
+    /// Before any place is known.
+    fn none(value: f64) -> Self {
+        Self {
+            value,
+            position: Plane::ZERO,
+            direction: Plane::ZERO,
+        }
+    }
+}
+
 /// The gains from motors to hand, over the whole workspace, m by m of a linear motor or m by rad of a rotary one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Survey {
     /// Largest way of the hand by each motor's.
-    pub(super) largest_by_motor: [f64; 2],
+    largest_by_motor: [Worst; 2],
     /// Least gain, in the worst direction.
     pub(super) least: f64,
     /// Largest ratio of the gains in the best and the worst direction; 1 where the hand moves alike in all directions.
@@ -44,19 +66,15 @@ impl Survey {
     /// The hand cannot be, or is not held firmly, everywhere in it; the error names the worst place.
     pub(super) fn of(geometry: &Geometry, workspace: &Workspace) -> Result<Self, KinematicsProblem> {
         let mut survey = Self {
-            largest_by_motor: [0.0; 2],
+            largest_by_motor: [Worst::none(0.0); 2],
             least: f64::INFINITY,
             condition: 1.0,
         };
         let mut least_share = f64::INFINITY;
         let mut refusal = None;
         for position in grid(workspace) {
-            let reading = geometry.motors(position).map(|motors| geometry.reading(motors));
-            let Some(Reading::Position(pose) | Reading::Singular(pose)) = reading else {
-                return Err(KinematicsProblem::Unreachable { position });
-            };
-            survey = survey.with(&pose.jacobian);
-            let (gain, largest) = pose.jacobian.gains();
+            let jacobian = jacobian(geometry, position).ok_or(KinematicsProblem::Unreachable { position })?;
+            let (gain, largest) = survey.add(position, &jacobian);
             // A gain that is not a number counts as none.
             let gain = gain.max(0.0);
             let least_allowed = geometry.least_allowed_gain(largest);
@@ -73,16 +91,58 @@ impl Survey {
         refusal.map_or(Ok(survey), Err)
     }
 
-    fn with(self, jacobian: &Jacobian) -> Self {
-        let [first, second] = jacobian.columns.map(Plane::length);
+    /// Adds a place; returns its least and its largest gain.
+    fn add(&mut self, position: Plane, jacobian: &Jacobian) -> (f64, f64) {
+        for (most, column) in self.largest_by_motor.iter_mut().zip(jacobian.columns) {
+            let value = column.length();
+            if value > most.value {
+                *most = Worst {
+                    value,
+                    position,
+                    direction: column * (1.0 / value),
+                };
+            }
+        }
         let (least, largest) = jacobian.gains();
-        Self {
-            largest_by_motor: [
-                self.largest_by_motor[0].max(first),
-                self.largest_by_motor[1].max(second),
-            ],
-            least: self.least.min(least),
-            condition: self.condition.max(largest / least),
+        self.least = self.least.min(least);
+        self.condition = self.condition.max(largest / least);
+        (least, largest)
+    }
+
+    /// What is made of each motor and of the largest way of the hand by its own, and where that is.
+    pub(super) fn by_motor(&self, of: impl Fn(usize, f64) -> f64) -> [Worst; 2] {
+        [0, 1].map(|motor| Worst {
+            value: of(motor, self.largest_by_motor[motor].value),
+            ..self.largest_by_motor[motor]
+        })
+    }
+}
+
+/// How the hand moves at a position, where the links reach it.
+fn jacobian(geometry: &Geometry, position: Plane) -> Option<Jacobian> {
+    let pose = geometry.reading(geometry.motors(position)?).pose()?;
+    Some(pose.jacobian)
+}
+
+/// The lightest and the heaviest mass, kg, that inertias of the motors are to the hand in a workspace.
+pub(super) fn masses_kg(geometry: &Geometry, workspace: &Workspace, inertias: [f64; 2]) -> [Worst; 2] {
+    let mut found = [Worst::none(f64::INFINITY), Worst::none(0.0)];
+    for position in grid(workspace) {
+        let Some(jacobian) = jacobian(geometry, position) else {
+            continue;
+        };
+        let ([lightest, heaviest], direction) = jacobian.masses_kg(inertias);
+        let worst = |value, direction| Worst {
+            value,
+            position,
+            direction,
+        };
+        if lightest < found[0].value {
+            found[0] = worst(lightest, direction);
+        }
+        if heaviest > found[1].value {
+            found[1] = worst(heaviest, direction.turned_left());
         }
     }
+    found
 }

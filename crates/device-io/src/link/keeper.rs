@@ -259,7 +259,7 @@ impl Keeper {
                 } else if kinematics.are_rotary() && kinematics.home().is_none() && !motors.are_absolute {
                     "the counts of the device are not absolute: name home_deg in the kinematics".to_owned()
                 } else {
-                    device.resolution_m = kinematics.resolution_m(motors.counts);
+                    device.resolution_m = kinematics.coarsest_step(motors.counts).value;
                     device.force_limit_n = kinematics.force_limit_n(motors.limits);
                     return Ok(greeted);
                 }

@@ -41,6 +41,9 @@ impl Pair {
 pub(super) struct Findings {
     pub(super) rig: String,
     pub(super) firmware: String,
+    /// Of a rig of two axes the motor, which has neither range nor step of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    motor: Option<u32>,
     /// 1: a positive force moves the handle in the positive direction. With another nothing comes
     /// so far.
     sign: i8,
@@ -95,6 +98,7 @@ impl Findings {
         Self {
             rig: begun.rig.clone(),
             firmware: begun.firmware.clone(),
+            motor: begun.motor,
             sign: 1,
             breakaway_n: Pair::default(),
             friction_n: Pair::default(),
@@ -134,19 +138,22 @@ impl Findings {
         };
         let mass = match self.mass {
             Some(Mass { kg, spread_kg }) => format!("{kg:.3} kg, within {spread_kg:.3} kg"),
+            None if self.motor.is_some() => "not known: the pulses do not tell it".to_owned(),
             None => "not known: the pulses do not tell it (`haptic-ctl identify --rig` does)".to_owned(),
         };
-        let rows = [
-            (
-                "direction",
-                "right: a positive force moves the handle in the positive direction".to_owned(),
-            ),
+        let direction = match self.motor {
+            None => "right: a positive force moves the handle in the positive direction",
+            Some(_) => "right: a positive effort moves the motor's own encoder in the positive direction",
+        };
+        let mut rows = vec![
+            ("direction", direction.to_owned()),
             ("first moved at", self.breakaway_n.shown()),
             ("friction", self.friction_n.shown()),
             ("mass", mass),
-            ("range", range),
-            ("encoder step", step),
         ];
+        if self.motor.is_none() {
+            rows.extend([("range", range), ("encoder step", step)]);
+        }
         let rows: Vec<Vec<String>> = rows
             .into_iter()
             .map(|(name, value)| vec![format!("  {name}"), value])

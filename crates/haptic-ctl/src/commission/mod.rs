@@ -80,8 +80,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     max_force_n: Option<f64>,
 
-    /// Method of finding the range of the handle [default: pulses; skip of two axes]
-    #[arg(long, value_name = "METHOD")]
+    /// Method of finding the range of the handle, of one axis [default: pulses]
+    #[arg(long, value_name = "METHOD", conflicts_with = "motor")]
     range: Option<Range>,
 }
 
@@ -389,12 +389,11 @@ impl Work<'_> {
 
     /// The friction of all pulses that ended away from the ends of the range.
     fn friction(&mut self, found: &CommissionReply) {
-        let margin_m = match self.findings.range_m {
-            Some(range_m) => (END_SHARE * range_m).max(AT_THE_END_M),
-            None => 0.0,
-        };
-        let inner = found.least_m + margin_m..=found.greatest_m - margin_m;
-        self.slides.retain(|slide| inner.contains(&slide.to_m));
+        if let (Some(range_m), Some((least_m, greatest_m))) = (self.findings.range_m, ends(found)) {
+            let margin_m = (END_SHARE * range_m).max(AT_THE_END_M);
+            let inner = least_m + margin_m..=greatest_m - margin_m;
+            self.slides.retain(|slide| inner.contains(&slide.to_m));
+        }
         for sign in [1.0, -1.0] {
             let slides = self.slides.iter().filter(|slide| slide.sign * sign > 0.0);
             let friction_n: Vec<f64> = slides.map(|slide| slide.friction_n).collect();
@@ -424,7 +423,7 @@ impl Work<'_> {
         // Away from the end: that shows the friction also of a handle that was near the first end.
         self.sure_pulse(1.0).await?;
         let found = self.status().await?;
-        self.findings.range_m = Some(found.greatest_m - found.least_m);
+        self.findings.range_m = ends(&found).map(|(least_m, greatest_m)| greatest_m - least_m);
         Ok(())
     }
 
@@ -432,9 +431,14 @@ impl Work<'_> {
         let question = "3. Range: the motor is off. Move the handle from one end to the other, then press Enter.";
         self.answer(question, "").await?;
         let found = self.status().await?;
-        self.findings.range_m = Some(found.greatest_m - found.least_m);
+        self.findings.range_m = ends(&found).map(|(least_m, greatest_m)| greatest_m - least_m);
         Ok(())
     }
+}
+
+/// The ends between which the handle was, m, on a line.
+fn ends(found: &CommissionReply) -> Option<(f64, f64)> {
+    found.least_m.zip(found.greatest_m)
 }
 
 /// The report of a pulse in one line.

@@ -27,7 +27,12 @@ pub(super) fn rig(status: &Status, timer: Option<&LatencyTimer>) -> Vec<Check> {
     let mut checks = vec![state];
     let link = device.link.as_ref();
     checks.extend(link.map(|link| self::link(&link.counts, status.state, timer)));
-    checks.extend(device.rig_friction.as_ref().map(rig_friction));
+    checks.extend(
+        device
+            .rig_friction
+            .as_ref()
+            .map(|known| rig_friction(known, device.axes)),
+    );
     checks.extend(device.engage_refused.iter().map(refused));
     if !status.broken_bounds.is_empty() {
         let found = format!("{} breaks bounds: {}", status.scene, status.broken_bounds.join(", "));
@@ -42,13 +47,17 @@ fn refused(problem: &Problem) -> Check {
 }
 
 /// What is known of the rig's own friction.
-fn rig_friction(known: &RigFrictionStatus) -> Check {
-    let remedy = "`haptic-ctl identify --rig` measures it with the rig's own motor";
+fn rig_friction(known: &RigFrictionStatus, axes: u8) -> Check {
+    let remedy = if axes > 1 {
+        "`haptic-ctl commission --motor` 1 and 2 measure it"
+    } else {
+        "`haptic-ctl identify --rig` measures it with the rig's own motor"
+    };
     if let Some(problem) = &known.problem {
         return Check::warn("rig friction", problem.clone(), remedy);
     }
     if known.friction_from == LossSource::Default && known.damping_from == LossSource::Default {
-        return Check::skip("rig friction", format!("never identified; {remedy}"));
+        return Check::skip("rig friction", format!("not known; {remedy}"));
     }
     Check::ok("rig friction", status::rig_friction(known))
 }

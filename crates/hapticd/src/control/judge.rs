@@ -197,10 +197,18 @@ fn what_it_does(basis: &TrialBasis, worst: &Trial) -> String {
         ));
     }
     if let Some(mass_kg) = basis.assumed_mass_kg {
+        let measure = if basis.is_plane {
+            "commission --motor N"
+        } else {
+            "identify --rig"
+        };
         message.push_str(&format!(
-            "; its mass is not known, and taken as {} kg: `haptic-ctl identify --rig` measures it",
+            "; its mass is not known, and taken as {} kg: `haptic-ctl {measure}` measures it",
             number(mass_kg)
         ));
+    }
+    if let Some(at) = basis.lightest_at {
+        message.push_str(&format!("; the rig is the lightest {at}"));
     }
     message
 }

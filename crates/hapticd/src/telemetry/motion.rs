@@ -27,6 +27,10 @@ const SPEED_WINDOW_NS: u64 = 10_000_000;
 /// encoder or the friction says more than the mass.
 const MIN_OF_A_MASS: (f64, f64) = (20.0, 0.3);
 
+/// Way over which it is seen which motor of a linkage carries the hand, m: farther away it is another linkage, and the hand
+/// coasts as its friction lets it.
+const NEAR_M: f64 = 5e-3;
+
 /// Largest ratio of the path to the travel: a handle with a longer path has turned round, because
 /// it has bounced or something else moves it.
 const STRAIGHT: f64 = 1.1;
@@ -49,6 +53,9 @@ pub(crate) struct Motion {
 #[derive(Clone, Debug)]
 struct ObservedPulse {
     shape: PulseShape,
+    /// Where the hand of a rig of two axes was first, and last until it went farther than the linkage stays alike, m.
+    hand: Option<[Plane; 2]>,
+    is_far: bool,
     /// The handle's first position, m, and its time, ns.
     from: Option<(f64, u64)>,
     first_force_ns: Option<u64>,
@@ -97,6 +104,9 @@ impl Motion {
     /// Observes a tick, and what it has of a second axis: of both what is along the observed direction.
     pub(crate) fn take(&mut self, record: &TickRecord, y: Option<SampleY>) {
         let Some(y) = y else { return self.take_along(record) };
+        if let Some(pulse) = &mut self.pulse {
+            pulse.see(Plane::new(record.device_position, y.device_position_m));
+        }
         let along = |x: f64, y: f64| self.along.dot(Plane::new(x, y));
         self.take_along(&TickRecord {
             device_position: along(record.device_position, y.device_position_m),
@@ -155,6 +165,8 @@ impl Motion {
         }
         self.pulse = Some(ObservedPulse {
             shape,
+            hand: None,
+            is_far: false,
             from: None,
             first_force_ns: None,
             last_force_ns: 0,
@@ -177,6 +189,11 @@ impl Motion {
     /// Whether the pulse has ended and the handle rests again.
     pub(crate) fn pulse_is_over(&self) -> bool {
         self.pulse.as_ref().is_some_and(ObservedPulse::is_over)
+    }
+
+    /// Where a pulse began to push the hand of a rig of two axes, and how far it pushed it, m, while the linkage stayed alike.
+    pub(crate) fn pushed_hand(&self) -> Option<[Plane; 2]> {
+        self.pulse.as_ref()?.hand
     }
 
     /// Ends the observation of a pulse; returns its report.
@@ -209,6 +226,15 @@ fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
 }
 
 impl ObservedPulse {
+    /// Sees the hand at a place, m.
+    fn see(&mut self, hand: Plane) {
+        let [from, to] = self.hand.get_or_insert([hand; 2]);
+        self.is_far |= (hand - *from).length() > NEAR_M;
+        if !self.is_far {
+            *to = hand;
+        }
+    }
+
     fn take(&mut self, record: &TickRecord, last: Option<&TickRecord>, moved_m: f64) {
         let now_ns = record.began_ns;
         let (from_m, _) = *self.from.get_or_insert((record.device_position, now_ns));
@@ -403,6 +429,27 @@ mod tests {
         let (motion, report) = pushed(1.0, true);
         assert_eq!((report.end, report.friction_n), (PulseEnd::Unrecorded, None));
         assert!(!motion.is_confirmed_by(&report));
+    }
+
+    #[test]
+    fn hand_of_two_axes_is_seen_until_it_is_5_mm_away() {
+        let mut motion = Motion::new(1e-5);
+        motion.begin_pulse(SHAPE, FIRST_AXIS);
+        assert_eq!(motion.pushed_hand(), None);
+        // It goes 9 mm, and comes back.
+        for (tick, mm) in [0.0, 3.0, 9.0, 4.0].into_iter().enumerate() {
+            let mut seen = record(tick as u64);
+            seen.device_position = 0.01;
+            let y = SampleY {
+                device_position_m: mm * 1e-3,
+                ..SampleY::default()
+            };
+            motion.take(&seen, Some(y));
+        }
+        assert_eq!(
+            motion.pushed_hand(),
+            Some([Plane::new(0.01, 0.0), Plane::new(0.01, 0.003)])
+        );
     }
 
     #[test]

@@ -139,4 +139,21 @@ proptest! {
             prop_assert!(growth(&wall(share * bound, damping), rig) > 1.0, "{share} of {bound} N/m, {damping} N s/m");
         }
     }
+    /// In the plane a rig oscillates along the main axes of its mass, each by itself, and every mass lies between the
+    /// lightest and the heaviest.
+    #[test]
+    fn what_two_masses_bear_any_between_them_bears(
+        powers in (-1.5..1.0f64, -1.5..1.0f64), share in 0.0..1.0f64,
+        own in prop_oneof![Just(0.0), 0.0..20.0f64], damping in prop_oneof![0.0..20.0f64, 0.0..300.0f64],
+        periods in prop_oneof![Just(0.0), Just(1.0), 0.0..6.0f64],
+    ) {
+        let bears = |power: f64| {
+            let rig = RigFacts { delay_s: periods * 1e-3, mass: Some(10_f64.powf(power)), damping: own, ..RIG };
+            let found = find(&advise(&wall(1.0, damping), Scheme::Exact, &rig), Check::LinearStability);
+            if found.unit == "N/m" { found.bound } else { 0.0 }
+        };
+        let least = bears(powers.0).min(bears(powers.1));
+        let between = bears(powers.0 + share * (powers.1 - powers.0));
+        prop_assert!(between >= 0.999 * least, "{between} N/m, and {least} N/m at the ends");
+    }
 }

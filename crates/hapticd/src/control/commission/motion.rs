@@ -16,12 +16,10 @@ use std::time::Duration;
 /// A motion that a client asks for, and what is made of its records.
 pub(in crate::control) struct ClientMotion<O> {
     pub(in crate::control) motion: OwnMotion,
-    /// Its direction on a rig of two axes.
-    pub(in crate::control) along: Plane,
     pub(in crate::control) purpose: Purpose,
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
-    /// Begins to observe it, right before it begins.
+    /// Begins to observe it, right before it begins; returns its direction on a rig of two axes.
     pub(in crate::control) observe: O,
     /// Whether it has ended and the handle rests again.
     pub(in crate::control) is_over: fn(&Feed) -> bool,
@@ -34,7 +32,7 @@ pub(in crate::control) struct ClientMotion<O> {
 ///
 /// # Errors
 /// The rig may not be moved, or another motion is under way.
-pub(in crate::control) async fn begin<O: FnOnce(&mut Feed) + 'static>(
+pub(in crate::control) async fn begin<O: FnOnce(&RigHandle) -> Result<Plane, WireError> + 'static>(
     rig: &Rc<RigHandle>,
     by: Requester<'_>,
     asked: ClientMotion<O>,
@@ -45,7 +43,6 @@ pub(in crate::control) async fn begin<O: FnOnce(&mut Feed) + 'static>(
     tokio::task::spawn_local(async move {
         let exclusive = ExclusiveMotion {
             motion: asked.motion,
-            along: asked.along,
             longest: asked.longest,
             admission,
             stops,

@@ -75,7 +75,9 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
     let motion = feed.motion.as_ref();
-    let (least_m, greatest_m) = motion.map_or((0.0, 0.0), Motion::range_m);
+    // Along two directions positions and steps are not of one line.
+    let on_a_line = motion.filter(|_| found.motor.is_none());
+    let (least_m, greatest_m) = on_a_line.map(Motion::range_m).unzip();
     let (rig_force_limit_n, force_limit_n) = largest_force_n(rig, &current.device);
     Ok(CommissionReply {
         by: current.by.clone(),
@@ -95,7 +97,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
         position_m: motion.map_or(0.0, Motion::position_m),
         least_m,
         greatest_m,
-        step_m: motion.and_then(Motion::step_m),
+        step_m: on_a_line.and_then(Motion::step_m),
         path: found.path.clone(),
         coupling: found.coupling,
     })
@@ -154,19 +156,30 @@ pub(in crate::control) async fn store(
             return Err(WireError::new(ErrorCode::WrongState, message).about("force_N"));
         }
     }
-    let coupling = judge::stiffest_coupling(&rig.known, findings).await;
-    let record = Record {
+    let mut record = Record {
         origin: Origin::now(&device, by.peer),
         step_m: found.step_m,
         findings,
-        coupling,
+        alone: rig
+            .exclusive_use()
+            .borrow()
+            .as_ref()
+            .and_then(|current| current.commissioning_of(by.session)?.alone),
+        coupling: None,
     };
+    let whole = ConnectedDevice::find(&rig.facts);
+    if let Some(whole) = &whole
+        && let Some(findings) = rig.records().findings_with(&rig.facts.state_dir, whole, &record).await
+    {
+        record.coupling = judge::stiffest_coupling(&rig.known, findings).await;
+    }
+    let coupling = record.coupling;
     let path = rig
         .records()
         .store(&rig.facts.state_dir, record, device.connection)
         .await?;
     // It holds from now on.
-    if let Some(whole) = ConnectedDevice::find(&rig.facts) {
+    if let Some(whole) = whole {
         drop(rig.records().known(&rig.facts.state_dir, &whole, false).await);
     }
     let path = path.display().to_string();

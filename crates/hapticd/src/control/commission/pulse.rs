@@ -4,9 +4,9 @@ use super::motion::{self, ClientMotion};
 use crate::control::RigHandle;
 use crate::control::admission::Purpose;
 use crate::control::peer::Requester;
+use crate::control::rig::both_motors::DrivenAlone;
 use crate::control::rig::exclusive_use::state::Work;
 use crate::rt::space::FIRST_AXIS;
-use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::Motion;
 use device_io::kinematics::{Kinematics, Reading};
 use haptic_core::own_motion::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
@@ -50,16 +50,18 @@ pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseS
 /// # Errors
 /// The rig may not be moved, or another motion is under way.
 pub(super) async fn begin(rig: &Rc<RigHandle>, by: Requester<'_>, shape: PulseShape) -> Result<(), WireError> {
-    let along = begin_along(rig)?;
+    // Refused at once where there is none. The rig engages first, and meanwhile the hand may move on.
+    direction(rig)?;
     let asked = ClientMotion {
-        along,
         motion: OwnMotion::pulse(shape, rig.facts.period_s())?,
         purpose: Purpose::Commissioning,
         longest: LONGEST,
-        observe: move |feed: &mut Feed| {
-            if let Some(motion) = feed.motion.as_mut() {
+        observe: move |rig: &RigHandle| {
+            let along = direction(rig)?;
+            if let Some(motion) = rig.feed().motion.as_mut() {
                 motion.begin_pulse(shape, along);
             }
+            Ok(along)
         },
         is_over: |feed| feed.motion.as_ref().is_some_and(Motion::pulse_is_over),
         report,
@@ -67,29 +69,23 @@ pub(super) async fn begin(rig: &Rc<RigHandle>, by: Requester<'_>, shape: PulseSh
     motion::begin(rig, by, asked).await
 }
 
-/// The direction in which one motor alone pushes the hand, from where it is; on a line there is only one. Notes where the
-/// motors are.
-fn begin_along(rig: &RigHandle) -> Result<Plane, WireError> {
-    let mut exclusive_use = rig.exclusive_use().borrow_mut();
-    let (Some(current), Some(kinematics)) = (exclusive_use.as_mut(), &rig.facts.kinematics) else {
-        return Ok(FIRST_AXIS);
+/// The direction in which one motor alone pushes the hand, from where it is; on a line there is only one.
+fn direction(rig: &RigHandle) -> Result<Plane, WireError> {
+    let motor = match rig.exclusive_use().borrow().as_ref().map(|current| &current.work) {
+        Some(Work::Commissioning(found)) => found.motor,
+        _ => None,
     };
-    let Work::Commissioning(found) = &mut current.work else {
-        return Ok(FIRST_AXIS);
-    };
-    let Some(motor) = found.motor else {
+    let (Some(motor), Some(kinematics)) = (motor, &rig.facts.kinematics) else {
         return Ok(FIRST_AXIS);
     };
     let hand = hand_now(rig).filter(|hand| kinematics.inside(*hand));
-    found.from = hand.and_then(|hand| kinematics.motors(hand));
-    let Some(Reading::Position(pose)) = found.from.map(|motors| kinematics.reading(motors)) else {
+    let motors = hand.and_then(|hand| kinematics.motors(hand));
+    let Some(Reading::Position(pose)) = motors.map(|motors| kinematics.reading(motors)) else {
         let message = "by its encoders the hand is outside the workspace: bring it there; if it is there, the plugs of the \
                        encoders are swapped, one counts the other way, or the home pose is another";
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
-    let mut alone = [0.0; 2];
-    alone[motor] = 1.0;
-    let force = pose.jacobian.force(alone);
+    let force = pose.jacobian.force_of_motor(motor);
     Ok(force * (1.0 / force.length()))
 }
 
@@ -102,63 +98,61 @@ fn hand_now(rig: &RigHandle) -> Option<Plane> {
     ))
 }
 
-/// The way of each motor, m or rad: of an angle the shorter one.
-fn moved(from: [f64; 2], to: [f64; 2], are_rotary: bool) -> [f64; 2] {
-    [0, 1].map(|motor| {
-        let way = to[motor] - from[motor];
-        if are_rotary {
+/// How the motors moved, by two places of the hand, m: each angle the shorter way.
+fn driven_alone(kinematics: &Kinematics, hand: [Plane; 2]) -> Option<DrivenAlone> {
+    let [at, to] = [kinematics.motors(hand[0])?, kinematics.motors(hand[1])?];
+    let moved = [0, 1].map(|motor| {
+        let way = to[motor] - at[motor];
+        if kinematics.are_rotary() {
             way - TAU * (way / TAU).round()
         } else {
             way
         }
-    })
+    });
+    Some(DrivenAlone { at, moved })
 }
 
-/// Whether the hand has moved far enough to tell which motor did it.
-fn has_moved(kinematics: &Kinematics, from: [f64; 2], to: [f64; 2], motion: &Motion) -> bool {
-    let hand = |motors| match kinematics.reading(motors) {
-        Reading::Position(pose) | Reading::Singular(pose) => Some(pose.position),
-        Reading::CannotClose => None,
-    };
-    let way = hand(from).zip(hand(to)).map(|(from, to)| (to - from).length());
-    way.is_some_and(|way| way >= motion.least_way_m())
-}
-
-/// Whether the encoder of the motor that was driven has moved the way of the force, and at least twice as far as the other.
-fn is_the_motor(motor: usize, moved: [f64; 2], force_n: f64) -> bool {
-    moved[motor] * force_n.signum() >= 2.0 * moved[1 - motor].abs()
+/// How much farther than the other motor the one that was driven has carried the hand the way of the force, m, and the other
+/// one than that either way: by how the hand moves with them in the middle of their way.
+fn leads_m(kinematics: &Kinematics, motor: usize, alone: DrivenAlone, force_n: f64) -> Option<(f64, f64)> {
+    let DrivenAlone { at, moved } = alone;
+    let middle = [0, 1].map(|motor| at[motor] + 0.5 * moved[motor]);
+    let jacobian = kinematics.reading(middle).pose()?.jacobian;
+    let own = jacobian.lead_m(motor, moved.map(|way| way * force_n.signum()));
+    Some((own, jacobian.lead_m(1 - motor, moved.map(f64::abs))))
 }
 
 fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'static str> {
     let Work::Commissioning(found) = work else { return None };
     found.pulses += 1;
-    let to = hand_now(rig)
-        .zip(rig.facts.kinematics)
-        .and_then(|(hand, kinematics)| kinematics.motors(hand));
     let mut feed = rig.feed();
     let motion = feed.motion.as_mut()?;
+    let hand = motion.pushed_hand();
     let mut report = motion.end_pulse(was_interrupted)?;
     if rig.facts.steady_delay_s() > MAX_DELAY_S {
         report.mass_kg = None;
     }
     let mut confirmed = motion.is_confirmed_by(&report);
+    let is_wrong = report.end == PulseEnd::WrongWay;
     let mut is_swapped = false;
-    if let (Some(motor), Some(kinematics), Some(from), Some(to)) = (found.motor, &rig.facts.kinematics, found.from, to)
-    {
-        let ways = moved(from, to, kinematics.are_rotary());
-        report.motors_moved = Some(ways);
-        is_swapped = has_moved(kinematics, from, to, motion) && !is_the_motor(motor, ways, report.force_n);
-        confirmed &= !is_swapped;
+    if let (Some(motor), Some(kinematics)) = (found.motor, &rig.facts.kinematics) {
+        let alone = hand.and_then(|hand| driven_alone(kinematics, hand));
+        report.motors_moved = alone.map(|alone| alone.moved);
+        let leads_m = alone.and_then(|alone| leads_m(kinematics, motor, alone, report.force_n));
+        let least_m = motion.least_way_m();
+        // In between, a longer pulse tells. A motor that is merely reversed still leads, the wrong way.
+        is_swapped = leads_m.is_some_and(|(own, other)| own <= -least_m && (other > 0.0 || !is_wrong));
+        confirmed &= leads_m.is_some_and(|(own, _)| own >= least_m);
+        found.alone = alone.filter(|_| confirmed).or(found.alone);
     }
     found.positive_confirmed |= confirmed && report.force_n > 0.0;
     found.negative_confirmed |= confirmed && report.force_n < 0.0;
-    let is_wrong = report.end == PulseEnd::WrongWay;
     found.last = Some(report);
-    if is_swapped && !is_wrong {
+    if is_swapped {
         return Some(
-            "the encoder of the motor that was driven did not move the way of the force, at least twice as far as the \
-             other: the plugs of the motors or of the encoders are swapped, or the kinematics are not those of this rig; \
-             nothing is stored",
+            "by its own encoder the motor that was driven did not carry the hand the way of the force, and farther than the \
+             other motor did: the plugs of the motors or of the encoders are swapped, or the kinematics are not those of \
+             this rig; nothing is stored",
         );
     }
     is_wrong.then_some(

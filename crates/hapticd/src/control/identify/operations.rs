@@ -11,7 +11,6 @@ use crate::control::rig::exclusive_use::state::{Identification, Work};
 use crate::control::rig::exclusive_use::{self, end_if_over, largest_force_n, resting_device};
 use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::excitation::ObservedExcitation;
-use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::Motion;
 use haptic_core::rig_friction::RigFriction;
 use haptic_core::{BoundError, Excitation, OwnMotion};
@@ -136,12 +135,13 @@ pub(in crate::control) async fn excite(
     BoundError::check("travel_limit_m", travel_m, 0.0, now.travel_limit_m, "m")?;
     let asked = ClientMotion {
         motion: OwnMotion::excitation(excitation, rig.facts.period_s())?,
-        along: FIRST_AXIS,
         purpose: Purpose::Identification,
         longest: Duration::from_secs_f64(1.1 * excitation.duration_s()) + GRACE,
-        observe: move |feed: &mut Feed| {
+        observe: move |rig: &RigHandle| {
+            let mut feed = rig.feed();
             let last = feed.newest().copied();
             feed.excitation = Some(ObservedExcitation::new(excitation, last));
+            Ok(FIRST_AXIS)
         },
         is_over: |feed| feed.excitation.as_ref().is_some_and(ObservedExcitation::is_over),
         report,

@@ -1,7 +1,10 @@
 //! The records of commissioned rigs.
 
 use crate::control::connected_device::ConnectedDevice;
+use crate::control::rig::both_motors::{DrivenAlone, WorstPlaces, of_both};
 use crate::control::rig_files::{Origin, RigFolder};
+use crate::threads::Workers;
+use device_io::kinematics::Kinematics;
 use haptic_core::scene::Coupling;
 use haptic_ipc::{ErrorCode, Peer, WireError};
 use serde::{Deserialize, Serialize};
@@ -11,6 +14,9 @@ use std::time::{Duration, Instant};
 
 /// Largest age of a cached answer.
 const MAX_CACHED: Duration = Duration::from_secs(1);
+
+/// Timeout of the survey of a workspace: some milliseconds, or a fifth of a second of the largest.
+const SURVEY_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The findings of a commissioning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,12 +28,16 @@ pub(in crate::control) struct Record {
     pub(in crate::control) step_m: Option<f64>,
     #[serde(flatten)]
     pub(in crate::control) findings: Findings,
+    /// Of a motor of a rig of two axes what it has shown alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(in crate::control) alone: Option<DrivenAlone>,
     /// The stiffest grip that the rig bears with a factor of two, where one was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(in crate::control) coupling: Option<Coupling>,
 }
 
-/// What was found of a rig, as far as it was.
+/// What was found of a rig, or of a motor alone, as far as it was. Of a rig of two axes friction and mass are those in the
+/// worst direction at the worst place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::control) struct Findings {
     /// Travel of its handle between its ends, m.
@@ -39,26 +49,14 @@ pub(in crate::control) struct Findings {
     /// Mass of its moving part, kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(in crate::control) mass_kg: Option<f64>,
-}
-
-impl Findings {
-    /// The least of each finding of two motors; none where one of them has none.
-    fn least(self, other: Self) -> Self {
-        Self {
-            range_m: both(self.range_m, other.range_m, f64::min),
-            friction_n: both(self.friction_n, other.friction_n, f64::min),
-            mass_kg: both(self.mass_kg, other.mass_kg, f64::min),
-        }
-    }
-}
-
-/// What is made of two findings, where there are both.
-fn both<T>(one: Option<T>, other: Option<T>, of: impl FnOnce(T, T) -> T) -> Option<T> {
-    one.zip(other).map(|(one, other)| of(one, other))
+    /// Where that is, of a rig of two axes.
+    #[serde(skip)]
+    pub(in crate::control) worst: WorstPlaces,
 }
 
 /// Whether a rig is commissioned.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 pub(in crate::control) enum CommissionState {
     /// It was commissioned, and has not changed since.
     Commissioned {
@@ -80,20 +78,24 @@ pub(in crate::control) struct Records {
     /// The connection of which it was said, or shown, that it is the commissioned rig.
     confirmed: Cell<Option<u64>>,
     folder: RigFolder,
+    kinematics: Option<Kinematics>,
+    /// Workers that survey a workspace.
+    surveys: Workers,
 }
 
-impl Default for Records {
-    fn default() -> Self {
+impl Records {
+    /// Of rigs that move a hand in a plane by these kinematics, or on a line.
+    pub(in crate::control) fn new(kinematics: Option<Kinematics>) -> Self {
         let heading = "What `haptic-ctl commission` found. Without this file the rig counts as never commissioned.";
         Self {
             cached: RefCell::default(),
             confirmed: Cell::default(),
             folder: RigFolder::new("commissioned", heading),
+            kinematics,
+            surveys: Workers::new("survey", 1),
         }
     }
-}
 
-impl Records {
     fn fresh(&self, connection: u64) -> Option<CommissionState> {
         let cached = self.cached.borrow();
         let (of, at, known) = cached.as_ref()?;
@@ -128,41 +130,55 @@ impl Records {
         known
     }
 
-    /// What is known of a rig with all its motors: each finding as it is of the motor that bears less.
+    /// What is known of a rig by the records of all its motors.
     async fn of_all_motors(&self, state_dir: &Path, device: &ConnectedDevice) -> CommissionState {
         let is_confirmed = self.confirmed.get() == Some(device.connection);
-        let mut of_rig = None;
+        let (mut records, mut doubt) = (Vec::new(), None);
         for (number, part) in (1..).zip(device.parts()) {
-            let record = match self.of_this_rig(state_dir, &part).await {
+            match self.of_this_rig(state_dir, &part).await {
                 Err(why) if device.motors > 1 => return CommissionState::Not(format!("motor {number}: {why}")),
                 Err(why) => return CommissionState::Not(why),
-                Ok(record) => record,
-            };
-            let doubt = record.origin.doubt(&part).filter(|_| !is_confirmed);
-            let (findings, coupling) = match of_rig {
-                None => (record.findings, record.coupling),
-                Some((findings, coupling)) => (
-                    record.findings.least(findings),
-                    both(record.coupling, coupling, |one, other| {
-                        if one.stiffness <= other.stiffness { one } else { other }
-                    }),
-                ),
-            };
-            if doubt.is_some() {
-                return CommissionState::Commissioned {
-                    findings,
-                    coupling,
-                    doubt,
-                };
+                Ok(record) => {
+                    doubt = doubt.or_else(|| record.origin.doubt(&part).filter(|_| !is_confirmed));
+                    records.push(record);
+                }
             }
-            of_rig = Some((findings, coupling));
         }
-        let (findings, coupling) = of_rig.unwrap_or_default();
+        // One is found with the last motor that is commissioned, and with each that is commissioned again.
+        let couplings = records.iter().filter_map(|record| record.coupling);
+        let coupling = couplings.reduce(|one, other| if one.stiffness <= other.stiffness { one } else { other });
         CommissionState::Commissioned {
-            findings,
+            findings: self.of_whole(&records).await,
             coupling,
-            doubt: None,
+            doubt,
         }
+    }
+
+    /// What a rig is by a record that is not stored yet, and by those of its other motors; `None` where one has none.
+    pub(in crate::control) async fn findings_with(
+        &self,
+        state_dir: &Path,
+        device: &ConnectedDevice,
+        record: &Record,
+    ) -> Option<Findings> {
+        let mut records = Vec::new();
+        for part in device.parts() {
+            records.push(if part.rig.key == record.origin.rig {
+                record.clone()
+            } else {
+                self.of_this_rig(state_dir, &part).await.ok()?
+            });
+        }
+        Some(self.of_whole(&records).await)
+    }
+
+    async fn of_whole(&self, records: &[Record]) -> Findings {
+        let (Some(kinematics), [first, second]) = (self.kinematics, records) else {
+            return records.first().map(|record| record.findings).unwrap_or_default();
+        };
+        let motors = [first, second].map(|record| (record.findings, record.alone));
+        let found = self.surveys.run(SURVEY_TIMEOUT, move || of_both(&kinematics, motors));
+        found.await.unwrap_or_default()
     }
 
     /// The record that is valid for a device, or why there is none.
@@ -238,19 +254,6 @@ mod tests {
     use crate::control::rig_files::tests::origin;
 
     #[test]
-    fn rig_of_two_motors_has_the_least_of_both() {
-        let of = |friction_n, mass_kg| Findings {
-            range_m: Some(0.1),
-            friction_n,
-            mass_kg,
-        };
-        let (first, second) = (of(Some(0.3), Some(0.2)), of(Some(0.5), None));
-        for (one, other) in [(first, second), (second, first)] {
-            assert_eq!(one.least(other), of(Some(0.3), None));
-        }
-    }
-
-    #[test]
     fn an_older_record_reads() {
         let text = "rig = \"serial-/dev/ttyACM0\"\nfirmware = \"mine 1.0\"\nreversed = false\nresolution_m = 1e-5\n\
                     step_m = 1e-5\nfriction_N = 0.8\ntime_unix_s = 1.0\nby = \"ada\"\n";
@@ -268,6 +271,7 @@ mod tests {
                 friction_n: Some(0.8),
                 ..Findings::default()
             },
+            alone: None,
             coupling: None,
         };
         assert_eq!(toml::from_str(text).as_ref(), Ok(&record));

@@ -6,6 +6,7 @@ use crate::control::connected_device::ConnectedDevice;
 use crate::control::facts::Facts;
 use crate::control::history::FIRST_REVISION;
 use crate::control::judge::Verdicts;
+use crate::control::rig::both_motors::WorstPlaces;
 use crate::control::rig::commission_record::{Findings, Records};
 use crate::control::rig::friction_record::{KnownFriction, RigFrictions};
 use crate::control::trial::{LIGHT_RIG_KG, TrialRig};
@@ -13,6 +14,8 @@ use crate::control::{RigHandle, change};
 use crate::rt::inbox::RigSetup;
 use crate::threads::Workers;
 use crate::timers::every;
+use device_io::kinematics::Worst;
+use device_io::link::{LinkMonitor, LinkState};
 use haptic_core::Directional;
 use haptic_core::adviser::RigFacts;
 use haptic_core::compensation::Compensation;
@@ -20,7 +23,7 @@ use haptic_core::passivity::RigLosses;
 use haptic_core::rig_friction::RigFriction;
 use haptic_core::scene::Coupling;
 use haptic_core::servo::Settings;
-use haptic_ipc::{AdviceBasis, LossSource, RigFrictionStatus};
+use haptic_ipc::{AdviceBasis, LossSource, RigFrictionStatus, WorstPlace};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -59,6 +62,9 @@ pub(in crate::control) struct TrialBasis {
     pub(in crate::control) rig: TrialRig,
     /// The mass that it has for want of a known one, kg.
     pub(in crate::control) assumed_mass_kg: Option<f64>,
+    pub(in crate::control) is_plane: bool,
+    /// Where a rig of two axes has the mass that it has.
+    pub(in crate::control) lightest_at: Option<WorstPlace>,
 }
 
 /// What a rig takes up of a motion, where that is known from, and what of it is compensated.
@@ -72,6 +78,8 @@ struct OwnFriction {
     /// Mass of the moving part, kg, where it is known: of the rig in this process, else as it was identified, else as
     /// its commissioning found it.
     mass_kg: Option<f64>,
+    /// Of a rig of two axes where that friction and that mass are so, as far as they are as its commissioning found them.
+    worst: WorstPlaces,
 }
 
 impl OwnFriction {
@@ -83,8 +91,8 @@ impl OwnFriction {
 impl KnownRig {
     pub(super) fn new(facts: Rc<Facts>) -> Self {
         Self {
+            records: Records::new(facts.kinematics),
             facts,
-            records: Records::default(),
             frictions: RigFrictions::default(),
             verdicts: Verdicts::default(),
             broken_bounds: BrokenBounds::default(),
@@ -152,18 +160,24 @@ impl KnownRig {
             default.friction,
         );
         let compensated = options.compensate.zip(identified);
+        let mass_kg = self.facts.rig.mass.or(identified.map(|friction| friction.mass));
+        let is_mass_found = mass_kg.is_none();
+        let worst = WorstPlaces {
+            friction_n: found
+                .worst
+                .friction_n
+                .filter(|_| friction_from == LossSource::Commissioned),
+            lightest_kg: found.worst.lightest_kg.filter(|_| is_mass_found),
+            heaviest_kg: found.worst.heaviest_kg.filter(|_| is_mass_found),
+        };
         OwnFriction {
             losses: RigLosses { damping, friction },
             damping_from,
             friction_from,
             identified,
             compensation: compensated.map(|(share, friction)| Compensation { share, friction }),
-            mass_kg: self
-                .facts
-                .rig
-                .mass
-                .or(identified.map(|friction| friction.mass))
-                .or(found.mass_kg),
+            mass_kg: mass_kg.or(found.mass_kg),
+            worst,
         }
     }
 
@@ -201,8 +215,36 @@ impl KnownRig {
             friction_from: own.friction_from,
             compensated_share: own.compensated_share(),
             resolution_m: facts.resolution,
+            heaviest_mass_kg: own.worst.heaviest_kg.map(|worst| worst.value),
+            mass_at: own.worst.lightest_kg.and_then(|worst| self.place(worst)),
+            friction_at: own.worst.friction_n.and_then(|worst| self.place(worst)),
+            resolution_at: self.coarsest_step().and_then(|worst| self.place(worst)),
         };
         (facts, basis)
+    }
+
+    /// Where one count of an encoder moves the hand farthest, on a rig of two axes.
+    fn coarsest_step(&self) -> Option<Worst> {
+        let kinematics = self.facts.kinematics?;
+        let counts = match self.facts.link.as_ref().map(LinkMonitor::state) {
+            Some(LinkState::Connected(device)) => device.motors?.counts,
+            Some(_) => return None,
+            // Both motors of a rig in this process count alike.
+            None => [1.0; 2],
+        };
+        Some(kinematics.coarsest_step(counts))
+    }
+
+    /// It for people; the place is left out where it is so everywhere.
+    fn place(&self, worst: Worst) -> Option<WorstPlace> {
+        let is_somewhere = self.facts.kinematics?.are_rotary();
+        let at = |metres: f64| is_somewhere.then_some(metres);
+        Some(WorstPlace {
+            x_m: at(worst.position.x),
+            y_m: at(worst.position.y),
+            // A direction and its opposite are one.
+            direction_deg: (worst.direction.y / worst.direction.x).atan().to_degrees(),
+        })
     }
 
     /// It for a trial of a scene: its own friction stays, and what is compensated of it is given back. `found` is what its
@@ -233,6 +275,8 @@ impl KnownRig {
                 damping_ns_per_m: own.losses.damping,
             },
             assumed_mass_kg: own.mass_kg.is_none().then_some(LIGHT_RIG_KG),
+            is_plane: self.facts.is_plane(),
+            lightest_at: own.worst.lightest_kg.and_then(|worst| self.place(worst)),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The rig as the control thread sees it: the newest scene, what is sent to the real-time thread,
 //! and what comes back.
 
+pub(in crate::control) mod both_motors;
 mod commands;
 pub(in crate::control) mod commission_record;
 mod entries;

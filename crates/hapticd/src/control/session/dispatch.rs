@@ -119,6 +119,7 @@ impl Client {
                     range_m,
                     friction_n,
                     mass_kg,
+                    ..Findings::default()
                 };
                 answer(id, commission::store(rig, by, findings).await)
             }

@@ -9,7 +9,7 @@ use crate::telemetry::feed::Feed;
 use haptic_core::OwnMotion;
 use haptic_core::planar::Plane;
 use haptic_core::servo::Command;
-use haptic_ipc::{Peer, RigState};
+use haptic_ipc::{Peer, RigState, WireError};
 use std::time::{Duration, Instant};
 
 /// Time between two looks at the rig.
@@ -21,8 +21,6 @@ const RAMP_GRACE: Duration = Duration::from_secs(1);
 /// A motion that the loop renders for the client that has the rig to itself.
 pub(in crate::control) struct ExclusiveMotion<'a> {
     pub(in crate::control) motion: OwnMotion,
-    /// Its direction on a rig of two axes.
-    pub(in crate::control) along: Plane,
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
     pub(in crate::control) admission: Admission,
@@ -37,14 +35,14 @@ pub(in crate::control) fn rest(rig: &RigHandle) {
 }
 
 /// Engages without a scene, has the motion rendered until it is over, releases, and restores the
-/// scene. `observe` is called right before the motion begins.
+/// scene. `observe` is called right before the motion begins, and says along which direction of two axes it goes.
 ///
 /// # Errors
 /// The reason of an interruption.
 pub(in crate::control) async fn lend(
     rig: &RigHandle,
     exclusive: ExclusiveMotion<'_>,
-    observe: impl FnOnce(&mut Feed),
+    observe: impl FnOnce(&RigHandle) -> Result<Plane, WireError>,
     is_over: impl Fn(&Feed) -> bool,
 ) -> Result<(), String> {
     let by = exclusive.by;
@@ -56,7 +54,7 @@ pub(in crate::control) async fn lend(
 async fn give(
     rig: &RigHandle,
     exclusive: ExclusiveMotion<'_>,
-    observe: impl FnOnce(&mut Feed),
+    observe: impl FnOnce(&RigHandle) -> Result<Plane, WireError>,
     is_over: impl Fn(&Feed) -> bool,
 ) -> Result<(), String> {
     rest(rig);
@@ -69,8 +67,8 @@ async fn give(
     .await
     .map_err(|error| error.message)?;
     until(rig, rig.facts.ramp + RAMP_GRACE, |state| state == RigState::Engaged).await?;
-    observe(&mut rig.feed());
-    rig.lend_loop(exclusive.motion, exclusive.along);
+    let along = observe(rig).map_err(|error| error.message)?;
+    rig.lend_loop(exclusive.motion, along);
     until(rig, exclusive.longest, |_| is_over(&rig.feed())).await
 }
 

@@ -1,6 +1,7 @@
 //! The state of an exclusive use.
 
 use crate::control::connected_device::ConnectedDevice;
+use crate::control::rig::both_motors::DrivenAlone;
 use haptic_core::scene::Coupling;
 use haptic_ipc::{ExcitationReport, Peer, PulseReport};
 
@@ -32,8 +33,8 @@ pub(in crate::control) enum Work {
 pub(in crate::control) struct Commissioning {
     /// Of a rig of two axes the motor, counted from 0.
     pub(in crate::control) motor: Option<usize>,
-    /// Where the motors of such a rig were when the newest pulse began, m or rad.
-    pub(in crate::control) from: Option<[f64; 2]>,
+    /// What the newest confirmed pulse has shown of such a motor.
+    pub(in crate::control) alone: Option<DrivenAlone>,
     pub(in crate::control) pulses: u64,
     pub(in crate::control) last: Option<PulseReport>,
     pub(in crate::control) positive_confirmed: bool,
