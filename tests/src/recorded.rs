@@ -1,12 +1,13 @@
 //! Recordings that grow, and what a replay takes of them.
 
 use crate::until;
-use haptic_recording::{Entry, Mark, Recording};
+use haptic_recording::{Entry, Mark, Reader, Recording};
 use std::path::Path;
 
 /// Rows on the disk.
 pub fn rows(file: &Path) -> usize {
-    haptic_recording::read(file).map_or(0, |found| found.rows.len())
+    let found = haptic_recording::open_any(file).and_then(Reader::into_recording);
+    found.map_or(0, |found| found.rows.len())
 }
 
 /// Waits until so many rows in all are on the disk.
@@ -34,6 +35,7 @@ pub fn entries(recording: &Recording) -> impl Iterator<Item = Entry> {
         if let Some((_, mark)) = marks.next_if(|(before, _)| *before <= at) {
             return Some(Entry::Mark(mark.clone()));
         }
-        rows.next().map(|(_, row)| Entry::Row(*row, None))
+        rows.next()
+            .map(|(index, row)| Entry::Row(*row, recording.rows_y.get(index).copied()))
     })
 }

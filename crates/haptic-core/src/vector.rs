@@ -39,6 +39,15 @@ pub trait Vector:
     /// Nowhere, at rest, without force.
     const ZERO: Self;
 
+    /// From its parts along the first axis and the second; a line has the first alone.
+    fn of_axes(first: f64, second: f64) -> Self;
+
+    /// Its part along the first axis.
+    fn first(self) -> f64;
+
+    /// Its part along the second axis; 0 on a line.
+    fn second(self) -> f64;
+
     /// Its parts, one for each axis.
     fn parts(&mut self) -> impl Iterator<Item = &mut f64>;
 
@@ -75,6 +84,21 @@ impl Vector for f64 {
 
     const AXES: usize = 1;
     const ZERO: Self = 0.0;
+
+    #[inline(always)]
+    fn of_axes(first: f64, _: f64) -> Self {
+        first
+    }
+
+    #[inline(always)]
+    fn first(self) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn second(self) -> f64 {
+        0.0
+    }
 
     fn parts(&mut self) -> impl Iterator<Item = &mut f64> {
         core::iter::once(self)

@@ -4,7 +4,7 @@
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::Args;
-use haptic_lab::accuracy::{self, Extent, LawMeasurement, Measurement, cases};
+use haptic_lab::accuracy::{self, Extent, LawMeasurement, Measurement, PlaneMeasurement, cases};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
@@ -20,19 +20,24 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let cases = measured_cases(as_json)?;
     let laws = measured_laws()?;
+    let plane = accuracy::measure_plane(None).map_err(|error| Failure::Usage(error.to_string()))?;
     let values = json!({
         "laws": laws.iter().map(law_value).collect::<Value>(),
         "cases": cases.iter().map(value).collect::<Value>(),
+        "plane": plane.iter().map(plane_value).collect::<Value>(),
     });
     if let Some(directory) = &arguments.out {
-        write(directory, &laws, &cases, &values)
+        let page = accuracy::page(&laws, &cases, &plane);
+        write(directory, &laws, &cases, &values, &page)
             .map_err(|error| Failure::Usage(format!("{}: {error}", directory.display())))?;
     }
     if as_json {
         return output::json(&values);
     }
     output::line("")?;
-    show_laws(&laws)
+    show_laws(&laws)?;
+    output::line("")?;
+    show_plane(&plane)
 }
 
 fn measured_cases(as_json: bool) -> Result<Vec<Measurement>, Failure> {
@@ -119,6 +124,34 @@ fn show_laws(laws: &[LawMeasurement]) -> Result<(), Failure> {
     output::line(&output::table(&rows))
 }
 
+/// The block in the plane along four motions.
+fn show_plane(plane: &[PlaneMeasurement]) -> Result<(), Failure> {
+    let header = ["in the plane", "tick", "median N", "worst N", "median ns", "dearest ns"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    rows.extend(plane.iter().map(|one| {
+        vec![
+            one.case.to_owned(),
+            one.scheme.to_string(),
+            format!("{:.0e}", one.median_n),
+            format!("{:.0e}", one.worst_n),
+            format!("{:.0}", one.cost.median_ns),
+            format!("{:.0}", one.cost.dearest_ns),
+        ]
+    }));
+    output::line(&output::table(&rows))
+}
+
+fn plane_value(one: &PlaneMeasurement) -> Value {
+    json!({
+        "motion": one.case,
+        "scheme": one.scheme.to_string(),
+        "force_error_median_N": one.median_n,
+        "force_error_worst_N": one.worst_n,
+        "tick_ns_median": one.cost.median_ns,
+        "tick_ns_dearest": one.cost.dearest_ns,
+    })
+}
+
 fn law_value(one: &LawMeasurement) -> Value {
     let e = &one.errors;
     json!({
@@ -177,12 +210,18 @@ fn value(measurement: &Measurement) -> Value {
     })
 }
 
-fn write(directory: &Path, laws: &[LawMeasurement], cases: &[Measurement], values: &Value) -> std::io::Result<()> {
+fn write(
+    directory: &Path,
+    laws: &[LawMeasurement],
+    cases: &[Measurement],
+    values: &Value,
+    page: &str,
+) -> std::io::Result<()> {
     std::fs::create_dir_all(directory)?;
     let create = |name: &str| Ok::<_, std::io::Error>(BufWriter::new(File::create(directory.join(name))?));
     accuracy::write_csv(cases, create("cases.csv")?)?;
     accuracy::write_law_csv(laws, create("laws.csv")?)?;
     std::fs::write(directory.join("accuracy.json"), format!("{values:#}\n"))?;
     std::fs::write(directory.join("speed-vs-error.svg"), accuracy::plot(laws))?;
-    std::fs::write(directory.join("accuracy.html"), accuracy::page(laws, cases))
+    std::fs::write(directory.join("accuracy.html"), page)
 }

@@ -10,8 +10,9 @@ use crate::{complete, output, progress, set};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::Scheme;
-use haptic_ipc::WireError;
+use haptic_ipc::{Sample, SampleY, WireError};
 use haptic_lab::replay::{self, Alternative, LargestDifference, Report, Summary, Tally, WhatIf, WhatIfRow};
+use haptic_lab::row::Row;
 use haptic_recording::{Ending, Entry, Metadata, Reader, RecordingError};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -112,7 +113,7 @@ fn unreplayable(path: &Path) -> impl Fn(replay::ReplayError) -> Failure {
 }
 
 fn open(path: &Path) -> Result<(Reader, Metadata), Failure> {
-    let reader = haptic_recording::open(path).map_err(|error| unreadable(path, &error))?;
+    let reader = haptic_recording::open_any(path).map_err(|error| unreadable(path, &error))?;
     let metadata = reader.metadata().clone();
     Ok((reader, metadata))
 }
@@ -193,7 +194,7 @@ fn what_if(arguments: &Arguments, alternative: Alternative, as_json: bool) -> Re
     let mut out = arguments
         .out
         .as_deref()
-        .map(|out| Forces::create(out, path, arguments.force))
+        .map(|out| Forces::create(out, path, metadata.axes, arguments.force))
         .transpose()?;
     let began = Instant::now();
     let bar = progress::busy("replaying");
@@ -271,10 +272,14 @@ fn show_what_if(path: &Path, summary: &Summary) -> Result<(), Failure> {
         t_s,
         recorded_n,
         what_if_n,
+        recorded_y_n,
+        what_if_y_n,
     }) = largest_difference
     {
+        let recorded = force(*recorded_n, *recorded_y_n);
+        let instead = force(*what_if_n, *what_if_y_n);
         output::text(&format!(
-            "they differ most at tick {tick} ({t_s:.6} s): {recorded_n:.4} N recorded, {what_if_n:.4} N instead"
+            "they differ most at tick {tick} ({t_s:.6} s): {recorded} recorded, {instead} instead"
         ))?;
     } else {
         output::text("both forces are the same in every tick")?;
@@ -288,34 +293,62 @@ fn show_what_if(path: &Path, summary: &Summary) -> Result<(), Failure> {
     output::text("the motion is the recorded one: the hand does not react to the other force")
 }
 
+/// A force on the hand, of two axes by its parts.
+fn force(x_n: f64, y_n: Option<f64>) -> String {
+    match y_n {
+        None => format!("{x_n:.4} N"),
+        Some(y_n) => format!("({x_n:.4}, {y_n:.4}) N"),
+    }
+}
+
 /// The file of both forces.
 struct Forces<'a>(TableFile<'a>);
 
 impl<'a> Forces<'a> {
-    fn create(path: &'a Path, recording: &Path, replace: bool) -> Result<Self, Failure> {
+    fn create(path: &'a Path, recording: &Path, axes: u8, replace: bool) -> Result<Self, Failure> {
         table_file::refuse_overwriting(path, [recording].into_iter())?;
         let mut forces = Self(TableFile::create(path, replace)?);
+        let second_axis = match axes {
+            2 => {
+                ",device_position_y_m,device_velocity_y_mps,recorded_force_y_N,what_if_force_y_N,\
+                 what_if_block_position_y_m,what_if_block_velocity_y_mps"
+            }
+            _ => "",
+        };
         forces.0.line(format_args!(
             "tick,t_s,device_position_m,device_velocity_mps,recorded_force_N,what_if_force_N,recorded_contact,\
-             what_if_contact,what_if_block_position_m,what_if_block_velocity_mps"
+             what_if_contact,what_if_block_position_m,what_if_block_velocity_mps{second_axis}"
         ))?;
         Ok(forces)
     }
 
     /// Writes a row; cells of what does not follow are empty.
     fn write(&mut self, WhatIfRow { recorded, what_if }: &WhatIfRow) -> Result<(), Failure> {
-        let cell =
-            |of: fn(&haptic_ipc::Sample) -> f64| what_if.as_ref().map_or_else(String::new, |row| of(row).to_string());
-        let contact = what_if.as_ref().map_or_else(String::new, |row| row.contact.to_string());
+        let text = |number: Option<f64>| number.map_or_else(String::new, |number| number.to_string());
+        let cell = |of: fn(&Sample) -> f64| text(what_if.as_ref().map(|row| of(&row.sample)));
+        let contact = what_if.map_or_else(String::new, |row| row.sample.contact.to_string());
+        let Row { sample, y } = recorded;
+        let second_axis = y.map_or_else(String::new, |y| {
+            let cell = |of: fn(&SampleY) -> f64| text(what_if.and_then(|row| row.y).as_ref().map(of));
+            format!(
+                ",{},{},{},{},{},{}",
+                y.device_position_m,
+                y.device_velocity_mps,
+                y.command_force_n,
+                cell(|y| y.command_force_n),
+                cell(|y| y.block_position_m),
+                cell(|y| y.block_velocity_mps),
+            )
+        });
         self.0.line(format_args!(
-            "{},{},{},{},{},{},{},{contact},{},{}",
-            recorded.tick,
-            recorded.t_s,
-            recorded.device_position_m,
-            recorded.device_velocity_mps,
-            recorded.command_force_n,
+            "{},{},{},{},{},{},{},{contact},{},{}{second_axis}",
+            sample.tick,
+            sample.t_s,
+            sample.device_position_m,
+            sample.device_velocity_mps,
+            sample.command_force_n,
             cell(|row| row.command_force_n),
-            recorded.contact,
+            sample.contact,
             cell(|row| row.block_position_m),
             cell(|row| row.block_velocity_mps),
         ))

@@ -2,9 +2,38 @@
 
 use crate::sample_y::Row;
 use crate::status::RigState;
-use serde::de::{Error, SeqAccess};
+use serde::de::{DeserializeOwned, Error, SeqAccess};
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Serialize};
+
+/// A cell of a row. What is no number, as the place of a linkage that cannot close, is null in JSON.
+trait Cell {
+    type Wire: DeserializeOwned;
+
+    fn of(wire: Self::Wire) -> Self;
+}
+
+impl Cell for f64 {
+    type Wire = Option<Self>;
+
+    fn of(wire: Option<Self>) -> Self {
+        wire.unwrap_or(Self::NAN)
+    }
+}
+
+macro_rules! whole_cells {
+    ($($type:ty),*) => {
+        $(impl Cell for $type {
+            type Wire = Self;
+
+            fn of(wire: Self) -> Self {
+                wire
+            }
+        })*
+    };
+}
+
+whole_cells!(u64, u32, i8, RigState);
 
 /// Writes the struct, its column names and its form as a row from one list.
 macro_rules! sample {
@@ -51,6 +80,7 @@ macro_rules! sample {
             pub(crate) fn of_cells<'de, A: SeqAccess<'de>>(cells: &mut A) -> Result<Self, A::Error> {
                 $(let $field = cells
                     .next_element()?
+                    .map(<$type as Cell>::of)
                     // An earlier server has fewer columns.
                     $(.or(Some($default)))?
                     .ok_or_else(|| A::Error::missing_field($column))?;)*
@@ -135,6 +165,30 @@ sample_columns!(sample);
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample_y::SampleY;
+
+    #[test]
+    fn place_that_is_no_number_is_read() {
+        let lost = Sample {
+            tick: 7,
+            sample_position_m: f64::NAN,
+            ..Sample::default()
+        };
+        let y = SampleY {
+            device_position_m: 0.1,
+            sample_position_m: f64::NAN,
+            ..SampleY::default()
+        };
+        let row = Row {
+            sample: lost,
+            y: Some(y),
+        };
+        let text = serde_json::to_string(&row).expect("writes");
+        let read: Row = serde_json::from_str(&text).expect("reads");
+        assert!(read.sample.tick == 7 && read.sample.sample_position_m.is_nan());
+        let y = read.y.expect("a second axis");
+        assert!(y.device_position_m == 0.1 && y.sample_position_m.is_nan(), "{y:?}");
+    }
 
     #[test]
     fn a_row_has_the_columns_in_their_order() {

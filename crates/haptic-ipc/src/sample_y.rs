@@ -1,6 +1,8 @@
 //! What a tick of a rig of two axes has beside its [`Sample`], and how both are one row.
 
 use crate::sample::Sample;
+use haptic_core::Vector;
+use haptic_core::servo::Outputs;
 use serde::de::{IgnoredAny, SeqAccess, Visitor};
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -37,6 +39,21 @@ pub const SAMPLE_Y_COLUMNS: [&str; 7] = [
 ];
 
 impl SampleY {
+    /// What a step of the servo has of the second axis, and the position that the device reported, m; `None` on a line.
+    #[inline(always)]
+    #[must_use]
+    pub fn of_step<V: Vector>(outputs: &Outputs<V>, sample_position_m: V) -> Option<Self> {
+        (V::AXES > 1).then(|| Self {
+            device_position_m: outputs.device_position_m.second(),
+            device_velocity_mps: outputs.device_velocity_mps.second(),
+            block_position_m: outputs.block_position_m.second(),
+            block_velocity_mps: outputs.block_velocity_mps.second(),
+            coupling_force_n: outputs.coupling_force_n.second(),
+            command_force_n: outputs.force_n.second(),
+            sample_position_m: sample_position_m.second(),
+        })
+    }
+
     /// Its cells, in the order of [`SAMPLE_Y_COLUMNS`].
     #[must_use]
     pub fn cells(&self) -> [f64; SAMPLE_Y_COLUMNS.len()] {
@@ -128,7 +145,8 @@ impl<'de> Deserialize<'de> for Row {
         #[derive(Deserialize)]
         #[serde(untagged)]
         enum Cell {
-            Number(f64),
+            /// What is no number is null in JSON.
+            Number(Option<f64>),
             Other(IgnoredAny),
         }
 
@@ -148,7 +166,7 @@ impl<'de> Deserialize<'de> for Row {
                     let Some(Cell::Number(number)) = cells.next_element()? else {
                         break;
                     };
-                    *cell = number;
+                    *cell = number.unwrap_or(f64::NAN);
                     there += 1;
                 }
                 while cells.next_element::<IgnoredAny>()?.is_some() {}

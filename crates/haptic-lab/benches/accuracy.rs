@@ -75,9 +75,11 @@ fn refresh(document: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
     let laws = accuracy::measure_laws(Extent::REPORT, count(Probe::Hands)?.as_deref(), |law| {
         eprintln!("{law}");
     })?;
+    let plane = accuracy::measure_plane(count(Probe::Plane)?.as_deref())?;
     let tables = Tables {
         cases: &measured,
         laws: &laws,
+        plane: &plane,
     };
     let text = accuracy::refresh(&before, &tables.all())?;
     std::fs::write(document, text)?;

@@ -12,9 +12,12 @@ pub use callgrind::{CountError, count};
 pub use scenes::{excitations, scenes};
 
 use crate::accuracy::cases::{self, Case, OscillatingHand};
-use crate::accuracy::{Extent, INSTRUCTIONS_ON, LawCase, law_cases, schemes_by_law};
+use crate::accuracy::{
+    Extent, INSTRUCTIONS_ON, LawCase, PlaneBlock, PlaneScheme, law_cases, plane_cases, schemes_by_law,
+};
 use crate::motion::{DeviceSample, median_period_s, per_tick};
 use crate::simulate::{Start, measure_cost, renderer};
+use haptic_core::planar::Plane;
 use haptic_core::{BoundError, Excitation, OwnMotion, Renderer, SceneError, Scheme};
 use std::fmt;
 use std::str::FromStr;
@@ -45,7 +48,7 @@ pub fn measure_excitations(instructions: Option<&[u64]>) -> Result<Vec<SceneCost
             let mut times_ns: Vec<u64> = (0..TIMES)
                 .map(|_| {
                     let (mut own, began) = (begun, Instant::now());
-                    measured_ticks(Measured::Motion(&mut own), &motion);
+                    measured_ticks(Measured::Motion(&mut own, &motion));
                     u64::try_from(began.elapsed().as_nanos()).unwrap_or(u64::MAX)
                 })
                 .collect();
@@ -112,16 +115,18 @@ pub fn measure(instructions: Option<&[u64]>) -> Result<Vec<SceneCost>, SceneErro
 /// What is measured.
 #[derive(Debug)]
 pub enum Measured<'a> {
-    /// A scene.
-    Scene(&'a mut Renderer),
-    /// A motion of the rig's own.
-    Motion(&'a mut OwnMotion),
+    /// A scene along a motion.
+    Scene(&'a mut Renderer, &'a [DeviceSample]),
+    /// A motion of the rig's own, along that of the handle.
+    Motion(&'a mut OwnMotion, &'a [DeviceSample]),
+    /// A block in the plane along a motion.
+    Plane(&'a mut PlaneBlock, &'a [DeviceSample<Plane>]),
 }
 
 /// Its ticks: one function for all of it, so that callgrind can separate them from the rest of the program. Of two such
 /// functions it would count nothing.
 #[inline(never)]
-pub fn measured_ticks(what: Measured<'_>, motion: &[DeviceSample]) {
+pub fn measured_ticks(what: Measured<'_>) {
     fn each(motion: &[DeviceSample], mut tick: impl FnMut(f64, f64, f64)) {
         for pair in motion.windows(2) {
             let (from, to) = (&pair[0], &pair[1]);
@@ -129,12 +134,17 @@ pub fn measured_ticks(what: Measured<'_>, motion: &[DeviceSample]) {
         }
     }
     match what {
-        Measured::Scene(renderer) => each(motion, |elapsed_s, position, velocity| {
+        Measured::Scene(renderer, motion) => each(motion, |elapsed_s, position, velocity| {
             std::hint::black_box(renderer.tick(elapsed_s, position, velocity));
         }),
-        Measured::Motion(own) => each(motion, |elapsed_s, position, velocity| {
+        Measured::Motion(own, motion) => each(motion, |elapsed_s, position, velocity| {
             std::hint::black_box(own.tick(elapsed_s, position, velocity));
         }),
+        Measured::Plane(block, motion) => {
+            for to in motion.iter().skip(1) {
+                std::hint::black_box(block.tick(to));
+            }
+        }
     }
 }
 
@@ -151,6 +161,8 @@ pub enum Probe {
     Hands,
     /// Every law on [`INSTRUCTIONS_ON`] with the exact scheme.
     Limits,
+    /// Every motion in the plane with every scheme of it.
+    Plane,
 }
 
 impl fmt::Display for Probe {
@@ -161,6 +173,7 @@ impl fmt::Display for Probe {
             Self::Cases => "cases",
             Self::Hands => "hands",
             Self::Limits => "limits",
+            Self::Plane => "plane",
         })
     }
 }
@@ -170,10 +183,18 @@ impl FromStr for Probe {
 
     /// Reads what [`fmt::Display`] writes.
     fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Scenes, Self::Excitations, Self::Cases, Self::Hands, Self::Limits]
-            .into_iter()
+        let all = [
+            Self::Scenes,
+            Self::Excitations,
+            Self::Cases,
+            Self::Hands,
+            Self::Limits,
+            Self::Plane,
+        ];
+        let names = || all.map(|probe| probe.to_string()).join(", ");
+        all.into_iter()
             .find(|probe| probe.to_string() == text)
-            .ok_or_else(|| format!("`{text}` is not a probe; there are scenes, excitations, cases, hands and limits"))
+            .ok_or_else(|| format!("`{text}` is not a probe; there are {}", names()))
     }
 }
 
@@ -188,7 +209,7 @@ impl Probe {
                 let motion = hand();
                 for (_, scene) in scenes() {
                     let mut renderer = renderer(&scene, Scheme::Exact, &motion, Start::default())?;
-                    measured_ticks(Measured::Scene(&mut renderer), &motion);
+                    measured_ticks(Measured::Scene(&mut renderer, &motion));
                 }
             }
             Self::Excitations => {
@@ -196,7 +217,7 @@ impl Probe {
                 for (_, excitation) in excitations() {
                     // They are bounded, which a test runs through.
                     if let Ok(mut own) = begun(excitation, &motion) {
-                        measured_ticks(Measured::Motion(&mut own), &motion);
+                        measured_ticks(Measured::Motion(&mut own, &motion));
                     }
                 }
             }
@@ -206,7 +227,8 @@ impl Probe {
                 } in cases::all()
                 {
                     for scheme in crate::accuracy::schemes() {
-                        measured_ticks(Measured::Scene(&mut renderer(&scene, scheme, &motion, start)?), &motion);
+                        let mut renderer = renderer(&scene, scheme, &motion, start)?;
+                        measured_ticks(Measured::Scene(&mut renderer, &motion));
                     }
                 }
             }
@@ -214,14 +236,22 @@ impl Probe {
                 for case in law_cases(Extent::REPORT.samples) {
                     for scheme in schemes_by_law() {
                         let mut renderer = renderer(&case.scene, scheme, &case.motion, Start::default())?;
-                        measured_ticks(Measured::Scene(&mut renderer), &case.motion);
+                        measured_ticks(Measured::Scene(&mut renderer, &case.motion));
+                    }
+                }
+            }
+            Self::Plane => {
+                for case in plane_cases() {
+                    for scheme in PlaneScheme::ALL {
+                        let mut block = PlaneBlock::new(scheme, &case)?;
+                        measured_ticks(Measured::Plane(&mut block, &case.motion));
                     }
                 }
             }
             Self::Limits => {
                 for (_, case) in limited_cases() {
                     let mut renderer = renderer(&case.scene, Scheme::Exact, &case.motion, Start::default())?;
-                    measured_ticks(Measured::Scene(&mut renderer), &case.motion);
+                    measured_ticks(Measured::Scene(&mut renderer, &case.motion));
                 }
             }
         }
@@ -252,7 +282,7 @@ mod tests {
         let motion = hand();
         for (name, excitation) in excitations() {
             let mut own = begun(excitation, &motion).expect("bounded");
-            measured_ticks(Measured::Motion(&mut own), &motion);
+            measured_ticks(Measured::Motion(&mut own, &motion));
             assert_eq!(own.end(), None, "{name}");
         }
     }

@@ -310,16 +310,27 @@ const TIMES: usize = 3;
 /// # Errors
 /// The scene cannot be rendered at the rate of the motion.
 pub fn tick_cost(scene: &Scene, scheme: Scheme, motion: &[DeviceSample]) -> Result<TickCost, SceneError> {
-    let mut renderer = renderer(scene, scheme, motion, Start::default())?;
+    let renderer = renderer(scene, scheme, motion, Start::default())?;
+    Ok(cost_of_ticks(renderer, motion, |renderer, from, to| {
+        std::hint::black_box(renderer.tick(to.t_s - from.t_s, to.position_m, to.velocity_mps));
+    }))
+}
+
+/// The same of anything that a tick moves on from one sample to the next.
+pub(crate) fn cost_of_ticks<T: Clone, V>(
+    mut block: T,
+    motion: &[DeviceSample<V>],
+    tick: impl Fn(&mut T, &DeviceSample<V>, &DeviceSample<V>),
+) -> TickCost {
     let mut costs = Vec::with_capacity(motion.len());
     for pair in motion.windows(2) {
         let (from, to) = (&pair[0], &pair[1]);
         let least = (0..TIMES)
             .map(|_| {
-                let mut copies: [Renderer; COPIES] = std::array::from_fn(|_| renderer.clone());
+                let mut copies: [T; COPIES] = std::array::from_fn(|_| block.clone());
                 let began = Instant::now();
                 for copy in &mut copies {
-                    std::hint::black_box(copy.tick(to.t_s - from.t_s, to.position_m, to.velocity_mps));
+                    tick(copy, from, to);
                 }
                 #[expect(clippy::cast_precision_loss, reason = "a few ticks, a few microseconds")]
                 let took_ns = began.elapsed().as_nanos() as f64 / COPIES as f64;
@@ -327,13 +338,13 @@ pub fn tick_cost(scene: &Scene, scheme: Scheme, motion: &[DeviceSample]) -> Resu
             })
             .fold(f64::INFINITY, f64::min);
         costs.push(least);
-        renderer.tick(to.t_s - from.t_s, to.position_m, to.velocity_mps);
+        tick(&mut block, from, to);
     }
     let dearest_ns = costs.iter().copied().fold(0.0, f64::max);
-    Ok(TickCost {
+    TickCost {
         median_ns: median(&mut costs).unwrap_or(0.0),
         dearest_ns,
-    })
+    }
 }
 
 /// Writes the header of [`write_rows`].
@@ -367,14 +378,13 @@ pub fn write_rows<V: Vector>(rows: &[Row<V>], mut out: impl io::Write) -> io::Re
             row.block_velocity_mps,
             row.coupling_force_n,
         ];
-        let axis = |axis: usize| vectors.map(|mut vector| vector.parts().nth(axis).map_or(0.0, |part| *part));
         write!(out, "{}", row.device.t_s)?;
-        for cell in axis(0) {
+        for cell in vectors.map(V::first) {
             write!(out, ",{cell}")?;
         }
         write!(out, ",{}", row.contact.as_number())?;
         if V::AXES == 2 {
-            let cells = axis(1);
+            let cells = vectors.map(V::second);
             let [.., coupling_n] = cells;
             for cell in cells.into_iter().chain([-coupling_n]) {
                 write!(out, ",{cell}")?;

@@ -56,7 +56,10 @@ pub enum RecordingError {
         found: String,
     },
     /// It has two axes, and its reader takes one.
-    #[error("a recording of two axes, and this takes one axis; `haptic-ctl recording` shows, exports and cuts it")]
+    #[error(
+        "a recording of two axes, and this takes one axis; `haptic-ctl recording` shows, exports and cuts it, and \
+         `replay` computes it again"
+    )]
     TwoAxes,
     /// It was broken off before its first row.
     #[error("{place}: the recording was broken off before its first row")]

@@ -94,7 +94,7 @@ fn compare(run: &Simulation, truth: &Simulation, scene: &Scene) -> (f64, f64, f6
 #[pyfunction]
 fn replay(py: Python<'_>, path: PathBuf) -> PyResult<String> {
     py.detach(|| {
-        let recording = haptic_recording::open(&path).map_err(refused)?;
+        let recording = haptic_recording::open_any(&path).map_err(refused)?;
         let metadata = recording.metadata().clone();
         let report = haptic_lab::replay::replay(&metadata, recording).map_err(refused)?;
         serde_json::to_string(&report).map_err(refused)

@@ -68,6 +68,18 @@ impl Vector for Plane {
     const AXES: usize = 2;
     const ZERO: Self = Self::ZERO;
 
+    fn of_axes(first: f64, second: f64) -> Self {
+        Self::new(first, second)
+    }
+
+    fn first(self) -> f64 {
+        self.x
+    }
+
+    fn second(self) -> f64 {
+        self.y
+    }
+
     fn parts(&mut self) -> impl Iterator<Item = &mut f64> {
         [&mut self.x, &mut self.y].into_iter()
     }

@@ -251,24 +251,37 @@ fn one_bad_encoder_holds_the_sample_of_both_axes() {
 fn restored_planar_servo_goes_on_to_the_last_bit() {
     let mut random = Random(11);
     let story = Story::new(&mut random);
-    let scene = || {
-        let compiled = CompiledScene::<Plane>::ramped(&story.scenes[0], &story.scenes[0], 1, Scheme::Exact, T, 0.0);
+    let paper = Scene::paper();
+    let drag = Scene {
+        block: None,
+        coupling: None,
+        friction: Friction::Viscous(Viscous {
+            viscous: Directional::both(10.0),
+        }),
+        ..paper.clone()
+    };
+    let compiled = |scene: &Scene, revision, ramp_s| {
+        let compiled = CompiledScene::<Plane>::ramped(&paper, scene, revision, Scheme::Exact, T, ramp_s);
         Box::new(compiled.expect("it can be rendered"))
     };
+    let (block, fading_in) = (|| compiled(&paper, 1, 0.0), || compiled(&drag, 2, 0.05));
     let inputs = |tick| inputs(tick, story.hand(tick), (tick == 20).then_some(Command::Engage));
     for method in velocity::METHODS {
         let settings = Settings {
             velocity: method,
             ..story.settings
         };
-        let mut servo = Servo::<Plane>::new(settings, scene());
+        let mut servo = Servo::<Plane>::new(settings, block());
         for tick in 0..300 {
-            servo.step(&inputs(tick), None);
+            // The longest snapshot: one scene fades into the other.
+            servo.step(&inputs(tick), (tick == 280).then(fading_in));
         }
         assert_eq!(servo.state(), RigState::Engaged);
-        let fields: std::collections::BTreeMap<_, _> = servo.snapshot().expect("no motion").fields().collect();
+        let snapshot = servo.snapshot().expect("no motion");
+        assert_eq!((snapshot.revision, snapshot.fading_revision), (2, Some(1)));
+        let fields: std::collections::BTreeMap<_, _> = snapshot.fields().collect();
         let find = |name: &str| fields.get(name).copied();
-        let mut other = Servo::restored(settings, scene(), None, &find).expect("its own fields");
+        let mut other = Servo::restored(settings, fading_in(), Some(block()), &find).expect("its own fields");
         for tick in 300..TICKS {
             assert_eq!(servo.step(&inputs(tick), None), other.step(&inputs(tick), None));
         }

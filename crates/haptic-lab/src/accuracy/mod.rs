@@ -6,6 +6,7 @@ mod error;
 pub mod hands;
 mod limits;
 mod page;
+mod plane;
 pub mod reference;
 mod report;
 mod tables;
@@ -18,6 +19,7 @@ pub use by_law::{
 pub use error::{RunError, compare};
 pub use limits::{INSTRUCTIONS_ON, LIMITS, LawLimit};
 pub use page::{page, plot};
+pub use plane::{PlaneBlock, PlaneCase, PlaneMeasurement, PlaneScheme, measure_plane, plane_cases};
 pub use report::{Measurement, measure, schemes, write_csv, write_law_csv};
 pub use tables::{Tables, refresh};
 pub use targets::{Target, targets};

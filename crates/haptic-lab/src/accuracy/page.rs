@@ -2,6 +2,7 @@
 
 use super::by_law::{LawMeasurement, schemes_by_law, worst_of};
 use super::hands::laws_under_hands;
+use super::plane::PlaneMeasurement;
 use super::report::Measurement;
 use crate::drawing::{Chart, Observation, Page, Table, Trace, svg};
 
@@ -59,9 +60,9 @@ fn chart(measurements: &[LawMeasurement]) -> Chart {
     chart
 }
 
-/// The page, of the laws under hands and of the cases.
+/// The page, of the laws under hands, of the cases, and of the block in the plane.
 #[must_use]
-pub fn page(laws: &[LawMeasurement], cases: &[Measurement]) -> String {
+pub fn page(laws: &[LawMeasurement], cases: &[Measurement], plane: &[PlaneMeasurement]) -> String {
     let page = Page {
         title: "Speed against error".to_owned(),
         paragraphs: vec![
@@ -71,7 +72,7 @@ pub fn page(laws: &[LawMeasurement], cases: &[Measurement]) -> String {
                 .to_owned(),
         ],
         charts: vec![chart(laws)],
-        tables: vec![law_table(laws), case_table(cases)],
+        tables: vec![law_table(laws), case_table(cases), plane_table(plane)],
     };
     page.html()
 }
@@ -138,10 +139,30 @@ fn case_table(cases: &[Measurement]) -> Table {
     }
 }
 
+fn plane_table(plane: &[PlaneMeasurement]) -> Table {
+    let head = "motion|tick|median, N|worst tick, N|median, ns|dearest, ns|instructions";
+    let mut rows = vec![head.split('|').map(str::to_owned).collect()];
+    rows.extend(plane.iter().map(|m| {
+        vec![
+            m.case.to_owned(),
+            m.scheme.to_string(),
+            format!("{:.0e}", m.median_n),
+            format!("{:.0e}", m.worst_n),
+            format!("{:.0}", m.cost.median_ns),
+            format!("{:.0}", m.cost.dearest_ns),
+            m.instructions.map_or_else(String::new, |count| format!("{count:.0}")),
+        ]
+    }));
+    Table {
+        caption: "Karnopp's block in the plane".to_owned(),
+        rows,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::{LawCase, cases, law_cases, measure, measure_law};
+    use crate::accuracy::{LawCase, cases, law_cases, measure, measure_law, measure_plane};
 
     #[test]
     fn every_measurement_is_a_row_and_every_law_a_point() {
@@ -151,9 +172,11 @@ mod tests {
         let wanted = |case: &&LawCase| case.law == "lugre" && case.hand == "60 Hz" && case.mass_kg == Some(0.5);
         let case = law_cases(20).into_iter().find(|case| wanted(&case)).expect("a case");
         let laws = measure_law(&case, true, None).expect("a valid scene");
-        let page = page(&laws, &measurements);
+        let plane = measure_plane(None).expect("valid scenes");
+        let page = page(&laws, &measurements, &plane);
         assert_eq!(page.matches("<tr><td>Fs &gt;&gt; Fd").count(), measurements.len());
-        assert_eq!(page.matches("<tr><td>").count(), measurements.len() + laws.len());
+        let rows = measurements.len() + laws.len() + plane.len();
+        assert_eq!(page.matches("<tr><td>").count(), rows);
         assert_eq!(
             page.matches("<circle class=\"disc t").count(),
             2 * laws.len(),

@@ -3,6 +3,7 @@
 use super::by_law::{LawMeasurement, worst_of};
 use super::cases;
 use super::hands::laws_under_hands;
+use super::plane::PlaneMeasurement;
 use super::report::{Measurement, schemes};
 use haptic_core::Scheme;
 use haptic_motion::median::median;
@@ -15,6 +16,8 @@ pub struct Tables<'a> {
     pub cases: &'a [Measurement],
     /// The laws under hands.
     pub laws: &'a [LawMeasurement],
+    /// The block in the plane.
+    pub plane: &'a [PlaneMeasurement],
 }
 
 /// A table in Markdown.
@@ -61,7 +64,11 @@ impl Tables<'_> {
     /// Every table by its name.
     #[must_use]
     pub fn all(&self) -> Vec<(&'static str, String)> {
-        vec![("behind a block", self.behind_block()), ("schemes", self.schemes())]
+        vec![
+            ("behind a block", self.behind_block()),
+            ("schemes", self.schemes()),
+            ("in the plane", self.in_plane()),
+        ]
     }
 
     /// The exact step's runs of a law behind a block.
@@ -109,6 +116,30 @@ impl Tables<'_> {
             cost.map_or_else(|| "-".to_owned(), |cost| time(cost.dearest_ns)),
             count(one.and_then(|one| one.instructions)),
         ]
+    }
+
+    fn in_plane(&self) -> String {
+        let mut table = Table::new(&[
+            "motion",
+            "tick",
+            "error, N: median",
+            "worst",
+            "median",
+            "dearest",
+            "instructions",
+        ]);
+        for one in self.plane {
+            table.row(&[
+                one.case.to_owned(),
+                one.scheme.to_string(),
+                force(one.median_n),
+                force(one.worst_n),
+                time(one.cost.median_ns),
+                time(one.cost.dearest_ns),
+                count(one.instructions),
+            ]);
+        }
+        table.0
     }
 
     fn schemes(&self) -> String {
@@ -209,7 +240,11 @@ mod tests {
     fn the_document_has_a_place_for_every_table() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/speed-vs-error.md");
         let document = std::fs::read_to_string(path).expect("the document");
-        let nothing = Tables { cases: &[], laws: &[] };
+        let nothing = Tables {
+            cases: &[],
+            laws: &[],
+            plane: &[],
+        };
         let tables = nothing.all();
         refresh(&document, &tables).expect("a place for each");
         assert_eq!(document.matches("<!-- table: ").count(), tables.len());

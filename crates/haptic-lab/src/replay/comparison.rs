@@ -1,33 +1,14 @@
 //! What was computed against what was recorded.
 
+use super::columns::{Value, first_column, is_same};
 use super::error::{ReplayError, SkipReason};
-use super::stepper::{StepResult, Stepper, is_same, word};
-use haptic_ipc::{RigState, Sample};
+use super::stepper::{StepResult, Stepping, stepper, word};
+use crate::row::Row;
+use haptic_core::planar::Plane;
+use haptic_ipc::Sample;
 use haptic_recording::{Entry, Mark, Metadata};
 use serde::Serialize;
 use std::collections::BTreeMap;
-
-/// A value of a column.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Value {
-    /// A number, in the column's unit.
-    Number(f64),
-    /// A contact: 0 stuck, +1 and -1 sliding.
-    Contact(i8),
-    /// A state of the rig.
-    State(RigState),
-}
-
-impl std::fmt::Display for Value {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Number(number) => number.fmt(f),
-            Self::Contact(contact) => contact.fmt(f),
-            Self::State(state) => state.fmt(f),
-        }
-    }
-}
 
 /// The first tick whose outputs are not those that were recorded.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -107,7 +88,7 @@ impl Report {
 /// Compares a recording's rows, one after another.
 #[derive(Debug)]
 pub struct Comparison {
-    stepper: Stepper,
+    stepper: Box<dyn Stepping>,
     server: String,
     ticks: u64,
     with_force: u64,
@@ -127,7 +108,7 @@ impl Comparison {
     /// The recording cannot be replayed.
     pub fn new(metadata: &Metadata) -> Result<Self, ReplayError> {
         Ok(Self {
-            stepper: Stepper::exact(metadata)?,
+            stepper: stepper(metadata, None)?,
             server: metadata.server.clone(),
             ticks: 0,
             with_force: 0,
@@ -182,7 +163,7 @@ impl Comparison {
     /// A scene cannot be rendered.
     pub fn entry(&mut self, entry: &Entry) -> Result<(), ReplayError> {
         match entry {
-            Entry::Row(row, _) => self.row(row),
+            Entry::Row(sample, y) => self.row(&Row { sample: *sample, y: *y }),
             Entry::Mark(mark) => {
                 self.lose(mark);
                 self.stepper.mark(mark)
@@ -211,13 +192,13 @@ impl Comparison {
         }
     }
 
-    fn row(&mut self, row: &Sample) -> Result<(), ReplayError> {
+    fn row(&mut self, row: &Row) -> Result<(), ReplayError> {
         self.ticks += 1;
-        self.arrive(row);
+        self.arrive(&row.sample);
         match self.stepper.row(row)? {
-            StepResult::Unknown(reason) => self.uncompared.entry(reason).or_insert((0, row.tick)).0 += 1,
+            StepResult::Unknown(reason) => self.uncompared.entry(reason).or_insert((0, row.sample.tick)).0 += 1,
             StepResult::Computed(computed) => {
-                self.with_force += u64::from(row.command_force_n != 0.0);
+                self.with_force += u64::from(row.command_force::<Plane>() != Plane::ZERO);
                 if !is_same(row, &computed) {
                     self.differing += 1;
                     if self.first_differing.is_none() {
@@ -229,15 +210,15 @@ impl Comparison {
         Ok(())
     }
 
-    fn difference(&self, row: &Sample, computed: &Sample) -> Option<Difference> {
+    fn difference(&self, row: &Row, computed: &Row) -> Option<Difference> {
         let (column, recorded, computed) = first_column(row, computed)?;
         Some(Difference {
-            tick: row.tick,
-            t_s: row.t_s,
+            tick: row.sample.tick,
+            t_s: row.sample.t_s,
             column,
             recorded,
             computed,
-            likely: self.likely(row, column),
+            likely: self.likely(&row.sample, column),
         })
     }
 
@@ -269,26 +250,4 @@ impl Comparison {
         };
         format!("{place}; {build}{lost}")
     }
-}
-
-/// The first column that differs, with both values: causes come before their effects.
-fn first_column(recorded: &Sample, computed: &Sample) -> Option<(&'static str, Value, Value)> {
-    let number = |name, of: fn(&Sample) -> f64| {
-        let (recorded, computed) = (of(recorded), of(computed));
-        (recorded.to_bits() != computed.to_bits()).then_some((name, Value::Number(recorded), Value::Number(computed)))
-    };
-    number("device_position_m", |row| row.device_position_m)
-        .or_else(|| number("device_velocity_mps", |row| row.device_velocity_mps))
-        .or_else(|| {
-            let states = (Value::State(recorded.state), Value::State(computed.state));
-            (recorded.state != computed.state).then_some(("state", states.0, states.1))
-        })
-        .or_else(|| number("block_position_m", |row| row.block_position_m))
-        .or_else(|| number("block_velocity_mps", |row| row.block_velocity_mps))
-        .or_else(|| {
-            let contacts = (Value::Contact(recorded.contact), Value::Contact(computed.contact));
-            (recorded.contact != computed.contact).then_some(("contact", contacts.0, contacts.1))
-        })
-        .or_else(|| number("coupling_force_N", |row| row.coupling_force_n))
-        .or_else(|| number("command_force_N", |row| row.command_force_n))
 }

@@ -9,6 +9,7 @@
 //! it has given the recorded numbers for [`SETTLED_TICKS`] in a row, or has seen more samples than its
 //! estimate of velocity remembers. What is not compared is counted, with the reason ([`SkipReason`]).
 
+mod columns;
 mod comparison;
 mod error;
 mod parallel;
@@ -16,8 +17,10 @@ mod scenes;
 mod seek;
 mod stepper;
 mod what_if;
+mod without_snapshot;
 
-pub use comparison::{Comparison, Difference, Report, SkippedTicks, Value};
+pub use columns::Value;
+pub use comparison::{Comparison, Difference, Report, SkippedTicks};
 pub use error::{ReplayError, SkipReason};
 pub use parallel::replay;
 pub use scenes::Alternative;

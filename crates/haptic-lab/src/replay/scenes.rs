@@ -2,7 +2,7 @@
 
 use super::error::ReplayError;
 use haptic_core::servo::CompiledScene;
-use haptic_core::{ParameterKey, Renderer, Scene, SceneError, Scheme};
+use haptic_core::{ParameterKey, Rendering, Scene, SceneError, Scheme, Vector};
 use haptic_ipc::{SceneArrival, ServoSetup};
 use haptic_recording::Metadata;
 use std::collections::BTreeMap;
@@ -27,8 +27,8 @@ impl Alternative {
 
 /// The scene that a recorded revision brings.
 #[derive(Debug)]
-pub(super) enum IncomingScene {
-    Compiled(Box<CompiledScene>),
+pub(super) enum IncomingScene<V: Vector> {
+    Compiled(Box<CompiledScene<V>>),
     /// The alternative renders the same scene throughout.
     Unchanged,
     /// The recording does not hold it.
@@ -79,7 +79,11 @@ impl Scenes {
     }
 
     /// A scene as it was compiled when it came in, without what is rendered instead.
-    pub(super) fn recorded(&self, revision: u64, arrival: &SceneArrival) -> Result<Box<CompiledScene>, ReplayError> {
+    pub(super) fn recorded<V: Vector>(
+        &self,
+        revision: u64,
+        arrival: &SceneArrival,
+    ) -> Result<Box<CompiledScene<V>>, ReplayError> {
         let SceneArrival { scene, ramp } = arrival;
         let (from, ramp_s) = ramp.as_ref().map_or((scene, 0.0), |ramp| (&ramp.from, ramp.over_s));
         CompiledScene::ramped(from, scene, revision, self.recorded_scheme, self.period_s, ramp_s)
@@ -88,7 +92,7 @@ impl Scenes {
     }
 
     /// An incoming scene, with its ramp.
-    pub(super) fn incoming(&self, revision: u64) -> Result<IncomingScene, ReplayError> {
+    pub(super) fn incoming<V: Vector>(&self, revision: u64) -> Result<IncomingScene<V>, ReplayError> {
         let Some(arrival) = self.by_revision.get(&revision) else {
             return Ok(IncomingScene::Unknown);
         };
@@ -114,13 +118,13 @@ impl Scenes {
     }
 
     /// A scene that has arrived; `None` if the recording does not hold it.
-    pub(super) fn active(&self, revision: u64) -> Result<Option<Box<CompiledScene>>, ReplayError> {
+    pub(super) fn active<V: Vector>(&self, revision: u64) -> Result<Option<Box<CompiledScene<V>>>, ReplayError> {
         let Some(arrival) = self.by_revision.get(&revision) else {
             return Ok(None);
         };
         let renderer = self
             .changed(&arrival.scene)
-            .and_then(|scene| Renderer::new(&scene, self.scheme, self.period_s))
+            .and_then(|scene| V::Renderer::new(&scene, self.scheme, self.period_s))
             .map_err(|error| ReplayError::Scene { revision, error })?;
         Ok(Some(Box::new(CompiledScene::at_once(renderer, revision))))
     }

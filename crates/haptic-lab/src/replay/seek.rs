@@ -1,7 +1,9 @@
 //! The part of a recording from a time on, and the servo's state there.
 
+use super::columns::is_same;
 use super::error::ReplayError;
-use super::stepper::{StepResult, Stepper, is_same};
+use super::stepper::{StepResult, stepper};
+use crate::row::Row;
 use haptic_recording::{Entry, Mark, Metadata, RecordingError};
 use std::collections::VecDeque;
 
@@ -66,7 +68,7 @@ pub fn snapshot_at(
     entries: impl IntoIterator<Item = Result<Entry, RecordingError>>,
     from_s: f64,
 ) -> Result<Option<Mark>, ReplayError> {
-    let mut stepper = Stepper::exact(metadata)?;
+    let mut stepper = stepper(metadata, None)?;
     let (mut first_s, mut is_known) = (None, false);
     for entry in entries {
         match entry? {
@@ -77,7 +79,8 @@ pub fn snapshot_at(
             Entry::Row(row, _) if row.t_s - *first_s.get_or_insert(row.t_s) >= from_s => {
                 return Ok(stepper.snapshot(row.tick).filter(|_| is_known));
             }
-            Entry::Row(row, _) => {
+            Entry::Row(sample, y) => {
+                let row = Row { sample, y };
                 is_known = matches!(stepper.row(&row)?, StepResult::Computed(computed) if is_same(&row, &computed));
             }
         }

@@ -2,8 +2,9 @@
 
 use super::error::ReplayError;
 use super::scenes::Alternative;
-use super::stepper::{StepResult, Stepper};
-use haptic_ipc::Sample;
+use super::stepper::{StepResult, Stepping, stepper};
+use crate::row::Row;
+use haptic_core::planar::Plane;
 use haptic_recording::{Entry, Metadata};
 use serde::Serialize;
 
@@ -13,7 +14,7 @@ pub struct Tally {
     /// Ticks with force.
     pub ticks: u64,
     square_sum: f64,
-    /// Largest force on the hand, N.
+    /// Largest force on the hand, N: in the plane its length.
     pub peak_force_n: f64,
     /// Changes from stuck to sliding.
     pub breakaways: u64,
@@ -29,8 +30,8 @@ pub struct Tally {
 /// What the tally remembers of the tick before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LastTick {
-    position_m: f64,
-    force_n: f64,
+    position_m: Plane,
+    force_n: Plane,
     contact: i8,
 }
 
@@ -43,30 +44,32 @@ impl Tally {
         (self.square_sum / ticks).sqrt()
     }
 
-    fn take(&mut self, row: &Sample) {
-        if !row.state.is_live() {
+    /// Takes a row; one of a line lies along the first axis of the plane.
+    fn take(&mut self, row: &Row) {
+        let sample = &row.sample;
+        if !sample.state.is_live() {
             self.last = None;
             return;
         }
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a tick")]
-        let elapsed_s = row.elapsed_ns as f64 * 1e-9;
-        let force_n = row.command_force_n;
+        let elapsed_s = sample.elapsed_ns as f64 * 1e-9;
+        let (position_m, force_n): (Plane, Plane) = (row.device_position(), row.command_force());
         self.ticks += 1;
-        self.square_sum += force_n * force_n;
-        self.peak_force_n = self.peak_force_n.max(force_n.abs());
-        if row.contact == 0 {
+        self.square_sum += force_n.dot(force_n);
+        self.peak_force_n = self.peak_force_n.max(force_n.length());
+        if sample.contact == 0 {
             self.stuck_s += elapsed_s;
         }
         if let Some(last) = self.last {
-            self.breakaways += u64::from(last.contact == 0 && row.contact != 0);
-            self.stops += u64::from(last.contact != 0 && row.contact == 0);
+            self.breakaways += u64::from(last.contact == 0 && sample.contact != 0);
+            self.stops += u64::from(last.contact != 0 && sample.contact == 0);
             // The force was held from one tick to the next.
-            self.energy_j -= last.force_n * (row.device_position_m - last.position_m);
+            self.energy_j -= last.force_n.dot(position_m - last.position_m);
         }
         self.last = Some(LastTick {
-            position_m: row.device_position_m,
+            position_m,
             force_n,
-            contact: row.contact,
+            contact: sample.contact,
         });
     }
 }
@@ -84,15 +87,42 @@ pub struct LargestDifference {
     /// Force on the hand that would have been felt, N.
     #[serde(rename = "what_if_N")]
     pub what_if_n: f64,
+    /// The same along the second axis of a rig of two, N.
+    #[serde(rename = "recorded_y_N", skip_serializing_if = "Option::is_none")]
+    pub recorded_y_n: Option<f64>,
+    /// The same along the second axis of a rig of two, N.
+    #[serde(rename = "what_if_y_N", skip_serializing_if = "Option::is_none")]
+    pub what_if_y_n: Option<f64>,
+}
+
+impl LargestDifference {
+    fn of(recorded: &Row, what_if: &Row) -> Self {
+        let Row { sample, y } = recorded;
+        Self {
+            tick: sample.tick,
+            t_s: sample.t_s,
+            recorded_n: sample.command_force_n,
+            what_if_n: what_if.sample.command_force_n,
+            recorded_y_n: y.map(|y| y.command_force_n),
+            what_if_y_n: what_if.y.map(|y| y.command_force_n),
+        }
+    }
+
+    /// The difference of both forces, N: in the plane the length of it.
+    #[must_use]
+    pub fn size_n(&self) -> f64 {
+        let y_n = self.what_if_y_n.unwrap_or(0.0) - self.recorded_y_n.unwrap_or(0.0);
+        (self.what_if_n - self.recorded_n).hypot(y_n)
+    }
 }
 
 /// A row as it was, and as it would have been.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WhatIfRow {
     /// As recorded.
-    pub recorded: Sample,
+    pub recorded: Row,
     /// With the other scene; `None` where nothing follows from the recording.
-    pub what_if: Option<Sample>,
+    pub what_if: Option<Row>,
 }
 
 /// What was felt and what would have been felt, over the same ticks.
@@ -114,7 +144,7 @@ pub struct Summary {
 /// it was: it does not react to the other force.
 #[derive(Debug)]
 pub struct WhatIf {
-    stepper: Stepper,
+    stepper: Box<dyn Stepping>,
     summary: Summary,
 }
 
@@ -125,7 +155,7 @@ impl WhatIf {
     /// The recording cannot be replayed.
     pub fn new(metadata: &Metadata, alternative: Alternative) -> Result<Self, ReplayError> {
         Ok(Self {
-            stepper: Stepper::otherwise(metadata, alternative)?,
+            stepper: stepper(metadata, Some(alternative))?,
             summary: Summary {
                 ticks: 0,
                 not_computed: 0,
@@ -146,7 +176,7 @@ impl WhatIf {
                 self.stepper.mark(mark)?;
                 Ok(None)
             }
-            Entry::Row(row, _) => self.row(row).map(Some),
+            Entry::Row(sample, y) => self.row(&Row { sample: *sample, y: *y }).map(Some),
         }
     }
 
@@ -156,7 +186,7 @@ impl WhatIf {
         self.summary
     }
 
-    fn row(&mut self, row: &Sample) -> Result<WhatIfRow, ReplayError> {
+    fn row(&mut self, row: &Row) -> Result<WhatIfRow, ReplayError> {
         let Summary {
             ticks,
             not_computed,
@@ -175,14 +205,8 @@ impl WhatIf {
         };
         recorded.take(row);
         what_if.take(&computed);
-        let difference = LargestDifference {
-            tick: row.tick,
-            t_s: row.t_s,
-            recorded_n: row.command_force_n,
-            what_if_n: computed.command_force_n,
-        };
-        let size = |difference: &LargestDifference| (difference.what_if_n - difference.recorded_n).abs();
-        if size(&difference) > largest_difference.as_ref().map_or(0.0, size) {
+        let difference = LargestDifference::of(row, &computed);
+        if difference.size_n() > largest_difference.as_ref().map_or(0.0, LargestDifference::size_n) {
             *largest_difference = Some(difference);
         }
         Ok(WhatIfRow {

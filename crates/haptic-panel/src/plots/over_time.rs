@@ -143,25 +143,33 @@ fn under(reference: &Reference, traces: &[Trace], seen: &TimeRange, columns: f64
 }
 
 /// What would have been felt along the recording.
-fn what_if(tapes: &Tapes, scope: &Scope, plot: &Plot, columns: f64) -> Option<Overlay> {
+fn what_if(tapes: &Tapes, scope: &Scope, plot: &Plot, columns: f64) -> Vec<Overlay> {
+    let force = Signal::COMMAND_FORCE;
     let WhatIf::Shown(what_if) = tapes.what_if() else {
-        return None;
+        return Vec::new();
     };
-    if scope.is_of_rig() || !plot.signals().contains(&Signal::COMMAND_FORCE) {
-        return None;
+    if scope.is_of_rig() || !plot.signals().contains(&force) {
+        return Vec::new();
     }
     let seen = scope.seen(tapes);
+    let traces = Trace::over_time(force).components(what_if.tape.is_plane(), plot.shows_lengths);
+    let traces: Vec<Trace> = traces.collect();
+    let lines: Vec<_> = traces.iter().map(Trace::line).collect();
     let ends = (seen.from_s, seen.to_s);
-    let lines = what_if
-        .tape
-        .outlines(&[Signal::COMMAND_FORCE], ends, seen.column_s(columns));
-    let points = lines.into_iter().flatten();
-    Some(Overlay::Curve(Curve {
-        name: "What if".into(),
-        hint: "The force that the other scene would have given along this motion",
-        points: points.map(|[t_s, force]| [t_s - seen.zero_s, force]).collect(),
-        ink: Ink::solid(|palette| palette.law, WHAT_IF_WIDTH),
-    }))
+    let lines = what_if.tape.lines(&lines, ends, seen.column_s(columns));
+    let curve = |(trace, points): (&Trace, Vec<[f64; 2]>)| {
+        let points = points.into_iter().map(|[t_s, force]| [t_s - seen.zero_s, force]);
+        Overlay::Curve(Curve {
+            name: trace.name.replace(force.name(), "What if").into(),
+            hint: "The force that the other scene would have given along this motion",
+            points: points.collect(),
+            ink: Ink {
+                is_dashed: trace.ink.is_dashed,
+                ..Ink::solid(|palette| palette.law, WHAT_IF_WIDTH)
+            },
+        })
+    };
+    traces.iter().zip(lines).map(curve).collect()
 }
 
 /// Lines where something happened. The texts of markers stand in the first plot alone; the others are in the

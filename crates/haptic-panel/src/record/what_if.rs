@@ -25,7 +25,7 @@ impl WhatIfTape {
     /// Why it cannot be read or rendered, with the name of the file.
     pub fn render(path: &Path, scene: Option<Scene>, is_over: &AtomicBool) -> Result<Self, String> {
         let failed = |error: &dyn std::fmt::Display| format!("what if along {}: {error}", path.display());
-        let mut reader = haptic_recording::open(path).map_err(|error| failed(&error))?;
+        let mut reader = haptic_recording::open_any(path).map_err(|error| failed(&error))?;
         let name = scene.as_ref().map(|scene| scene.name.clone());
         let alternative = Alternative {
             scene,
@@ -41,7 +41,7 @@ impl WhatIfTape {
             let entry = entry.map_err(|error| failed(&error))?;
             let felt = what_if.entry(&entry).map_err(|error| failed(&error))?;
             if let Some(row) = felt.and_then(|felt| felt.what_if) {
-                tape.push(row);
+                tape.push_tick(row.sample, row.y.as_ref());
             }
         }
         Ok(Self {
@@ -80,9 +80,9 @@ impl WhatIfTape {
         let differs = largest_difference.as_ref().map_or_else(
             || "the force differs nowhere".to_owned(),
             |largest| {
-                let difference_n = (largest.recorded_n - largest.what_if_n).abs();
                 format!(
-                    "the force differs by up to {difference_n:.3} N, at {:.3} s",
+                    "the force differs by up to {:.3} N, at {:.3} s",
+                    largest.size_n(),
                     largest.t_s
                 )
             },

@@ -10,11 +10,11 @@ use crate::scene::active_scene;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
-use haptic_ipc::{Event, RigState, Sample, SamplesEvent};
+use haptic_ipc::{Event, RigState, Sample, SampleY, SamplesEvent};
 use haptic_panel::{
     About, DialogPurpose, Files, Format, Intent, Length, Listed, Loaded, Page, RecordingNews, Update, WhatIfTape,
 };
-use haptic_recording::{Ending, Mark, Place, Totals};
+use haptic_recording::{Ending, Mark, Metadata, Place, Totals};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -375,18 +375,34 @@ fn motion() -> Vec<Sample> {
 
 /// A recording of [`motion`] with a marker, as a file.
 fn recorded(folder: &std::path::Path) -> PathBuf {
+    recorded_of(1, folder)
+}
+
+/// The same of a rig of so many axes: on two the hand draws a circle.
+fn recorded_of(axes: u8, folder: &std::path::Path) -> PathBuf {
     let path = folder.join("motion.csv");
-    let mut recorder = haptic_recording::create(&path, &metadata(), false).expect("begun");
+    let about = Metadata { axes, ..metadata() };
+    let mut recorder = haptic_recording::create(&path, &about, false).expect("begun");
     recorder.mark(Mark::Marker {
         tick: 1400,
         text: "here & now".to_owned(),
     });
-    let (seq, dropped, rows) = (0, 0, motion());
+    let rows = motion();
+    let y = |row: &Sample| SampleY {
+        device_position_m: 0.03 * (6.3 * row.t_s).cos(),
+        sample_position_m: 0.03 * (6.3 * row.t_s).cos(),
+        device_velocity_mps: -0.189 * (6.3 * row.t_s).sin(),
+        ..SampleY::default()
+    };
+    let rows_y = if axes == 2 {
+        rows.iter().map(y).collect()
+    } else {
+        Vec::new()
+    };
     recorder
         .event(&Event::Samples(SamplesEvent {
-            seq,
-            dropped,
             rows,
+            rows_y,
             ..SamplesEvent::default()
         }))
         .expect("written");
@@ -449,6 +465,27 @@ fn what_if_of_the_edited_scene_is_drawn_over_the_recording() {
     press(&mut panel, "Hide what-if");
     assert!(!svg(&panel).contains("What if"));
     assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
+}
+
+#[test]
+fn what_if_of_a_plane_is_drawn_by_its_parts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = recorded_of(2, folder.path());
+    let mut panel = looking_at(&path, &stickier());
+    press(&mut panel, "What if...");
+    press(&mut panel, "what if: active scene");
+    let asked_for = asked(&mut panel);
+    let [Intent::WhatIf { number, path, scene }] = &asked_for[..] else {
+        panic!("{asked_for:?}")
+    };
+    let result = WhatIfTape::render(path, scene.as_deref().cloned(), &AtomicBool::new(false)).map(Box::new);
+    let number = *number;
+    hear(&mut panel, Update::WhatIf { number, result });
+    panel.get_by_label_contains("What if sticky: 9.");
+    let svg = haptic_panel::export::svg(&panel.state().model);
+    for line in [">What if, x</text>", ">What if, y</text>"] {
+        assert!(svg.contains(line), "{line}");
+    }
 }
 
 #[test]

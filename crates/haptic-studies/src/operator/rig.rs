@@ -166,6 +166,6 @@ impl Rig {
         let outputs = self.servo.step(&inputs, arriving);
         while self.servo.take_retired().is_some() {}
         self.force_n = outputs.force_n;
-        of_step(self.tick, t_s, &inputs, word, &self.servo, &outputs)
+        of_step(self.tick, t_s, &inputs, word, &self.servo, &outputs).sample
     }
 }

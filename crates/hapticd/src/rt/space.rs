@@ -4,20 +4,13 @@
 //! holds the first axis, before which that of the second goes on its own.
 
 use haptic_core::planar::Plane;
-use haptic_core::servo::{CompiledScene, Outputs, Transition};
+use haptic_core::servo::{CompiledScene, Transition};
 use haptic_core::{Scene, SceneError, Scheme, Vector};
-use haptic_ipc::SampleY;
 
 /// A line or a plane, as a type.
 pub(crate) trait Space: Vector {
     /// A direction of the plane, of the length 1; on a line there is only one.
     fn direction(in_plane: Plane) -> Self;
-
-    /// Its part along the first axis.
-    fn first(self) -> f64;
-
-    /// What a tick has of the second axis; `None` on a line.
-    fn second(outputs: &Outputs<Self>, sample_position: Self) -> Option<SampleY>;
 
     /// A scene of this space.
     ///
@@ -44,16 +37,6 @@ impl Space for f64 {
         1.0
     }
 
-    #[inline(always)]
-    fn first(self) -> f64 {
-        self
-    }
-
-    #[inline(always)]
-    fn second(_: &Outputs, _: f64) -> Option<SampleY> {
-        None
-    }
-
     fn own(scene: CompiledIn) -> Result<Box<CompiledScene>, CompiledIn> {
         match scene {
             CompiledIn::Line(scene) => Ok(scene),
@@ -69,22 +52,6 @@ impl Space for f64 {
 impl Space for Plane {
     fn direction(in_plane: Plane) -> Self {
         in_plane
-    }
-
-    fn first(self) -> f64 {
-        self.x
-    }
-
-    fn second(outputs: &Outputs<Self>, sample_position: Self) -> Option<SampleY> {
-        Some(SampleY {
-            device_position_m: outputs.device_position_m.y,
-            device_velocity_mps: outputs.device_velocity_mps.y,
-            block_position_m: outputs.block_position_m.y,
-            block_velocity_mps: outputs.block_velocity_mps.y,
-            coupling_force_n: outputs.coupling_force_n.y,
-            command_force_n: outputs.force_n.y,
-            sample_position_m: sample_position.y,
-        })
     }
 
     fn own(scene: CompiledIn) -> Result<Box<CompiledScene<Self>>, CompiledIn> {

@@ -18,7 +18,7 @@ use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
     Command, CompiledScene, Event, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
 };
-use haptic_ipc::RigState;
+use haptic_ipc::{RigState, SampleY};
 use std::mem::replace;
 use std::sync::Arc;
 
@@ -128,7 +128,7 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
         }
         let ended_ns = now_ns();
         let sample = inputs.sample.unwrap_or_else(|_| no_sample());
-        let y = V::second(&outputs, sample.position_m);
+        let y = SampleY::of_step(&outputs, sample.position_m);
         self.outbox.push(y, || TickRecord {
             tick: self.tick,
             deadline_ns: wake.deadline_ns,

@@ -5,10 +5,11 @@ use crate::accuracy::cases;
 use crate::replay::Report;
 use fastrand::Rng;
 use haptic_core::passivity::RigLosses;
+use haptic_core::planar::Plane;
 use haptic_core::sample::{DeviceError, Measurement};
 use haptic_core::servo::{Command, Event};
 use haptic_core::velocity::METHODS;
-use haptic_core::{Renderer, Scene, Scheme};
+use haptic_core::{Rendering, Scene, Scheme, Vector};
 use haptic_ipc::RigState;
 
 /// How a link and its two ends keep time.
@@ -46,7 +47,7 @@ const LIES: [Lie; 6] = [
 ];
 
 /// A device and the loop that reads it.
-struct Rig {
+struct Rig<V> {
     link: Link,
     rng: Rng,
     now_ns: u64,
@@ -58,15 +59,15 @@ struct Rig {
     /// A wrong clock, since when on the device's, and until when on ours, ns.
     lie: Option<(Lie, u64, u64)>,
     /// The newest sample of the device, and the newest that came.
-    taken: Measurement,
-    newest: Measurement,
+    taken: Measurement<V>,
+    newest: Measurement<V>,
     hand: [f64; 3],
 }
 
-impl Rig {
+impl<V: Vector> Rig<V> {
     fn new(link: Link, rng: Rng) -> Self {
         let mut rng = rng;
-        let first = Measurement::new(rng.u32(..), rng.u64(0..1 << 40), 0.0);
+        let first = Measurement::new(rng.u32(..), rng.u64(0..1 << 40), V::ZERO);
         Self {
             link,
             now_ns: 0,
@@ -88,7 +89,7 @@ impl Rig {
 
     /// The time since the last tick, ns, and what the device says.
     #[expect(clippy::cast_sign_loss, reason = "times are not negative")]
-    fn tick(&mut self) -> (u64, Measurement) {
+    fn tick(&mut self) -> (u64, Measurement<V>) {
         let Link {
             period_ns,
             sample_ns,
@@ -127,9 +128,10 @@ impl Rig {
             // A microsecond is the device's unit of time.
             let time_ns = self.taken.time_ns + step_ns.max(1000) / 1000 * 1000;
             let [amplitude_m, omega, middle_m] = self.hand;
-            let position_m = middle_m + amplitude_m * (omega * at_s).sin();
-            let counted_m = (position_m / 1e-5).round() * 1e-5;
-            self.taken = Measurement::new(self.taken.sequence.wrapping_add(1), time_ns, counted_m);
+            let (sin, cos) = (omega * at_s).sin_cos();
+            let [x_m, y_m] = [middle_m + amplitude_m * sin, amplitude_m * cos].map(|m| (m / 1e-5).round() * 1e-5);
+            let position_m = V::of_axes(x_m, y_m);
+            self.taken = Measurement::new(self.taken.sequence.wrapping_add(1), time_ns, position_m);
             if rng.f64() >= lost && now_ns >= self.silent_until_ns {
                 self.newest = self.taken;
                 if let Some((lie, since_ns, _)) = self.lie {
@@ -143,7 +145,7 @@ impl Rig {
 }
 
 /// A session of a rig with scenes, stops, resets and unplugged cables, at random.
-fn session(seed: u64, link: Link) -> Session {
+fn session<V: Vector>(seed: u64, link: Link) -> Session<V> {
     let mut rng = Rng::with_seed(seed);
     let mut setup = setup();
     let settings = &mut setup.settings;
@@ -156,8 +158,16 @@ fn session(seed: u64, link: Link) -> Session {
         settings.passivity_control_n = 0.0;
     }
     settings.limits.acceleration_mps2 = 1e5;
-    setup.scheme = [Scheme::Exact, Scheme::Implicit][rng.usize(0..2)];
+    setup.scheme = [Scheme::Exact, Scheme::Implicit][rng.usize(0..3 - V::AXES)];
+    let paper_on_device = Scene {
+        block: None,
+        coupling: None,
+        ..Scene::paper()
+    };
     let mut scenes = vec![Scene::paper(), drag()];
+    if V::AXES > 1 {
+        scenes.push(paper_on_device);
+    }
     for (_, friction) in cases::laws() {
         let on_block = Scene {
             friction,
@@ -170,7 +180,7 @@ fn session(seed: u64, link: Link) -> Session {
         };
         scenes.extend([on_block, on_device]);
     }
-    scenes.retain(|scene| Renderer::new(scene, setup.scheme, setup.settings.period_s).is_ok());
+    scenes.retain(|scene| V::Renderer::new(scene, setup.scheme, setup.settings.period_s).is_ok());
     let scene = |rng: &mut Rng| scenes[rng.usize(0..scenes.len())].clone();
     let mut session = Session::of(setup, scene(&mut rng));
     let mut rig = Rig::new(link, rng.fork());
@@ -347,11 +357,15 @@ fn links() -> Vec<(&'static str, Link)> {
 
 #[test]
 fn a_replay_differs_nowhere_however_the_clocks_jitter() {
-    let seeds = test_run::extent(5, 200);
+    differs_nowhere::<f64>(test_run::extent(5, 200));
+    differs_nowhere::<Plane>(test_run::extent(2, 60));
+}
+
+fn differs_nowhere<V: Vector>(seeds: u64) {
     for (name, link) in links() {
         let (mut ticks, mut compared, mut with_force) = (0, 0, 0);
         for seed in 0..seeds {
-            let session = session(seed, link);
+            let session = session::<V>(seed, link);
             let mut rng = Rng::with_seed(seed);
             let is_same = |report: &Report, begun: &str| {
                 assert_eq!(
@@ -375,6 +389,9 @@ fn a_replay_differs_nowhere_however_the_clocks_jitter() {
                 with_force += report.with_force;
             }
         }
-        println!("{name}: without snapshots {compared} of {ticks} compared, {with_force} with force");
+        println!(
+            "{name}, {} axes: without snapshots {compared} of {ticks} compared, {with_force} with force",
+            V::AXES
+        );
     }
 }

@@ -1,69 +1,70 @@
 //! What was recorded against what is computed.
 
-use super::session::{Session, TickInput, compared, eventful, metadata, reasons};
+use super::session::{Session, TickInput, compared, eventful, metadata, metadata_with, reasons};
 use crate::replay::{Comparison, SkipReason, from, replay};
-use haptic_core::Scene;
 use haptic_core::passivity::RigLosses;
+use haptic_core::planar::Plane;
 use haptic_core::servo::{Command, InputWord};
-use haptic_ipc::RigState;
+use haptic_core::{Scene, Vector};
+use haptic_ipc::{RigState, Sample, SampleY};
 use haptic_recording::{Entry, Mark};
 use std::time::{Duration, Instant};
 
 #[test]
 fn eventful_session_replays_to_the_last_bit() {
-    let session = eventful();
-    let report = compared(&session.entries);
-    assert_eq!((report.differing, &report.first_differing), (0, &None));
-    assert_eq!(reasons(&report), [SkipReason::Settling]);
-    assert!(report.not_compared < 50 && report.with_force > 900, "{report:?}");
-    assert!(report.is_exact());
+    for session in [eventful::<f64>().entries, eventful::<Plane>().entries] {
+        let report = compared(&session);
+        assert_eq!((report.differing, &report.first_differing), (0, &None));
+        assert_eq!(reasons(&report), [SkipReason::Settling]);
+        assert!(report.not_compared < 50 && report.with_force > 900, "{report:?}");
+        assert!(report.is_exact());
+    }
 }
 
 #[test]
 fn every_bit_of_every_output_is_compared() {
-    let recorded = eventful().with_snapshots(0, usize::MAX);
-    let at = 450;
-    let Entry::Row(row, _) = recorded[at] else {
-        panic!("a row")
-    };
-    let mut changed = [row; 8];
+    type Change<'a> = (&'a str, &'a dyn Fn(&mut Sample, &mut SampleY));
     let nudge = |number: &mut f64| *number = f64::from_bits(number.to_bits() ^ 1);
-    nudge(&mut changed[0].device_position_m);
-    nudge(&mut changed[1].device_velocity_mps);
-    nudge(&mut changed[2].block_position_m);
-    nudge(&mut changed[3].block_velocity_mps);
-    nudge(&mut changed[4].coupling_force_n);
-    nudge(&mut changed[5].command_force_n);
-    changed[6].contact = -2;
-    changed[7].state = RigState::Faulted;
-    let mut columns = Vec::new();
-    for changed in changed {
+    let first: [Change<'_>; 8] = [
+        ("device_position_m", &|row, _| nudge(&mut row.device_position_m)),
+        ("device_velocity_mps", &|row, _| nudge(&mut row.device_velocity_mps)),
+        ("block_position_m", &|row, _| nudge(&mut row.block_position_m)),
+        ("block_velocity_mps", &|row, _| nudge(&mut row.block_velocity_mps)),
+        ("coupling_force_N", &|row, _| nudge(&mut row.coupling_force_n)),
+        ("command_force_N", &|row, _| nudge(&mut row.command_force_n)),
+        ("contact", &|row, _| row.contact = -2),
+        ("state", &|row, _| row.state = RigState::Faulted),
+    ];
+    let second: [Change<'_>; 6] = [
+        ("device_position_y_m", &|_, y| nudge(&mut y.device_position_m)),
+        ("device_velocity_y_mps", &|_, y| nudge(&mut y.device_velocity_mps)),
+        ("block_position_y_m", &|_, y| nudge(&mut y.block_position_m)),
+        ("block_velocity_y_mps", &|_, y| nudge(&mut y.block_velocity_mps)),
+        ("coupling_force_y_N", &|_, y| nudge(&mut y.coupling_force_n)),
+        ("command_force_y_N", &|_, y| nudge(&mut y.command_force_n)),
+    ];
+    let line = eventful::<f64>().with_snapshots(0, usize::MAX);
+    let plane = eventful::<Plane>().with_snapshots(0, usize::MAX);
+    let of_plane = first.iter().chain(&second).map(|change| (&plane, change));
+    for (recorded, (column, change)) in first.iter().map(|change| (&line, change)).chain(of_plane) {
         let mut entries = recorded.clone();
-        entries[at] = Entry::Row(changed, None);
+        let Entry::Row(row, y) = &mut entries[450] else {
+            panic!("a row")
+        };
+        change(row, y.as_mut().unwrap_or(&mut SampleY::default()));
+        let row = *row;
         let report = compared(&entries);
         assert_eq!(report.differing, 1, "{report:?}");
         let first = report.first_differing.expect("one differs");
-        assert_eq!((first.tick, first.t_s), (row.tick, row.t_s));
+        assert_eq!((first.tick, first.t_s, first.column), (row.tick, row.t_s, *column));
         assert_ne!(first.recorded, first.computed);
         assert!(first.likely.contains("hapticd 0.0.9"), "{}", first.likely);
-        columns.push(first.column);
     }
-    let all = [
-        "device_position_m",
-        "device_velocity_mps",
-        "block_position_m",
-        "block_velocity_mps",
-        "coupling_force_N",
-        "command_force_N",
-        "contact",
-        "state",
-    ];
-    assert_eq!(columns, all);
 }
 
 #[test]
 fn without_a_snapshot_a_beginning_with_force_is_not_compared() {
-    let mut session = eventful();
+    let mut session = eventful::<f64>();
     session.entries.truncate(500);
     let report = compared(&session.without_first(400));
     assert_eq!((report.compared(), report.differing), (0, 0));
@@ -73,14 +74,14 @@ fn without_a_snapshot_a_beginning_with_force_is_not_compared() {
 
 #[test]
 fn force_before_the_servo_settles_is_not_compared() {
-    let report = compared(&eventful().without_first(280));
+    let report = compared(&eventful::<f64>().without_first(280));
     assert!(reasons(&report).contains(&SkipReason::ForceTooSoon), "{report:?}");
     assert_eq!(report.differing, 0);
 }
 
 #[test]
 fn ticks_of_an_unrecorded_scene_are_not_compared() {
-    let mut entries = eventful().with_snapshots(0, 1);
+    let mut entries = eventful::<f64>().with_snapshots(0, 1);
     let place = entries
         .iter()
         .position(|entry| matches!(entry, Entry::Mark(Mark::Scene { .. })));
@@ -93,7 +94,7 @@ fn ticks_of_an_unrecorded_scene_are_not_compared() {
 
 #[test]
 fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
-    let mut entries = eventful().with_snapshots(0, 1);
+    let mut entries = eventful::<f64>().with_snapshots(0, 1);
     let mut rows = entries.iter_mut().filter_map(|entry| match entry {
         Entry::Row(row, _) => Some(row),
         Entry::Mark(_) => None,
@@ -122,7 +123,7 @@ fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
 
 #[test]
 fn silent_device_without_a_snapshot_is_not_compared() {
-    let mut session = Session::new();
+    let mut session = Session::<f64>::new();
     session.run(350).command(Command::Engage).run(200);
     for _ in 0..6 {
         session.tick(TickInput {
@@ -141,7 +142,7 @@ fn silent_device_without_a_snapshot_is_not_compared() {
 
 #[test]
 fn what_became_known_of_the_rig_counts_from_its_engagement_on() {
-    let mut session = Session::new();
+    let mut session = Session::<f64>::new();
     let losses = RigLosses {
         damping: 0.0,
         friction: 0.0,
@@ -172,10 +173,6 @@ fn what_follows_from_no_recording_is_refused() {
     early.servo = None;
     let error = Comparison::new(&early).expect_err("without settings").to_string();
     assert!(error.contains("hapticd 0.0.9 did not record"), "{error}");
-    let mut plane = metadata();
-    plane.axes = 2;
-    let error = Comparison::new(&plane).expect_err("two axes").to_string();
-    assert!(error.contains("two axes"), "{error}");
 }
 
 #[test]
@@ -183,7 +180,7 @@ fn replay_of_a_recorder_file_needs_only_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("session.csv");
     let mut recorder = haptic_recording::create(&path, &metadata(), false).expect("begun");
-    let mut session = Session::new();
+    let mut session = Session::<f64>::new();
     session.run(300).command(Command::Engage).run(300);
     let rows = session.entries.iter().map(|entry| match entry {
         Entry::Row(row, _) => *row,
@@ -210,7 +207,7 @@ fn the_steps_of_an_hour_take_seconds() {
     let stickier = Scene::paper()
         .with(&[("Fs".parse().expect("a key"), 8.0)])
         .expect("a scene");
-    let mut session = Session::new();
+    let mut session = Session::<f64>::new();
     session.run(200).command(Command::Engage);
     let mut comparison = Comparison::new(&metadata()).expect("it is replayed");
     let mut took = Duration::ZERO;
@@ -245,7 +242,12 @@ fn the_steps_of_an_hour_take_seconds() {
 /// Wherever it begins: before force flows, while a scene ramps or fades, stopped, or unplugged.
 #[test]
 fn recording_begun_at_a_snapshot_is_compared_from_its_first_row() {
-    let session = eventful();
+    begun_at_each_snapshot::<f64>();
+    begun_at_each_snapshot::<Plane>();
+}
+
+fn begun_at_each_snapshot<V: Vector>() {
+    let session = eventful::<V>();
     let mut with_force = 0;
     for snapshot in 0..session.snapshots.len() {
         let report = session.replayed_from(snapshot, usize::MAX);
@@ -253,30 +255,30 @@ fn recording_begun_at_a_snapshot_is_compared_from_its_first_row() {
         with_force += u64::from(report.with_force > 0);
     }
     assert!(with_force > 10, "{with_force}");
+    let fades = |mark: &Mark| matches!(mark, Mark::Snapshot { snapshot, .. } if snapshot.fading.is_some());
+    assert!(session.snapshots.iter().any(|(_, mark)| fades(mark)), "a scene fades");
 }
 
 #[test]
 fn after_lost_rows_it_goes_on_at_the_next_snapshot() {
-    let session = eventful();
-    let mut entries = session.with_snapshots(0, 1);
-    let snapshot_at = |entries: &[Entry], from: usize| {
-        let found = entries[from..]
-            .iter()
-            .position(|entry| matches!(entry, Entry::Mark(Mark::Snapshot { .. })));
-        from + found.expect("a later one")
-    };
-    // Ten rows of the first stretch of force.
-    entries.drain(410..420);
-    let missing = snapshot_at(&entries, 410) - 410;
-    let report = compared(&entries);
-    assert_eq!(reasons(&report), [SkipReason::RowsLost], "{report:?}");
-    assert_eq!((report.differing, report.not_compared), (0, missing as u64));
+    for mut entries in [
+        eventful::<f64>().with_snapshots(0, 1),
+        eventful::<Plane>().with_snapshots(0, 1),
+    ] {
+        // Ten rows of the first stretch of force.
+        entries.drain(410..420);
+        let mut later = entries[410..].iter();
+        let missing = later.position(|entry| matches!(entry, Entry::Mark(Mark::Snapshot { .. })));
+        let report = compared(&entries);
+        assert_eq!(reasons(&report), [SkipReason::RowsLost], "{report:?}");
+        let missing = missing.expect("a later one") as u64;
+        assert_eq!((report.differing, report.not_compared), (0, missing));
+    }
 }
 
 #[test]
 fn seeking_begins_at_the_last_snapshot_before_the_time() {
-    let session = eventful();
-    let entries = session.with_snapshots(0, 3);
+    let entries = eventful::<Plane>().with_snapshots(0, 3);
     for from_s in [0.0, 0.4, 0.75, 1.2] {
         let found: Vec<Entry> = from(entries.iter().cloned().map(Ok), from_s)
             .map(Result::unwrap)
@@ -299,7 +301,7 @@ fn seeking_begins_at_the_last_snapshot_before_the_time() {
 
 #[test]
 fn parts_are_compared_as_the_whole_is() {
-    let session = eventful();
+    let session = eventful::<Plane>();
     let mut entries = session.with_snapshots(0, 2);
     // The first part is read without a snapshot before it.
     assert!(matches!(entries.remove(0), Entry::Mark(Mark::Snapshot { .. })));
@@ -310,7 +312,7 @@ fn parts_are_compared_as_the_whole_is() {
     for row in row.skip(150).step_by(200) {
         row.command_force_n += 1.0;
     }
-    let mut whole = Comparison::new(&metadata()).expect("it is replayed");
+    let mut whole = Comparison::new(&metadata_with(&entries)).expect("it is replayed");
     for entry in &entries {
         whole.entry(entry).expect("it is rendered");
     }

@@ -9,7 +9,7 @@ use haptic_core::rig_friction::RigFriction;
 use haptic_core::sample::{DeviceError, ErrorCode, Measurement};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, Settings};
 use haptic_core::velocity::Method;
-use haptic_core::{Directional, Renderer, Scene, Scheme};
+use haptic_core::{Directional, Scene, Scheme, Vector};
 use haptic_ipc::{RigState, SceneArrival, SceneRamp, ServoSetup, ServoSnapshot};
 use haptic_recording::{Entry, Mark, Metadata};
 use std::collections::BTreeMap;
@@ -58,14 +58,21 @@ pub(super) fn setup() -> ServoSetup {
 }
 
 pub(super) fn metadata() -> Metadata {
-    metadata_of(setup(), Scene::paper())
+    metadata_of(1, setup(), Scene::paper())
 }
 
-fn metadata_of(setup: ServoSetup, scene: Scene) -> Metadata {
+/// That of the rig whose rows these are.
+pub(super) fn metadata_with(entries: &[Entry]) -> Metadata {
+    let is_plane = entries.iter().any(|entry| matches!(entry, Entry::Row(_, Some(_))));
+    let axes = if is_plane { 2 } else { 1 };
+    Metadata { axes, ..metadata() }
+}
+
+fn metadata_of(axes: u8, setup: ServoSetup, scene: Scene) -> Metadata {
     Metadata {
         server: "hapticd 0.0.9".into(),
         device: "fake rig".into(),
-        axes: 1,
+        axes,
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
         recorded_by: None,
@@ -80,7 +87,7 @@ fn metadata_of(setup: ServoSetup, scene: Scene) -> Metadata {
 
 /// What happens in a tick of a session, beside the motion.
 #[derive(Clone, Debug, Default)]
-pub(super) struct TickInput {
+pub(super) struct TickInput<V = f64> {
     pub(super) events: Events,
     pub(super) command: Option<Command>,
     pub(super) error: Option<DeviceError>,
@@ -88,14 +95,14 @@ pub(super) struct TickInput {
     pub(super) write_failed: bool,
     pub(super) scene: Option<(Scene, f64)>,
     /// The time since the tick before, ns, and the sample, where they are not the usual ones.
-    pub(super) measured: Option<(u64, Measurement)>,
+    pub(super) measured: Option<(u64, Measurement<V>)>,
 }
 
 /// A rig as the daemon runs it, and what a recording of it holds.
-pub(super) struct Session {
+pub(super) struct Session<V: Vector = f64> {
     setup: ServoSetup,
     first: Scene,
-    servo: Servo,
+    servo: Servo<V>,
     scene: Scene,
     revision: u64,
     pub(super) tick: u64,
@@ -106,14 +113,14 @@ pub(super) struct Session {
     arrivals: BTreeMap<u64, SceneArrival>,
 }
 
-impl Session {
+impl<V: Vector> Session<V> {
     pub(super) fn new() -> Self {
         Self::of(setup(), Scene::paper())
     }
 
     pub(super) fn of(setup: ServoSetup, scene: Scene) -> Self {
         let ServoSetup { settings, scheme, .. } = setup;
-        let renderer = Renderer::new(&scene, scheme, settings.period_s).expect("it is rendered");
+        let compiled = CompiledScene::ramped(&scene, &scene, 1, scheme, settings.period_s, 0.0);
         Self {
             setup,
             first: scene.clone(),
@@ -125,7 +132,7 @@ impl Session {
                 },
             )]),
             snapshots: Vec::new(),
-            servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
+            servo: Servo::new(settings, Box::new(compiled.expect("it is rendered"))),
             scene,
             revision: 1,
             tick: 0,
@@ -148,7 +155,7 @@ impl Session {
         })
     }
 
-    pub(super) fn tick(&mut self, happening: TickInput) -> &mut Self {
+    pub(super) fn tick(&mut self, happening: TickInput<V>) -> &mut Self {
         let ServoSetup {
             settings,
             scheme,
@@ -164,9 +171,12 @@ impl Session {
         if !happening.is_silent {
             self.sequence += 1;
         }
-        // The hand turns at 2 Hz, and our clock is not exact.
-        let t_s = f64::from(self.sequence) * 1e-3;
-        let position_m = (0.03 * (12.6 * t_s).sin() / 1e-5).round() * 1e-5;
+        // The hand turns at 2 Hz, in the plane on a circle on which it rests twice a turn. Our clock is not exact.
+        let turned = 12.6 * f64::from(self.sequence) * 1e-3;
+        let rests = if V::AXES > 1 { 0.5 * (2.0 * turned).sin() } else { 0.0 };
+        let (sin, cos) = (turned - rests).sin_cos();
+        let [x_m, y_m] = [sin, cos].map(|part| (0.03 * part / 1e-5).round() * 1e-5);
+        let position_m = V::of_axes(x_m, y_m);
         let usual = Measurement::new(self.sequence, u64::from(self.sequence) * PERIOD_NS, position_m);
         let (elapsed_ns, sample) = happening.measured.unwrap_or((PERIOD_NS + self.tick % 7 * 1000, usual));
         let inputs = Inputs {
@@ -204,7 +214,7 @@ impl Session {
         }
         let t_s = self.tick as f64 * 1e-3;
         let row = of_step(self.tick, t_s, &inputs, word, &self.servo, &outputs);
-        self.entries.push(Entry::Row(row, None));
+        self.entries.push(Entry::Row(row.sample, row.y));
         self
     }
 
@@ -267,7 +277,8 @@ impl Session {
 
     fn replayed_as(&self, first: usize, recorded: Vec<Entry>) -> Report {
         let before = &self.entries[..first];
-        let mut metadata = metadata_of(self.setup.clone(), self.first.clone());
+        let axes = u8::try_from(V::AXES).expect("one or two");
+        let mut metadata = metadata_of(axes, self.setup.clone(), self.first.clone());
         for entry in before {
             match entry {
                 Entry::Mark(Mark::Scene {
@@ -289,7 +300,7 @@ impl Session {
 }
 
 pub(super) fn compared(entries: &[Entry]) -> Report {
-    replay(&metadata(), entries.iter().cloned().map(Ok)).expect("it is replayed")
+    replay(&metadata_with(entries), entries.iter().cloned().map(Ok)).expect("it is replayed")
 }
 
 pub(super) fn reasons(report: &Report) -> Vec<SkipReason> {
@@ -303,7 +314,7 @@ pub(super) fn drag() -> Scene {
 }
 
 /// Everything that can happen to a rig.
-pub(super) fn eventful() -> Session {
+pub(super) fn eventful<V: Vector>() -> Session<V> {
     let mut session = Session::new();
     let happening = TickInput::default;
     let stickier = Scene::paper()
