@@ -1,5 +1,6 @@
 //! `haptic-ctl study`: a whole study by simulated operators, killed and resumed.
 
+use rustix::process::Signal;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -148,9 +149,12 @@ fn interrupt_ends_study_cleanly_and_second_program_is_refused() {
         assert!(program.try_wait().expect("a state").is_none(), "it ended by itself");
         std::thread::yield_now();
     }
+    // Its study would end by itself, sooner than a busy machine starts another program.
+    process::signal(program.id(), Signal::STOP);
     let second = ["study", "resume", plain(&folder)];
     ctl_offline_refused(&second, 2, &["another program is running this study\n"]);
-    let ended = process::end(program, rustix::process::Signal::INT);
+    process::signal(program.id(), Signal::CONT);
+    let ended = process::end(program, Signal::INT);
     assert_eq!(ended.status.code(), Some(130), "{}", stderr(&ended));
     let said = text(&ended.stdout);
     assert!(

@@ -152,7 +152,7 @@ mod tests {
                 ServerLine::parse(line).expect("it reads"),
                 ServerLine::Event(event.clone())
             );
-            let damaged = line.replacen("-1.5", "null", 1);
+            let damaged = line.replacen("-1.5", "true", 1);
             assert!(ServerLine::parse(&damaged).is_err(), "{damaged}");
         }
     }
