@@ -99,7 +99,8 @@ impl Study {
         write_new(&inside.join(DESCRIPTION), description(&plan, about)?.as_bytes())?;
         let table = subjects.csv().map_err(io::Error::from);
         write_new(&inside.join(SUBJECTS), &table.map_err(at(folder))?)?;
-        write_new(&inside.join(LOCK), b"")?;
+        // Held before anybody else can find the study.
+        let lock = hold(&inside)?;
         let text = serde_json::to_string_pretty(about).map_err(io::Error::from);
         write_new(&inside.join(STUDY), text.map_err(at(folder))?.as_bytes())?;
         sync_folder(&inside)?;
@@ -111,7 +112,7 @@ impl Study {
             _ => at(folder)(error),
         })?;
         sync_folder(parent)?;
-        Self::open(folder)
+        Ok(Self::held(folder, read(folder)?, lock))
     }
 
     /// Opens a study to continue it.
@@ -119,24 +120,17 @@ impl Study {
     /// # Errors
     /// There is none, another program runs it, or its plan was changed.
     pub fn open(folder: &Path) -> Result<Self, StoreError> {
-        let (plan, about) = read(folder)?;
-        let path = folder.join(LOCK);
-        let lock = File::options()
-            .append(true)
-            .create(true)
-            .open(&path)
-            .map_err(at(&path))?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(StoreError::Locked(folder.to_owned())),
-            Err(TryLockError::Error(error)) => return Err(at(&path)(error)),
-        }
-        Ok(Self {
+        let of_folder = read(folder)?;
+        Ok(Self::held(folder, of_folder, hold(folder)?))
+    }
+
+    fn held(folder: &Path, (plan, about): (Plan, StudyDescription), lock: Lock) -> Self {
+        Self {
             folder: folder.to_owned(),
             plan,
             about,
-            _lock: Lock(lock),
-        })
+            _lock: lock,
+        }
     }
 
     /// The plan.
@@ -242,6 +236,18 @@ impl Drop for Lock {
     fn drop(&mut self) {
         // Else it ends with the file.
         drop(self.0.unlock());
+    }
+}
+
+/// Locks a study's folder, unless another program has.
+fn hold(folder: &Path) -> Result<Lock, StoreError> {
+    let path = folder.join(LOCK);
+    let opened = File::options().append(true).create(true).open(&path);
+    let lock = opened.map_err(at(&path))?;
+    match lock.try_lock() {
+        Ok(()) => Ok(Lock(lock)),
+        Err(TryLockError::WouldBlock) => Err(StoreError::Locked(folder.to_owned())),
+        Err(TryLockError::Error(error)) => Err(at(&path)(error)),
     }
 }
 
