@@ -145,15 +145,20 @@ fn interrupt_ends_study_cleanly_and_second_program_is_refused() {
     let parent = tempfile::tempdir().expect("a folder");
     let folder = parent.path().join("study");
     let mut program = start(&study("perception", &folder, &["--no-recordings"]));
-    while rows(&folder) == 0 {
-        assert!(program.try_wait().expect("a state").is_none(), "it ended by itself");
-        std::thread::yield_now();
-    }
-    // Its study would end by itself, sooner than a busy machine starts another program.
-    process::signal(program.id(), Signal::STOP);
+    let mut until_rows_in = |folder: &Path| {
+        while rows(folder) == 0 {
+            assert!(program.try_wait().expect("a state").is_none(), "it ended by itself");
+            std::thread::yield_now();
+        }
+        program.id()
+    };
+    // Paused as soon as its folder can be found: a busy machine may start a program later than the study ends.
+    let id = until_rows_in(&folder);
+    process::signal(id, Signal::STOP);
     let second = ["study", "resume", plain(&folder)];
     ctl_offline_refused(&second, 2, &["another program is running this study\n"]);
-    process::signal(program.id(), Signal::CONT);
+    process::signal(id, Signal::CONT);
+    until_rows_in(&folder.join("data"));
     let ended = process::end(program, Signal::INT);
     assert_eq!(ended.status.code(), Some(130), "{}", stderr(&ended));
     let said = text(&ended.stdout);
