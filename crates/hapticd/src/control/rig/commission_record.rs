@@ -54,6 +54,9 @@ pub(in crate::control) struct Findings {
     pub(in crate::control) worst: WorstPlaces,
 }
 
+/// What a record has of a motor of a rig of two axes.
+type Motor = (Findings, Option<DrivenAlone>);
+
 /// Whether a rig is commissioned.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is one at a time")]
@@ -81,6 +84,8 @@ pub(in crate::control) struct Records {
     kinematics: Option<Kinematics>,
     /// Workers that survey a workspace.
     surveys: Workers,
+    /// The newest survey, of these motors: the files are read every second, and seldom say anything new.
+    surveyed: Cell<Option<([Motor; 2], Findings)>>,
 }
 
 impl Records {
@@ -93,6 +98,7 @@ impl Records {
             folder: RigFolder::new("commissioned", heading),
             kinematics,
             surveys: Workers::new("survey", 1),
+            surveyed: Cell::default(),
         }
     }
 
@@ -177,8 +183,17 @@ impl Records {
             return records.first().map(|record| record.findings).unwrap_or_default();
         };
         let motors = [first, second].map(|record| (record.findings, record.alone));
+        if let Some((of, found)) = self.surveyed.get()
+            && of == motors
+        {
+            return found;
+        }
         let found = self.surveys.run(SURVEY_TIMEOUT, move || of_both(&kinematics, motors));
-        found.await.unwrap_or_default()
+        let Ok(found) = found.await else {
+            return Findings::default();
+        };
+        self.surveyed.set(Some((motors, found)));
+        found
     }
 
     /// The record that is valid for a device, or why there is none.
