@@ -2,9 +2,9 @@
 //!
 //!     cargo run --release -p haptic-lab --example friction-circle > friction-circle.svg
 //!
-//! A surface that is alike in all directions rubs with `Fd` against the motion, whose forces draw a circle. A friction for
-//! each axis, as two daemons side by side or the firmware of a joystick have it, draws a square: up to `sqrt(2) Fd` at 45
-//! degrees, and each axis sticks where its own motion turns round. The lengths are printed on standard error.
+//! A surface that is alike in all directions rubs with `Fd` against the motion, whose forces draw a circle. A friction
+//! for each axis, as two daemons side by side or the firmware of a joystick have it, draws a square: up to `sqrt(2) Fd`
+//! at 45 degrees, and each axis sticks where its own motion turns round. The lengths are printed on standard error.
 
 use haptic_core::planar::Plane;
 use haptic_core::{Scene, SceneError, Scheme};

@@ -231,8 +231,8 @@ impl Reader {
             ));
         }
         script.push_str(&format!("exec {} \"$@\"\n", binary("hapticd").display()));
-        // By a process of its own: a program that this one is writing could be inherited, still open for writing, by one
-        // that another test starts, and "text file busy" would keep it from being run.
+        // By a process of its own: a program that this one is writing could be inherited, still open for writing, by
+        // one that another test starts, and "text file busy" would keep it from being run.
         let text = programs.join("../.script");
         fs::write(&text, script).expect("it can be written");
         let mut install = Command::new("install");

@@ -2,10 +2,10 @@
 //! whether they agree.
 //!
 //! A row is a heading of the third level that begins with its id, `### H3: ...`, followed by one item for each of
-//! [`FIELDS`], `- **Cause:** ...`. Its proofs are the indented lines below its id, each `path: name`, or `none: ` and why
-//! software cannot prove it. A planted fault has no row in the page: its text stands behind its id. Tests are marked in
-//! the sources by a comment directly above their attributes, `// hazard: H3, P14`, or in Python above their decorators,
-//! `# hazard: F22`.
+//! [`FIELDS`], `- **Cause:** ...`. Its proofs are the indented lines below its id, each `path: name`, or `none: ` and
+//! why software cannot prove it. A planted fault has no row in the page: its text stands behind its id. Tests are
+//! marked in the sources by a comment directly above their attributes, `// hazard: H3, P14`, or in Python above their
+//! decorators, `# hazard: F22`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -84,8 +84,8 @@ pub fn until_some<T>(failure: &str, mut find: impl FnMut() -> Option<T>) -> T {
 }
 
 /// Lets a daemon and its rig stand still for longer than they may with a hand on the rig, where the test does not say
-/// for how long: no machine keeps them waiting for as long, and only [`timed()`] cases are about a busy one. For the same
-/// reason the loop does not spin: the tests run side by side, and their loops share a processor.
+/// for how long: no machine keeps them waiting for as long, and only [`timed()`] cases are about a busy one. For the
+/// same reason the loop does not spin: the tests run side by side, and their loops share a processor.
 pub fn be_patient(hapticd: &mut Command) {
     for (option, value) in [
         ("--stale-ms", "1000"),
@@ -483,8 +483,8 @@ pub fn bring_to(client: &mut Client, state: RigState) {
     }
 }
 
-/// Engages a rig, which is reset first if it is faulted. Anyway: on a busy machine a link is late, and what its scene would
-/// do on a light rig behind a late link is no matter of those who only need force.
+/// Engages a rig, which is reset first if it is faulted. Anyway: on a busy machine a link is late, and what its scene
+/// would do on a light rig behind a late link is no matter of those who only need force.
 pub fn engage(client: &mut Client) {
     let before = wait_for(client, "a rig at rest", |status| {
         matches!(status.state, RigState::Idle | RigState::Faulted | RigState::Engaged)

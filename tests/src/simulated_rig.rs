@@ -90,8 +90,8 @@ pub fn conforms(line: &Path, push_n: &str) -> Option<bool> {
     Some(checked(line, &["--slow", "2", "--push", push_n])?.0)
 }
 
-/// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, in the short run and where the
-/// tools are missing.
+/// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, in the short run and where
+/// the tools are missing.
 fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
     if !test_run::is_long_for("the firmware as machine code on a simulated microcontroller") {
         return None;

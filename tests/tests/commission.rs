@@ -44,7 +44,8 @@ fn custom_rig_engages_only_once_commissioned_and_unchanged() {
         let checked = text(&doctor.stdout);
         assert!(checked.contains("fail  engage: "), "{checked}");
 
-        // A handle that is not in the middle: the first pulses of its friction meet an end, which takes up their energy.
+        // A handle that is not in the middle: the first pulses of its friction meet an end, which takes up their
+        // energy.
         let mut mover = begun(&daemon);
         for _ in 0..10 {
             let _: CommissionReply = mover.request(pulse(PUSH_N, 100.0)).expect("it is bounded");

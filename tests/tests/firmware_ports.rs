@@ -1,5 +1,5 @@
-//! Boards of the C library for firmwares that run on this computer: natively, and as machine code in QEMU. Each passes the
-//! checker of firmwares, and each planted fault ends at zero force.
+//! Boards of the C library for firmwares that run on this computer: natively, and as machine code in QEMU. Each passes
+//! the checker of firmwares, and each planted fault ends at zero force.
 
 use std::path::Path;
 use std::process::Command;

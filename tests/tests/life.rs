@@ -62,7 +62,8 @@ fn a_socket_in_use_is_refused_and_a_stale_one_is_replaced() {
 // hazard: F19
 #[test]
 fn every_signal_that_can_end_it_lets_the_force_down_first() {
-    // Each whose action is to end a process, but SIGKILL, SIGPIPE, which Rust ignores, and those of a thread's own fault.
+    // Each whose action is to end a process, but SIGKILL, SIGPIPE, which Rust ignores, and those of a thread's own
+    // fault.
     let signals = [
         "HUP", "INT", "QUIT", "USR1", "USR2", "ALRM", "TERM", "STKFLT", "XCPU", "XFSZ", "VTALRM", "PROF", "IO", "PWR",
         "RTMIN", "RTMIN+1", "RTMAX-1", "RTMAX",

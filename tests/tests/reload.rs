@@ -103,7 +103,8 @@ fn limit_change_under_hand_makes_no_step_and_replays_exactly() {
     wait_for_more_rows(&file, 100);
     assert!(process::end(recorder, Signal::INT).status.success());
 
-    // From 2 N to 10 N in 200 ms is the fastest of all, beside what the surface itself does in a tick that comes late, N.
+    // From 2 N to 10 N in 200 ms is the fastest of all, beside what the surface itself does in a tick that comes late,
+    // N.
     const FASTEST_N_PER_S: f64 = 8.0 / 0.2;
     const OWN_STEP_N: f64 = 0.3;
     let rows = haptic_recording::read(&file).expect("a recording").rows;

@@ -65,8 +65,8 @@ fn schedule(daemon: &Daemon, file: &Path) -> [u64; 4] {
     ticks
 }
 
-/// Some thousand ticks with force, from the first row on, of which nothing has its usual value: two ramps, of which the second
-/// interrupts the first, another law, a schedule, a stop, and force again. Such a rig chatters.
+/// Some thousand ticks with force, from the first row on, of which nothing has its usual value: two ramps, of which the
+/// second interrupts the first, another law, a schedule, a stop, and force again. Such a rig chatters.
 fn session(file: &Path) -> Recording {
     let daemon = Daemon::start(&[
         "--ramp-ms=70",

@@ -434,8 +434,8 @@ fn user_tunes_and_stops_rig_and_panel_outlives_daemon() {
     screen.act(&["key", "ctrl+z"]);
     mass(0.5);
 
-    // Half a number in a text field, and the key that stops. (Space stops too where no frame is drawn for 300 ms, as on a
-    // busy machine: that it is typed otherwise is for the panel's own tests, which hand in a clock.)
+    // Half a number in a text field, and the key that stops. (Space stops too where no frame is drawn for 300 ms, as on
+    // a busy machine: that it is typed otherwise is for the panel's own tests, which hand in a clock.)
     screen.click(MASS_FIELD);
     screen.act(&["type", "9"]);
     assert_eq!(status(&mut client).state, RigState::Engaged);

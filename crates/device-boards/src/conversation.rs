@@ -109,8 +109,8 @@ impl Axis {
     }
 }
 
-/// The words of one maker's protocol: all that a conversation does not share with those of other makers. It knows nothing
-/// of serial lines, and waits for nothing.
+/// The words of one maker's protocol: all that a conversation does not share with those of other makers. It knows
+/// nothing of serial lines, and waits for nothing.
 pub(crate) trait Dialect: Send + std::fmt::Debug {
     /// Interprets a line of the controller, without its end.
     fn receive(&mut self, line: &[u8], axis: &mut Axis, now_ns: u64);

@@ -161,8 +161,8 @@ impl Address {
         }
     }
 
-    /// Checks that the line carries the commands of a loop at a rate, Hz. A line at the default rate is checked when it is
-    /// opened, as it may have no rate.
+    /// Checks that the line carries the commands of a loop at a rate, Hz. A line at the default rate is checked when it
+    /// is opened, as it may have no rate.
     ///
     /// # Errors
     /// It carries less; the error has the figures.

@@ -1,5 +1,5 @@
-//! The USB identities of boards that are made into rigs. `haptic-ctl devices` and `doctor` name a board by them, and the
-//! package's udev rules keep ModemManager away from it, whether a configuration names it or not.
+//! The USB identities of boards that are made into rigs. `haptic-ctl devices` and `doctor` name a board by them, and
+//! the package's udev rules keep ModemManager away from it, whether a configuration names it or not.
 
 /// A board, or a converter in front of one, as USB knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,7 +10,8 @@ pub struct UsbBoard {
     pub product: u16,
     /// Its name.
     pub name: &'static str,
-    /// Whether other devices have this identity too, a modem perhaps: it is that of a converter, or of a vendor's example.
+    /// Whether other devices have this identity too, a modem perhaps: it is that of a converter, or of a vendor's
+    /// example.
     pub is_shared: bool,
     /// Where the identity is published.
     pub source: &'static str,

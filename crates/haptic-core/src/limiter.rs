@@ -189,8 +189,8 @@ impl<V: Vector> SafetyLimiter<V> {
         self.arrive();
     }
 
-    /// Whether a device that had a velocity (m/s), seen over a time (s), can have moved so far (m) in the time (s) after
-    /// that, counting with a resolution (m). NaN cannot.
+    /// Whether a device that had a velocity (m/s), seen over a time (s), can have moved so far (m) in the time (s)
+    /// after that, counting with a resolution (m). NaN cannot.
     #[must_use]
     pub fn allows_step(&self, moved: V, velocity: V, seen_over_s: f64, elapsed_s: f64, resolution: f64) -> bool {
         // At its end the hand may have been faster or slower than in the mean of a long time.

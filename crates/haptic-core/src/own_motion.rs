@@ -216,8 +216,8 @@ impl OwnMotion {
         }
     }
 
-    /// In the plane the handle may leave the line that it is pushed along: a pulse ends where the handle, this far (m) from
-    /// where it began, and this fast (m/s), whatever the direction, is beyond its bounds.
+    /// In the plane the handle may leave the line that it is pushed along: a pulse ends where the handle, this far (m)
+    /// from where it began, and this fast (m/s), whatever the direction, is beyond its bounds.
     pub(crate) fn bound(&mut self, gone: f64, speed: f64) {
         let bounds = [
             (gone <= FARTHEST_PULSE_M, MotionEnd::Travel),

@@ -80,7 +80,8 @@ impl<V: Vector> Motion<V> {
         self.allows_within(DOUBT_M.min(self.felt), moved, velocity, elapsed_s, limits)
     }
 
-    /// The same of a sample that another one speaks for: on a stiff surface, too, it may lie as far aside as on a soft one.
+    /// The same of a sample that another one speaks for: on a stiff surface, too, it may lie as far aside as on a soft
+    /// one.
     fn confirms(&self, moved: V, velocity: V, elapsed_s: f64, limits: &SafetyLimiter<V>) -> bool {
         self.allows_within(DOUBT_M, moved, velocity, elapsed_s, limits)
     }
@@ -257,8 +258,8 @@ mod tests {
             prop_assert_eq!(seen.len(), positions.len());
         }
 
-        /// A loop that stands still for up to 0.3 s, and then looks again at once, as one does that makes up for what it
-        /// missed: the hand that went on meanwhile, or turned, has not jumped.
+        /// A loop that stands still for up to 0.3 s, and then looks again at once, as one does that makes up for what
+        /// it missed: the hand that went on meanwhile, or turned, has not jumped.
         #[test]
         fn a_hand_has_not_jumped_while_nobody_looked(
             frequency_hz in 0.1..60.0f64,

@@ -33,8 +33,8 @@ pub trait Rendering<V>: Clone + Debug + Send + Sized {
     /// The scene cannot be rendered.
     fn in_range(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError>;
 
-    /// The force that a step of the device makes within a tick, N/m: `K + B/T` of the coupling, or of the contact without
-    /// one.
+    /// The force that a step of the device makes within a tick, N/m: `K + B/T` of the coupling, or of the contact
+    /// without one.
     fn stiffness(&self) -> f64;
 
     /// What a tick shows of the block.
@@ -47,8 +47,8 @@ pub trait Rendering<V>: Clone + Debug + Send + Sized {
     /// device alone. A block that moves slides.
     fn hold_at(&mut self, position: V, velocity: V, device_position: V, device_velocity: V);
 
-    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s). Returns the force
-    /// of the coupling on the block, N.
+    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s). Returns the
+    /// force of the coupling on the block, N.
     fn render(&mut self, elapsed_s: f64, position: V, velocity: V) -> V;
 
     /// The same, and tells `sink` of each change of contact, and what energy the friction of a block took.

@@ -72,8 +72,8 @@ pub trait Vector:
     /// The same, cut to a length (>= 0).
     fn within(self, most: f64) -> Self;
 
-    /// How far towards this one a force that was `last` may come at once, where it may grow and turn by `step` (>= 0) and
-    /// fall to zero at any rate. NaN as a step is no limit.
+    /// How far towards this one a force that was `last` may come at once, where it may grow and turn by `step` (>= 0)
+    /// and fall to zero at any rate. NaN as a step is no limit.
     fn reached_from(self, last: Self, step: f64) -> Self;
 }
 
@@ -141,8 +141,8 @@ impl Vector for f64 {
         if cut > most { most } else { cut }
     }
 
-    /// A change of sign is one change: were each side of zero allowed a step of its own, 20 N could become -5 N at once. By
-    /// comparisons and not by `clamp`, which panics on a step that is not a number.
+    /// A change of sign is one change: were each side of zero allowed a step of its own, 20 N could become -5 N at
+    /// once. By comparisons and not by `clamp`, which panics on a step that is not a number.
     #[inline(always)]
     fn reached_from(self, last: Self, step: f64) -> Self {
         let (least, most) = (last - step, last + step);

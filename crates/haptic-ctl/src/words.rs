@@ -1,5 +1,5 @@
-//! The words of the command line before they are parsed: which rig is meant may stand anywhere, and whoever types `stop`
-//! means a stop, whatever else is wrong. And how a line ends that cannot be parsed.
+//! The words of the command line before they are parsed: which rig is meant may stand anywhere, and whoever types
+//! `stop` means a stop, whatever else is wrong. And how a line ends that cannot be parsed.
 
 use crate::failure::Failure;
 use clap::Command;
@@ -9,8 +9,9 @@ use std::process::ExitCode;
 /// Options of the whole line that take a value, and stand before or behind the subcommand.
 const WITH_VALUE: [&str; 2] = ["--socket", "--rig"];
 
-/// Puts `--rig NAME` and `--all` before the subcommand, wherever they stand. Behind `--`, and in the command of `lease`,
-/// the words are another program's; `identify --rig` is an option of its own, and only `--rig=NAME` names a rig there.
+/// Puts `--rig NAME` and `--all` before the subcommand, wherever they stand. Behind `--`, and in the command of
+/// `lease`, the words are another program's; `identify --rig` is an option of its own, and only `--rig=NAME` names a
+/// rig there.
 pub(crate) fn in_order(words: Vec<OsString>) -> Vec<OsString> {
     let mut words = words.into_iter();
     let mut before: Vec<OsString> = words.next().into_iter().collect();

@@ -59,8 +59,8 @@ impl AsyncClient {
         })
     }
 
-    /// Connects and asks at once, before the greeting has come: a daemon without a place for another client hears a stop
-    /// all the same, as it is there when the connection is taken.
+    /// Connects and asks at once, before the greeting has come: a daemon without a place for another client hears a
+    /// stop all the same, as it is there when the connection is taken.
     ///
     /// # Errors
     /// As [`connect`](Self::connect) and [`request`](Self::request).

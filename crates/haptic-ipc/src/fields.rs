@@ -1,4 +1,5 @@
-//! The grammar of an object's fields: written down once, they give the type, its serialisation and schema, and the reading.
+//! The grammar of an object's fields: written down once, they give the type, its serialisation and schema, and the
+//! reading.
 
 use crate::error::WireError;
 use crate::object::Object;
@@ -15,8 +16,9 @@ pub(crate) trait Fields: Sized {
     fn read(object: &str, given: &Object<'_>) -> Result<Self, WireError>;
 }
 
-/// Writes a struct of fields down: those that it needs, those that may be left out, and those `with` them that a type of
-/// their own reads. `fields!(@names …)` and `fields!(@read …)` are for an operation, whose fields are those of a variant.
+/// Writes a struct of fields down: those that it needs, those that may be left out, and those `with` them that a type
+/// of their own reads. `fields!(@names …)` and `fields!(@read …)` are for an operation, whose fields are those of a
+/// variant.
 macro_rules! fields {
     (@name $field:ident) => { stringify!($field) };
     (@name $field:ident $wire:literal) => { $wire };

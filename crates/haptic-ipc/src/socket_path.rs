@@ -205,8 +205,8 @@ fn is_of_service(socket: &Path) -> bool {
     unit(socket).is_some_and(|unit| is_installed(unit, &UNITS.map(Path::new), Path::new(CONFIGURATIONS)))
 }
 
-/// What a user does where the service of a socket does not serve it, or no rig has the name that the socket has; nothing
-/// where the socket is neither of a service nor of a rig with a name.
+/// What a user does where the service of a socket does not serve it, or no rig has the name that the socket has;
+/// nothing where the socket is neither of a service nor of a rig with a name.
 #[must_use]
 pub fn remedy(socket: &Path) -> Option<String> {
     unit(socket)

@@ -1,9 +1,9 @@
 //! What a tick costs and what the exact scheme reaches: `cargo bench -p haptic-lab --bench accuracy`.
 //!
-//! Prints bytes, instructions and nanoseconds of each kind of scene, and the targets of the exact scheme. With a document
-//! and a folder as arguments it measures every scheme on every case too, replaces the tables of the document, and writes
-//! the plot `speed-vs-error.svg` into the folder. Instructions are counted by callgrind (valgrind), under which this
-//! program starts itself once more; without it they are left out.
+//! Prints bytes, instructions and nanoseconds of each kind of scene, and the targets of the exact scheme. With a
+//! document and a folder as arguments it measures every scheme on every case too, replaces the tables of the document,
+//! and writes the plot `speed-vs-error.svg` into the folder. Instructions are counted by callgrind (valgrind), under
+//! which this program starts itself once more; without it they are left out.
 
 use haptic_lab::accuracy::{self, Extent, Tables, Target, cases};
 use haptic_lab::cost::{self, CountError, Probe, SceneCost};

@@ -4,10 +4,11 @@
 //! names begin with it. For each parameter the table says in how many runs it was reported, in how many of those the
 //! truth was inside the 95 % interval, the mean, the error (root mean square and worst) and half of the interval.
 //!
-//! `-- kinds` instead asks how often intervals hold: a line for each kind of record under each condition, for 400 records
-//! of a mass and friction drawn by chance, or as many as the next argument says; one more chooses the lines that contain
-//! it. A line says how often mass, viscous and dynamic friction (of two recorders the shift as well) were answered, how
-//! often their intervals then held the truth, and half of the usual interval: of the truth, N s/m, of the truth, ms.
+//! `-- kinds` instead asks how often intervals hold: a line for each kind of record under each condition, for 400
+//! records of a mass and friction drawn by chance, or as many as the next argument says; one more chooses the lines
+//! that contain it. A line says how often mass, viscous and dynamic friction (of two recorders the shift as well) were
+//! answered, how often their intervals then held the truth, and half of the usual interval: of the truth, N s/m, of the
+//! truth, ms.
 
 use haptic_lab::identify::study::Judgement;
 use haptic_lab::identify::study::cases::{Case, cases};

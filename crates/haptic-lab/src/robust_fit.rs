@@ -1,8 +1,8 @@
 //! A linear fit with Huber's weights, and errors by leaving out parts.
 //!
 //! Noise of the coefficients, which would draw the values to zero, is taken out of the normal equations by its variance
-//! (Fuller 1987, section 2.2). Neighbouring parts that err alike widen the errors (Newey and West 1987, of one lag), and
-//! parts that differ in what they say of a value have fewer degrees of freedom (Satterthwaite 1946).
+//! (Fuller 1987, section 2.2). Neighbouring parts that err alike widen the errors (Newey and West 1987, of one lag),
+//! and parts that differ in what they say of a value have fewer degrees of freedom (Satterthwaite 1946).
 
 use crate::stats::mean::{student_t, student_t_of};
 use haptic_motion::median::median;
@@ -29,8 +29,8 @@ pub(crate) struct RobustFit {
     pub(crate) values: DVector<f64>,
     /// What it leaves of each row.
     pub(crate) residuals: Vec<f64>,
-    /// Each unknown's variance among the rows that the others do not explain, in its coefficient's unit, its noise taken
-    /// out.
+    /// Each unknown's variance among the rows that the others do not explain, in its coefficient's unit, its noise
+    /// taken out.
     pub(crate) own_variance: Vec<f64>,
     /// The variance of each coefficient's noise, as a share of the unknown's own variance.
     pub(crate) noise_share: Vec<f64>,
@@ -67,8 +67,8 @@ impl Uncertainty {
         student_t(self.freedom) * self.error
     }
 
-    /// How far from 0 a value is certainly not 0: once in 10,000 records it is nevertheless. What a file says by itself,
-    /// as that a clock drifts, must not be said of those where it is not so.
+    /// How far from 0 a value is certainly not 0: once in 10,000 records it is nevertheless. What a file says by
+    /// itself, as that a clock drifts, must not be said of those where it is not so.
     pub(crate) fn reach_certain(self) -> f64 {
         student_t_of(0.9999, self.freedom) * self.error
     }

@@ -1,5 +1,5 @@
-//! The instructions of a tick, counted by callgrind: this program starts itself under it. Of every law under hands, and of
-//! every kind of scene: a scene pays for what it has.
+//! The instructions of a tick, counted by callgrind: this program starts itself under it. Of every law under hands, and
+//! of every kind of scene: a scene pays for what it has.
 
 use haptic_lab::accuracy::LIMITS;
 use haptic_lab::cost::{CountError, Probe, count, excitations, hand, limited_cases, scenes};

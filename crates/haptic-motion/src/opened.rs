@@ -69,8 +69,8 @@ impl Opened {
         })
     }
 
-    /// Whether it is a recording of hapticd, or MCAP, or damaged Parquet: none that [`Table`](crate::table::Table) reads
-    /// unless it is asked to.
+    /// Whether it is a recording of hapticd, or MCAP, or damaged Parquet: none that [`Table`](crate::table::Table)
+    /// reads unless it is asked to.
     #[must_use]
     pub const fn is_recording(&self) -> bool {
         !matches!(self, Self::Parquet(_) | Self::Text(_))

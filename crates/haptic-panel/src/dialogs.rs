@@ -55,8 +55,8 @@ fn has_session_bus() -> bool {
     is_set || of_user.is_some_and(|socket| socket.exists())
 }
 
-/// What the library of the dialogs complains of. Its log alone distinguishes a dialog that was closed from one that could
-/// not be opened.
+/// What the library of the dialogs complains of. Its log alone distinguishes a dialog that was closed from one that
+/// could not be opened.
 struct Complaints;
 
 thread_local! {

@@ -108,8 +108,8 @@ impl Files {
         });
     }
 
-    /// Renders another scene, or those of the recording, along the motion of a recording's file, in place of the rendering
-    /// before.
+    /// Renders another scene, or those of the recording, along the motion of a recording's file, in place of the
+    /// rendering before.
     pub fn what_if(&mut self, number: u64, path: PathBuf, scene: Option<Scene>) {
         self.cancel_what_if();
         let is_over = Arc::new(AtomicBool::new(false));

@@ -32,8 +32,8 @@
 //! `tests/panel/stop.rs` then types into each of its fields and stops.
 //!
 //! A plot is drawn from `(&Tape, &[Trace], &[Overlay])` (`plots/chart.rs`), in the window and in an SVG alike. A
-//! new signal is an entry in `tape/signal.rs`. A limit, a reference, a cursor, the mark of a change, a fit or a trial is an
-//! overlay.
+//! new signal is an entry in `tape/signal.rs`. A limit, a reference, a cursor, the mark of a change, a fit or a trial
+//! is an overlay.
 
 mod app;
 pub mod connection;

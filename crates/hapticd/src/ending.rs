@@ -1,11 +1,11 @@
 //! The signals that end the daemon, and an overseer that makes sure that it ends.
 //!
-//! A thread waits for every signal that would end the process, whoever has sent it by whatever mistake, and passes it on
-//! to the control thread, which releases the rig along its ramp and ends the loop. SIGKILL cannot be heard, and those that
-//! a thread's own fault raises are no wish to end in order: the device's watchdog answers them. SIGHUP ends only a daemon with a terminal, which is gone then; to
-//! a service it asks to read its configuration again. Meanwhile the overseer, a third thread,
-//! waits: if the control thread does not react to the signal, or does not end in time, the overseer
-//! ends the loop with zero force, and then the process. So a signal is obeyed even if the control
+//! A thread waits for every signal that would end the process, whoever has sent it by whatever mistake, and passes it
+//! on to the control thread, which releases the rig along its ramp and ends the loop. SIGKILL cannot be heard, and
+//! those that a thread's own fault raises are no wish to end in order: the device's watchdog answers them. SIGHUP ends
+//! only a daemon with a terminal, which is gone then; to a service it asks to read its configuration again. Meanwhile
+//! the overseer, a third thread, waits: if the control thread does not react to the signal, or does not end in time,
+//! the overseer ends the loop with zero force, and then the process. So a signal is obeyed even if the control
 //! thread is blocked by a file, a descriptor or a lock.
 //!
 //! A thread that hangs may hold any lock, that of a channel, of the log or of the allocator. So the way from a
@@ -41,8 +41,8 @@ const SIGNALS: [Signal; 14] = [
     Signal::SIGPWR,
 ];
 
-/// Time within which the control thread must react to a signal; otherwise it counts as hanging. A machine may be so busy
-/// that an ordinary thread does not run for most of a second; the loop has let the force down by itself then.
+/// Time within which the control thread must react to a signal; otherwise it counts as hanging. A machine may be so
+/// busy that an ordinary thread does not run for most of a second; the loop has let the force down by itself then.
 const REACTION_TIME: Duration = Duration::from_millis(2000);
 
 /// Time in which the loop sends its final zero force.
@@ -158,7 +158,8 @@ impl SignalSet {
     }
 }
 
-/// From now on an alarm ends the process, though the one that started it has ignored alarms, and this thread blocks them.
+/// From now on an alarm ends the process, though the one that started it has ignored alarms, and this thread blocks
+/// them.
 #[allow(unsafe_code, reason = "a handler is a pointer")]
 fn let_alarms_end_the_process() {
     // SAFETY: the default action, not a handler.
@@ -250,7 +251,8 @@ impl StopSignals {
     }
 }
 
-/// Ends the daemon as SIGTERM does, once its standard input ends: the program that wrote there has ended, however it did.
+/// Ends the daemon as SIGTERM does, once its standard input ends: the program that wrote there has ended, however it
+/// did.
 ///
 /// # Errors
 /// The system has no thread left.

@@ -2,8 +2,8 @@
 //! timeout, and the end of the daemon does not wait for them at all.
 //!
 //! They are not the runtime's own: its `spawn_blocking` panics where the system has no thread left, and here that is an
-//! error like any other. A thread that blocks on a dead mount stays blocked until the process ends, so each kind of work
-//! has a limited number.
+//! error like any other. A thread that blocks on a dead mount stays blocked until the process ends, so each kind of
+//! work has a limited number.
 
 use nix::sys::signal::{SigSet, Signal};
 use std::sync::Arc;
@@ -37,8 +37,8 @@ pub(crate) fn block_signals() {
     blocked.thread_set_mask().unwrap_or_default();
 }
 
-/// Starts a thread without signals, which is never joined: it may be blocked for ever, and ends with the process. All of
-/// its stack is locked in memory.
+/// Starts a thread without signals, which is never joined: it may be blocked for ever, and ends with the process. All
+/// of its stack is locked in memory.
 ///
 /// # Errors
 /// The system has no thread left.

@@ -1,5 +1,5 @@
-//! A line that fails on request, and the orders to the fake behind it: faults from its command line and a script, and lines
-//! on its standard input.
+//! A line that fails on request, and the orders to the fake behind it: faults from its command line and a script, and
+//! lines on its standard input.
 
 use super::fault::{Channel, Fault, Quality, TimedFault};
 use super::port::{Place, Port, PortClosed};
@@ -44,9 +44,9 @@ pub struct FaultyLine {
 }
 
 impl FaultyLine {
-    /// A line at a place, whose host ends frames with this byte, with the faults of a command line and of a file, with one
-    /// fault a line and comments behind `#`; their times count from now on. Standard input is read from now on. The same
-    /// seed gives the same random faults.
+    /// A line at a place, whose host ends frames with this byte, with the faults of a command line and of a file, with
+    /// one fault a line and comments behind `#`; their times count from now on. Standard input is read from now on. The
+    /// same seed gives the same random faults.
     ///
     /// # Errors
     /// The place cannot be made, the file cannot be read, or a line of it is not a fault.
@@ -95,8 +95,8 @@ impl FaultyLine {
         io::stdout().flush()
     }
 
-    /// The next order that is due at a time, ns, whomever it concerns. The answer to a fault on standard input is `done`
-    /// and its line, or the error in it.
+    /// The next order that is due at a time, ns, whomever it concerns. The answer to a fault on standard input is
+    /// `done` and its line, or the error in it.
     fn next_due(&mut self, now_ns: u64) -> Option<Order> {
         let elapsed_s = Duration::from_nanos(now_ns.saturating_sub(self.began_ns)).as_secs_f64();
         if let Some(due) = self.faults.pop_front_if(|fault| elapsed_s >= fault.at_s.unwrap_or(0.0)) {
@@ -200,8 +200,8 @@ impl FaultyLine {
         }
     }
 
-    /// Gives the host the frames that have reached it, and waits until another is due or bytes come, at the latest until a
-    /// time, ns. Returns when it was to go on, ns.
+    /// Gives the host the frames that have reached it, and waits until another is due or bytes come, at the latest
+    /// until a time, ns. Returns when it was to go on, ns.
     pub fn flush_and_wait(&mut self, by_ns: u64) -> u64 {
         let now = now_ns();
         let mut written = self.port.as_mut().map_or(Ok(()), Port::flush);

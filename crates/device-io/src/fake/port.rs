@@ -162,8 +162,8 @@ impl Port {
         }
     }
 
-    /// Waits for bytes, or room for the waiting frames, at most for the timeout; without a port or a user of it, for the
-    /// whole timeout.
+    /// Waits for bytes, or room for the waiting frames, at most for the timeout; without a port or a user of it, for
+    /// the whole timeout.
     pub fn wait(port: Option<&Self>, timeout: Duration) {
         let until = Timespec::try_from(timeout).ok();
         let mut polled: Vec<PollFd<'_>> = port

@@ -27,7 +27,8 @@ impl RigTime {
     }
 }
 
-/// Equal steps of at most `longest_s` seconds that end at `now_s`: the length of each, s, and the time of its middle, s.
+/// Equal steps of at most `longest_s` seconds that end at `now_s`: the length of each, s, and the time of its middle,
+/// s.
 pub(super) fn sub_steps(elapsed_s: f64, now_s: f64, longest_s: f64) -> impl Iterator<Item = (f64, f64)> {
     let steps = (elapsed_s / longest_s).ceil().min(MAX_SUB_STEPS);
     let h = elapsed_s / steps;

@@ -1,5 +1,5 @@
-//! How the hand moves with the motors at one place, and what follows from it: efforts, forces, and what a property of the
-//! motors is to the hand.
+//! How the hand moves with the motors at one place, and what follows from it: efforts, forces, and what a property of
+//! the motors is to the hand.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 

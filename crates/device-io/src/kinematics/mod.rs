@@ -185,8 +185,8 @@ impl Kinematics {
     /// Reads the text of a file.
     ///
     /// # Errors
-    /// It is not such a file, a value is out of range, or the workspace has a place where the linkage does not close or is
-    /// singular.
+    /// It is not such a file, a value is out of range, or the workspace has a place where the linkage does not close or
+    /// is singular.
     pub fn from_toml(text: &str) -> Result<Self, KinematicsProblem> {
         file::read(text)
     }

@@ -36,8 +36,8 @@ pub struct LinkCounters {
     pub round_trip_max_ns: AtomicU64,
     /// Usual round trip: the mean of about the last hundred, ns. 0 before the first.
     pub usual_round_trip_ns: AtomicU64,
-    /// Steady round trip, than which about a quarter are quicker, ns; 0 before the first. What comes late now and then is
-    /// no part of it.
+    /// Steady round trip, than which about a quarter are quicker, ns; 0 before the first. What comes late now and then
+    /// is no part of it.
     pub steady_round_trip_ns: AtomicU64,
     /// Share of about the last hundred round trips that force may not have, parts in 1e6.
     late_ppm: AtomicU64,
@@ -261,8 +261,8 @@ const STEADY_UP: u64 = 48;
 /// Number of round trips in their mean.
 const MEAN_OF: u64 = 128;
 
-/// Most round trips that may be late before nobody may engage, parts in 1e6: a line that carries too little has a sixth of
-/// them late or more, and one hiccup of a machine a hundredth.
+/// Most round trips that may be late before nobody may engage, parts in 1e6: a line that carries too little has a sixth
+/// of them late or more, and one hiccup of a machine a hundredth.
 const MAX_LATE_PPM: u64 = 50_000;
 
 /// Ticks after which a largest age has decayed to a third.

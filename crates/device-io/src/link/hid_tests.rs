@@ -27,7 +27,8 @@ struct Rig {
     heard: Vec<FromHost>,
 }
 
-/// A node and the device behind it. In sockets of this kind reports stay whole, and reading one that is not there says so.
+/// A node and the device behind it. In sockets of this kind reports stay whole, and reading one that is not there says
+/// so.
 fn sockets() -> (OwnedFd, OwnedFd) {
     let (host, device) =
         socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::CLOEXEC, None).expect("two sockets");

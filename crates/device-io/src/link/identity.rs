@@ -63,8 +63,8 @@ impl RigIdentity {
         }
     }
 
-    /// The name of a firmware without its chip's number, and the identity by that number: `mine 1.0#a1b2` is `mine 1.0` on
-    /// the chip `a1b2`, whichever cable it is behind.
+    /// The name of a firmware without its chip's number, and the identity by that number: `mine 1.0#a1b2` is `mine 1.0`
+    /// on the chip `a1b2`, whichever cable it is behind.
     pub(crate) fn on_chip(mut self, name: &str) -> (String, Self) {
         let Some((name, chip)) = name.rsplit_once('#') else {
             return (name.to_owned(), self);
@@ -107,7 +107,8 @@ fn usb_key(terminals: &Path, path: &Path) -> Option<String> {
     Some(format!("usb-{}:{}-{serial}", text("idVendor")?, text("idProduct")?))
 }
 
-/// Whether a serial number tells one device from another: makers give all of theirs 0001, as every CP2102 has it, or zeros.
+/// Whether a serial number tells one device from another: makers give all of theirs 0001, as every CP2102 has it, or
+/// zeros.
 fn is_its_own(serial: &str) -> bool {
     !matches!(serial.trim().trim_start_matches('0'), "" | "1")
 }

@@ -241,8 +241,8 @@ struct SerialStruct {
 
 const ASYNC_LOW_LATENCY: libc::c_int = 1 << 13;
 
-/// Asks a converter not to collect bytes before it passes them on: one by FTDI waits 16 ms by default, and 1 ms with this
-/// setting. CDC-ACM collects nothing, and a pseudo-terminal does not know the request: neither is an error.
+/// Asks a converter not to collect bytes before it passes them on: one by FTDI waits 16 ms by default, and 1 ms with
+/// this setting. CDC-ACM collects nothing, and a pseudo-terminal does not know the request: neither is an error.
 #[expect(unsafe_code, reason = "these two requests have no safe wrapper")]
 fn ask_low_latency(line: &OwnedFd) {
     let mut serial = SerialStruct {

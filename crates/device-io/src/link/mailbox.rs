@@ -2,9 +2,9 @@
 //! takes the newest. Neither ever waits for the other.
 //!
 //! A post is a command, behind its enable where it has one, so the writer never sees the one without the other. Of all
-//! that waits the newest command is sent, and before it the newest enable, unless a command switched the motor off after
-//! that. The enables and commands before them are needless: a device sets its motor to zero force at every enable. What
-//! is sent has the sequence in which it was posted, so the device refuses nothing.
+//! that waits the newest command is sent, and before it the newest enable, unless a command switched the motor off
+//! after that. The enables and commands before them are needless: a device sets its motor to zero force at every
+//! enable. What is sent has the sequence in which it was posted, so the device refuses nothing.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 

@@ -1,5 +1,5 @@
-//! The real-time end of a link to a rig of two axes: from the positions of its motors to the hand, and from a force on the
-//! hand to their efforts.
+//! The real-time end of a link to a rig of two axes: from the positions of its motors to the hand, and from a force on
+//! the hand to their efforts.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -11,7 +11,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::{Acquire, Release};
 
-/// Whether it is known which counts are the home pose of a rig of two axes. Relative encoders lose it with each connection.
+/// Whether it is known which counts are the home pose of a rig of two axes. Relative encoders lose it with each
+/// connection.
 #[derive(Clone, Debug, Default)]
 pub struct Homing(Arc<Words>);
 
@@ -75,8 +76,8 @@ pub struct PlanarLink {
     homing: Homing,
     /// The connection that `origin` is of.
     connection: u64,
-    /// What the link's positions leave out, m or rad: a rig that has not been homed is taken to have been in its home pose
-    /// at the first sample.
+    /// What the link's positions leave out, m or rad: a rig that has not been homed is taken to have been in its home
+    /// pose at the first sample.
     origin: [f64; 2],
     /// How the hand moves with the motors where it was read last; `None` where no motor may be driven.
     jacobian: Option<Jacobian>,

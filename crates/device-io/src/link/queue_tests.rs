@@ -1,5 +1,5 @@
-//! How old a command may become in the queues between the loop and a device, and when a stop is there: the host's session
-//! and the fake firmware at the two ends of a line that carries so much and no more, in a time of their own.
+//! How old a command may become in the queues between the loop and a device, and when a stop is there: the host's
+//! session and the fake firmware at the two ends of a line that carries so much and no more, in a time of their own.
 
 use super::connector::LoopTiming;
 use super::health::{Delivery, LinkCounters};
@@ -131,8 +131,8 @@ impl Rig {
         }
     }
 
-    /// Time until the motor gives no force any more, ns, with these commands or without a host; nothing if it gives force
-    /// after a second still.
+    /// Time until the motor gives no force any more, ns, with these commands or without a host; nothing if it gives
+    /// force after a second still.
     fn until_zero_ns(&mut self, order: Option<(f64, bool)>) -> Option<u64> {
         let began_ns = self.now_ns;
         while self.firmware.force_n() != 0.0 {

@@ -33,8 +33,8 @@ pub(crate) enum UnsupportedReports {
 /// Longest report of the link protocol, bytes.
 pub(crate) const MAX_REPORT: usize = 64;
 
-/// Longest messages from and to a device of one axis, bytes. A device of two says so only in its hello: that does not fit
-/// up, and the connector looks whether its commands do down.
+/// Longest messages from and to a device of one axis, bytes. A device of two says so only in its hello: that does not
+/// fit up, and the connector looks whether its commands do down.
 const MIN_UP: usize = Kind::DeviceHello.length(Axes::One);
 const MIN_DOWN: usize = Kind::Command.length(Axes::One);
 

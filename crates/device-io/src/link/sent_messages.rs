@@ -1,8 +1,8 @@
-//! The host's own messages: their sequence, those that the device has not confirmed yet, and the round trip to the first
-//! sample that names one.
+//! The host's own messages: their sequence, those that the device has not confirmed yet, and the round trip to the
+//! first sample that names one.
 //!
-//! What was sent and not confirmed may still lie in a queue, of the system, of a converter or of the device, and will act
-//! when it comes out of it. So its number and its age are bounded.
+//! What was sent and not confirmed may still lie in a queue, of the system, of a converter or of the device, and will
+//! act when it comes out of it. So its number and its age are bounded.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -11,8 +11,8 @@ use crate::protocol::message::is_newer;
 /// Most messages that may be unconfirmed while another is sent.
 const MAX_UNCONFIRMED: u32 = 20;
 
-/// Longest time for which one may be unconfirmed while another is sent, ns; a sample period is added. The 16 ms for which
-/// an FTDI collects samples fit in.
+/// Longest time for which one may be unconfirmed while another is sent, ns; a sample period is added. The 16 ms for
+/// which an FTDI collects samples fit in.
 const MAX_UNCONFIRMED_NS: u64 = 20_000_000;
 
 /// Sending times that are kept: those of all that may be unconfirmed, and of two seconds of zero forces beyond them.

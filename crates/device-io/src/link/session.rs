@@ -27,8 +27,8 @@ const SILENCE_NS: u64 = 500_000_000;
 /// Time between two sendings of the same zero force while no other command may be sent, ns.
 const SEND_AGAIN_NS: u64 = 10_000_000;
 
-/// Shortest time without a confirmation under force that counts as none, ns: the 16 ms for which an FTDI collects samples,
-/// and some more. A device's watchdog may be shorter.
+/// Shortest time without a confirmation under force that counts as none, ns: the 16 ms for which an FTDI collects
+/// samples, and some more. A device's watchdog may be shorter.
 const MIN_IGNORED_NS: u64 = 25_000_000;
 
 /// The same time for a device without a watchdog, or with one beyond what is allowed without an option, ns.
@@ -255,8 +255,8 @@ impl Session {
     /// The newest sample, at a time of ours, ns, with the positions of both motors, m or rad; nothing before the first.
     ///
     /// # Errors
-    /// The motor is not enabled though it should be, the device has reported an error, confirms commands under force too
-    /// late or not at all, or was silent for too long and must be greeted again.
+    /// The motor is not enabled though it should be, the device has reported an error, confirms commands under force
+    /// too late or not at all, or was silent for too long and must be greeted again.
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement<[f64; 2]>>, DeviceError> {
         if self.has_news() {
             self.heard_at_ns = now_ns;
@@ -306,8 +306,9 @@ impl Session {
         }
     }
 
-    /// What becomes of the command of both motors' efforts, N or N m, at a time of ours, ns. Zero force and a motor that is to be
-    /// off are sent at once, and then again and again until they are confirmed; other commands only while there is room.
+    /// What becomes of the command of both motors' efforts, N or N m, at a time of ours, ns. Zero force and a motor
+    /// that is to be off are sent at once, and then again and again until they are confirmed; other commands only while
+    /// there is room.
     pub(crate) fn command(&mut self, efforts: [f64; 2], enabled: bool, now_ns: u64) -> Outgoing {
         let order = Order {
             efforts: if enabled { self.in_units(efforts) } else { [0; 2] },
@@ -363,8 +364,8 @@ impl Session {
         self.order = None;
     }
 
-    /// Efforts of both motors as they stand in a message. Where one is beyond its motor's limit both shrink by one factor,
-    /// so that the force on a hand keeps its direction.
+    /// Efforts of both motors as they stand in a message. Where one is beyond its motor's limit both shrink by one
+    /// factor, so that the force on a hand keeps its direction.
     fn in_units(&self, efforts: [f64; 2]) -> [i32; 2] {
         // Finite, so that what is cut to a limit has a direction.
         let in_units = |axis: Axis, effort: f64| (effort * axis.units).round().clamp(f64::MIN, f64::MAX);

@@ -169,8 +169,8 @@ pub(super) struct WireConnection<W: Wire> {
 }
 
 impl<W: Wire> WireConnection<W> {
-    /// Takes in all messages that have come. If the device's clock drifts past ours, a tick waits for a sample that is about
-    /// to come rather than rendering the old one again.
+    /// Takes in all messages that have come. If the device's clock drifts past ours, a tick waits for a sample that is
+    /// about to come rather than rendering the old one again.
     fn receive(&mut self, now_ns: u64) -> Result<(), DeviceError> {
         let Self {
             wire, session, wait_ns, ..

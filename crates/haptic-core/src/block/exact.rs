@@ -34,8 +34,8 @@ use crate::directional::Direction;
 use crate::snapshot::Archive;
 use core::fmt::Debug;
 
-/// The exact scheme for one scene: `S` is its slide, of which there are `N`, `R` how its static limit goes with the time
-/// at rest.
+/// The exact scheme for one scene: `S` is its slide, of which there are `N`, `R` how its static limit goes with the
+/// time at rest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExactBlock<S, R, const N: usize> {
     coupled: CoupledBlock,
@@ -406,8 +406,8 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     /// `motion.f0` is the force on the block at rest, less the friction at no speed.
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)>;
 
-    /// The next piece of a slide, with its energy if a listener wants that; `None` where it met more extrema than a tick
-    /// may work through.
+    /// The next piece of a slide, with its energy if a listener wants that; `None` where it met more extrema than a
+    /// tick may work through.
     fn piece(&mut self, motion: &Motion, level: FallLevel, course: &Course, listens: bool) -> Option<SlidePiece>;
 }
 

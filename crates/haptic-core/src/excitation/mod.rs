@@ -108,8 +108,8 @@ impl Excitation {
     }
 }
 
-/// A tick counts for this many periods at most: after a stall the reference goes on where the handle still is, and is not
-/// out of its reach at once.
+/// A tick counts for this many periods at most: after a stall the reference goes on where the handle still is, and is
+/// not out of its reach at once.
 const MAX_STEP_PERIODS: f64 = 5.0;
 
 /// Whether the handle moves with the force.

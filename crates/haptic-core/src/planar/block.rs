@@ -107,7 +107,8 @@ impl Course {
 }
 
 impl PlanarBlock {
-    /// At rest at the origin, of `mass` kg. The numbers are as [`Scene::validate`](crate::Scene::validate) accepts them.
+    /// At rest at the origin, of `mass` kg. The numbers are as [`Scene::validate`](crate::Scene::validate) accepts
+    /// them.
     #[must_use]
     pub fn new(mass: f64, coupling: Coupling, friction: IsotropicKarnopp) -> Self {
         let friction = IsotropicKarnopp {

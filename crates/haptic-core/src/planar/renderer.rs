@@ -16,8 +16,8 @@ use crate::snapshot::Archive;
 use alloc::boxed::Box;
 use alloc::format;
 
-/// A scene in the plane, ready to be rendered: a block on Karnopp's surface or on a viscous one, or either surface under
-/// the device itself.
+/// A scene in the plane, ready to be rendered: a block on Karnopp's surface or on a viscous one, or either surface
+/// under the device itself.
 #[derive(Clone, Debug)]
 pub struct PlanarRenderer {
     surface: Surface,
@@ -283,7 +283,8 @@ impl PlanarRenderer {
         }
     }
 
-    /// The block and the device; of a surface alone a block that rests where the surface sticks, and else goes with the device.
+    /// The block and the device; of a surface alone a block that rests where the surface sticks, and else goes with the
+    /// device.
     fn state(&self) -> PlanarState {
         match &self.surface {
             Surface::Block(held) => held.block.state(),

@@ -221,8 +221,8 @@ impl Sliding {
         }
     }
 
-    /// The slide that goes on with `velocity`, which is not zero, for at most the time of a [`Motion::at_rest`], which it is
-    /// written into: to return it costs a copy.
+    /// The slide that goes on with `velocity`, which is not zero, for at most the time of a [`Motion::at_rest`], which
+    /// it is written into: to return it costs a copy.
     pub(super) fn goes_on(&self, velocity: Plane, pull: &Pull, motion: &mut Motion) {
         let speed = velocity.length();
         let mut growing = Growing {

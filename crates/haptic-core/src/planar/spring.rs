@@ -1,10 +1,10 @@
-//! Karnopp's friction on the device itself, in the plane: a spring that is anchored where the hand came to rest, and that the
-//! hand drags behind it as it slides.
+//! Karnopp's friction on the device itself, in the plane: a spring that is anchored where the hand came to rest, and
+//! that the hand drags behind it as it slides.
 //!
 //! Stuck, the force is `Kp` times the way from the anchor, up to `Fs` whatever its direction. In a slide the anchor
-//! follows at the distance `Fd/Kp`, on a tractrix: on a straight way of length `l` the angle `psi` between the force and the
-//! motion falls as `tan(psi/2) = tan(psi0/2) exp(-l Kp/Fd)`. A slide ends where the motion turns back from the anchor's
-//! pull, and, with a threshold, where it has become slower than that.
+//! follows at the distance `Fd/Kp`, on a tractrix: on a straight way of length `l` the angle `psi` between the force
+//! and the motion falls as `tan(psi/2) = tan(psi0/2) exp(-l Kp/Fd)`. A slide ends where the motion turns back from the
+//! anchor's pull, and, with a threshold, where it has become slower than that.
 
 use super::block::{IsotropicKarnopp, SLIDING};
 use super::vector::Plane;
@@ -248,8 +248,8 @@ impl DraggedSpring {
         }
     }
 
-    /// Where a slide has just ended: from the friction of a slide to the limit and back is a round, which leaves the force as
-    /// it is where each slide is like the next, or counts as such (`anyway`).
+    /// Where a slide has just ended: from the friction of a slide to the limit and back is a round, which leaves the
+    /// force as it is where each slide is like the next, or counts as such (`anyway`).
     fn without_whole_rounds(&self, piece: &Piece, anyway: bool) -> Piece {
         let State::Stuck { force } = self.state else {
             return *piece;
@@ -263,7 +263,8 @@ impl DraggedSpring {
         piece.split(distance - distance % round).1
     }
 
-    /// Goes on as a stuck spring; returns the direction of the friction and what is left of the way after it broke loose.
+    /// Goes on as a stuck spring; returns the direction of the friction and what is left of the way after it broke
+    /// loose.
     fn go_stuck(&mut self, force: Plane, piece: &Piece) -> Option<(Plane, Piece)> {
         let limit = self.friction.static_force;
         let (along, size) = (force.dot(piece.along), force.length());

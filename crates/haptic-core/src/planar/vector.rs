@@ -118,8 +118,8 @@ impl Vector for Plane {
     }
 
     /// What may be reached is within a step of `last`, or between such a place and zero: the convex hull of a disk and
-    /// zero, on a line `last - step .. last + step` with zero. What is wanted beyond is reached as nearly as possible, so
-    /// that two wanted forces that are near each other lead to two that are.
+    /// zero, on a line `last - step .. last + step` with zero. What is wanted beyond is reached as nearly as possible,
+    /// so that two wanted forces that are near each other lead to two that are.
     fn reached_from(self, last: Self, step: f64) -> Self {
         let from_last = self - last;
         let (far, size) = (from_last.length(), last.length());
@@ -127,7 +127,8 @@ impl Vector for Plane {
             return self;
         }
         if size > step {
-            // Between the two lines from zero that touch the disk. `along` is towards `last`, `aside` away from that line.
+            // Between the two lines from zero that touch the disk. `along` is towards `last`, `aside` away from that
+            // line.
             let (along, across) = (last.dot(self) / size, last.cross(self) / size);
             let aside = across.abs();
             let sine = step / size;

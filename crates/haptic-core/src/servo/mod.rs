@@ -92,9 +92,9 @@ mod state;
 mod step;
 mod transition;
 
-/// Version of what a servo makes of its inputs; it changes with the rules of limits and doubt, as the forces do. 2: a change
-/// of sign is one step for the slew limit, and a stiff surface doubts less than 0.3 mm. 3: a change of scene carries the
-/// slide and the rest of a contact on.
+/// Version of what a servo makes of its inputs; it changes with the rules of limits and doubt, as the forces do. 2: a
+/// change of sign is one step for the slew limit, and a stiff surface doubts less than 0.3 mm. 3: a change of scene
+/// carries the slide and the rest of a contact on.
 pub const VERSION: u32 = 3;
 
 pub use inputs::{Event, Events, InputWord, Inputs};

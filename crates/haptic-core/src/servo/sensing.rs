@@ -151,8 +151,8 @@ impl<V: Vector> Sensing<V> {
 
     /// Takes in a reading at a time of ours, of a device with a resolution (m). A failed or stale
     /// reading is never rendered as a position. While force flows (`live`) a sample that no hand
-    /// can have made is not rendered either, by the force (N/m) that the surface gives for a place at once; without, the
-    /// block goes wherever the device says.
+    /// can have made is not rendered either, by the force (N/m) that the surface gives for a place at once; without,
+    /// the block goes wherever the device says.
     #[inline(always)]
     pub(super) fn sense(
         &mut self,

@@ -9,7 +9,8 @@ use std::fmt;
 /// times in a tick leave out adds up.
 const NEAR: f64 = 10.0;
 const TICKS_PER_NEAR: u32 = 10_000;
-/// Ticks in which a decision lies within the bound of its threshold, or whose work runs out, are rarer than one in this.
+/// Ticks in which a decision lies within the bound of its threshold, or whose work runs out, are rarer than one in
+/// this.
 const TICKS_PER_END: u32 = 1000;
 
 /// What the cases of a law and a property showed.

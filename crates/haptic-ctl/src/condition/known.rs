@@ -42,8 +42,8 @@ impl Observations {
             })
     }
 
-    /// Why the condition cannot hold before somebody resets the rig: it is stopped or faulted, and no sample from before
-    /// that is still on its way.
+    /// Why the condition cannot hold before somebody resets the rig: it is stopped or faulted, and no sample from
+    /// before that is still on its way.
     pub(crate) fn halt(&self, condition: &Condition) -> Option<&StateEvent> {
         let state = self.state.as_ref()?;
         let is_halted = matches!(state.state, RigState::Stopped | RigState::Faulted);

@@ -19,8 +19,8 @@ pub fn plot(laws: &[LawMeasurement]) -> String {
     svg(&[chart(laws)])
 }
 
-/// A point for each law and scheme: the median tick of a hand at 60 Hz behind 0.5 kg, and the worst error under all hands
-/// and masses.
+/// A point for each law and scheme: the median tick of a hand at 60 Hz behind 0.5 kg, and the worst error under all
+/// hands and masses.
 fn chart(measurements: &[LawMeasurement]) -> Chart {
     let mut chart = Chart::new(
         "Worst force error of each law against the cost of its tick",

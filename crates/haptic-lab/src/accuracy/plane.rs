@@ -1,8 +1,8 @@
 //! Karnopp's block in the plane: the exact tick, and what others do, held against true forces along four motions.
 //!
-//! The forces are stored: two solvers in 128-bit numbers agree on them to 1e-20 N. They are of a block on a surface that
-//! is alike in all directions, without a velocity threshold. Viscous friction alone is a block for each axis, which the
-//! laws of a line measure. The surface under the device itself is not measured in the plane.
+//! The forces are stored: two solvers in 128-bit numbers agree on them to 1e-20 N. They are of a block on a surface
+//! that is alike in all directions, without a velocity threshold. Viscous friction alone is a block for each axis,
+//! which the laws of a line measure. The surface under the device itself is not measured in the plane.
 
 use crate::motion::{DeviceSample, per_tick};
 use crate::simulate::{TickCost, cost_of_ticks};

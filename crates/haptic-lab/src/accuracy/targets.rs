@@ -33,8 +33,8 @@ fn target(what: impl Into<String>, target: &'static str, met: bool, measured: St
     }
 }
 
-/// Measures every target. Nanoseconds are this machine's, at this moment. `karnopp_instructions` are those a tick of the
-/// scene "Karnopp behind a block".
+/// Measures every target. Nanoseconds are this machine's, at this moment. `karnopp_instructions` are those a tick of
+/// the scene "Karnopp behind a block".
 ///
 /// # Errors
 /// Never in practice: the scenes are valid.

@@ -27,8 +27,8 @@ impl Scale {
         first + (last - first) * (value - self.low) / (self.high - self.low)
     }
 
-    /// The numbers that stand at the axis: 1, 2 or 5 times a power of ten apart. Each needs so much room, px. Values that
-    /// are decimal logarithms stand there as powers of ten.
+    /// The numbers that stand at the axis: 1, 2 or 5 times a power of ten apart. Each needs so much room, px. Values
+    /// that are decimal logarithms stand there as powers of ten.
     pub(super) fn marks(&self, room_px: f64, are_decades: bool) -> Vec<(f64, String)> {
         // The steps make up to two and a half times as many.
         let most = 0.4 * (self.ends_px.1 - self.ends_px.0).abs() / room_px;

@@ -38,9 +38,9 @@ impl Table {
         text
     }
 
-    /// The table as a float of LaTeX, which needs no package. `name` follows `tab:` in its label. It fits the text of an
-    /// article of 10 pt: a wider one is in smaller letters, its columns below one another where that is not enough, and
-    /// one that is longer than a page has more floats of the same number.
+    /// The table as a float of LaTeX, which needs no package. `name` follows `tab:` in its label. It fits the text of
+    /// an article of 10 pt: a wider one is in smaller letters, its columns below one another where that is not enough,
+    /// and one that is longer than a page has more floats of the same number.
     #[must_use]
     pub fn latex(&self, name: &str) -> String {
         let mut rows = self

@@ -23,8 +23,8 @@ const SATURATED_RUN: usize = 5;
 /// Share of samples between the extremes up to which a force only switches between these.
 const MIN_BETWEEN: f64 = 0.1;
 
-/// Share of the samples between the extremes that repeat the one before, from which on a force is held, for as long as is
-/// taken for the end of a sensor's range.
+/// Share of the samples between the extremes that repeat the one before, from which on a force is held, for as long as
+/// is taken for the end of a sensor's range.
 const MAX_HELD: f64 = 0.75;
 
 /// A record on an even grid, and what its positions say of the motion.

@@ -50,8 +50,8 @@ pub struct Throughput {
 
 /// Throughput of one sequence, whose movements follow one another in this order.
 ///
-/// The distance moved is `A + dx_i + dx_(i-1)` in a serial task, where both errors are positive along their own movement
-/// and the first begins at the centre of a target (its `dx_0` is 0), and `A + dx_i` in a discrete one.
+/// The distance moved is `A + dx_i + dx_(i-1)` in a serial task, where both errors are positive along their own
+/// movement and the first begins at the centre of a target (its `dx_0` is 0), and `A + dx_i` in a discrete one.
 ///
 /// # Errors
 /// There are fewer than two movements, all end at the same place, a time is not above zero, or a value is not finite.

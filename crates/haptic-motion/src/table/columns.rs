@@ -173,9 +173,10 @@ impl Quantity {
         in_brackets(title).is_some() || (self == Self::Time && words == "seconds") || self.unit_at_end(&words).is_some()
     }
 
-    /// How likely a column of this title is the one, the least the likeliest; `None` where it is another. One whose unit
-    /// is of this quantity goes before one without a unit, and that before one in a unit of another, as `position_deg`,
-    /// whose gain is asked for; then a full name goes before an abbreviation, and the usual names in their order.
+    /// How likely a column of this title is the one, the least the likeliest; `None` where it is another. One whose
+    /// unit is of this quantity goes before one without a unit, and that before one in a unit of another, as
+    /// `position_deg`, whose gain is asked for; then a full name goes before an abbreviation, and the usual names in
+    /// their order.
     pub(super) fn rank(self, title: &str) -> Option<(Dimension, bool, usize)> {
         let words = plain(title);
         let of = |name: &str| {

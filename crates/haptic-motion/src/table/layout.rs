@@ -195,7 +195,8 @@ pub(super) fn number(cell: &str, separator: char) -> Option<f64> {
     parsed.filter(|value| value.is_finite())
 }
 
-/// Seconds since midnight of a time of day, in Greenwich where it says how far it is from there; a date may stand before it.
+/// Seconds since midnight of a time of day, in Greenwich where it says how far it is from there; a date may stand
+/// before it.
 fn time_of_day_s(cell: &str) -> Option<f64> {
     const FORMATS: [&str; 6] = [
         "%H:%M:%S%.f",

@@ -290,7 +290,8 @@ enum Pattern {
 }
 
 impl Pattern {
-    /// Even times in the place of the stamps of a stretch without a gap, where these lie within what the pattern explains.
+    /// Even times in the place of the stamps of a stretch without a gap, where these lie within what the pattern
+    /// explains.
     fn evened(self, stamps: &[f64], period_s: f64) -> Option<Vec<f64>> {
         // The line of least squares: the ends of a stretch are off by as much as any other stamp.
         let middle = 0.5 * (stamps.len() - 1) as f64;
@@ -397,8 +398,8 @@ impl Runs {
         if repeated > 0 || to_s <= ALIKE * self.period_s || !is_either(least_s, longest_s, ALIKE * to_s) {
             return None;
         }
-        // Rounded times step by two neighbouring multiples of the last digit, and the longer step comes at even distances;
-        // else rows are missing.
+        // Rounded times step by two neighbouring multiples of the last digit, and the longer step comes at even
+        // distances; else rows are missing.
         let long: Vec<usize> = steps
             .iter()
             .filter(|(_, step)| step - least_s > 0.5 * to_s)

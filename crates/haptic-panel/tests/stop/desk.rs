@@ -158,7 +158,8 @@ impl Desk {
     fn engage(&mut self) {
         let began = Instant::now();
         loop {
-            // Before the state is asked for: the panel's other connection may stop it once more, and that must be heard.
+            // Before the state is asked for: the panel's other connection may stop it once more, and that must be
+            // heard.
             while self.stopped.try_recv().is_ok() {}
             if self.state() == RigState::Engaged {
                 return;

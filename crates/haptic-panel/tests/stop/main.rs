@@ -21,8 +21,8 @@ use std::time::{Duration, Instant};
 /// Stops of each row of the table.
 const STOPS: usize = 1000;
 
-/// Presses Space `count` times while the window draws, and waits for the end of each stop. Returns the sorted times, which
-/// the table shows: how long they take is the machine's, that they end while a disk stalls is what is tested.
+/// Presses Space `count` times while the window draws, and waits for the end of each stop. Returns the sorted times,
+/// which the table shows: how long they take is the machine's, that they end while a disk stalls is what is tested.
 fn stops(desk: &mut Desk, what: &str, count: usize) -> Vec<Duration> {
     let mut times: Vec<Duration> = (0..count).map(|_| desk.press_and_wait()).collect();
     times.sort();

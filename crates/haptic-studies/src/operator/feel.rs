@@ -1,6 +1,6 @@
 //! A simulated subject at the perception tests: strokes to and fro, and of each surface two forces that are felt, the
-//! breakaway and the friction of the slide, each with noise in proportion to it (Weber's law). Their relative differences
-//! are added; no more is claimed of it.
+//! breakaway and the friction of the slide, each with noise in proportion to it (Weber's law). Their relative
+//! differences are added; no more is claimed of it.
 
 use super::hand::Hand;
 use super::rig::{PERIOD_S, Rig};
@@ -8,9 +8,9 @@ use crate::perception::Answer;
 use crate::random::Random;
 use haptic_ipc::Sample;
 
-/// Deviation of a breakaway and of a sliding friction that is felt, as a share of it: a constant force of 2.5 to 10 N is
-/// told apart by 7 % (Pang, Tan and Durlach 1991, abstract); that a breakaway, which lasts some milliseconds, is felt less
-/// well is ours.
+/// Deviation of a breakaway and of a sliding friction that is felt, as a share of it: a constant force of 2.5 to 10 N
+/// is told apart by 7 % (Pang, Tan and Durlach 1991, abstract); that a breakaway, which lasts some milliseconds, is
+/// felt less well is ours.
 const BREAKAWAY_NOISE: f64 = 0.2;
 const SLIDING_NOISE: f64 = 0.07;
 

@@ -6,8 +6,8 @@ use super::rig::{PERIOD_S, Rig};
 /// Mass of hand and arm at the handle, kg: ours.
 pub(super) const MASS_KG: f64 = 1.5;
 
-/// Stiffness (N/m) and damping (N s/m) of the arm at the handle: ours. Stiff, so that friction does not stop it far from
-/// where it goes.
+/// Stiffness (N/m) and damping (N s/m) of the arm at the handle: ours. Stiff, so that friction does not stop it far
+/// from where it goes.
 const STIFFNESS_N_PER_M: f64 = 1500.0;
 const DAMPING_NS_PER_M: f64 = 80.0;
 

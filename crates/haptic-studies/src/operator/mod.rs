@@ -1,9 +1,10 @@
-//! A simulated subject: a script that moves the handle by minimum jerk with noise, which shows that a study runs and how
-//! its analysis reads, and nothing about people.
+//! A simulated subject: a script that moves the handle by minimum jerk with noise, which shows that a study runs and
+//! how its analysis reads, and nothing about people.
 //!
 //! The rig is the daemon's [servo](haptic_core::servo::Servo) on the fake rig's
 //! [carriage](device_io::fake::Plant), a tick after the other without waiting. A segment, or a trial of a perception
-//! test, depends on the plan, the seed, the subject and its own number alone, so that it can be run anywhere, and again.
+//! test, depends on the plan, the seed, the subject and its own number alone, so that it can be run anywhere, and
+//! again.
 
 mod feel;
 mod hand;

@@ -6,8 +6,8 @@ use crate::fitts::View;
 use crate::plan::RigMapping;
 use crate::random::Random;
 
-/// Time from something that is seen to a movement that follows from it, s: 130 to 200 ms in distance (Saunders and Knill
-/// 2005, abstract).
+/// Time from something that is seen to a movement that follows from it, s: 130 to 200 ms in distance (Saunders and
+/// Knill 2005, abstract).
 const DELAY_S: f64 = 0.15;
 
 /// Deviation of a movement's end for each m/s of its mean speed, s: that it grows so is of Meyer and others 1988

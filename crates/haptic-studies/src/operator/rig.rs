@@ -75,7 +75,8 @@ pub(super) struct Rig {
 }
 
 impl Rig {
-    /// A rig at rest at a position, m, that renders a scene and moves what is mounted on it, and the hand. It engages once it has settled.
+    /// A rig at rest at a position, m, that renders a scene and moves what is mounted on it, and the hand. It engages
+    /// once it has settled.
     ///
     /// # Errors
     /// The scene cannot be rendered.

@@ -1,5 +1,5 @@
-//! The ticks of a session: of the trial under way, for its recording, and the newest ones for clicks; and the frames that
-//! showed the cursor.
+//! The ticks of a session: of the trial under way, for its recording, and the newest ones for clicks; and the frames
+//! that showed the cursor.
 //!
 //! A screen learns of ticks in batches, so that a click may be reported before its tick or after it.
 

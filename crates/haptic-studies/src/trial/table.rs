@@ -47,8 +47,8 @@ pub enum TrialError {
     Csv(#[from] csv::Error),
 }
 
-/// Reads the trials of a file of text. Commas, semicolons or tabs separate its cells; where commas do not, they are decimal
-/// points.
+/// Reads the trials of a file of text. Commas, semicolons or tabs separate its cells; where commas do not, they are
+/// decimal points.
 ///
 /// # Errors
 /// The file lacks a required column, or has a wrong cell.

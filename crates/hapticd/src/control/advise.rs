@@ -36,8 +36,8 @@ fn all(rig: &KnownRig, scene: &Scene, facts: &RigFacts, basis: &AdviceBasis) -> 
     notes.chain(findings).collect()
 }
 
-/// Every check of a scene. What oscillates with the heaviest mass of a rig of two axes need not with the lightest, and the
-/// other way round.
+/// Every check of a scene. What oscillates with the heaviest mass of a rig of two axes need not with the lightest, and
+/// the other way round.
 fn findings(rig: &KnownRig, scene: &Scene, facts: &RigFacts, basis: &AdviceBasis) -> Vec<Finding> {
     let findings = look(scene, rig.facts.scheme, facts);
     let Some(heaviest_kg) = basis.heaviest_mass_kg else {

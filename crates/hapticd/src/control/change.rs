@@ -122,9 +122,9 @@ pub(super) async fn redo(
     begin(rig, by, "redo", options, prepare).await
 }
 
-/// Gives the scene that the daemon began with the coupling of the rig, once that is known: where its file leaves it to the
-/// rig, and where nobody has named a scene and the rig bears only a softer one. As long as nobody else has changed the
-/// scene, which is then of the revision `begun`, and no force may flow.
+/// Gives the scene that the daemon began with the coupling of the rig, once that is known: where its file leaves it to
+/// the rig, and where nobody has named a scene and the rig bears only a softer one. As long as nobody else has changed
+/// the scene, which is then of the revision `begun`, and no force may flow.
 pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
     let Some(file) = &rig.facts.first_scene else { return };
     let (newest, before) = rig.base(false);
@@ -204,8 +204,8 @@ async fn begin(
     }
 }
 
-/// Compiles a scene, which validates it, and hands it over. Nothing else happens meanwhile: the scene before it is still
-/// the newest one.
+/// Compiles a scene, which validates it, and hands it over. Nothing else happens meanwhile: the scene before it is
+/// still the newest one.
 fn begin_from(
     rig: &RigHandle,
     by: Requester<'_>,

@@ -52,7 +52,8 @@ pub(crate) struct Facts {
     /// Directory of the commissioning records.
     pub(crate) state_dir: PathBuf,
     pub(crate) scheme: Scheme,
-    /// The first scene, where its coupling may be the rig's: its file leaves it to the rig, or nobody has named a scene.
+    /// The first scene, where its coupling may be the rig's: its file leaves it to the rig, or nobody has named a
+    /// scene.
     pub(crate) first_scene: Option<SceneFile>,
     /// Directory of saved scenes.
     pub(crate) scene_dir: PathBuf,

@@ -10,7 +10,8 @@ use haptic_ipc::{ErrorCode, JournalEntry, StateReply, WireError};
 /// Takes the counts of the next sample for those of the home pose. Relative encoders lose them with each connection.
 ///
 /// # Errors
-/// The rig has no home pose, no device is connected, force flows, another client has the rig to itself, or no sample comes.
+/// The rig has no home pose, no device is connected, force flows, another client has the rig to itself, or no sample
+/// comes.
 pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
     let wrong = |message: String| WireError::new(ErrorCode::WrongState, message).about("state");
     let Some(homing) = rig.facts.homing() else {

@@ -1,5 +1,5 @@
-//! The judgement of a scene before a motor pulls a hand by it: it is tried on the connected rig, as far as that is known,
-//! off this thread and off the loop. A stop waits for no trial.
+//! The judgement of a scene before a motor pulls a hand by it: it is tried on the connected rig, as far as that is
+//! known, off this thread and off the loop. A stop waits for no trial.
 
 use crate::control::rig::commission_record::Findings;
 use crate::control::rig::known_rig::{KnownRig, TrialBasis};
@@ -17,8 +17,8 @@ use std::time::{Duration, Instant};
 /// Verdicts that are kept: a slider that goes to and fro asks for the same ones again.
 const MAX_KEPT: usize = 32;
 
-/// Most scenes that are tried by a thread before it tells: to begin one and to be told takes longer than a trial on a busy
-/// machine.
+/// Most scenes that are tried by a thread before it tells: to begin one and to be told takes longer than a trial on a
+/// busy machine.
 const MAX_AT_A_TIME: usize = 16;
 
 /// Threads at a time.
@@ -28,8 +28,8 @@ const MAX_WORKERS: usize = 2;
 /// Clients wait for 5 s.
 const LONGEST: Duration = Duration::from_secs(3);
 
-/// Longest time until trials are over and what would pass is found, which takes a tenth of a second more. Without it there
-/// is a refusal all the same.
+/// Longest time until trials are over and what would pass is found, which takes a tenth of a second more. Without it
+/// there is a refusal all the same.
 const MAX_WITH_SEARCH: Duration = Duration::from_secs(4);
 
 /// Longest time of the search for the stiffest coupling: who commissions has a lease of 2 s.
@@ -79,8 +79,8 @@ impl Verdicts {
     }
 }
 
-/// Refuses scenes of which one would chatter on the connected rig; `what` is what cannot be done with it. With the refusal
-/// comes the index of that scene.
+/// Refuses scenes of which one would chatter on the connected rig; `what` is what cannot be done with it. With the
+/// refusal comes the index of that scene.
 ///
 /// # Errors
 /// It would, or nobody can tell in time.
@@ -103,8 +103,8 @@ pub(super) async fn refuse_chatter(rig: &KnownRig, scenes: &[Rc<Scene>], what: &
     Ok(())
 }
 
-/// Why the active scene would not be engaged, where it would chatter; `None` where it would not, or nobody can tell in a
-/// moment.
+/// Why the active scene would not be engaged, where it would chatter; `None` where it would not, or nobody can tell in
+/// a moment.
 pub(super) async fn problem(rig: &KnownRig, scene: Rc<Scene>) -> Option<Problem> {
     if rig.verdicts.workers.is_busy() {
         return None;
@@ -117,8 +117,8 @@ pub(super) async fn problem(rig: &KnownRig, scene: Rc<Scene>) -> Option<Problem>
     })
 }
 
-/// Tries the scenes that were not tried yet, until one is found that would chatter. One that cannot be rendered is refused
-/// as such, elsewhere.
+/// Tries the scenes that were not tried yet, until one is found that would chatter. One that cannot be rendered is
+/// refused as such, elsewhere.
 async fn first_chatter(verdicts: &Verdicts, scenes: &[Rc<Scene>], rig: TrialRig) -> Result<Option<Chatter>, WorkError> {
     let mut untried = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {

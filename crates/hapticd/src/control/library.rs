@@ -52,7 +52,8 @@ impl Library {
         }
     }
 
-    /// Runs work on the disk, which may be slow or never answer: neither a stop nor the end of the daemon may wait for it.
+    /// Runs work on the disk, which may be slow or never answer: neither a stop nor the end of the daemon may wait for
+    /// it.
     ///
     /// # Errors
     /// The disk does not answer in time.

@@ -1,4 +1,5 @@
-//! Which lines the log gets about a link that fails again and again: each reason once, then counts at growing intervals.
+//! Which lines the log gets about a link that fails again and again: each reason once, then counts at growing
+//! intervals.
 
 use device_io::link::{ConnectError, LinkState};
 use std::time::{Duration, Instant};

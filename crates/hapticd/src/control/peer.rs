@@ -56,8 +56,8 @@ impl Default for UserNames {
 }
 
 impl UserNames {
-    /// The name of a user. Each user is looked up once. A client has no name if the look-up is too slow or there are too
-    /// many, and later clients of that user do not wait for it: their first line may be a stop.
+    /// The name of a user. Each user is looked up once. A client has no name if the look-up is too slow or there are
+    /// too many, and later clients of that user do not wait for it: their first line may be a stop.
     async fn of(&self, uid: u32) -> Option<String> {
         let known = self.known.borrow().get(&uid).cloned();
         let mut answer = match known {

@@ -154,8 +154,8 @@ impl Places {
     }
 }
 
-/// How many descriptors this process has, about: the system gives the lowest free number. A disk that does not answer is
-/// not asked.
+/// How many descriptors this process has, about: the system gives the lowest free number. A disk that does not answer
+/// is not asked.
 fn descriptors_in_use() -> usize {
     let next = rustix::io::dup(std::io::stdin()).map(|next| usize::try_from(next.as_raw_fd()).unwrap_or(0));
     next.unwrap_or(0)

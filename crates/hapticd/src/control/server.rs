@@ -42,7 +42,8 @@ impl Listener {
         })
     }
 
-    /// Whether clients find it, after a try to bind it again where it was lost. Tells when that changes, and what follows.
+    /// Whether clients find it, after a try to bind it again where it was lost. Tells when that changes, and what
+    /// follows.
     fn stays_reachable(&self, consequence: &str) -> bool {
         let path = self.socket.path().display();
         let found = self.socket.stay_reachable();
@@ -161,8 +162,8 @@ impl Server {
         }
     }
 
-    /// Sees to it that clients find the sockets, and that the log tells of the link. Where nobody can ask for a stop any
-    /// more, no force may flow.
+    /// Sees to it that clients find the sockets, and that the log tells of the link. Where nobody can ask for a stop
+    /// any more, no force may flow.
     async fn stay_reachable(&self, rig: &RigHandle) {
         loop {
             rig.channel.set_reachable(

@@ -96,14 +96,15 @@ pub(crate) enum FromLoop {
 // Three cache lines: what a tick costs here is known and does not creep up.
 const _: () = assert!(size_of::<FromLoop>() <= 192);
 
-/// Entries that the ring holds in the daemon: more than eight seconds at 1 kHz, where a tick has one; of two axes it has two.
+/// Entries that the ring holds in the daemon: more than eight seconds at 1 kHz, where a tick has one; of two axes it
+/// has two.
 pub(crate) const RECORDS: usize = 8192;
 
 /// Entries that a scheduled change may lead to, and any other but a record: itself, an answer, and two scenes.
 pub(crate) const ROOM_OF_ONE: usize = 4;
 
-/// Room that records leave to all else: all that can be scheduled, and more than the control thread leaves there between
-/// two looks. So a scheduled change never waits for room.
+/// Room that records leave to all else: all that can be scheduled, and more than the control thread leaves there
+/// between two looks. So a scheduled change never waits for room.
 const RESERVED: usize = ROOM_OF_ONE * (MAX_SCHEDULED_CHANGES + 16);
 
 /// The real-time end.

@@ -64,7 +64,8 @@ fn panic_with_force(refusals: u64) -> (End, f64) {
     thread::keep_panics();
     let (mut running, mut control) = start(device, &Scene::paper());
     let began = Instant::now();
-    // A busy machine's late ticks may be a fault before there is force. What is written after the panic is the last word.
+    // A busy machine's late ticks may be a fault before there is force. What is written after the panic is the last
+    // word.
     let mut commands = (1..).zip([Command::Engage, Command::Reset].into_iter().cycle());
     let mut asked = 0;
     while panicked_at.load(SeqCst) == 0 {

@@ -1,5 +1,5 @@
-//! Changes of the scene that the loop makes in ticks to come: compiled by the control thread, kept here until their tick,
-//! and freed by the control thread again. A [`Claim`] decides between the loop and a cancellation.
+//! Changes of the scene that the loop makes in ticks to come: compiled by the control thread, kept here until their
+//! tick, and freed by the control thread again. A [`Claim`] decides between the loop and a cancellation.
 
 use crate::rt::claim::{Claim, ClaimState};
 use crate::rt::space::CompiledIn;

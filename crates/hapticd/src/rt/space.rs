@@ -1,7 +1,7 @@
 //! The space that the hand moves in, a line or a plane: what the loop and the hand-over have to tell apart.
 //!
-//! The loop is compiled for each. What goes between the threads is of one type: a scene says which it is of, and a record
-//! holds the first axis, before which that of the second goes on its own.
+//! The loop is compiled for each. What goes between the threads is of one type: a scene says which it is of, and a
+//! record holds the first axis, before which that of the second goes on its own.
 
 use haptic_core::planar::Plane;
 use haptic_core::servo::{CompiledScene, Transition};

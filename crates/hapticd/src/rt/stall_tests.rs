@@ -32,8 +32,8 @@ const BOUND: u64 = 30_000;
 /// longer in the tests' profile; what follows is the same over again.
 const MAX_STEPS: u64 = if cfg!(debug_assertions) { 1300 } else { 400 };
 
-/// Instructions from one at which it is stopped to the next: every one of an optimised build, as .ci/full does; else few
-/// enough that a queue that stalls is seen to stall.
+/// Instructions from one at which it is stopped to the next: every one of an optimised build, as .ci/full does; else
+/// few enough that a queue that stalls is seen to stall.
 const STRIDE: usize = if cfg!(debug_assertions) { 41 } else { 1 };
 
 /// The extent of a run of an optimised build; one that is not is always short.

@@ -269,8 +269,8 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
         self.servo.scene()
     }
 
-    /// Zero force, whatever happens after; returns whether the device has confirmed it, or has taken it where it reports
-    /// nothing of its motor.
+    /// Zero force, whatever happens after; returns whether the device has confirmed it, or has taken it where it
+    /// reports nothing of its motor.
     ///
     /// # Errors
     /// The device could not be written.
@@ -302,8 +302,8 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
         self.outbox.room() >= ROOM_OF_ONE * (self.scheduled.len() + 2)
     }
 
-    /// Takes what has come since the tick before, of several scenes and motions of the rig's own the last, and one command
-    /// a tick; says whether it was a motion. Without room for the answers it waits in the inbox.
+    /// Takes what has come since the tick before, of several scenes and motions of the rig's own the last, and one
+    /// command a tick; says whether it was a motion. Without room for the answers it waits in the inbox.
     #[inline(never)]
     fn receive(&mut self) -> (Option<Box<CompiledScene<V>>>, bool, Option<SentCommand>) {
         let (mut scene, mut new_motion, mut command) = (None::<Box<CompiledScene<V>>>, false, None);

@@ -27,8 +27,8 @@ const SPEED_WINDOW_NS: u64 = 10_000_000;
 /// encoder or the friction says more than the mass.
 const MIN_OF_A_MASS: (f64, f64) = (20.0, 0.3);
 
-/// Way over which it is seen which motor of a linkage carries the hand, m: farther away it is another linkage, and the hand
-/// coasts as its friction lets it.
+/// Way over which it is seen which motor of a linkage carries the hand, m: farther away it is another linkage, and the
+/// hand coasts as its friction lets it.
 const NEAR_M: f64 = 5e-3;
 
 /// Largest ratio of the path to the travel: a handle with a longer path has turned round, because
@@ -191,7 +191,8 @@ impl Motion {
         self.pulse.as_ref().is_some_and(ObservedPulse::is_over)
     }
 
-    /// Where a pulse began to push the hand of a rig of two axes, and how far it pushed it, m, while the linkage stayed alike.
+    /// Where a pulse began to push the hand of a rig of two axes, and how far it pushed it, m, while the linkage stayed
+    /// alike.
     pub(crate) fn pushed_hand(&self) -> Option<[Plane; 2]> {
         self.pulse.as_ref()?.hand
     }

@@ -194,7 +194,8 @@ impl Subscribers {
         }
     }
 
-    /// Adds a tick, and what it has of a second axis, to the rows of those who want it; `lost` records were lost before it.
+    /// Adds a tick, and what it has of a second axis, to the rows of those who want it; `lost` records were lost before
+    /// it.
     pub(super) fn add_row(&mut self, sample: &Sample, y: Option<SampleY>, lost: u64) {
         for subscriber in &mut self.all {
             if subscriber.is_held() {

@@ -150,8 +150,8 @@ fn as_told(message: FromHost, now_ns: u64) -> Option<String> {
 /// seem to come too early by its stamp.
 const HELD_UP_NS: u64 = 300_000;
 
-/// Time without samples from which on they are lost, and the firmware's watchdog waits, ns: by their sequence and stamps
-/// together the time since is known.
+/// Time without samples from which on they are lost, and the firmware's watchdog waits, ns: by their sequence and
+/// stamps together the time since is known.
 const LONG_HELD_UP_NS: u64 = 20_000_000;
 
 struct Rig {

@@ -300,8 +300,8 @@ fn zero_force_goes_at_once_though_no_other_command_may_be_sent() {
 /// The limit of the device, mN: no round number, so that no other constant is taken for it.
 const LIMIT_MN: i32 = 1237;
 
-/// A session with a device of that limit. A rig that cuts forces itself, as the fake one does, would hide a host that does
-/// not.
+/// A session with a device of that limit. A rig that cuts forces itself, as the fake one does, would hide a host that
+/// does not.
 fn limited_session() -> Session {
     let hello = DeviceHello {
         force_limit_mn: LIMIT_MN.unsigned_abs(),

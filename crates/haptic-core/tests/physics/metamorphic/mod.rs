@@ -94,8 +94,8 @@ fn follow(mut surface: Renderer, hand: &[Sample], mut before: impl FnMut(usize, 
     ticks
 }
 
-/// Each tick cut, from where the whole ones have come to: under a block the device goes on straight lines of position and
-/// velocity, on the device itself with constant acceleration.
+/// Each tick cut, from where the whole ones have come to: under a block the device goes on straight lines of position
+/// and velocity, on the device itself with constant acceleration.
 fn follow_cut(mut surface: Renderer, case: &Case) -> Vec<Tick> {
     let (mut position, mut velocity) = (0.0, 0.0);
     let mut ticks = Vec::new();

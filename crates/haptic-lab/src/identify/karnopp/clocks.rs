@@ -1,8 +1,8 @@
 //! The shift between the clock of the positions and that of the forces, and their drift.
 //!
 //! The shift that leaves least of the force is found over whole samples first, then within them, as one more unknown of
-//! the fit: the force's change with time is its coefficient. Within the strokes of one sine that is a sum of inertia and
-//! viscous friction, so that many records do not determine it.
+//! the fit: the force's change with time is its coefficient. Within the strokes of one sine that is a sum of inertia
+//! and viscous friction, so that many records do not determine it.
 
 use super::place;
 use super::problem::Problem;

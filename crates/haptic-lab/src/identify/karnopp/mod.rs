@@ -42,8 +42,8 @@ const NOISE_STRUCTURE: f64 = 0.2;
 const NOISE_EXCESS: f64 = 1.4;
 const NOISE_FALL: f64 = 1.3;
 
-/// Of the time between two samples, what is not known of a shift whatever the fit says: the force between them is taken as a
-/// straight line.
+/// Of the time between two samples, what is not known of a shift whatever the fit says: the force between them is taken
+/// as a straight line.
 const BETWEEN_SAMPLES: f64 = 0.15;
 
 /// What is said where friction is taken as alike.

@@ -3,9 +3,9 @@
 //!
 //! It is a sum of hats, each a straight rise to its place and a straight fall from there.
 //!
-//! Backlash between the encoder and the mass is looked for where the force between them changes its sign, which is where
-//! the mass crosses the gap. The fit is made once more without the windows in which the force that it predicts comes
-//! near to zero. The measured force would choose by its noise.
+//! Backlash between the encoder and the mass is looked for where the force between them changes its sign, which is
+//! where the mass crosses the gap. The fit is made once more without the windows in which the force that it predicts
+//! comes near to zero. The measured force would choose by its noise.
 
 use super::problem::{Problem, Slides};
 use super::regression::{Fit, OVERLAPPING, Rows, Shape, Unknown};
@@ -31,8 +31,8 @@ const MAX_LEFT: f64 = 0.93;
 /// A window that averages over several periods of cogging does not show it: one shorter by this is tried as well.
 const SHORTER: f64 = 2.9;
 
-/// Steps of the encoder in a slide between steps of the force, below which intervals become too narrow: records with 200 to
-/// 400 held in 84 to 97 of 100, those with 1200 and more in 94 to 98.
+/// Steps of the encoder in a slide between steps of the force, below which intervals become too narrow: records with
+/// 200 to 400 held in 84 to 97 of 100, those with 1200 and more in 94 to 98.
 const MIN_SLIDE_STEPS: f64 = 600.0;
 
 /// Share of the acceleration's variance that the place may leave, at least, for the mass to be told from a spring.
@@ -139,7 +139,8 @@ pub(super) fn note_assumptions(problem: &Problem<'_>, slides: &Slides, found: &m
     }
 }
 
-/// The square of the motion's frequency, 1/s^2, where it has one alone: then acceleration follows from place and velocity.
+/// The square of the motion's frequency, 1/s^2, where it has one alone: then acceleration follows from place and
+/// velocity.
 pub(super) fn one_frequency(problem: &Problem<'_>, rows: &Rows) -> Option<f64> {
     let x = &problem.grid.position_m;
     let design = DMatrix::from_fn(rows.rows.len(), 4, |i, j| {

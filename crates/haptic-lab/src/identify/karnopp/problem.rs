@@ -32,8 +32,8 @@ pub(super) struct Problem<'a> {
     pub(super) margin_s: f64,
 }
 
-/// Where the shift of the clocks is looked for, s: how the force changes about a turn says when the mass set off, which is
-/// not known, and would be taken for a shift.
+/// Where the shift of the clocks is looked for, s: how the force changes about a turn says when the mass set off, which
+/// is not known, and would be taken for a shift.
 const MARGIN_WITH_SHIFT_S: f64 = 0.01;
 
 impl<'a> Problem<'a> {
@@ -104,8 +104,8 @@ impl<'a> Problem<'a> {
     }
 
     /// How the unknowns would change with a shift of the force, each a second, where the force steps so often within
-    /// slides that it matters when between two samples it does: what is left of that is half a period to either side, less
-    /// where the steps fall at other phases each time.
+    /// slides that it matters when between two samples it does: what is left of that is half a period to either side,
+    /// less where the steps fall at other phases each time.
     pub(super) fn change_with_steps(&self, rows: &Rows, shape: Shape) -> Option<DVector<f64>> {
         let share = self.share_of_steps()?;
         let rates = rows.force_rates(&self.force);

@@ -13,8 +13,8 @@ const MAX_ROWS: usize = 8000;
 /// Rows that overlap, for each one that does not.
 pub(super) const OVERLAPPING: f64 = 3.0;
 
-/// Parts of the record that err each in its own way are pairs of strokes, joined to at most [`PARTS`]. Of fewer pairs than
-/// this they are cut.
+/// Parts of the record that err each in its own way are pairs of strokes, joined to at most [`PARTS`]. Of fewer pairs
+/// than this they are cut.
 const MIN_PAIRS: usize = 6;
 
 /// Share of the positions' noise that may be none.
@@ -57,8 +57,8 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// The rows whose whole window is valid and slides one way: how long the mass rests at a turn, and at which instant it
-    /// turns, is not known.
+    /// The rows whose whole window is valid and slides one way: how long the mass rests at a turn, and at which instant
+    /// it turns, is not known.
     pub(super) fn new(grid: &Grid, motion: &Motion, half_s: f64, margin_s: f64) -> Self {
         let window = Window::new(half_s, grid.period_s);
         let reach = window.reach;
@@ -129,7 +129,8 @@ impl Rows {
     }
 
     /// Hats over the way, each a straight rise to its place and a straight fall from there, in the mean of each row's
-    /// window, less the mean of all rows, as the offset has that. The one at the lowest place is that of all others together.
+    /// window, less the mean of all rows, as the offset has that. The one at the lowest place is that of all others
+    /// together.
     pub(super) fn places(&self, grid: &Grid, hats: usize) -> Vec<Vec<f64>> {
         let x = &grid.position_m;
         let (low, high) = extent(x.iter().copied());
@@ -327,8 +328,8 @@ impl Fit {
         Some(factors)
     }
 
-    /// By how much a sum of unknowns may be wrong as the positions' noise is not what was taken out: an encoder's steps are
-    /// noise in a fast motion alone.
+    /// By how much a sum of unknowns may be wrong as the positions' noise is not what was taken out: an encoder's steps
+    /// are noise in a fast motion alone.
     pub(super) fn bias(&self, sum: &[(Unknown, f64)]) -> f64 {
         self.factors(sum)
             .map_or(0.0, |factors| NOT_NOISE * factors.dot(&self.found.noise_pull).abs())

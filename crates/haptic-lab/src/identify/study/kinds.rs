@@ -1,7 +1,7 @@
 //! Records of the kinds that people make, of a mass and friction drawn by chance, to judge intervals by.
 //!
-//! The mass is moved here and not by `haptic_core`, so that what judges the identification shares nothing with what it is
-//! used with: steps of 50 us in which it sets off, slides and stops at its own instant. It obeys
+//! The mass is moved here and not by `haptic_core`, so that what judges the identification shares nothing with what it
+//! is used with: steps of 50 us in which it sets off, slides and stops at its own instant. It obeys
 //!
 //! ```text
 //! M a + s Fd + b v + spring x + cogging sin(2 pi x / 5 mm) + offset = F       |F - ...| <= Fs at rest

@@ -114,8 +114,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 }
 
-/// The best function: from the lowest places of a grid, and from a start where there is one. The lapse is fitted, and also
-/// held at either bound, where the angle of the solver has no slope.
+/// The best function: from the lowest places of a grid, and from a start where there is one. The lapse is fitted, and
+/// also held at either bound, where the angle of the solver has no slope.
 pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometric {
     let levels: Vec<Level> = levels.iter().filter(|level| level.trials > 0).copied().collect();
     let [_, extent] = span(&levels);
@@ -156,8 +156,8 @@ const STARTS_OF_WIDTH: usize = 2;
 /// How many of all are, where there is a start that is nearly right.
 const STARTS_BESIDE_ONE: usize = 3;
 
-/// Threshold and width where the deviance of a grid is least, for each width, the best first: the likelihood of few answers
-/// has several tops, and one that is narrow stands at a level.
+/// Threshold and width where the deviance of a grid is least, for each width, the best first: the likelihood of few
+/// answers has several tops, and one that is narrow stands at a level.
 fn lowest_of_grid(levels: &[Level]) -> Vec<[f64; 2]> {
     let [low, extent] = span(levels);
     let deviance_of = |threshold: f64, width: f64| -> f64 {

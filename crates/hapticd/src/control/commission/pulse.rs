@@ -112,8 +112,8 @@ fn driven_alone(kinematics: &Kinematics, hand: [Plane; 2]) -> Option<DrivenAlone
     Some(DrivenAlone { at, moved })
 }
 
-/// How much farther than the other motor the one that was driven has carried the hand the way of the force, m, and the other
-/// one than that either way: by how the hand moves with them in the middle of their way.
+/// How much farther than the other motor the one that was driven has carried the hand the way of the force, m, and the
+/// other one than that either way: by how the hand moves with them in the middle of their way.
 fn leads_m(kinematics: &Kinematics, motor: usize, alone: DrivenAlone, force_n: f64) -> Option<(f64, f64)> {
     let DrivenAlone { at, moved } = alone;
     let middle = [0, 1].map(|motor| at[motor] + 0.5 * moved[motor]);

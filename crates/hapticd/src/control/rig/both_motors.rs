@@ -1,8 +1,8 @@
 //! What the two motors of a rig are to the hand, by what a commissioning has found of each of them alone.
 //!
 //! A motor that is driven alone shows the friction and the mass of the whole linkage along its own force, where it was
-//! driven. Its own part follows from how the other motor went along. Friction is taken to be at the motors, the mass at the
-//! hand (`mu`, alike in all directions) and at the motors (`I`), so that the motors' inertia matrix is
+//! driven. Its own part follows from how the other motor went along. Friction is taken to be at the motors, the mass at
+//! the hand (`mu`, alike in all directions) and at the motors (`I`), so that the motors' inertia matrix is
 //! `H = mu J'J + diag(I)`, with `a` and `b` the lengths of the columns of `J` and `g` their product:
 //!
 //! ```text
@@ -10,15 +10,15 @@
 //! found inertia  = I1 + mu (a^2 + s1 g)
 //! ```
 //!
-//! What is found to be at the hand is the same everywhere. What is at the motors is the least to the hand where the hand
-//! moves farthest with them.
+//! What is found to be at the hand is the same everywhere. What is at the motors is the least to the hand where the
+//! hand moves farthest with them.
 
 use crate::control::rig::commission_record::Findings;
 use device_io::kinematics::{Kinematics, Worst};
 use serde::{Deserialize, Serialize};
 
-/// Least cosine between the ways on which two motors carry the hand, from which on it shows a mass at the hand: below, a
-/// motor hardly takes the other along, wherever the mass is.
+/// Least cosine between the ways on which two motors carry the hand, from which on it shows a mass at the hand: below,
+/// a motor hardly takes the other along, wherever the mass is.
 const LEAST_COSINE: f64 = 0.2;
 
 /// A pulse of one motor alone.
@@ -84,8 +84,8 @@ impl Alone {
     }
 }
 
-/// What is known of the rig as a whole, in the worst direction at the worst place of the workspace, by the findings of both
-/// motors; it takes milliseconds.
+/// What is known of the rig as a whole, in the worst direction at the worst place of the workspace, by the findings of
+/// both motors; it takes milliseconds.
 pub(in crate::control) fn of_both(kinematics: &Kinematics, motors: [(Findings, Option<DrivenAlone>); 2]) -> Findings {
     let [first, second] = [0, 1].map(|motor| {
         let (found, alone) = motors[motor];

@@ -36,8 +36,8 @@ pub(in crate::control) struct Record {
     pub(in crate::control) coupling: Option<Coupling>,
 }
 
-/// What was found of a rig, or of a motor alone, as far as it was. Of a rig of two axes friction and mass are those in the
-/// worst direction at the worst place.
+/// What was found of a rig, or of a motor alone, as far as it was. Of a rig of two axes friction and mass are those in
+/// the worst direction at the worst place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(in crate::control) struct Findings {
     /// Travel of its handle between its ends, m.

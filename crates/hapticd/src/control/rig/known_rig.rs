@@ -1,5 +1,6 @@
-//! What the connected rig is known to be: by its link, by the options, and by the files of what was found of it. They are
-//! read when the rig is plugged in, and kept until another one is. The loop gets its part with each command to engage.
+//! What the connected rig is known to be: by its link, by the options, and by the files of what was found of it. They
+//! are read when the rig is plugged in, and kept until another one is. The loop gets its part with each command to
+//! engage.
 
 use crate::control::advise::BrokenBounds;
 use crate::control::connected_device::ConnectedDevice;
@@ -78,7 +79,8 @@ struct OwnFriction {
     /// Mass of the moving part, kg, where it is known: of the rig in this process, else as it was identified, else as
     /// its commissioning found it.
     mass_kg: Option<f64>,
-    /// Of a rig of two axes where that friction and that mass are so, as far as they are as its commissioning found them.
+    /// Of a rig of two axes where that friction and that mass are so, as far as they are as its commissioning found
+    /// them.
     worst: WorstPlaces,
 }
 
@@ -190,8 +192,8 @@ impl KnownRig {
         }
     }
 
-    /// The adviser's facts: what is compensated is not taken up. With them, where they come from, for people: the link's
-    /// are measured, and change from one look to the next.
+    /// The adviser's facts: what is compensated is not taken up. With them, where they come from, for people: the
+    /// link's are measured, and change from one look to the next.
     pub(in crate::control) fn advice_basis(&self) -> (RigFacts, AdviceBasis) {
         let own = self.own_friction(self.friction().identified(), None);
         let left = own
@@ -247,8 +249,8 @@ impl KnownRig {
         })
     }
 
-    /// It for a trial of a scene: its own friction stays, and what is compensated of it is given back. `found` is what its
-    /// commissioning has just found, where it has.
+    /// It for a trial of a scene: its own friction stays, and what is compensated of it is given back. `found` is what
+    /// its commissioning has just found, where it has.
     pub(in crate::control) fn trial_basis(&self, found: Option<Findings>) -> TrialBasis {
         let own = self.own_friction(self.friction().identified(), found);
         let friction_n = match own.identified {

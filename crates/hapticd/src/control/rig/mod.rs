@@ -74,8 +74,8 @@ impl RigHandle {
         }
     }
 
-    /// Takes the records of the loop so far into the feed, the history and the journal, and sends what waits. The caller
-    /// holds none of them.
+    /// Takes the records of the loop so far into the feed, the history and the journal, and sends what waits. The
+    /// caller holds none of them.
     pub(crate) fn pump(&self) {
         self.channel.exchange();
         // After the records: every scene that they name is in the history then.

@@ -47,8 +47,8 @@ const DAMPINGS_NS_PER_M: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
 /// Softest and stiffest grip that is tried for a rig, N/m.
 const STIFFNESSES_N_PER_M: (f64, f64) = (20.0, 1e5);
 
-/// The stiffest grip that is calm on a rig, with a factor of two to spare, of the paper's block and of one that does not
-/// give way. `None` where none is found.
+/// The stiffest grip that is calm on a rig, with a factor of two to spare, of the paper's block and of one that does
+/// not give way. `None` where none is found.
 pub(in crate::control) fn stiffest_coupling(rig: &TrialRig) -> Option<Coupling> {
     let grips = DAMPINGS_NS_PER_M.into_iter().filter_map(|damping| {
         let passes = |stiffness: &f64, factor: f64| {
@@ -83,8 +83,8 @@ fn stiffest((least, most): (f64, f64), passes: impl Fn(f64) -> bool) -> Option<f
     Some(calm)
 }
 
-/// What is a factor below the stiffest grip, or a little more, and passes up to that factor: close to its edge a scene may
-/// be calm by chance.
+/// What is a factor below the stiffest grip, or a little more, and passes up to that factor: close to its edge a scene
+/// may be calm by chance.
 fn with_room<T>(most: f64, at: impl Fn(f64) -> T, passes: impl Fn(&T, f64) -> bool) -> Option<T> {
     let mut fewer = (0..MAX_STEPS_DOWN).map(|step| at(most / FACTOR * STEP_DOWN.powi(step)));
     let up_to_the_factor = [1.0, FACTOR.sqrt(), FACTOR];

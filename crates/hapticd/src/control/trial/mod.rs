@@ -1,9 +1,9 @@
-//! The trial of a scene on a rig: the servo and the rig's mechanics in this process, for a second of each hand, before a
-//! motor pulls a hand by it.
+//! The trial of a scene on a rig: the servo and the rig's mechanics in this process, for a second of each hand, before
+//! a motor pulls a hand by it.
 //!
-//! A rig is left alone, held, and moved slowly, and each begins with a tap, either way. A loop that oscillates by itself
-//! then sends its motor to and fro many times a second, with a good part of its force: it would chatter. The same scene
-//! on the same rig has the same verdict, to the last bit.
+//! A rig is left alone, held, and moved slowly, and each begins with a tap, either way. A loop that oscillates by
+//! itself then sends its motor to and fro many times a second, with a good part of its force: it would chatter. The
+//! same scene on the same rig has the same verdict, to the last bit.
 
 mod course;
 mod gentler;
@@ -19,8 +19,8 @@ use haptic_core::{Directional, Renderer, Scene, SceneError};
 use std::cmp::Ordering;
 use std::fmt;
 
-/// Most changes of sign a second: a hand that goes to and fro makes some, a loop that oscillates by itself two a period,
-/// of 10 Hz and more.
+/// Most changes of sign a second: a hand that goes to and fro makes some, a loop that oscillates by itself two a
+/// period, of 10 Hz and more.
 pub(super) const MAX_SIGN_CHANGES_PER_S: f64 = 20.0;
 
 /// Mass of a rig of which none is known, kg: that of the lightest usual ones. A loop that is steady with such a mass
@@ -100,8 +100,9 @@ impl fmt::Display for Trial {
     }
 }
 
-/// The trials of a scene, one by one: each hand, and its mirror image where that is another, so that a mirrored scene on
-/// a mirrored rig has the same verdict. Where only the verdict is wanted (`brief`), each ends as soon as that is known.
+/// The trials of a scene, one by one: each hand, and its mirror image where that is another, so that a mirrored scene
+/// on a mirrored rig has the same verdict. Where only the verdict is wanted (`brief`), each ends as soon as that is
+/// known.
 fn trials(scene: &Scene, rig: &TrialRig, brief: bool) -> Result<impl Iterator<Item = Trial>, SceneError> {
     let renderer = Renderer::new(scene, rig.scheme, rig.settings.period_s)?;
     let is_symmetric = |parameter| scene.value(parameter).is_none_or(Directional::is_symmetric);
