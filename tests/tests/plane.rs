@@ -321,9 +321,14 @@ fn wrong_wiring_of_two_motors_is_found_and_not_kept() {
 }
 
 fn wired_wrongly() {
-    let wrong: [(&[&str], &str, &str); 4] = [
+    let wrong: [(&[&str], &str, &str); 5] = [
         (&["--reversed", "1"], "1", "wired the other way"),
         (&["--reversed", "2"], "2", "wired the other way"),
+        (
+            &["--swapped=motors"],
+            "1",
+            "the plugs of the motors or of the encoders are swapped",
+        ),
         (&["--swapped"], "1", "by its encoders the hand is outside the workspace"),
         (
             &["--swapped", "--reversed"],

@@ -31,7 +31,9 @@ pub struct FirmwareProperties {
     /// negative direction.
     pub reversed: [bool; 2],
     /// Whether the plugs of two encoders are swapped.
-    pub swapped: bool,
+    pub swapped_encoders: bool,
+    /// Whether those of two motors are.
+    pub swapped_motors: bool,
 }
 
 impl Default for FirmwareProperties {
@@ -44,7 +46,8 @@ impl Default for FirmwareProperties {
             buttons: 0,
             name: DeviceHello::firmware_of(concat!("fake-rig ", env!("CARGO_PKG_VERSION"))),
             reversed: [false; 2],
-            swapped: false,
+            swapped_encoders: false,
+            swapped_motors: false,
         }
     }
 }
@@ -203,7 +206,7 @@ impl Firmware {
         self.sequence = sequence.wrapping_add(1);
         let spike = self.spike_counts();
         let (count, second_count) = match self.mechanics.counts() {
-            (first, Some(second)) if self.properties.swapped => (second, Some(first)),
+            (first, Some(second)) if self.properties.swapped_encoders => (second, Some(first)),
             counts => counts,
         };
         Some(FromDevice::Sample(DeviceSample {
@@ -268,7 +271,10 @@ impl Firmware {
     /// The efforts from now on, N or N m, by motor.
     fn drive(&mut self, efforts: [f64; 2]) {
         let limit = self.properties.force_limit_n;
-        let efforts = efforts.map(|effort| effort.clamp(-limit, limit));
+        let mut efforts = efforts.map(|effort| effort.clamp(-limit, limit));
+        if self.properties.swapped_motors {
+            efforts.reverse();
+        }
         let reversed = self.properties.reversed;
         self.mechanics.drive([0, 1].map(|motor| {
             if reversed[motor] {

@@ -198,7 +198,7 @@ fn position_and_force_are_those_of_the_hand() {
 }
 
 #[test]
-fn home_pose_that_was_withdrawn_is_not_taken() {
+fn home_pose_is_of_its_connection_and_may_be_withdrawn() {
     let mut pair = Pair::new(haply(RELATIVE));
     pair.homing.tell();
     pair.homing.withdraw();
@@ -207,6 +207,8 @@ fn home_pose_that_was_withdrawn_is_not_taken() {
     pair.homing.tell();
     pair.tick(Plane::ZERO);
     assert!(pair.homing.is_homed());
+    pair.homing.connected(2, false);
+    assert!(!pair.homing.is_homed(), "its encoders may have begun elsewhere");
 }
 
 // hazard: H37

@@ -14,6 +14,7 @@ use haptic_core::servo::{Fault, InputWord};
 use haptic_core::snapshot::Snapshot;
 use haptic_ipc::{MAX_SCHEDULED_CHANGES, RigState, SampleY};
 use std::collections::VecDeque;
+use std::iter::{once, once_with};
 
 /// One tick as the real-time thread saw it.
 #[derive(Clone, Copy, Debug)]
@@ -155,15 +156,17 @@ impl Producer {
     /// goes before it.
     #[inline]
     pub(crate) fn push(&mut self, y: Option<SampleY>, record: impl FnOnce() -> TickRecord) {
-        if self.room() > RESERVED + usize::from(y.is_some()) {
-            if let Some(y) = y {
-                self.send(FromLoop::Y(y));
-            }
-            let dropped = self.dropped;
-            self.send(FromLoop::Record(TickRecord { dropped, ..record() }));
-        } else {
+        let Ok(room) = self.entries.write_chunk_uninit(RESERVED + 1 + usize::from(y.is_some())) else {
             self.dropped += 1;
-        }
+            return;
+        };
+        let dropped = self.dropped;
+        // Written where it stays: a record is three cache lines.
+        let record = once_with(|| FromLoop::Record(TickRecord { dropped, ..record() }));
+        match y {
+            None => room.fill_from_iter(record),
+            Some(y) => room.fill_from_iter(once(FromLoop::Y(y)).chain(record)),
+        };
     }
 
     /// Number of entries that there is room for.

@@ -15,9 +15,7 @@ use crate::rt::space::Space;
 use device_io::{Device, DeviceBounds, DeviceError, Written};
 use haptic_core::OwnMotion;
 use haptic_core::sample::{Measurement, Motor};
-use haptic_core::servo::{
-    Command, CompiledScene, Event, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
-};
+use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Servo, Transition};
 use haptic_ipc::{RigState, SampleY};
 use std::mem::replace;
 use std::sync::Arc;
@@ -117,7 +115,7 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
         let mut input_word = if is_quiet {
             InputWord::of_reading(&inputs)
         } else {
-            self.word_of_happenings(&inputs, new_scene)
+            self.word_of_happenings(inputs, new_scene)
         };
         if self.servo.own_motion().is_some() {
             input_word = input_word.with_motion();
@@ -127,7 +125,10 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
             input_word = input_word.with_write_failed();
         }
         let ended_ns = now_ns();
-        let sample = inputs.sample.unwrap_or_else(|_| no_sample());
+        let sample = match inputs.sample {
+            Ok(sample) => sample,
+            Err(_) => no_sample(),
+        };
         let y = SampleY::of_step(&outputs, sample.position_m);
         self.outbox.push(y, || TickRecord {
             tick: self.tick,
@@ -167,7 +168,7 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
         });
         // The answers come last, so that a thread that has one also finds the tick's record.
         if !is_quiet {
-            self.answer(new_scene, command, &inputs, &outputs);
+            self.answer(new_scene, command, inputs.command.is_none() || outputs.refused);
         }
         if self.pending_stop.is_some() {
             self.answer_stop(written, wake.began_ns, ended_ns);
@@ -424,8 +425,8 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
     }
 
     #[cold]
-    fn word_of_happenings(&self, inputs: &Inputs<V>, new_scene: bool) -> InputWord {
-        let word = InputWord::new(inputs, new_scene);
+    fn word_of_happenings(&self, inputs: Inputs<V>, new_scene: bool) -> InputWord {
+        let word = InputWord::new(&inputs, new_scene);
         if self.new_limits.is_some() {
             word.with_new_limits()
         } else {
@@ -435,14 +436,13 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
 
     /// Answers what came in this tick.
     #[inline(never)]
-    fn answer(&mut self, new_scene: bool, command: Option<SentCommand>, inputs: &Inputs<V>, outputs: &Outputs<V>) {
+    fn answer(&mut self, new_scene: bool, command: Option<SentCommand>, is_refused: bool) {
         let (tick, state) = (self.tick, self.servo.state());
         if new_scene {
             let revision = self.servo.scene().revision;
             self.outbox.send(FromLoop::Rendered { revision, tick });
         }
         let limits = self.new_limits.take().map(|serial| (serial, false));
-        let is_refused = inputs.command.is_none() || outputs.refused;
         let command = command.map(|sent| (sent.serial, is_refused));
         for (serial, refused) in limits.into_iter().chain(command) {
             let outcome = Outcome { tick, state, refused };

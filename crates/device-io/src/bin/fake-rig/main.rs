@@ -59,9 +59,9 @@ struct Options {
     #[arg(long, value_name = "MOTOR", num_args = 0..=1, default_missing_value = "all")]
     reversed: Option<Reversed>,
 
-    /// Swap the plugs of two encoders
-    #[arg(long)]
-    swapped: bool,
+    /// Swap the plugs of two encoders or motors [default with the option: encoders]
+    #[arg(long, value_name = "PLUGS", num_args = 0..=1, default_missing_value = "encoders")]
+    swapped: Option<Swapped>,
 
     #[command(flatten)]
     plant: PlantOptions,
@@ -84,6 +84,12 @@ enum Reversed {
     #[value(name = "2")]
     Second,
     All,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Swapped {
+    Encoders,
+    Motors,
 }
 
 #[derive(Debug, clap::Args)]
@@ -181,7 +187,8 @@ impl Rig {
             },
             reversed: [Reversed::First, Reversed::Second]
                 .map(|motor| options.reversed.is_some_and(|is| is == motor || is == Reversed::All)),
-            swapped: options.swapped,
+            swapped_encoders: options.swapped == Some(Swapped::Encoders),
+            swapped_motors: options.swapped == Some(Swapped::Motors),
         };
         let began_ns = now_ns();
         Ok(Self {
