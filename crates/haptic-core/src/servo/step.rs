@@ -10,8 +10,6 @@ use super::state::{Command, Fault};
 use super::transition::CompiledScene;
 use crate::compensation::{Compensating, Motion};
 use crate::limiter::NonFiniteForce;
-use crate::own_motion::OwnMotion;
-use crate::render::Shown;
 use crate::renderer::Rendering;
 use crate::sample::Motor;
 use crate::sample_clock::seconds;
@@ -39,7 +37,7 @@ impl<V: Vector> Servo<V> {
     // its inputs and outputs stay in registers.
     #[inline(always)]
     pub fn step(&mut self, inputs: &Inputs<V>, scene: Option<Box<CompiledScene<V>>>) -> Outputs<V> {
-        self.now_ns = self.now_ns.wrapping_add(inputs.elapsed_ns);
+        self.now_ns = self.now_ns.saturating_add(inputs.elapsed_ns);
         self.check_events(inputs);
         if let Some(scene) = scene {
             self.change_scene(scene);
@@ -60,7 +58,7 @@ impl<V: Vector> Servo<V> {
         } = self.render(elapsed_s, our_elapsed_s, inputs.device_resolution_m);
         let block = match &self.own_motion {
             None => self.scene.renderer.shown(),
-            Some(motion) => Self::shown_of(motion, self.motion_along),
+            Some(motion) => motion.shown().along(self.motion_along),
         };
         Outputs {
             force_n: on_hand,
@@ -75,12 +73,6 @@ impl<V: Vector> Servo<V> {
             energy_excess_j: self.passivity.excess_j(),
             refused,
         }
-    }
-
-    /// What a motion of the rig's own shows as a block. Not in the way of a scene.
-    #[cold]
-    fn shown_of(motion: &OwnMotion, along: V) -> Shown<V> {
-        motion.shown().along(along)
     }
 
     /// Checks that everything still holds that must for force to flow.

@@ -125,10 +125,7 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
             input_word = input_word.with_write_failed();
         }
         let ended_ns = now_ns();
-        let sample = match inputs.sample {
-            Ok(sample) => sample,
-            Err(_) => no_sample(),
-        };
+        let sample = inputs.sample.unwrap_or_else(|_| no_sample());
         let y = SampleY::of_step(&outputs, sample.position_m);
         self.outbox.push(y, || TickRecord {
             tick: self.tick,
@@ -424,6 +421,7 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
         }
     }
 
+    /// Takes a copy: a reference would keep the inputs of every tick in memory.
     #[cold]
     fn word_of_happenings(&self, inputs: Inputs<V>, new_scene: bool) -> InputWord {
         let word = InputWord::new(&inputs, new_scene);
