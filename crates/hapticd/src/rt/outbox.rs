@@ -319,6 +319,11 @@ pub(crate) mod tests {
             producer.push(None, || record(tick));
         }
         assert_eq!(producer.room(), RESERVED);
+        let (mut of_two_axes, _consumer) = outbox(9);
+        for tick in 0..20 {
+            of_two_axes.push(Some(SampleY::default()), || record(tick));
+        }
+        assert_eq!(of_two_axes.room(), RESERVED + 1, "both axes go, or neither");
         let outcome = Outcome {
             tick: 9,
             state: RigState::Idle,
