@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy
 import pytest
 
 import hapticd
+from hapticd.sample import of_row
 
 
 @pytest.fixture
@@ -42,6 +44,14 @@ def test_a_sample_has_the_second_axis(plane: hapticd.Rig) -> None:
             assert isinstance(sample, hapticd.PlanarSample) and isinstance(sample, hapticd.Sample)
             assert is_on_circle(sample._asdict())
             assert tuple(sample._asdict()) == hapticd.PLANAR_COLUMNS
+
+
+def test_a_place_where_the_linkage_cannot_close_is_no_number() -> None:
+    row = [0.5] * len(hapticd.PLANAR_COLUMNS)
+    place = hapticd.PLANAR_COLUMNS.index("device_position_y_m")
+    sample = of_row([None if index == place else cell for index, cell in enumerate(row)], hapticd.PlanarSample)
+    assert isinstance(sample, hapticd.PlanarSample)
+    assert math.isnan(sample.device_position_y_m) and sample.device_position_m == 0.5
 
 
 def test_one_axis_has_none(rig: hapticd.Rig) -> None:

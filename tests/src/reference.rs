@@ -61,7 +61,8 @@ pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
     }
     let second = haptic_ipc::SAMPLE_Y_COLUMNS.map(|name| format!("`{name}`")).join(", ");
     page.push_str(&format!(
-        "\nOf two axes (`axes` is 2) a row has the same of the second axis behind these: {second}.\n"
+        "\nOf two axes (`axes` is 2) a row has the same of the second axis behind these: {second}. A place where the \
+         linkage cannot close is `null`.\n"
     ));
     let codes = types.all["ErrorCode"];
     page.push_str(&format!("\n### {REFUSED}\n\n{}\n\n", summary(codes)));

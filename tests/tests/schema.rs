@@ -98,7 +98,7 @@ fn what_a_later_server_says_is_in_the_schema() {
         json!({"hello":{"protocol":1,"server":"hapticd 9","session":"1-1","motto":"more"}}),
         json!({"id":1,"ok":{"state":"idle","tick":3,"more":1},"took_ns":5}),
         json!({"id":null,"error":{"code":"bad_json","message":"no","hint":"more"}}),
-        json!({"event":"samples","seq":0,"dropped":0,"rows":[[1,0.001,"idle",0,0.0,0.0,0.0,0.0,0.0,0.0,1,5,5,0,1000000,7,8,0.0,0,0,"more"]]}),
+        json!({"event":"samples","seq":0,"dropped":0,"rows":[[1,0.001,"idle",0,0.0,0.0,0.0,0.0,0.0,0.0,1,5,5,0,1000000,7,8,0.0,0,0,"more"],[2,0.002,"idle",0,null,null,null,null,0.0,0.0,1,5,5,0,1000000,7,8,null,0,0]]}),
     ] {
         server.check(&line).unwrap_or_else(|error| panic!("{error}"));
     }

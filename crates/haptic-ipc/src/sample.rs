@@ -60,14 +60,15 @@ macro_rules! sample {
 
             fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
                 let cells = [$({
-                    let mut cell = generator.subschema_for::<$type>();
+                    let mut cell = generator.subschema_for::<<$type as Cell>::Wire>();
                     cell.insert("title".to_owned(), $column.into());
                     cell.insert("description".to_owned(), concat!($($doc),*).trim().into());
                     cell
                 }),*];
                 let least = FIRST_SAMPLE_COLUMNS;
                 schemars::json_schema!({
-                    "description": "One tick: a number or word for each column. A later server may have more columns.",
+                    "description": "One tick: a number or word for each column, null for what is no number. A later server \
+                                    may have more columns.",
                     "type": "array",
                     "prefixItems": cells,
                     "minItems": least,

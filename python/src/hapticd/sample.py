@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections import namedtuple
 from collections.abc import Sequence
+from math import nan
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, get_args
 
 from hapticd.errors import invalid
@@ -150,7 +151,9 @@ def kind_of(columns: Sequence[str]) -> type[Sample]:
 
 
 def of_row(row: list[Any], kind: type[Sample]) -> Sample:
-    """The sample of a row. A later daemon may have more columns."""
+    """The sample of a row, with NaN for null. A later daemon may have more columns."""
+    if None in row:
+        row = [nan if cell is None else cell for cell in row]
     return kind(*row[: len(kind._fields)])
 
 
