@@ -10,9 +10,9 @@ pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommissionReply {
-    /// The client that commissions it.
+    /// The commissioning client.
     pub by: Peer,
-    /// The rig's serial number, or else its address.
+    /// The rig's serial number, else its address.
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
@@ -45,7 +45,7 @@ pub struct CommissionReply {
     pub negative_confirmed: bool,
     /// Position of the handle, m; of two axes its part along the newest pulse.
     pub position_m: f64,
-    /// Smallest position so far, m; absent on two axes, where each pulse has its own direction.
+    /// Smallest position so far, m; absent on two axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_m: Option<f64>,
     /// Largest position so far, m; absent on two axes.

@@ -48,7 +48,7 @@ pub struct LinkErrorStatus {
 pub struct LinkedDevice {
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Largest force of its motor, N; 0 of a probed device whose motors are rotary: without kinematics it has none.
+    /// Largest force of its motor, N; 0 of a probed device with rotary motors.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
     /// Samples a second, Hz.
@@ -58,7 +58,7 @@ pub struct LinkedDevice {
     /// Time without a command after which the motor is off, ms; absent if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ms: Option<u32>,
-    /// The rig's serial number, or else its address.
+    /// The rig's serial number, else its address.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig: Option<String>,
 }
@@ -76,7 +76,7 @@ pub struct LinkCounts {
     pub sequence_jumps: u64,
     /// Frames with a wrong CRC, or broken off.
     pub bad_crc: u64,
-    /// Messages of another version, kind or length, or with impossible values.
+    /// Messages of a wrong version, kind, length or value.
     pub malformed: u64,
     /// Samples not newer than the newest.
     pub out_of_sequence: u64,

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ServoSetup {
-    /// What stays the same from tick to tick.
+    /// The settings.
     pub settings: Settings,
     /// Integration of the block, as in `status`.
     pub scheme: Scheme,
