@@ -50,7 +50,7 @@ pub struct RigFriction {
 pub struct Cogging {
     /// Distance after which it repeats, m.
     pub period_m: f64,
-    /// Whether the device's positions are the same after every start. Otherwise cogging is not compensated.
+    /// Whether the device's positions are the same after every start: only then cogging is compensated.
     pub absolute_position: bool,
     /// The harmonics, from the first on.
     pub harmonics: [Harmonic; COGGING_HARMONICS],

@@ -74,7 +74,7 @@ pub struct PulseReport {
     pub largest_force_n: f64,
     /// How the pulse ended.
     pub end: PulseEnd,
-    /// Time from the first force to the last, ms.
+    /// Duration of the force, ms.
     pub duration_ms: f64,
     /// Displacement of the handle, m.
     pub moved_m: f64,

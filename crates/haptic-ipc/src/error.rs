@@ -95,11 +95,11 @@ pub enum ErrorCode {
     MaybeAnotherRig,
     /// The device's time stamps stand still, run too fast or too slow, or jump.
     DeviceClock,
-    /// The loop would oscillate by itself; `param` = `max`, if given, would pass with a factor of 2.
+    /// The loop would oscillate by itself; `param` = `max`, if given, passes with a factor of 2.
     WouldChatter,
     /// `--compensate` needs the rig's own friction, which was never identified or has changed since.
     NotIdentified,
-    /// A client is commissioning or identifying the rig; `stop` ends that.
+    /// A client commissions or identifies the rig; `stop` ends that.
     Commissioning,
     /// The rig is a real one, or a fake one without `--hand mouse`.
     NoHand,

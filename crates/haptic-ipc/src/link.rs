@@ -71,7 +71,7 @@ pub struct LinkCounts {
     pub samples: u64,
     /// Samples that never came, or after a newer one.
     pub lost: u64,
-    /// Jumps of the sequence too long for lost samples.
+    /// Jumps of the sequence too long for losses.
     #[serde(default)]
     pub sequence_jumps: u64,
     /// Frames with a wrong CRC, or broken off.

@@ -44,7 +44,7 @@ const MAX_NOTES: u64 = 1 << 16;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Recording: a new file in .mcap, .csv or .parquet; or `-` for standard output
+    /// Recording: a new file, or `-` for standard output
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
 
