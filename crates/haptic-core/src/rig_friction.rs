@@ -14,7 +14,7 @@ use core::f64::consts::TAU;
 /// Harmonics of a rig's cogging.
 pub const COGGING_HARMONICS: usize = 4;
 
-/// What was identified of a rig without a surface.
+/// What was identified of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -32,7 +32,7 @@ pub struct RigFriction {
     /// Viscous damping by direction, N s/m.
     #[cfg_attr(feature = "serde", serde(rename = "viscous_Ns_per_m"))]
     pub viscous: Directional,
-    /// Force that depends on the position, if identified.
+    /// Force that depends on the position.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub cogging: Option<Cogging>,
 }

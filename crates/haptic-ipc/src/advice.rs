@@ -14,7 +14,7 @@ pub struct Advice {
     pub param: String,
     /// The remark.
     pub message: String,
-    /// The check of a bound, if it is one.
+    /// The check of a bound.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finding: Option<Finding>,
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Longest lease of a client that commissions a rig, ms.
 pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 
-/// Answer to the operations `commission.*`.
+/// Answer to `commission.*`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommissionReply {
@@ -43,7 +43,7 @@ pub struct CommissionReply {
     pub positive_confirmed: bool,
     /// Whether a negative force moved the handle that way.
     pub negative_confirmed: bool,
-    /// Position of the handle, m; of two axes its part along the newest pulse.
+    /// Position of the handle, m; of two axes along the newest pulse.
     pub position_m: f64,
     /// Smallest position so far, m; absent on two axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]

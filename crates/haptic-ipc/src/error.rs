@@ -113,7 +113,7 @@ pub enum ErrorCode {
     Unknown,
 }
 
-/// An error as it stands on the wire.
+/// An error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WireError {

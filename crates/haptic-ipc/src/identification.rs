@@ -9,7 +9,7 @@ use haptic_core::{BoundError, Excitation};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Answer to the operations `identify.*`.
+/// Answer to `identify.*`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct IdentificationReply {
@@ -70,9 +70,9 @@ pub struct ExcitationReport {
     pub first_tick: u64,
     /// Its last tick.
     pub last_tick: u64,
-    /// The smallest position, m.
+    /// Smallest position, m.
     pub least_m: f64,
-    /// The largest position, m.
+    /// Largest position, m.
     pub greatest_m: f64,
     /// Largest speed of the handle, m/s.
     pub largest_speed_mps: f64,

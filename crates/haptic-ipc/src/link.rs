@@ -4,7 +4,7 @@ use crate::status::Problem;
 use haptic_core::rig_friction::RigFriction;
 use serde::{Deserialize, Serialize};
 
-/// The link to a rig, as `status` shows it.
+/// The link to a rig.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkStatus {
@@ -42,7 +42,7 @@ pub struct LinkErrorStatus {
     pub age_s: f64,
 }
 
-/// A device at the other end of a link.
+/// A device on a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkedDevice {
@@ -128,7 +128,7 @@ pub struct FoundDevice {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProbedMotors {
-    /// Whether they are rotary: rad and N m instead of m and N.
+    /// Whether they are rotary.
     pub are_rotary: bool,
     /// Distance between two counts of each, m or rad.
     pub counts: [f64; 2],

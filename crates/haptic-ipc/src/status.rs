@@ -174,7 +174,7 @@ pub struct RealTimeStatus {
     pub deadline_scheduled: bool,
     /// Whether its memory is locked.
     pub memory_locked: bool,
-    /// Whether the processors are kept from sleeping deeply.
+    /// Whether the processors are kept out of deep sleep.
     #[serde(default)]
     pub cpus_kept_awake: bool,
     /// Time that it spins before each deadline, us.
