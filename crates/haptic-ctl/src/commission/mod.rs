@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-Move the handle to the middle of its range, let go of it, and keep a hand on the motor's power switch.
+Keep a hand on the motor's power switch.
 
 The rig must be idle. Pulses of at most 300 ms, 20 mm and 0.3 m/s move it. A stop, the end of this program, or a \
 handle that moves against the force (motor or encoder wired the other way) ends the commissioning.
