@@ -66,7 +66,7 @@ const MIN_DEAD_MPS: f64 = 1e-3;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Compensation {
-    /// Share of the friction, at most [`MAX_SHARE`].
+    /// Share of the friction, at most 0.8 ([`MAX_SHARE`]).
     pub share: f64,
     /// What was identified of the rig.
     pub friction: RigFriction,

@@ -14,7 +14,7 @@ use core::f64::consts::TAU;
 /// Harmonics of a rig's cogging.
 pub const COGGING_HARMONICS: usize = 4;
 
-/// What was identified of a rig without a surface.
+/// What was identified of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -32,7 +32,7 @@ pub struct RigFriction {
     /// Viscous damping by direction, N s/m.
     #[cfg_attr(feature = "serde", serde(rename = "viscous_Ns_per_m"))]
     pub viscous: Directional,
-    /// Force that depends on the position, if identified.
+    /// Force that depends on the position.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub cogging: Option<Cogging>,
 }
@@ -50,7 +50,7 @@ pub struct RigFriction {
 pub struct Cogging {
     /// Distance after which it repeats, m.
     pub period_m: f64,
-    /// Whether the device's positions are the same after every start. Otherwise cogging is not compensated.
+    /// Whether the device's positions are the same after every start: only then cogging is compensated.
     pub absolute_position: bool,
     /// The harmonics, from the first on.
     pub harmonics: [Harmonic; COGGING_HARMONICS],

@@ -116,21 +116,15 @@ pub(crate) enum Command {
     /// Show, repair, convert and cut recordings; needs no daemon
     #[command(subcommand)]
     Recording(recording::Command),
-    /// Recompute a recording's forces and compare them bit by bit
-    ///
-    /// Or render its motion with another scene. Needs no daemon.
+    /// Recompute a recording's forces and compare them bit by bit; needs no daemon
     #[command(after_help = replay::HELP)]
     Replay(replay::Arguments),
     /// Show how well the loop keeps time
     Timing,
     /// Check the scene against the rig: stability, passivity, chatter
-    ///
-    /// Each broken bound comes with a fix. Or compute the stick-slip of a scene at a speed.
     #[command(after_help = "Example:\n  haptic-ctl advise high-stiction --at-speed 5mm/s --for-frequency 30Hz")]
     Advise(advise::Arguments),
     /// List the devices that are plugged in; needs no daemon
-    ///
-    /// With their addresses and problems.
     #[command(after_help = "Example:\n  haptic-ctl devices --probe serial:/dev/ttyACM0")]
     Devices(devices::Arguments),
     /// Check everything between you and the rig, with a fix for each problem

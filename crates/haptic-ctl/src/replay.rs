@@ -20,11 +20,10 @@ use std::time::{Duration, Instant};
 
 /// The end of the help.
 pub(crate) const HELP: &str = "\
-Without --scene, --set or --scheme every recorded output is computed again and compared. The exit code is 1 if an \
-output differs or none was compared. A replay begins at a snapshot of the servo, which a recording holds before its \
-first row, after every gap and every ten seconds.
+Exits with 1 if an output differs or none was compared. A recording holds a snapshot of the servo before its first \
+row, after every gap and every ten seconds.
 
-With one of them the hand moves as recorded, and does not react to the other force.
+With --scene, --set or --scheme the hand moves as recorded, and does not react to the other force.
 
 Examples:
   haptic-ctl replay rig.mcap

@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "M", allow_hyphen_values = true, value_delimiter = ',')]
     block_position: Vec<f64>,
 
-    /// Initial velocity of the block, m/s; a moving block starts sliding [default: 0]
+    /// Initial velocity of the block, m/s [default: 0]
     #[arg(long, value_name = "M/S", allow_hyphen_values = true, value_delimiter = ',')]
     block_velocity: Vec<f64>,
 

@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME", requires = "file")]
     position_column: Option<String>,
 
-    /// Metres a unit of the position column [default: as its name ends, as in x_mm or "x (um)", else 1]
+    /// Metres per unit of the position column [default: as its name ends, as in x_mm, else 1]
     #[arg(long, value_name = "M", allow_hyphen_values = true, requires = "file")]
     position_gain: Option<f64>,
 

@@ -14,7 +14,7 @@ pub struct Advice {
     pub param: String,
     /// The remark.
     pub message: String,
-    /// The check of a bound, if it is one.
+    /// The check of a bound.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finding: Option<Finding>,
 }
@@ -79,7 +79,7 @@ pub struct AdviceReply {
     pub revision: u64,
     /// Every check and every remark, kept or broken.
     pub advice: Vec<Advice>,
-    /// Facts that it is based on.
+    /// The facts behind it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basis: Option<AdviceBasis>,
 }

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 /// Longest lease of a client that commissions a rig, ms.
 pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 
-/// Answer to the operations `commission.*`.
+/// Answer to `commission.*`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommissionReply {
-    /// The client that commissions it.
+    /// The commissioning client.
     pub by: Peer,
-    /// The rig's serial number, or else its address.
+    /// The rig's serial number, else its address.
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
@@ -43,9 +43,9 @@ pub struct CommissionReply {
     pub positive_confirmed: bool,
     /// Whether a negative force moved the handle that way.
     pub negative_confirmed: bool,
-    /// Position of the handle, m; of two axes its part along the newest pulse.
+    /// Position of the handle, m; of two axes along the newest pulse.
     pub position_m: f64,
-    /// Smallest position so far, m; absent on two axes, where each pulse has its own direction.
+    /// Smallest position so far, m; absent on two axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_m: Option<f64>,
     /// Largest position so far, m; absent on two axes.
@@ -74,7 +74,7 @@ pub struct PulseReport {
     pub largest_force_n: f64,
     /// How the pulse ended.
     pub end: PulseEnd,
-    /// Time from the first force to the last, ms.
+    /// Duration of the force, ms.
     pub duration_ms: f64,
     /// Displacement of the handle, m.
     pub moved_m: f64,

@@ -43,7 +43,7 @@ pub struct ParameterDescription {
     pub name: String,
     /// Symbol in the paper.
     pub symbol: String,
-    /// Other accepted symbols.
+    /// Other symbols.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aliases: Vec<String>,
     /// SI unit.
@@ -64,7 +64,7 @@ pub struct ParameterDescription {
     pub logarithmic: bool,
     /// Whether it may differ by direction.
     pub directional: bool,
-    /// What a larger value makes the hand feel.
+    /// What a larger value feels like.
     pub feel: String,
     /// The active value.
     pub value: Directional,

@@ -23,9 +23,9 @@ pub enum ErrorCode {
     UnknownField,
     /// No parameter has this name or symbol.
     UnknownParameter,
-    /// A direction for a parameter that has one value for both.
+    /// The parameter has one value for both directions.
     NotDirectional,
-    /// The value, or the length of a scene's name, lies outside `min` to `max`.
+    /// The value, or the length of a name, is outside `min` to `max`.
     OutOfRange,
     /// The scene's file has an infinite number or NaN.
     NotFinite,
@@ -37,7 +37,7 @@ pub enum ErrorCode {
     NotApplicable,
     /// The law does not allow this combination of values.
     LawForbids,
-    /// A block without a coupling, or the other way round.
+    /// Block and coupling need each other.
     BlockAndCoupling,
     /// The block would oscillate or settle too fast for the loop's rate.
     TooFastForRate,
@@ -59,23 +59,23 @@ pub enum ErrorCode {
     NothingToRedo,
     /// The library has no scene of this name, or the revision is not kept.
     NoSuchScene,
-    /// The library has a scene of this name; `replace` replaces one that is not built in.
+    /// The library has a scene of this name; `replace` replaces a saved one.
     SceneExists,
     /// A name has at most 64 letters, digits, `-`, `_`, `.` and spaces, the first a letter or digit.
     BadName,
     /// A scene's file cannot be read or written, is irregular or too large, or its disk does not answer.
     SceneFile,
-    /// The record of a commissioning or of the rig's own friction cannot be written.
+    /// The record of the rig cannot be written.
     StateFile,
-    /// The configuration file cannot be read, or a value in it is refused.
+    /// The configuration file cannot be read, or has a wrong value.
     ConfigFile,
-    /// The daemon serves another user, or a group of which you are not a member.
+    /// The daemon serves neither your user nor your groups.
     NotPermitted,
     /// The watchers' socket only reads and stops.
     ReadOnly,
-    /// All places for clients are taken: until one leaves, you may only `stop`.
+    /// All places for clients are taken: you may only `stop`.
     TooManyClients,
-    /// The rig is stopped, but no device is connected to take the zero force: if its motor pulls, cut its power.
+    /// The rig is stopped, but no device is connected: if its motor pulls, cut its power.
     NoDevice,
     /// The rig is stopped, but the device has not confirmed within 100 ms that its motor is off: cut its power.
     NotConfirmed,
@@ -83,9 +83,9 @@ pub enum ErrorCode {
     NoForce,
     /// The device does not switch its motor off within 200 ms (`max`) when the daemon falls silent.
     NoWatchdog,
-    /// The device's hello does not name the button of `stop-button` or `enable-button`.
+    /// The device lacks the button of `stop-button` or `enable-button`.
     NoButton,
-    /// Many of the last commands took longer than `stale-ms` and a sample period to the device and back.
+    /// Many of the last round trips took longer than `stale-ms` and a sample period.
     CommandsLate,
     /// The device sends samples and confirms no command.
     CommandsIgnored,
@@ -95,11 +95,11 @@ pub enum ErrorCode {
     MaybeAnotherRig,
     /// The device's time stamps stand still, run too fast or too slow, or jump.
     DeviceClock,
-    /// The loop would oscillate by itself; `param` = `max`, if given, would pass with a factor of 2.
+    /// The loop would oscillate by itself; `param` = `max`, if given, passes with a factor of 2.
     WouldChatter,
     /// `--compensate` needs the rig's own friction, which was never identified or has changed since.
     NotIdentified,
-    /// A client is commissioning or identifying the rig; `stop` ends that.
+    /// A client commissions or identifies the rig; `stop` ends that.
     Commissioning,
     /// The rig is a real one, or a fake one without `--hand mouse`.
     NoHand,
@@ -113,7 +113,7 @@ pub enum ErrorCode {
     Unknown,
 }
 
-/// An error as it stands on the wire.
+/// An error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WireError {

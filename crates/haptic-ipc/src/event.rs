@@ -170,7 +170,7 @@ struct Batch {
     seq: u64,
     /// Rows lost since the previous event.
     dropped: u64,
-    /// 2 where each row has the columns of a second axis.
+    /// 2 if the rows have a second axis.
     #[serde(default = "one_axis", skip_serializing_if = "crate::sample_y::is_one_axis")]
     axes: u8,
     /// The ticks, oldest first.

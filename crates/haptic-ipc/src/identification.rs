@@ -9,13 +9,13 @@ use haptic_core::{BoundError, Excitation};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Answer to the operations `identify.*`.
+/// Answer to `identify.*`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct IdentificationReply {
-    /// The client that identifies it.
+    /// The identifying client.
     pub by: Peer,
-    /// The rig's serial number, or else its address.
+    /// The rig's serial number, else its address.
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
@@ -50,7 +50,7 @@ pub struct IdentificationReply {
     /// Time since the excitation under way began, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gone_s: Option<f64>,
-    /// The newest excitation that has ended.
+    /// The newest ended excitation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last: Option<ExcitationReport>,
     /// File of the rig's own friction, after `identify.store`.
@@ -64,15 +64,15 @@ pub struct IdentificationReply {
 pub struct ExcitationReport {
     /// How it ended.
     pub end: ExcitationEnd,
-    /// Time from its first tick to its last, s.
+    /// Its duration, s.
     pub duration_s: f64,
     /// Its first tick.
     pub first_tick: u64,
     /// Its last tick.
     pub last_tick: u64,
-    /// The smallest position, m.
+    /// Smallest position, m.
     pub least_m: f64,
-    /// The largest position, m.
+    /// Largest position, m.
     pub greatest_m: f64,
     /// Largest speed of the handle, m/s.
     pub largest_speed_mps: f64,
@@ -94,7 +94,7 @@ pub enum ExcitationEnd {
     Speed,
     /// The handle was held, or drawn away from the reference.
     Lag,
-    /// The handle moved against the force from the beginning on.
+    /// The handle moved against the force from the beginning.
     WrongWay,
     /// The rig was stopped, faulted, released or disconnected.
     Interrupted,

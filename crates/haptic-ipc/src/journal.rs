@@ -13,7 +13,7 @@ pub struct JournalEntry {
     pub seq: u64,
     /// Time, seconds since 1970 (UTC).
     pub time_unix_s: f64,
-    /// The tick that carried it out, if any.
+    /// The tick that carried it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
     /// Its client; absent for an entry of the daemon.
@@ -125,7 +125,7 @@ pub struct Peer {
     pub session: String,
     /// Its user.
     pub uid: u32,
-    /// The user's name, if the system has one.
+    /// The user's name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub user: Option<String>,
     /// Its process, if visible.

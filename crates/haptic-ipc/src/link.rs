@@ -4,7 +4,7 @@ use crate::status::Problem;
 use haptic_core::rig_friction::RigFriction;
 use serde::{Deserialize, Serialize};
 
-/// The link to a rig, as `status` shows it.
+/// The link to a rig.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkStatus {
@@ -42,13 +42,13 @@ pub struct LinkErrorStatus {
     pub age_s: f64,
 }
 
-/// A device at the other end of a link.
+/// A device on a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkedDevice {
     /// Name and version of its firmware.
     pub firmware: String,
-    /// Largest force of its motor, N; 0 of a probed device whose motors are rotary: without kinematics it has none.
+    /// Largest force of its motor, N; 0 of a probed device with rotary motors.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
     /// Samples a second, Hz.
@@ -58,7 +58,7 @@ pub struct LinkedDevice {
     /// Time without a command after which the motor is off, ms; absent if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ms: Option<u32>,
-    /// The rig's serial number, or else its address.
+    /// The rig's serial number, else its address.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig: Option<String>,
 }
@@ -71,12 +71,12 @@ pub struct LinkCounts {
     pub samples: u64,
     /// Samples that never came, or after a newer one.
     pub lost: u64,
-    /// Jumps of the sequence too long for lost samples.
+    /// Jumps of the sequence too long for losses.
     #[serde(default)]
     pub sequence_jumps: u64,
     /// Frames with a wrong CRC, or broken off.
     pub bad_crc: u64,
-    /// Messages of another version, kind or length, or with impossible values.
+    /// Messages of a wrong version, kind, length or value.
     pub malformed: u64,
     /// Samples not newer than the newest.
     pub out_of_sequence: u64,
@@ -128,7 +128,7 @@ pub struct FoundDevice {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProbedMotors {
-    /// Whether they are rotary: rad and N m instead of m and N.
+    /// Whether they are rotary.
     pub are_rotary: bool,
     /// Distance between two counts of each, m or rad.
     pub counts: [f64; 2],

@@ -11,13 +11,13 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ServoSetup {
-    /// What stays the same from tick to tick.
+    /// The settings.
     pub settings: Settings,
     /// Integration of the block, as in `status`.
     pub scheme: Scheme,
     /// Resolution of the device, m.
     pub device_resolution_m: f64,
-    /// Largest force of the device, N, if it names one.
+    /// Largest force of the device, N.
     #[serde(default, rename = "device_force_limit_N", skip_serializing_if = "Option::is_none")]
     pub device_force_limit_n: Option<f64>,
     /// Version of the servo: only the same one computes the same forces.
@@ -36,7 +36,7 @@ const fn first_version() -> u32 {
 pub struct SceneArrival {
     /// The scene, as in its file.
     pub scene: Scene,
-    /// Its ramp, if it had one.
+    /// Its ramp.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp: Option<SceneRamp>,
 }
@@ -59,7 +59,7 @@ pub struct ServoSnapshot {
     pub version: u32,
     /// The scene that is rendered.
     pub scene: SnapshotScene,
-    /// The scene whose force fades out, if any.
+    /// The scene whose force fades out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fading: Option<SnapshotScene>,
     /// Its fields by name: a number in the unit that the name ends in, a whole number, `inf`,

@@ -129,7 +129,7 @@ operations! {
         /// The changes.
         params: Changes,
     } optional {
-        /// Undo it with the previous change, if that was this client's and of the same parameters.
+        /// Undo it with the previous change, if by this client and of the same parameters.
         merge: bool,
     } with options -> crate::ChangeReply;
     /// Load a whole scene.
@@ -236,7 +236,7 @@ operations! {
         /// Number of entries, the newest; default 100.
         limit: Option<usize>,
     } -> crate::LogReply;
-    /// Read the configuration's limits again, and look through the library. Force flows on.
+    /// Read the configuration's limits again, and check the library. Force flows on.
     Reload "reload" {} -> crate::ReloadReply;
     /// Release the rig should this client close its connection or fall silent.
     Lease "lease" {
@@ -245,7 +245,7 @@ operations! {
     } -> crate::LeaseReply;
     /// Move the hand on the fake rig of `--hand mouse`.
     Hand "hand" {
-        /// Where its arm pulls the handle to, m, from -1 to 1.
+        /// Target of its arm, m, from -1 to 1.
         target_m: f64,
     } -> crate::HandReply;
     /// The rig of two axes is in its home pose now.

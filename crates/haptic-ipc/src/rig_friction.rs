@@ -8,7 +8,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RigFrictionStatus {
-    /// Coulomb friction of the rig, N: the smaller of both directions.
+    /// Coulomb friction, N: the smaller of both directions.
     #[serde(rename = "friction_N")]
     pub friction_n: f64,
     /// Its source.

@@ -324,7 +324,7 @@ pub struct SceneSaveReply {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneDiffReply {
-    /// The differences; empty for equal scenes.
+    /// Empty for equal scenes.
     pub differences: Vec<Difference>,
 }
 

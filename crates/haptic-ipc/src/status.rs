@@ -67,7 +67,7 @@ pub struct Status {
     /// Clients with a lease.
     #[serde(default)]
     pub leases: usize,
-    /// The client that commissions or identifies it.
+    /// The commissioning or identifying client.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commissioning: Option<Peer>,
     /// The rig.
@@ -101,7 +101,7 @@ pub struct LibraryScene {
 pub struct DeviceStatus {
     /// Its description.
     pub description: String,
-    /// Axes of the hand's motion, 1 or 2.
+    /// Axes, 1 or 2.
     #[serde(default = "one_axis", skip_serializing_if = "is_one_axis")]
     pub axes: u8,
     /// How two motors move the hand.
@@ -137,7 +137,7 @@ pub struct DeviceStatus {
     /// Its own friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFrictionStatus>,
-    /// The link to it, if it has one.
+    /// The link to it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
@@ -163,10 +163,10 @@ pub enum ForceLimitBy {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RealTimeStatus {
-    /// SCHED_FIFO priority, if any.
+    /// SCHED_FIFO priority.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fifo_priority: Option<u8>,
-    /// Its processor, if it is pinned.
+    /// Its processor, if pinned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cpu: Option<usize>,
     /// Whether it is scheduled by SCHED_DEADLINE.
@@ -174,7 +174,7 @@ pub struct RealTimeStatus {
     pub deadline_scheduled: bool,
     /// Whether its memory is locked.
     pub memory_locked: bool,
-    /// Whether the processors are kept from sleeping deeply.
+    /// Whether the processors are kept out of deep sleep.
     #[serde(default)]
     pub cpus_kept_awake: bool,
     /// Time that it spins before each deadline, us.
@@ -183,7 +183,7 @@ pub struct RealTimeStatus {
     /// Whether denormal numbers count as zero.
     #[serde(default)]
     pub denormals_flushed: bool,
-    /// Its problems, with their remedies.
+    /// Its problems.
     pub problems: Vec<Problem>,
 }
 

@@ -17,7 +17,7 @@ pub struct Timing {
     /// Stops since the daemon began, timed from the client's line.
     #[serde(default)]
     pub stops: StopTimes,
-    /// The link to the rig, if it has one.
+    /// The link to the rig.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
@@ -32,7 +32,7 @@ pub struct TimingWindow {
     pub overruns: u64,
     /// Deadlines that passed without a tick.
     pub missed_periods: u64,
-    /// Samples lost because the telemetry ring was full.
+    /// Samples lost to a full telemetry ring.
     pub telemetry_dropped: u64,
     /// Time from a deadline to its tick.
     pub wake_latency_ns: Percentiles,

@@ -17,7 +17,7 @@ use crate::snapshot::Archive;
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Reseat {
-    /// Where the spring has the force that there was: the force is continuous.
+    /// Where the force does not jump.
     #[default]
     Continuous,
     /// Where the spring has the whole static force, as in the paper's slides and in Haessig and Friedland's model. Each

@@ -22,7 +22,7 @@ const DURATION_S: (f64, f64) = (0.1, 120.0);
 /// Most rounds of a sweep.
 const MAX_ROUNDS: u32 = 1000;
 
-/// The course of the reference, from the handle's first place and back to it.
+/// The course of the reference, from the handle's first place and back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -31,7 +31,7 @@ const MAX_ROUNDS: u32 = 1000;
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Course {
-    /// A sine whose frequency goes evenly from one to another; small strokes where they are equal.
+    /// A sine whose frequency changes evenly; small strokes where both are equal.
     Chirp {
         /// Amplitude, m.
         amplitude_m: f64,

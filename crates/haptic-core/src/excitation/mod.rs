@@ -47,7 +47,7 @@ const MIN_SHARE_OF_A_TICK: f64 = 0.5;
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Excitation {
-    /// The course of the reference, from the handle's first place and back to it.
+    /// The course of the reference, from the handle's first place and back.
     pub course: Course,
     /// Largest force on the handle, N.
     #[cfg_attr(feature = "serde", serde(rename = "force_limit_N"))]
@@ -67,7 +67,7 @@ pub struct Excitation {
     pub speed_limit_mps: f64,
     /// Largest distance of the handle from the reference, m.
     pub lag_limit_m: f64,
-    /// Largest motion at the beginning against the largest force, m; farther against a smaller one.
+    /// Largest motion against the largest force at the beginning, m; farther against a smaller one.
     pub wrong_way_limit_m: f64,
 }
 

@@ -233,23 +233,22 @@ impl<V: Vector> Servo<V> {
 pub struct Settings {
     /// Nominal time between two steps, s (> 0).
     pub period_s: f64,
-    /// Time in which force comes and goes, s (> 0).
+    /// Duration of engaging and releasing, s (> 0).
     pub ramp_s: f64,
     /// Limits of force and motion.
     pub limits: Limits,
-    /// What the rig itself takes up.
+    /// Losses of the rig itself.
     pub losses: RigLosses,
-    /// Largest force that the passivity controller may add, N (>= 0); zero only observes.
+    /// Largest force of passivity control, N (>= 0); 0 only observes.
     #[cfg_attr(feature = "serde", serde(rename = "passivity_control_N"))]
     pub passivity_control_n: f64,
     /// How velocity is estimated.
     pub velocity: velocity::Method,
-    /// Time for which a device may repeat its last sample, or the loop stand still while force
-    /// flows, ns.
+    /// Longest time without a new sample or, while force flows, without a tick, ns.
     pub stale_ns: u64,
-    /// Stop button of the rig, by its bit.
+    /// The stop button's bit.
     pub stop_button: Option<u8>,
-    /// Enable button of the rig, by its bit.
+    /// The enable button's bit.
     pub enable_button: Option<u8>,
     /// Where force may flow on a rig of two axes; everywhere without.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]

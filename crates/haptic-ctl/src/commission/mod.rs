@@ -13,16 +13,14 @@ use std::time::{Duration, Instant};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-Move the handle to the middle of its range, take your hand off it, and keep a hand on the switch of the motor's \
-supply.
+Keep a hand on the motor's power switch.
 
-The rig must be idle. Pulses of at most 300 ms, 20 mm and 0.3 m/s move it, within all limits of the daemon. Any stop, \
-the end of this program, or a handle that moves against the force (the motor or the encoder is wired the other way) ends \
-the commissioning.
+The rig must be idle. Pulses of at most 300 ms, 20 mm and 0.3 m/s move it. A stop, the end of this program, or a \
+handle that moves against the force (motor or encoder wired the other way) ends the commissioning.
 
-The findings are kept by the rig's serial number. A rig without one engages only after `commission --check` or \
-`engage --same-rig`, each time it is connected; one whose firmware, force limit, sample rate, watchdog or buttons have \
-changed, once. After a change of resolution or direction it must be commissioned again.";
+The findings are kept by the rig's serial number. A rig without one needs `commission --check` or `engage --same-rig` \
+at each connection; a rig with other firmware, force limit, sample rate, watchdog or buttons, once. With another \
+resolution or direction it must be commissioned again.";
 
 /// Force of the first pulse, as a share of the largest.
 const FIRST_SHARE: f64 = 0.1;

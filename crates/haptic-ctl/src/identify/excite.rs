@@ -49,7 +49,7 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "N", default_value_t = 2, conflicts_with = "file")]
     ramps: u32,
 
-    /// Retries after a timing fault, before you are asked
+    /// Retries after a timing fault, before asking
     #[arg(
         long,
         value_name = "N",

@@ -62,7 +62,7 @@ impl FromStr for ShiftMs {
 /// What is identified, and what is known of it.
 #[derive(Debug, clap::Args)]
 pub(super) struct Wanted {
-    /// Friction law; auto takes the one that predicts best, which takes longer
+    /// Friction law; auto takes the one that predicts best
     #[arg(long, value_parser = model(), default_value = "karnopp", conflicts_with = "rig")]
     model: ModelKind,
 
@@ -70,12 +70,11 @@ pub(super) struct Wanted {
     #[arg(long, value_name = "KG", allow_hyphen_values = true, conflicts_with = "rig")]
     mass: Option<f64>,
 
-    /// Known constant force, N: 0 for a zeroed sensor on a level axis. Without it a constant force and a difference
-    /// of friction by direction cannot be told apart
+    /// Known constant force, N: 0 for a zeroed sensor on a level axis
     #[arg(long, value_name = "N", allow_hyphen_values = true, conflicts_with = "rig")]
     offset: Option<f64>,
 
-    /// Friction by direction: alike, separate, or separate where the record shows it
+    /// Friction by direction; auto separates it where the record shows a difference
     #[arg(long, value_enum, default_value = "auto", conflicts_with_all = ["offset", "rig"])]
     directions: AlikeOrSeparate,
 }
@@ -85,7 +84,7 @@ pub(super) struct Wanted {
 #[command(next_help_heading = "Options of the table")]
 #[group(id = "of_file")]
 pub(super) struct Arguments {
-    /// Record of motion and force: CSV or Parquet of any laboratory, or a recording
+    /// Record of motion and force: CSV, Parquet or a recording
     #[arg(help_heading = "Arguments", value_name = "FILE", required_unless_present_any = ["run", "rig"], conflicts_with_all = ["run", "rig"])]
     file: Option<PathBuf>,
 
@@ -96,12 +95,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME", requires = "file")]
     force_column: Option<String>,
 
-    /// Newtons a unit of the force column; negative where the sensor points against the position [default: as its name
-    /// ends, as in load_kN, else 1]
+    /// Newtons per unit of the force column, negative for a reversed sensor [default: as its name ends, else 1]
     #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "file")]
     force_gain: Option<f64>,
 
-    /// File of the forces, by another recorder with its own clock
+    /// File of the forces, by a recorder with its own clock
     #[arg(long, value_name = "OTHER.csv", requires = "file")]
     force_file: Option<PathBuf>,
 

@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "run")]
     whole: bool,
 
-    /// The device's positions are absolute, so cogging can be compensated
+    /// Device positions are absolute, so cogging can be compensated
     #[arg(long, requires = "rig")]
     absolute_position: bool,
 

@@ -14,7 +14,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SCENE.toml", conflicts_with = "rig")]
     out: Option<PathBuf>,
 
-    /// Plot of force and residual: an image, or a page with the values
+    /// Plot of force and residual, or a page with the values
     #[arg(long, value_name = "FILE.svg|.html", value_parser = plot_file, conflicts_with = "rig")]
     plot: Option<(PathBuf, PlotFormat)>,
 }

@@ -29,22 +29,22 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 /// For the help text.
 pub(crate) const HELP: &str = "\
 The file's ending is its format: .mcap for robotics tools, .csv for any program, .parquet for the smallest file. A \
-recording on standard output ends with its reader; messages go to standard error.
+recording on standard output ends with its reader.
 
 Examples:
   haptic-ctl record rig.mcap --for 10s --notes 'steel on Teflon'
   haptic-ctl record - --for 10s | python3 analyse.py
 
-On a terminal, m and 1 to 9 set a marker, and q ends the recording. No key stops the rig: use `haptic-ctl stop`.
+On a terminal, m and 1 to 9 set a marker, and q ends the recording. No key stops the rig.
 
-After a full disk, the loss of the daemon (exit code 3) or a kill, the file reads as far as it was written.";
+After a full disk, a lost daemon (exit code 3) or a kill, the file reads as far as written.";
 
 /// Largest notes, bytes. They stand in one line of a CSV.
 const MAX_NOTES: u64 = 1 << 16;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Recording: a new file in .mcap, .csv or .parquet; or `-` for standard output
+    /// Recording: a new file, or `-` for standard output
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
 
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
     #[arg(long = "for", value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     length: Option<Duration>,
 
-    /// End when a condition holds, as in state=stopped; see `haptic-ctl wait --help`
+    /// End when a condition of `wait` holds, as in state=stopped
     #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
     until: Option<Condition>,
 
@@ -64,11 +64,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TEXT")]
     notes: Option<String>,
 
-    /// File of notes to keep in the recording
+    /// File of these notes
     #[arg(long, value_name = "FILE", conflicts_with = "notes", value_hint = ValueHint::FilePath)]
     notes_file: Option<PathBuf>,
 
-    /// Set a marker for each line of standard input, whose end ends the recording unless --for or --until does
+    /// Set a marker for each line of standard input; its end ends the recording unless --for or --until does
     #[arg(long)]
     markers_from_stdin: bool,
 

@@ -15,9 +15,8 @@ use std::time::Duration;
 
 /// For the help text.
 pub(super) const HELP: &str = "\
-Times are from the recording's first row; the row at the end is not in the part. The part begins with the scene and \
-the state of its first row and, where it follows from the recording, with a snapshot of the servo: `haptic-ctl replay` \
-then computes its forces again.
+Times are from the recording's first row; the row at the end is left out. Where the recording allows it, the part \
+begins with a snapshot of the servo, so `haptic-ctl replay` can recompute it.
 
 Example:
   haptic-ctl recording cut rig.mcap slide.csv --from-marker 1 --to 5s";

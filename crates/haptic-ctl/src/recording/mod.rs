@@ -42,7 +42,7 @@ pub(crate) fn run(command: &Command, json: bool) -> Result<(), Failure> {
 /// The recording that is written.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Output {
-    /// Recording to write; its name ends in .mcap, .csv or .parquet
+    /// Recording to write, in .mcap, .csv or .parquet
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
 

@@ -15,10 +15,10 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{SignalKind, signal};
 
 pub(super) const HELP: &str = "\
-An interrupt ends the study after the trials under way, with exit code 130. `haptic-ctl study resume DIR` continues \
-it, after a crash as well.
+An interrupt ends the study after the trials under way (exit code 130). `haptic-ctl study resume DIR` continues it, \
+also after a crash.
 
-The data of a simulated operator say nothing about people; every row has operator = simulated.
+Data of a simulated operator (operator = simulated in each row) say nothing about people.
 
 Example:
   haptic-ctl study run perception --operator simulated --subjects 2 --seed 1 --out study";

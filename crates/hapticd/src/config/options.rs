@@ -92,7 +92,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "ADDRESS:PORT", hide_short_help = true)]
     pub(super) metrics: Option<SocketAddr>,
 
-    /// Let --metrics name an address that other machines can reach: they may read the metrics [default: false]
+    /// Let --metrics name an address that other machines can reach [default: false]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) metrics_beyond_this_machine: Option<bool>,
 
@@ -124,8 +124,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "US", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) spin_us: Option<f64>,
 
-    /// Keep the processors out of deep sleep, from which they wake up late; costs power [default:
-    /// true]
+    /// Keep the processors out of deep sleep; costs power [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", hide_short_help = true)]
     pub(super) keep_cpus_awake: Option<bool>,
 
@@ -232,7 +231,7 @@ pub(crate) struct Options {
     ///
     /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `free` lets it go,
     /// `mouse` pulls it through the arm to the pointer in haptic-gui. `file:MOTION` follows a recording or table, and
-    /// `arm:file:MOTION` pulls along it. `circle` and `eight` draw through the arm on two axes.
+    /// `arm:file:MOTION` pulls along it. `circle` and `eight` draw through the arm.
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
     pub(super) hand: Option<Named<HandName>>,
 
