@@ -35,7 +35,7 @@ Examples:
   haptic-ctl record rig.mcap --for 10s --notes 'steel on Teflon'
   haptic-ctl record - --for 10s | python3 analyse.py
 
-On a terminal, m and 1 to 9 set a marker, and q ends the recording. No key stops the rig.
+On a terminal, m and 1 to 9 set a marker, and q ends the recording. No key stops the rig: use `haptic-ctl stop`.
 
 After a full disk, a lost daemon (exit code 3) or a kill, the file reads as far as written.";
 
@@ -44,7 +44,7 @@ const MAX_NOTES: u64 = 1 << 16;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Recording: a new file, or `-` for standard output
+    /// Recording: a new file in .mcap, .csv or .parquet; or `-` for standard output
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
 

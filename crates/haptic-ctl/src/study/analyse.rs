@@ -12,9 +12,9 @@ use serde::Serialize;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
-A file of trials has the columns subject, block, resistance, condition, trial, amplitude_m, width_m, end_error_m, \
-movement_time_s and errors and, optionally, cursor_diameter_m and error_size_m; one with the column level_N holds \
-answers of a perception test. docs/how-to/study.md explains the columns, tables and figures.";
+A file of trials (CSV, Parquet) has the columns subject, block, resistance, condition, trial, amplitude_m, width_m, \
+end_error_m, movement_time_s and errors and, optionally, cursor_diameter_m and error_size_m; one with the column \
+level_N holds answers of a perception test. docs/how-to/study.md explains the columns, tables and figures.";
 
 /// Seed of the intervals: the same trials give the same ones.
 const SEED: u64 = 1;
