@@ -5,7 +5,9 @@ use rustix::process::Signal;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary, copy_binary, real_time_thread, status, stderr, wait_for, wait_for_state};
+use system_tests::{
+    Daemon, be_patient, binary, copy_binary, real_time_thread, status, stderr, wait_for, wait_for_state,
+};
 
 /// Runs hapticd with arguments with which it cannot run; returns its exit code and what it said.
 fn refused(arguments: &[&str]) -> (Option<i32>, String) {
@@ -233,7 +235,9 @@ fn a_daemon_that_ends_lets_force_out_and_not_in() {
 fn a_demo_whose_output_nobody_reads_goes_on_and_ends_in_order() {
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("control.sock");
-    let mut demo = Command::new(binary("hapticd"))
+    let mut command = Command::new(binary("hapticd"));
+    be_patient(&mut command);
+    let mut demo = command
         .args(["--demo", "--socket"])
         .arg(&socket)
         .stdout(Stdio::piped())

@@ -7,7 +7,9 @@ use std::path::PathBuf;
 use std::process::Command;
 use system_tests::recorded::wait_for_more_rows;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, binary, ctl_offline, journal, process, status, until, wait_for, wait_for_state};
+use system_tests::{
+    Daemon, be_patient, binary, ctl_offline, journal, process, status, until, wait_for, wait_for_state,
+};
 
 /// A hand that soon moves steadily (from rest, as every motion of a file begins), so that the paper's block slides
 /// and the force is its kinetic friction, 3.5 N.
@@ -273,14 +275,9 @@ fn a_daemon_whose_terminal_is_gone_lets_the_force_down_and_ends() {
     command
         .arg("--ctty")
         .arg(binary("hapticd"))
-        .args([
-            "--device=fake",
-            "--ramp-ms=50",
-            "--stale-ms=500",
-            "--spin-us=0",
-            "--socket",
-        ])
+        .args(["--device=fake", "--ramp-ms=50", "--socket"])
         .arg(&socket);
+    be_patient(&mut command);
     let mut terminal = Terminal::start(command);
     terminal.wait_for("the daemon", |shown| shown.contains(" Hz, "));
     let mut client = Client::connect(&socket).expect("the daemon serves");
