@@ -117,7 +117,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     let named_socket = named.path();
     let socket = named_socket.as_deref();
     match command {
-        Command::Doctor => return doctor::run(socket, json).await,
+        Command::Doctor => return doctor::run(named.one_path()?.as_deref(), json).await,
         Command::Recording(recording) => return recording::run(recording, json),
         Command::Replay(replay) => return replay::run(socket, replay, json).await,
         Command::Simulate(simulate) => return simulate::run(socket, simulate, json).await,

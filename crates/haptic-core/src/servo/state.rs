@@ -202,8 +202,8 @@ impl fmt::Display for Fault {
             Self::StopButton => "stop_button: the rig's own stop button was pressed",
             Self::Stalled => "stalled: the loop stood still for longer than stale-ms while force flowed",
             Self::ControlLost => {
-                "control_lost: no stop could be heard, as the control thread hung or nobody could reach its socket; the force was \
-                 let down; `haptic-ctl doctor` checks the machine and the socket"
+                "control_lost: no stop could be heard: the machine gave the control thread no time, it hung, or nobody could \
+                 reach its socket; the force was let down; `haptic-ctl doctor` checks the machine and the socket"
             }
             Self::StillEnabled => {
                 "still_enabled: the device has not switched its motor off 100 ms after it was told to: cut its power"

@@ -89,7 +89,7 @@ pub(crate) struct Options {
 
     /// Serve metrics for Prometheus (OpenMetrics, at /metrics) on an address of this machine, as in
     /// 127.0.0.1:9664 [default: none]
-    #[arg(long, value_name = "ADDRESS:PORT", hide_short_help = true)]
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = address_and_port, hide_short_help = true)]
     pub(super) metrics: Option<SocketAddr>,
 
     /// Let --metrics name an address that other machines can reach [default: false]
@@ -399,10 +399,12 @@ impl Options {
 
 /// Says that a number has no unit, where one has.
 fn without_unit(mut error: clap::Error) -> clap::Error {
-    let begins_with_a_digit = |value: &str| value.starts_with(|first: char| first.is_ascii_digit());
+    let has_unit = |value: &str| {
+        value.starts_with(|first: char| first.is_ascii_digit()) && value.ends_with(|last: char| last.is_alphabetic())
+    };
     if error.kind() == ErrorKind::ValueValidation
         && let Some(ContextValue::String(value)) = error.get(ContextKind::InvalidValue)
-        && begins_with_a_digit(value)
+        && has_unit(value)
     {
         let tip = "write a bare number, in the unit that the option names".into();
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
@@ -410,10 +412,19 @@ fn without_unit(mut error: clap::Error) -> clap::Error {
     error
 }
 
+fn address_and_port(text: &str) -> Result<SocketAddr, &'static str> {
+    text.parse().map_err(|_| "an address with a port, as in 127.0.0.1:9664")
+}
+
 /// What is done with each option that the file may have.
 macro_rules! options_of_the_file {
     ($($field:ident),* $(,)?) => {
         impl Options {
+            /// The options that the file may have, as they are written there.
+            pub(super) fn names() -> Vec<String> {
+                [$(stringify!($field)),*].map(|name| name.replace('_', "-")).into()
+            }
+
             /// These options, completed by those of the file.
             pub(super) fn or(mut self, file: Self) -> Self {
                 $(if self.$field.is_none() {
@@ -492,5 +503,13 @@ mod tests {
         };
         assert!(refused("1kHz").contains("write a bare number"));
         assert!(!refused("fast").contains("write a bare number"));
+        for address in ["9664", "127.0.0.1"] {
+            let said = Options::try_parse_from(["hapticd", "--metrics", address]).map_err(without_unit);
+            let said = said.expect_err(address).to_string();
+            assert!(
+                said.contains("as in 127.0.0.1:9664") && !said.contains("bare number"),
+                "{said}"
+            );
+        }
     }
 }

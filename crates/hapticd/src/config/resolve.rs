@@ -126,8 +126,18 @@ mod tests {
             ("device = \"fake\"\nrate=50\n", "line 2: rate = 50 Hz is out of range"),
             (
                 "device = \"fake\"\nforce-limit = 5\n",
-                "line 2: unknown field `force-limit`",
+                "line 2: unknown field `force-limit`, did you mean `force-limit-n`?",
             ),
+            (
+                "force_limit_n = 5\n",
+                "line 1: unknown field `force_limit_n`, did you mean `force-limit-n`?",
+            ),
+            ("rate = 500\nrate = 1000\n", "line 2: rate is there a second time"),
+            (
+                "device = fake\n",
+                "device = fake: a text stands in quotes: device = \"fake\"",
+            ),
+            ("device = /dev/ttyACM0\n", "device = \"/dev/ttyACM0\""),
             (
                 "device = \"fake\"\nforce-limit-n = \"5\"\n",
                 "line 2: invalid type: string",

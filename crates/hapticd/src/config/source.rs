@@ -2,6 +2,7 @@
 
 use super::error::{ConfigError, read_text};
 use super::options::Options;
+use haptic_core::nearest;
 use haptic_ipc::regular_file::with_short_lines;
 use std::path::Path;
 
@@ -47,11 +48,31 @@ fn read(path: &Path) -> Result<(Options, String), ConfigError> {
     let text = read_text(path)?;
     let options = toml::from_str(&text).map_err(|error| {
         let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-        let line = 1 + before.matches('\n').count();
+        let line = before.matches('\n').count();
+        let said = said_of(text.lines().nth(line).unwrap_or_default(), error.message());
         ConfigError::Parse {
             path: path.to_path_buf(),
-            message: with_short_lines(&format!("line {line}: {}", error.message())),
+            message: with_short_lines(&format!("line {}: {said}", line + 1)),
         }
     })?;
     Ok((options, text))
+}
+
+/// What is wrong with a line, of which TOML's reader has said something.
+fn said_of(line: &str, message: &str) -> String {
+    let (name, value) = line.split_once('=').unwrap_or((line, ""));
+    let (name, value) = (name.trim().trim_matches(&['[', ']'][..]), value.trim());
+    let is_word = value.starts_with(|first: char| first.is_alphabetic() || first == '/');
+    if message == "duplicate key" {
+        format!("{name} is there a second time")
+    } else if message.starts_with("unknown field") {
+        let names = Options::names();
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let meant = nearest::meant_or_semicolon(&name.replace('_', "-"), &known);
+        format!("unknown field `{name}`{meant} the fields are {}", names.join(", "))
+    } else if is_word && !message.starts_with("invalid type") && !["true", "false"].contains(&value) {
+        format!("{name} = {value}: a text stands in quotes: {name} = \"{value}\"")
+    } else {
+        message.to_owned()
+    }
 }

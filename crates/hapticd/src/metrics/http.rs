@@ -31,7 +31,8 @@ pub(crate) struct MetricsError {
 /// What helps, for a person.
 fn remedy(source: &std::io::Error) -> &'static str {
     if rustix::io::Errno::from_io_error(source) == Some(rustix::io::Errno::AFNOSUPPORT) {
-        "the service has no network: /usr/share/doc/hapticd/examples/metrics.conf opens this machine's own"
+        "the service has no network: install /usr/share/doc/hapticd/examples/metrics.conf as it says, for a rig with a name \
+         in hapticd@.service.d"
     } else {
         "name another address with --metrics"
     }
