@@ -6,7 +6,7 @@ use crate::snapshot::Archive;
 use crate::vector::Vector;
 use thiserror::Error;
 
-/// What a rig allows.
+/// What a rig allows. A limit that is not a number, or negative, counts as zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -31,6 +31,19 @@ impl Default for Limits {
             slew_n_per_s: 5000.0,
             speed_mps: 5.0,
             acceleration_mps2: 2000.0,
+        }
+    }
+}
+
+impl Limits {
+    /// These, with zero for what is no limit: where in doubt, no force.
+    fn checked(self) -> Self {
+        let positive = |limit: f64| if limit > 0.0 { limit } else { 0.0 };
+        Self {
+            force_n: positive(self.force_n),
+            slew_n_per_s: positive(self.slew_n_per_s),
+            speed_mps: positive(self.speed_mps),
+            acceleration_mps2: positive(self.acceleration_mps2),
         }
     }
 }
@@ -71,6 +84,7 @@ impl<V: Vector> SafetyLimiter<V> {
     /// A gate that begins without force.
     #[must_use]
     pub fn new(limits: Limits) -> Self {
+        let limits = limits.checked();
         Self {
             limits,
             configured_n: limits.force_n,
@@ -84,6 +98,7 @@ impl<V: Vector> SafetyLimiter<V> {
     /// `ramp_s`. A lower one lets no force grow beyond it from now on, and takes a force that is beyond it already
     /// down to it in that time, at most [`MAX_LOWERING_S`].
     pub fn set_limits(&mut self, limits: Limits, ramp_s: f64) {
+        let limits = limits.checked();
         if limits == self.limits {
             return;
         }
@@ -218,6 +233,24 @@ mod tests {
         speed_mps: 5.0,
         acceleration_mps2: 2000.0,
     };
+
+    #[test]
+    fn what_is_no_limit_lets_no_force_through() {
+        for wrong in [f64::NAN, -1.0, f64::NEG_INFINITY, 0.0] {
+            for limits in [
+                Limits { force_n: wrong, ..LIMITS },
+                Limits { slew_n_per_s: wrong, ..LIMITS },
+            ] {
+                let begun_with = SafetyLimiter::new(limits);
+                let mut changed = SafetyLimiter::new(LIMITS);
+                changed.set_limits(limits, 0.2);
+                for mut limiter in [begun_with, changed] {
+                    limiter.set_device_force(f64::INFINITY);
+                    assert_eq!(limiter.limit(3.0, 1.0, 1.0), Ok(0.0), "{limits:?}");
+                }
+            }
+        }
+    }
 
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]

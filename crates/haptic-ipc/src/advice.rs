@@ -12,7 +12,7 @@ use std::fmt;
 pub struct Advice {
     /// The parameter concerned, or the one to change.
     pub param: String,
-    /// The remark.
+    /// The remark; of a bound that is kept, what happens beyond it.
     pub message: String,
     /// The check of a bound.
     #[serde(default, skip_serializing_if = "Option::is_none")]
