@@ -238,8 +238,14 @@ mod tests {
     fn what_is_no_limit_lets_no_force_through() {
         for wrong in [f64::NAN, -1.0, f64::NEG_INFINITY, 0.0] {
             for limits in [
-                Limits { force_n: wrong, ..LIMITS },
-                Limits { slew_n_per_s: wrong, ..LIMITS },
+                Limits {
+                    force_n: wrong,
+                    ..LIMITS
+                },
+                Limits {
+                    slew_n_per_s: wrong,
+                    ..LIMITS
+                },
             ] {
                 let begun_with = SafetyLimiter::new(limits);
                 let mut changed = SafetyLimiter::new(LIMITS);
