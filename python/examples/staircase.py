@@ -79,24 +79,21 @@ def staircase(
     reversals: int,
     duration_s: float,
     chance: random.Random,
-) -> list[Trial]:
-    """Runs until the difference has turned so many times."""
-    trials: list[Trial] = []
+) -> Iterator[Trial]:
+    """Runs until the difference has turned so many times; gives each trial when it has ended."""
     difference_N, right_in_a_row, direction, turned = FIRST_DIFFERENCE_N, 0, 0, 0
     while turned < reversals:
         trial = present(rig, samples, difference_N, chance.choice((1, 2)), duration_s)
         trial.is_right = asked(trial) == trial.stickier
-        trials.append(trial)
         right_in_a_row = right_in_a_row + 1 if trial.is_right else 0
         step = -1 if right_in_a_row == 2 else 0 if trial.is_right else 1
-        if step == 0:
-            continue
-        right_in_a_row = 0
-        trial.turns = direction == -step
-        turned += trial.turns
-        direction = step
-        difference_N = min(difference_N * STEP**-step, FIRST_DIFFERENCE_N)
-    return trials
+        if step != 0:
+            right_in_a_row = 0
+            trial.turns = direction == -step
+            turned += trial.turns
+            direction = step
+            difference_N = min(difference_N * STEP**-step, FIRST_DIFFERENCE_N)
+        yield trial
 
 
 def threshold_N(trials: list[Trial]) -> float:
@@ -151,10 +148,12 @@ def engaged(*, simulated: bool) -> Iterator[hapticd.Rig]:
         yield rig
 
 
-def report(trials: list[Trial]) -> None:
-    """A line for each trial, and the threshold."""
-    for trial in trials:
-        print(json.dumps(asdict(trial)))
+def report(course: Iterator[Trial]) -> None:
+    """A line for each trial as it ends, and the threshold."""
+    trials = []
+    for trial in course:
+        print(json.dumps(asdict(trial)), flush=True)
+        trials.append(trial)
     print(json.dumps({"trials": len(trials), "threshold_N": round(threshold_N(trials), 3)}))
 
 

@@ -103,7 +103,7 @@ def test_a_condition_is_waited_for() -> None:
 def test_a_misspelt_state_is_refused_at_once(rig: hapticd.Rig) -> None:
     # mypy says where an ignored error is none: so it refuses these, too.
     with pytest.raises(hapticd.InvalidValue, match="did you mean 'engaged'"):
-        rig.wait_for("engagd")  # type: ignore[arg-type]
+        rig.wait_for("engagd")  # type: ignore[call-overload]
     with rig.events() as events, pytest.raises(hapticd.InvalidValue, match="the states are disconnected, idle"):
         events.wait_for("asleep", 10)  # type: ignore[arg-type]
     assert rig.status().state != "engagd"  # type: ignore[comparison-overlap]
@@ -170,3 +170,9 @@ def test_asyncio_has_the_same_operations(daemon: hapticd.Fake) -> None:
     methods = {name for name, each in vars(hapticd.aio.Rig).items() if callable(each) and not name.startswith("_")}
     blocking = {name for name in dir(hapticd.Rig) if not name.startswith("_")}
     assert blocking - methods == {"close", "loop_rate_hz"}
+
+
+def test_a_condition_may_be_of_the_second_axis() -> None:
+    with hapticd.fake(kinematics="xy", hand="circle") as planar, planar.connect() as rig:
+        # mypy reads this, too.
+        assert rig.wait_for(lambda sample: abs(sample.device_position_y_m) < 1) > 0

@@ -33,3 +33,10 @@ def test_the_last_seconds_are_plotted(daemon: hapticd.Fake) -> None:
             assert [line.get_label() for line in position.get_lines()] == ["device", "block"]
 
     asyncio.run(script())
+
+
+def test_a_rig_of_two_axes_shows_both() -> None:
+    with hapticd.fake(kinematics="xy", hand="circle") as planar, planar.connect() as rig:
+        force, position = rig.plot("100ms")
+        assert [line.get_label() for line in force.get_lines()] == ["force x", "force y"]
+        assert [line.get_label() for line in position.get_lines()] == ["device x", "block x", "device y", "block y"]

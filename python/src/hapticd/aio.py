@@ -32,7 +32,7 @@ from hapticd.answers import (
 from hapticd.change import Change, SceneRef
 from hapticd.duration import Duration, seconds
 from hapticd.recording import Recording
-from hapticd.sample import Sample, State
+from hapticd.sample import PlanarSample, Sample, State
 from hapticd.status import JournalEntry, Status
 
 if TYPE_CHECKING:
@@ -281,7 +281,13 @@ class Rig:
         # Drawn here: pyplot is for one thread.
         return plot.draw(*await self._run(self._waits, partial(self.blocking._last, seconds("length", length))))
 
-    async def wait_for(self, condition: State | Callable[[Sample], object], timeout: Duration = 10.0) -> int:
+    @overload
+    async def wait_for(self, condition: State | Callable[[Sample], object], timeout: Duration = 10.0) -> int: ...
+
+    @overload
+    async def wait_for(self, condition: Callable[[PlanarSample], object], timeout: Duration = 10.0) -> int: ...
+
+    async def wait_for(self, condition: State | Callable[[Any], object], timeout: Duration = 10.0) -> int:
         """See `hapticd.Rig.wait_for`. The condition is called on another thread."""
         return await self._run(self._waits, partial(self.blocking.wait_for, condition, timeout))
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hapticd.sample import SECOND_AXIS
+
 if TYPE_CHECKING:
     import numpy
     import numpy.typing
@@ -16,12 +18,16 @@ def draw(samples: numpy.typing.NDArray[numpy.void], title: str) -> tuple[Axes, A
 
     time_s = samples["t_s"] - samples["t_s"][-1]
     _, (force, position) = pyplot.subplots(2, 1, sharex=True, layout="constrained")
-    force.plot(time_s, samples["command_force_N"])
+    is_planar = SECOND_AXIS[0] in (samples.dtype.names or ())
+    for axis, label in (("", " x"), ("_y", " y")) if is_planar else (("", ""),):
+        force.plot(time_s, samples[f"command_force{axis}_N"], label=f"force{label}")
+        for name in ("device", "block"):
+            position.plot(time_s, samples[f"{name}_position{axis}_m"] * 1e3, label=f"{name}{label}")
     force.set(title=title, ylabel="force on the hand, N")
-    for name in ("device", "block"):
-        position.plot(time_s, samples[f"{name}_position_m"] * 1e3, label=name)
     position.set(xlabel="time, s", ylabel="position, mm")
     position.legend()
+    if is_planar:
+        force.legend()
     for axes in (force, position):
         axes.grid(True, alpha=0.3)
     return force, position

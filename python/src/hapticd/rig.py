@@ -20,7 +20,7 @@ from hapticd.extras import need
 from hapticd.lease import Lease
 from hapticd.operations import Operations
 from hapticd.recording import Recording
-from hapticd.sample import Sample, State, checked_state
+from hapticd.sample import PlanarSample, Sample, State, checked_state
 from hapticd.samples import Buffer, Samples
 from hapticd.status import Status
 
@@ -194,7 +194,13 @@ class Rig(Operations):
         status = self.status()
         return self._recent.latest(count), f"{status.scene}: {status.state}"
 
-    def wait_for(self, condition: State | Callable[[Sample], object], timeout: Duration = 10.0) -> int:
+    @overload
+    def wait_for(self, condition: State | Callable[[Sample], object], timeout: Duration = 10.0) -> int: ...
+
+    @overload
+    def wait_for(self, condition: Callable[[PlanarSample], object], timeout: Duration = 10.0) -> int: ...
+
+    def wait_for(self, condition: State | Callable[[Any], object], timeout: Duration = 10.0) -> int:
         """Waits until the rig is in a state, or until a condition holds of a sample; returns that tick.
 
             rig.wait_for("engaged")
