@@ -8,7 +8,10 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
 use findings::{Findings, Mass, mm};
-use haptic_ipc::{CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, StateReply};
+use haptic_ipc::{
+    AdviceReply, CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, StateReply,
+    UNKNOWN_MASS_KG,
+};
 use std::time::{Duration, Instant};
 
 /// For the help text.
@@ -216,6 +219,12 @@ impl Work<'_> {
             .await?;
         self.findings.path = stored.path;
         self.findings.coupling = stored.coupling;
+        if stored.coupling.is_some() {
+            // It may be known otherwise than by these pulses.
+            let advice: AdviceReply = self.daemon.ask(Request::Advise {}).await?;
+            let is_unknown = advice.basis.is_some_and(|basis| basis.mass_kg.is_none());
+            self.findings.coupling_masses_kg = is_unknown.then_some(UNKNOWN_MASS_KG);
+        }
         Ok(())
     }
 
