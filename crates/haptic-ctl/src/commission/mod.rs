@@ -9,8 +9,8 @@ use crate::failure::Failure;
 use crate::output;
 use findings::{Findings, Mass, mm};
 use haptic_ipc::{
-    AdviceReply, CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, StateReply,
-    UNKNOWN_MASS_KG,
+    AdviceReply, CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, RigState,
+    StateReply, Status, UNKNOWN_MASS_KG,
 };
 use std::time::{Duration, Instant};
 
@@ -286,9 +286,23 @@ impl Work<'_> {
     async fn status(&mut self) -> Result<CommissionReply, Failure> {
         let status: CommissionReply = self.daemon.ask(Request::CommissionStatus {}).await?;
         match &status.ended {
-            Some(why) => Err(Failure::BadRig(format!("the commissioning has ended: {why}"))),
+            Some(why) => Err(self.ended(why).await),
             None => Ok(status),
         }
+    }
+
+    /// Why the commissioning has ended, and what to do where the rig takes no more commands.
+    async fn ended(&mut self, why: &str) -> Failure {
+        let state = self
+            .daemon
+            .ask::<Status>(Request::Status {})
+            .await
+            .map(|status| status.state);
+        let remedy = match state {
+            Ok(RigState::Stopped | RigState::Faulted) => "; run `haptic-ctl reset`, then commission again",
+            _ => "",
+        };
+        Failure::BadRig(format!("the commissioning has ended: {why}{remedy}"))
     }
 
     /// Gives a pulse, and waits until the rig is idle again.
@@ -318,7 +332,7 @@ impl Work<'_> {
                     if let Some(last) = status.last.filter(|last| last.end == PulseEnd::WrongWay) {
                         self.console.say(&summary(&last));
                     }
-                    return Err(Failure::BadRig(format!("the commissioning has ended: {why}")));
+                    return Err(self.ended(&why).await);
                 }
                 break status.last;
             };
