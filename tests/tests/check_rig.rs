@@ -103,7 +103,8 @@ fn a_handle_too_fast_for_its_encoder_is_told() {
     };
     let reported = "the device reports an error: code 2 (the position sensor), detail 0";
     for tries_left in (0..TRIES).rev() {
-        let Some((passed, said)) = checked(rig.line(), &["--slow", "2", "--only", "says_who_it_is", "--push", "4"]) else {
+        let Some((passed, said)) = checked(rig.line(), &["--slow", "2", "--only", "says_who_it_is", "--push", "4"])
+        else {
             return;
         };
         assert!(!passed, "{said}");

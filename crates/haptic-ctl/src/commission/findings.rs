@@ -152,7 +152,7 @@ impl Findings {
         let mut rows = vec![
             ("direction", direction.to_owned()),
             ("first moved at", self.breakaway_n.shown()),
-            ("friction", self.friction_n.shown()),
+            ("friction, drag", self.friction_n.shown()),
             ("mass", mass),
         ];
         if self.motor.is_none() {
