@@ -39,6 +39,11 @@ Hello = namedtuple("Hello", "nonce counts_per_metre force_limit_mn rate_hz watch
 Sample = namedtuple("Sample", "enabled bitten buttons sequence time_us count command")
 Acknowledge = namedtuple("Acknowledge", "refused sequence")
 Error = namedtuple("Error", "version code detail")
+# Codes of an error: with the first the motor stays on; the others and what is wrong.
+BAD_MESSAGE = 1
+ERRORS = {2: "the position sensor", 3: "the motor or its amplifier", 255: "other"}
+# A handle that is faster under a push needs a smaller one, m/s or rad/s.
+FAST = 0.3
 
 
 class Fault(Exception):
@@ -180,6 +185,7 @@ class Rig:
         self.waiting = deque()
         self.sequence = 0
         self.hello = None
+        self.error = None
 
     def listen(self, seconds, until=lambda message: False):
         """Listens for so long, or until a message; returns all that came."""
@@ -193,7 +199,9 @@ class Rig:
             left = end - time.monotonic()
             if left <= 0:
                 return came
-            self.waiting += self.line.receive(left)
+            news = self.line.receive(left)
+            self.error = next((m for m in news if isinstance(m, Error) and m.code != BAD_MESSAGE), self.error)
+            self.waiting += news
 
     def listen_long(self, seconds):
         """Listens for so long on the device's clock, more or less."""
@@ -583,10 +591,15 @@ def pushes(rig, force_n):
             rig.enable()
             samples = [m for m in rig.hold(0.15, round(sign * force_n * 1000), axis) if isinstance(m, Sample)]
             rig.enable(False)
-            expect(all(s.enabled for s in samples), "the motor went off")
+            if rig.error or not all(s.enabled for s in samples):
+                ways = [(abs(steps(a.count[axis], b.count[axis])), elapsed_ms(a, b)) for a, b in zip(samples, samples[1:])]
+                speed = max((1000 * way / ms for way, ms in ways if ms > 0), default=0) / rig.hello.counts_per_metre[axis]
+                advice = f": it runs at {speed:.1f} {rig.hello.unit}/s, push less" if speed > FAST else ""
+                watchdog = " by its watchdog" if any(s.bitten for s in samples) else ""
+                raise Fault(f"the motor went off{watchdog}{advice}")
             moved[sign] = [steps(first, last) for first, last in zip(samples[0].count, samples[-1].count)]
             rig.hold(0.5)
-        shown = ", ".join(f"{sign * force_n:+} N: {counts[axis]:+} counts" for sign, counts in moved.items())
+        shown = ", ".join(f"{sign * force_n:+g} N: {counts[axis]:+} counts" for sign, counts in moved.items())
         if axes > 1:
             shown = f"axis {axis + 1}, {shown}"
         strokes = [up - down for up, down in zip(moved[1], moved[-1])]
@@ -648,7 +661,7 @@ def main():
     stillness = Stillness()
     stillness.start()
     for name, check in checks:
-        stillness.longest_s = 0.0
+        stillness.longest_s, rig.error = 0.0, None
         try:
             note = check()
             print(f"ok    it {name}" + (f" ({note})" if note else ""), flush=True)
@@ -656,6 +669,9 @@ def main():
             failures += 1
             still_ms = 1000 * stillness.longest_s
             excuse = f"; this computer stood still for {still_ms:.0f} ms meanwhile, try again" if still_ms > 20 else ""
+            if rig.error:
+                part = ERRORS.get(rig.error.code, "unknown")
+                excuse = f"; the device reports an error: code {rig.error.code} ({part}), detail {rig.error.detail}"
             print(f"FAULT it {name}: {fault}{excuse}", flush=True)
     return 1 if failures else 0
 

@@ -2,7 +2,9 @@
 //! it on purpose.
 
 use system_tests::fake_rig::FakeRig;
-use system_tests::simulated_rig::checked;
+use system_tests::simulated_rig::{Encoder, SimulatedRig, checked};
+
+const TMP: &str = env!("CARGO_TARGET_TMPDIR");
 
 /// Times that a fault is looked for again where the checker says that its computer stood still.
 const TRIES: usize = 3;
@@ -82,12 +84,33 @@ fn direction_is_told_only_by_a_clear_move() {
         checked(rig.link(), &["--only", "says_who_it_is", "--push", "2"])
     };
     for (options, passes, words) in [
-        (&[][..], true, "+2.0 N: +"),
+        (&[][..], true, "+2 N: +"),
         (&["--reversed"], false, "swap the motor's or the encoder's wires"),
         (&["--friction-n", "4"], false, "show no direction"),
         (&["--reversed", "--resolution-mm", "100"], false, "show no direction"),
     ] {
         let Some((passed, said)) = push(options) else { return };
         assert!(passed == passes && said.contains(words), "{options:?}: {said}");
+    }
+}
+
+#[test]
+fn a_handle_too_fast_for_its_encoder_is_told() {
+    let light = ["--amplitude", "0", "--arm-stiffness", "0", "--arm-damping", "0"];
+    let light = [&light[..], &["--mass", "0.05", "--coulomb", "0.15", "--viscous", "0"]].concat();
+    let Some(rig) = SimulatedRig::start(Encoder::Quadrature, TMP, &light) else {
+        return;
+    };
+    let reported = "the device reports an error: code 2 (the position sensor), detail 0";
+    for tries_left in (0..TRIES).rev() {
+        let Some((passed, said)) = checked(rig.line(), &["--slow", "2", "--only", "says_who_it_is", "--push", "4"])
+        else {
+            return;
+        };
+        assert!(!passed, "{said}");
+        if said.contains(reported) && said.contains("m/s, push less") && !said.contains("stood still") {
+            return;
+        }
+        assert!(tries_left > 0 && said.contains("this computer stood still"), "{said}");
     }
 }

@@ -46,7 +46,9 @@ fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl Fn(u32) -> T) {
     assert_eq!(after.state, RigState::Faulted, "{what}");
     let fault = after.fault.unwrap_or_default();
     assert!(fault.starts_with("control_lost"), "{what}: {fault}");
-    assert_eq!(refused(&mut client, Request::engage()).code, ErrorCode::Faulted);
+    let error = refused(&mut client, Request::engage());
+    assert_eq!(error.code, ErrorCode::Faulted);
+    assert!(error.message.contains(&fault), "{error}");
     let reset: StateReply = client.request(Request::Reset {}).expect("a reset");
     assert_eq!(reset.state, RigState::Idle);
 }

@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 /// Longest lease of a client that commissions a rig, ms.
 pub const MAX_COMMISSION_LEASE_MS: u32 = 2000;
 
+/// Masses, kg, of all of which the coupling holds that a rig of unknown mass is said to bear.
+pub const UNKNOWN_MASS_KG: [f64; 2] = [0.05, 3.0];
+
 /// Answer to `commission.*`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

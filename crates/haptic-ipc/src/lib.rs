@@ -45,7 +45,7 @@ pub use async_client::AsyncClient;
 pub use changes::{Changes, ParameterChange, RelativeChange};
 pub use client::{Client, ClientError, Receiver, Sender};
 pub use command_line::set_command;
-pub use commission::{CommissionReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
+pub use commission::{CommissionReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, UNKNOWN_MASS_KG};
 pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
 pub use error::{ErrorCode, WireError};

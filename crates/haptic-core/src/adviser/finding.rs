@@ -70,6 +70,9 @@ pub struct Finding {
     pub margin: f64,
     /// The value that would fix a broken bound, where one parameter can.
     pub fix: Option<Fix>,
+    /// Where no stiffness can: the damping below which one does, as what the rig takes up leaves nothing for a spring.
+    /// With 0 no grip does.
+    pub fixed_below: Option<Fix>,
 }
 
 impl fmt::Display for Finding {
@@ -99,7 +102,27 @@ impl fmt::Display for Finding {
             let info = parameter.info();
             write!(f, "; {} = {} {} would fix it", info.name, Rounded(value), info.unit)?;
         }
-        Ok(())
+        match self.fixed_below {
+            None => Ok(()),
+            Some(Fix { value, .. }) if value <= 0.0 => {
+                let what = match self.check {
+                    Check::Passivity => "damping",
+                    Check::Encoder => "friction",
+                    _ => "friction or damping",
+                };
+                write!(f, "; no grip keeps it without {what} of the rig's own")
+            }
+            Some(Fix { parameter, value }) => {
+                let info = parameter.info();
+                write!(
+                    f,
+                    "; no stiffness keeps it: {} must be below {} {} first",
+                    info.name,
+                    Rounded(value),
+                    info.unit
+                )
+            }
+        }
     }
 }
 
@@ -158,5 +181,6 @@ fn finding(about: About, value: f64, bound: f64, passes: bool, margin: f64) -> F
         // Nothing against nothing is neither kept well nor badly.
         margin: if margin.is_nan() { 1.0 } else { margin },
         fix: fixed_by.filter(|_| !passes).map(|value| Fix { parameter, value }),
+        fixed_below: None,
     }
 }

@@ -2,7 +2,7 @@
 //! late, and holds.
 
 use super::EXPLORING_SPEED_MPS;
-use super::finding::{About, Check, DAMPING_UNIT, Finding, at_least, at_most};
+use super::finding::{About, Check, DAMPING_UNIT, Finding, Fix, at_least, at_most};
 use super::rig_facts::RigFacts;
 use super::sampled::{RigLoop, Sampled};
 use crate::directional::Directional;
@@ -55,6 +55,19 @@ impl Grip {
         }
     }
 
+    /// A finding of the energy that a grip gives out, which no stiffness mends from a damping on (N s/m, 0 where the rig
+    /// takes up nothing).
+    fn mended_below(&self, damping: f64, finding: Finding) -> Finding {
+        let is_beyond_mending = !finding.passes && finding.fix.is_none();
+        Finding {
+            fixed_below: is_beyond_mending.then_some(Fix {
+                parameter: self.damper,
+                value: damping,
+            }),
+            ..finding
+        }
+    }
+
     /// A bound on the stiffness.
     fn stiffest(&self, check: Check, bound: f64) -> Finding {
         at_most(self.softer(check, "N/m", bound), self.stiffness, bound)
@@ -66,20 +79,23 @@ pub(super) fn check(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) 
     let times = Sampled::new(t, rig.delay_s);
     // What is left for the spring of a damping that takes up.
     let softened = |takes_up: f64| ((takes_up - grip.damping) / times.lateness_s()).max(0.0);
-    findings.push(at_least(
+    let passivity = at_least(
         grip.softer(Check::Passivity, DAMPING_UNIT, softened(rig.damping)),
         rig.damping,
         times.damping_needed(grip.stiffness, grip.damping),
-    ));
+    );
+    findings.push(grip.mended_below(rig.damping, passivity));
     findings.extend(linear_stability(&grip, times, rig));
     if grip.stiffness == 0.0 {
         return;
     }
     let takes_up = rig.damping + rig.friction / EXPLORING_SPEED_MPS;
-    findings.push(grip.stiffest(Check::Friction, softened(takes_up)));
+    let friction = grip.stiffest(Check::Friction, softened(takes_up));
+    findings.push(grip.mended_below(takes_up, friction));
     if rig.resolution > 0.0 {
         let bound = 2.0 * (rig.friction / rig.resolution - grip.damping / t);
-        findings.push(grip.stiffest(Check::Encoder, bound.max(0.0)));
+        let encoder = grip.stiffest(Check::Encoder, bound.max(0.0));
+        findings.push(grip.mended_below(rig.friction / rig.resolution * t, encoder));
     }
 }
 

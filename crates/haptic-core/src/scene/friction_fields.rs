@@ -1,12 +1,12 @@
 //! Reads a scene's friction field by field, so that a value of the wrong kind is reported where it
 //! stands: a law is named by its tag, for which a table is read whole first, without its places.
 
-use crate::friction::Friction;
-use alloc::string::String;
+use crate::friction::{Friction, LAWS};
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
 use serde::de::value::{MapDeserializer, StrDeserializer};
-use serde::de::{self, Deserialize, Deserializer, IntoDeserializer, MapAccess, Visitor};
+use serde::de::{self, Deserialize, DeserializeSeed, Deserializer, IntoDeserializer, MapAccess, Visitor};
 
 /// The fields whose values are words.
 const WORDS: [&str; 2] = ["law", "reseat"];
@@ -28,8 +28,11 @@ impl<'de> Visitor<'de> for Fields {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let mut fields = Vec::new();
-        while let Some(key) = map.next_key::<String>()? {
-            let field = if WORDS.contains(&key.as_str()) {
+        let mut law = None;
+        while let Some(key) = map.next_key_seed(Key { law: law.as_deref() })? {
+            let field = if key == "law" {
+                Field::Word(law.insert(map.next_value_seed(Law)?).clone())
+            } else if WORDS.contains(&key.as_str()) {
                 Field::Word(map.next_value()?)
             } else {
                 map.next_value()?
@@ -37,6 +40,42 @@ impl<'de> Visitor<'de> for Fields {
             fields.push((key, field));
         }
         Ok(fields)
+    }
+}
+
+/// A field's name, refused where it stands: by the law, where that comes first.
+struct Key<'a> {
+    law: Option<&'a str>,
+}
+
+impl<'de> DeserializeSeed<'de> for Key<'_> {
+    type Value = String;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<String, D::Error> {
+        let key = String::deserialize(deserializer)?;
+        let Some(law) = self.law else { return Ok(key) };
+        // What else is wrong is told of the whole.
+        let alone = [("law", Field::Word(law.into())), (&key, Field::Number(0.0))];
+        let found = Friction::deserialize(MapDeserializer::<_, de::value::Error>::new(alone.into_iter()));
+        match found.map_err(|error| error.to_string()) {
+            Err(error) if error.starts_with("unknown field") => Err(de::Error::custom(error)),
+            _ => Ok(key),
+        }
+    }
+}
+
+/// A law's name, refused where it stands.
+struct Law;
+
+impl<'de> DeserializeSeed<'de> for Law {
+    type Value = String;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<String, D::Error> {
+        let law = String::deserialize(deserializer)?;
+        if LAWS.contains(&law.as_str()) {
+            return Ok(law);
+        }
+        Err(de::Error::unknown_variant(&law, &LAWS))
     }
 }
 
@@ -130,6 +169,27 @@ mod tests {
             let text = format!("name = \"x\"\n[friction]\nlaw = \"karnopp\"\nFs = 4\n{line}\n");
             let error = toml::from_str::<Scene>(&text).expect_err(line).to_string();
             assert!(error.contains(place) && error.contains(line), "{error}");
+        }
+        for (text, place, what) in [
+            (
+                "law = \"karnopp\"\nFs = 4\nviscos = 1",
+                "line 4, column 1",
+                "unknown field `viscos`",
+            ),
+            (
+                "law = \"karnopp\"\nFs = 4\nsigma1 = 1",
+                "line 4, column 1",
+                "unknown field `sigma1`",
+            ),
+            (
+                "Fs = 4\nlaw = \"karnop\"",
+                "line 3, column 7",
+                "unknown variant `karnop`",
+            ),
+        ] {
+            let text = format!("[friction]\n{text}\n");
+            let error = toml::from_str::<Scene>(&text).expect_err(what).to_string();
+            assert!(error.contains(place) && error.contains(what), "{error}");
         }
         // Whole numbers, pairs and words are what they were.
         let text = "[friction]\nlaw = \"reset-integrator\"\nFs = 4\nFd = { positive = 3, negative = 2 }\nsigma = \

@@ -64,6 +64,9 @@ pub(super) struct Findings {
     pub(super) path: Option<String>,
     /// The stiffest grip that the rig bears with a factor of two.
     pub(super) coupling: Option<Coupling>,
+    /// The least and the greatest mass with which it bears that, where its own is not known, kg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) coupling_masses_kg: Option<[f64; 2]>,
 }
 
 /// Mass of the moving part, as the pulses agree on it.
@@ -109,6 +112,7 @@ impl Findings {
             pulses: 0,
             path: None,
             coupling: None,
+            coupling_masses_kg: None,
         }
     }
 
@@ -148,7 +152,7 @@ impl Findings {
         let mut rows = vec![
             ("direction", direction.to_owned()),
             ("first moved at", self.breakaway_n.shown()),
-            ("friction", self.friction_n.shown()),
+            ("friction, drag", self.friction_n.shown()),
             ("mass", mass),
         ];
         if self.motor.is_none() {
@@ -161,6 +165,18 @@ impl Findings {
         output::table(&rows)
     }
 
+    /// The stiffest grip, for people.
+    fn grip(&self) -> Option<String> {
+        let Coupling { stiffness, damping } = self.coupling?;
+        let masses = self.coupling_masses_kg.map_or_else(String::new, |[least, most]| {
+            format!(" with any mass from {least} to {most} kg, as its own is not known")
+        });
+        Some(format!(
+            "The stiffest grip that it bears with a factor of two{masses}: K = {stiffness} N/m with B = {damping} N s/m, \
+             which scenes with `coupling = \"rig\"` have"
+        ))
+    }
+
     pub(super) fn show(&self, json: bool) -> Result<(), Failure> {
         if json {
             return output::json(self);
@@ -169,12 +185,7 @@ impl Findings {
         if let Some(path) = &self.path {
             text.push_str(&format!("\nkept in {path}"));
         }
-        if let Some(Coupling { stiffness, damping }) = self.coupling {
-            text.push_str(&format!(
-                "\nThe stiffest grip that it bears with a factor of two: K = {stiffness} N/m with B = {damping} N s/m, \
-                 which scenes with `coupling = \"rig\"` have"
-            ));
-        }
+        text.extend(self.grip().map(|grip| format!("\n{grip}")));
         output::line(&text)
     }
 }
@@ -187,4 +198,44 @@ pub(super) fn mm(metres: f64) -> f64 {
 pub(super) fn mean(values: &[f64]) -> Option<f64> {
     #[expect(clippy::cast_precision_loss, reason = "a few values")]
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grip_says_for_which_masses_it_holds() {
+        let begun: CommissionReply = serde_json::from_value(serde_json::json!({
+            "by": {"session": "ada", "uid": 0}, "rig": "fake", "firmware": "mine 1.0", "pulsing": false, "force_limit_N": 1.0,
+            "rig_force_limit_N": 2.0, "resolution_m": 1e-5, "ramp_ms": 200.0, "pulses": 0, "positive_confirmed": false,
+            "negative_confirmed": false, "position_m": 0.0,
+        }))
+        .expect("a reply");
+        let coupling = Coupling {
+            stiffness: 500.0,
+            damping: 2.0,
+        };
+        let known = Findings {
+            coupling: Some(coupling),
+            ..Findings::new(&begun)
+        };
+        let ends = "K = 500 N/m with B = 2 N s/m, which scenes with `coupling = \"rig\"` have";
+        let told = |found: &Findings| found.grip().expect("a grip");
+        assert_eq!(
+            told(&known),
+            format!("The stiffest grip that it bears with a factor of two: {ends}")
+        );
+        let unknown = Findings {
+            coupling_masses_kg: Some([0.02, 3.0]),
+            ..known
+        };
+        assert_eq!(
+            told(&unknown),
+            format!(
+                "The stiffest grip that it bears with a factor of two with any mass from 0.02 to 3 kg, as its own is not \
+                 known: {ends}"
+            )
+        );
+    }
 }

@@ -8,15 +8,19 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
 use findings::{Findings, Mass, mm};
-use haptic_ipc::{CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, StateReply};
+use haptic_ipc::{
+    AdviceReply, CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, RigState,
+    StateReply, Status, UNKNOWN_MASS_KG,
+};
 use std::time::{Duration, Instant};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
 Keep a hand on the motor's power switch.
 
-The rig must be idle. Pulses of at most 300 ms, 20 mm and 0.3 m/s move it. A stop, the end of this program, or a \
-handle that moves against the force (motor or encoder wired the other way) ends the commissioning.
+The rig must be idle. Pulses move it; their force ends after 300 ms or 20 mm, or above 0.3 m/s, and the handle coasts \
+on. A stop, the end of this program, or a handle that moves against the force (motor or encoder wired the other way) \
+ends the commissioning.
 
 The findings are kept by the rig's serial number. A rig without one needs `commission --check` or `engage --same-rig` \
 at each connection; a rig with other firmware, force limit, sample rate, watchdog or buttons, once. With another \
@@ -216,6 +220,12 @@ impl Work<'_> {
             .await?;
         self.findings.path = stored.path;
         self.findings.coupling = stored.coupling;
+        if stored.coupling.is_some() {
+            // It may be known otherwise than by these pulses.
+            let advice: AdviceReply = self.daemon.ask(Request::Advise {}).await?;
+            let is_unknown = advice.basis.is_some_and(|basis| basis.mass_kg.is_none());
+            self.findings.coupling_masses_kg = is_unknown.then_some(UNKNOWN_MASS_KG);
+        }
         Ok(())
     }
 
@@ -277,9 +287,23 @@ impl Work<'_> {
     async fn status(&mut self) -> Result<CommissionReply, Failure> {
         let status: CommissionReply = self.daemon.ask(Request::CommissionStatus {}).await?;
         match &status.ended {
-            Some(why) => Err(Failure::BadRig(format!("the commissioning has ended: {why}"))),
+            Some(why) => Err(self.ended(why).await),
             None => Ok(status),
         }
+    }
+
+    /// Why the commissioning has ended, and what to do where the rig takes no more commands.
+    async fn ended(&mut self, why: &str) -> Failure {
+        let state = self
+            .daemon
+            .ask::<Status>(Request::Status {})
+            .await
+            .map(|status| status.state);
+        let remedy = match state {
+            Ok(RigState::Stopped | RigState::Faulted) => "; run `haptic-ctl reset`, then commission again",
+            _ => "",
+        };
+        Failure::BadRig(format!("the commissioning has ended: {why}{remedy}"))
     }
 
     /// Gives a pulse, and waits until the rig is idle again.
@@ -309,7 +333,7 @@ impl Work<'_> {
                     if let Some(last) = status.last.filter(|last| last.end == PulseEnd::WrongWay) {
                         self.console.say(&summary(&last));
                     }
-                    return Err(Failure::BadRig(format!("the commissioning has ended: {why}")));
+                    return Err(self.ended(&why).await);
                 }
                 break status.last;
             };

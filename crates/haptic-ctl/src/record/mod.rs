@@ -4,6 +4,7 @@ mod link_watch;
 mod person;
 mod tick_clock;
 mod under_way;
+mod upsets;
 
 pub(crate) use under_way::{RecordingUnderWay, subscribe};
 
@@ -25,6 +26,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tick_clock::TickClock;
 use tokio::signal::unix::{Signal, SignalKind, signal};
+use upsets::Upsets;
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
@@ -236,6 +238,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         observations: Observations::default(),
         clock: TickClock::new(status.rate_hz),
         next_tick: status.tick,
+        upsets: Upsets::new(status.state, status.rate_hz),
         markers: 0,
     };
     let end = session.record(daemon, &mut signals).await;
@@ -251,6 +254,7 @@ struct Session<'a> {
     clock: TickClock,
     /// The tick after the newest that was heard of.
     next_tick: u64,
+    upsets: Upsets,
     markers: u64,
 }
 
@@ -310,6 +314,7 @@ impl Session<'_> {
         for mark in self.link.marks(&event, self.next_tick) {
             self.recorder.mark(mark);
         }
+        self.upsets.take(&event);
         self.recorder.event(&event);
         if matches!(event, Event::Timing(_)) {
             self.recorder.flush();
@@ -371,9 +376,12 @@ impl Session<'_> {
             written => written.map_err(|error| not_written(file, &error))?,
         };
         let ending = if is_complete { "" } else { "; without an end" };
-        let summary = format!("{}: {}{ending}", file.display(), shown(&totals, markers));
+        let upsets = &self.upsets;
+        let summary = format!("{}: {}{upsets}{ending}", file.display(), shown(&totals, markers));
         let mut summary_json = recording::as_json(file, &totals);
         summary_json["markers"] = markers.into();
+        summary_json["faults"] = upsets.faults().count().into();
+        summary_json["stops"] = upsets.stops().count().into();
         summary_json["complete"] = is_complete.into();
         match (is_streamed, json) {
             (true, true) => eprintln!("{}", output::json_text(&summary_json)?),

@@ -213,7 +213,7 @@ pub(crate) struct Options {
     pub(super) enable_button: Option<u8>,
 
     /// Coulomb friction of the rig itself, N, which helps to keep it stable [default: what was
-    /// identified; else 0.8 on the fake rig, and 0 on others]
+    /// identified, else commissioned; else 0.8 on the fake rig, and 0 on others]
     #[arg(long, value_name = "N", allow_hyphen_values = true, hide_short_help = true)]
     pub(super) rig_friction_n: Option<f64>,
 

@@ -2,8 +2,9 @@
 
 use crate::control::RigHandle;
 use crate::control::rig::known_rig::KnownRig;
-use haptic_core::Scene;
 use haptic_core::adviser::{Check, Finding, RigFacts, advise as look};
+use haptic_core::{Direction, Parameter, ParameterKey, Scene};
+use haptic_ipc::quantity::number;
 use haptic_ipc::{Advice, AdviceBasis, AdviceReply, WorstPlace};
 use std::cell::RefCell;
 use std::time::{Duration, Instant};
@@ -26,7 +27,8 @@ pub(super) fn advise(rig: &RigHandle) -> AdviceReply {
 
 /// Every check and every remark on a scene for a rig.
 fn all(rig: &KnownRig, scene: &Scene, facts: &RigFacts, basis: &AdviceBasis) -> Vec<Advice> {
-    let notes = scene.notes().into_iter().map(Advice::from);
+    let beyond = beyond_the_force_limit(scene, rig.facts.force_limit().0);
+    let notes = scene.notes().into_iter().map(Advice::from).chain(beyond);
     let findings = findings(rig, scene, facts, basis).into_iter().map(|finding| {
         let at = place(basis, finding.check);
         let mut advice = Advice::from(finding);
@@ -34,6 +36,38 @@ fn all(rig: &KnownRig, scene: &Scene, facts: &RigFacts, basis: &AdviceBasis) -> 
         advice
     });
     notes.chain(findings).collect()
+}
+
+/// The friction that is more than the rig is sent, N.
+fn beyond_the_force_limit(scene: &Scene, limit_n: f64) -> Vec<Advice> {
+    let mut beyond = Vec::new();
+    for (parameter, and) in [
+        (
+            Parameter::StaticForce,
+            ", and can move the handle before the friction lets go",
+        ),
+        (Parameter::DynamicForce, ""),
+    ] {
+        let Some(force) = scene.value(parameter) else { continue };
+        let keys = if force.is_symmetric() {
+            vec![(parameter.into(), force.positive)]
+        } else {
+            Direction::BOTH
+                .map(|direction| (parameter.in_direction(direction), force.get(direction)))
+                .to_vec()
+        };
+        let too_large = keys.into_iter().filter(|(_, force_n)| *force_n > limit_n);
+        beyond.extend(too_large.map(|(key, force_n): (ParameterKey, f64)| Advice {
+            param: key.to_string(),
+            message: format!(
+                "{key} = {} N is above the force limit of {} N: the hand feels no more than that{and}",
+                number(force_n),
+                number(limit_n)
+            ),
+            finding: None,
+        }));
+    }
+    beyond
 }
 
 /// Every check of a scene. What oscillates with the heaviest mass of a rig of two axes need not with the lightest, and
@@ -86,4 +120,42 @@ pub(super) fn warnings(rig: &KnownRig, scene: &Scene) -> Vec<Advice> {
     let mut advice = all(rig, scene, &facts, &basis);
     advice.retain(|advice| advice.finding.as_ref().is_none_or(|finding| !finding.passes));
     advice
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::friction::{Friction, LAWS};
+
+    #[test]
+    fn friction_beyond_the_force_limit_is_told_of_every_law() {
+        let told = |scene: &Scene, limit_n: f64| -> Vec<String> {
+            let beyond = beyond_the_force_limit(scene, limit_n);
+            beyond.into_iter().map(|advice| advice.message).collect()
+        };
+        for law in LAWS {
+            let scene = Scene {
+                friction: Friction::default_of(law).expect("a law of the list"),
+                ..Scene::paper()
+            };
+            for parameter in [Parameter::StaticForce, Parameter::DynamicForce] {
+                let Some(force) = scene.value(parameter) else { continue };
+                let (most, name) = (force.greatest(), parameter.info().name);
+                let is_told = |limit_n| told(&scene, limit_n).iter().any(|told| told.contains(name));
+                assert!(is_told(0.9 * most) && !is_told(most), "{name} of {law}");
+            }
+        }
+        let forces = [("Fs", 9.0), ("Fd", 1.0)].map(|(name, value)| (name.parse().expect("a parameter"), value));
+        let scene = Scene::paper().with(&forces).expect("a valid scene");
+        assert_eq!(
+            told(&scene, 3.0),
+            [
+                "static_force = 9 N is above the force limit of 3 N: the hand feels no more than that, and can move the \
+              handle before the friction lets go"
+            ]
+        );
+        let one_way = [("Fs-".parse().expect("a parameter"), 2.0)];
+        let scene = scene.with(&one_way).expect("a valid scene");
+        assert!(matches!(&told(&scene, 3.0)[..], [one] if one.starts_with("static_force+ = 9 N")));
+    }
 }

@@ -163,10 +163,10 @@ async fn first_chatter(verdicts: &Verdicts, scenes: &[Rc<Scene>], rig: TrialRig)
     Ok(Some(chatter))
 }
 
-/// The stiffest grip that the connected rig bears with a factor of two, as it was found just now; `None` where there is
-/// none, or nobody can tell in time.
+/// The stiffest grip that the connected rig bears with a factor of two, as it was found just now, whatever its mass where
+/// that is not known; `None` where there is none, or nobody can tell in time.
 pub(super) async fn stiffest_coupling(rig: &KnownRig, found: Findings) -> Option<Coupling> {
-    let on = rig.trial_basis(Some(found)).rig;
+    let on = rig.trial_basis(Some(found)).of_every_mass();
     let search = rig
         .verdicts
         .workers

@@ -144,3 +144,59 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_bound_that_no_stiffness_keeps_says_what_would() {
+    let light = RigFacts {
+        damping: 1.0,
+        friction: 0.15,
+        ..RIG
+    };
+    let idle = RigFacts {
+        damping: 0.0,
+        friction: 0.0,
+        ..RIG
+    };
+    for (rig, check, ends) in [
+        (
+            light,
+            Check::Passivity,
+            "; no stiffness keeps it: damping must be below 1.0000 N s/m first",
+        ),
+        (
+            light,
+            Check::Friction,
+            "; no stiffness keeps it: damping must be below 2.5000 N s/m first",
+        ),
+        (
+            light,
+            Check::Encoder,
+            "; no stiffness keeps it: damping must be below 15.00 N s/m first",
+        ),
+        (
+            idle,
+            Check::Passivity,
+            "; no grip keeps it without damping of the rig's own",
+        ),
+        (
+            idle,
+            Check::Friction,
+            "; no grip keeps it without friction or damping of the rig's own",
+        ),
+        (
+            idle,
+            Check::Encoder,
+            "; no grip keeps it without friction of the rig's own",
+        ),
+    ] {
+        let found = find(&advise(&wall(1000.0, 20.0), Scheme::Exact, &rig), check);
+        assert!(!found.passes && found.to_string().ends_with(ends), "{found}");
+        // And it would.
+        if let Some(Fix { value, .. }) = found.fixed_below.filter(|below| below.value > 0.0) {
+            let found = find(&advise(&wall(1000.0, 0.9 * value), Scheme::Exact, &rig), check);
+            let softer = found.fix.map_or(1000.0, |fix| 0.99 * fix.value);
+            let found = find(&advise(&wall(softer, 0.9 * value), Scheme::Exact, &rig), check);
+            assert!(found.passes, "{found}");
+        }
+    }
+}

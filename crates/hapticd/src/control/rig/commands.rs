@@ -181,7 +181,10 @@ impl RigHandle {
         let (code, hint) = match outcome.state {
             RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
-            RigState::Faulted => (ErrorCode::Faulted, "reset it first"),
+            RigState::Faulted => {
+                let message = format!("cannot {verb} while {}: reset it first", self.faulted());
+                return Err(WireError::new(ErrorCode::Faulted, message).about("state"));
+            }
             RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
             _ if admission.connection != self.known.connection() => (
                 ErrorCode::WrongState,
@@ -191,6 +194,15 @@ impl RigHandle {
         };
         let message = format!("cannot {verb} while the rig is {}: {hint}", outcome.state);
         Err(WireError::new(code, message).about("state"))
+    }
+
+    /// That the rig is faulted, and with what.
+    pub(in crate::control) fn faulted(&self) -> String {
+        let fault = self.feed().newest().and_then(|record| record.fault);
+        fault.map_or_else(
+            || "the rig is faulted".to_owned(),
+            |fault| format!("the rig is faulted ({fault})"),
+        )
     }
 
     /// Waits until a command, or limits, were carried out or refused, and takes all that was recorded by then.

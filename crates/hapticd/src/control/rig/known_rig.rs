@@ -68,6 +68,16 @@ pub(in crate::control) struct TrialBasis {
     pub(in crate::control) lightest_at: Option<WorstPlace>,
 }
 
+impl TrialBasis {
+    /// It with each mass that it may have, as far as that is not known.
+    pub(in crate::control) fn of_every_mass(&self) -> Vec<TrialRig> {
+        match self.assumed_mass_kg {
+            None => vec![self.rig],
+            Some(_) => self.rig.of_every_mass().to_vec(),
+        }
+    }
+}
+
 /// What a rig takes up of a motion, where that is known from, and what of it is compensated.
 #[derive(Clone, Copy, Debug)]
 struct OwnFriction {

@@ -1,6 +1,6 @@
 //! One course of a trial: a hand, a tap, and the second after it.
 
-use super::{MAX_SIGN_CHANGES_PER_S, Trial, TrialHand};
+use super::{LIGHT_RIG_KG, MAX_SIGN_CHANGES_PER_S, Trial, TrialHand};
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
 use haptic_core::compensation::Compensation;
@@ -8,6 +8,7 @@ use haptic_core::limiter::Limits;
 use haptic_core::sample::Measurement;
 use haptic_core::servo::{Command, CompiledScene, Events, Inputs, Servo, Settings};
 use haptic_core::{Directional, Renderer, Scheme};
+use haptic_ipc::UNKNOWN_MASS_KG;
 use std::collections::VecDeque;
 
 /// Time that is judged, s.
@@ -74,6 +75,13 @@ pub(in crate::control) struct TrialRig {
 }
 
 impl TrialRig {
+    /// It with masses among which its own is, where that is not known: a grip that is stable at both ends is in between,
+    /// and a trial is worst at an end or at that of a light rig.
+    pub(in crate::control) fn of_every_mass(self) -> [Self; 3] {
+        let [lightest_kg, heaviest_kg] = UNKNOWN_MASS_KG;
+        [lightest_kg, LIGHT_RIG_KG, heaviest_kg].map(|mass_kg| Self { mass_kg, ..self })
+    }
+
     /// Whether it is its own mirror image.
     pub(super) fn is_symmetric(&self) -> bool {
         self.friction_n.is_symmetric()

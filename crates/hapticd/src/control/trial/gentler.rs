@@ -1,6 +1,7 @@
 //! What would pass: the stiffest grip of a scene that is calm, with a factor to spare.
 
 use super::{TrialRig, is_calm};
+use haptic_core::adviser::{Check, RigFacts, advise};
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::scene::Coupling;
 use haptic_core::{Direction, Parameter, ParameterKey, Scene};
@@ -45,29 +46,79 @@ pub(in crate::control) fn gentler(scene: &Scene, rig: &TrialRig) -> Option<Gentl
 const DAMPINGS_NS_PER_M: [f64; 4] = [2.0, 5.0, 10.0, 20.0];
 
 /// Softest and stiffest grip that is tried for a rig, N/m.
-const STIFFNESSES_N_PER_M: (f64, f64) = (20.0, 1e5);
+const STIFFNESSES_N_PER_M: [f64; 2] = [20.0, 1e5];
 
-/// The stiffest grip that is calm on a rig, with a factor of two to spare, of the paper's block and of one that does
-/// not give way. `None` where none is found.
-pub(in crate::control) fn stiffest_coupling(rig: &TrialRig) -> Option<Coupling> {
-    let grips = DAMPINGS_NS_PER_M.into_iter().filter_map(|damping| {
+/// The stiffest grip that is stable and calm on rigs, with a factor of two to spare, of the paper's block and of one that
+/// does not give way. `None` where none is found.
+pub(in crate::control) fn stiffest_coupling(rigs: &[TrialRig]) -> Option<Coupling> {
+    let [softest, stiffest_tried] = STIFFNESSES_N_PER_M;
+    let mut stable = DAMPINGS_NS_PER_M.map(|damping| {
+        let bounds = rigs.iter().map(|rig| stable_stiffness(damping, rig));
+        (bounds.fold(stiffest_tried, f64::min), damping)
+    });
+    stable.sort_by(|(one, _), (other, _)| other.total_cmp(one));
+    let mut best: Option<Coupling> = None;
+    for (bound, damping) in stable {
+        if bound <= FACTOR * best.map_or(softest, |best| best.stiffness) {
+            break;
+        }
         let passes = |stiffness: &f64, factor: f64| {
             let stiffness = factor * stiffness;
-            let slides = Scene {
-                coupling: Some(Coupling { stiffness, damping }),
-                ..Scene::paper()
-            };
-            let holds = Scene {
-                friction: Friction::Karnopp(Karnopp::new(rig.force_limit_n, rig.force_limit_n)),
-                ..slides.clone()
-            };
-            is_calm(&holds, rig) && is_calm(&slides, rig)
+            rigs.iter().all(|rig| {
+                let slides = coupled(Coupling { stiffness, damping });
+                let holds = Scene {
+                    friction: Friction::Karnopp(Karnopp::new(rig.force_limit_n, rig.force_limit_n)),
+                    ..slides.clone()
+                };
+                stiffness <= bound && is_calm(&holds, rig) && is_calm(&slides, rig)
+            })
         };
-        let most = stiffest(STIFFNESSES_N_PER_M, |stiffness| passes(&stiffness, 1.0))?;
-        let stiffness = with_room(most, rounded_down, passes)?;
-        Some(Coupling { stiffness, damping })
+        let most = stiffest((softest, bound), |stiffness| passes(&stiffness, 1.0));
+        let found = most.and_then(|most| with_room(most, rounded_down, passes));
+        best = best
+            .into_iter()
+            .chain(found.map(|stiffness| Coupling { stiffness, damping }))
+            .max_by(|one, other| one.stiffness.total_cmp(&other.stiffness));
+    }
+    best
+}
+
+/// The paper's block in a grip.
+fn coupled(coupling: Coupling) -> Scene {
+    Scene {
+        coupling: Some(coupling),
+        ..Scene::paper()
+    }
+}
+
+/// The stiffness, N/m, from which on a rig oscillates against a stuck block, as the adviser has it: a rig's friction can
+/// hide that from a trial.
+pub(super) fn stable_stiffness(damping: f64, rig: &TrialRig) -> f64 {
+    let losses = rig.settings.losses;
+    let left = rig.settings.compensation.map_or(losses, |some| some.left_of(losses));
+    let facts = RigFacts {
+        period_s: rig.settings.period_s,
+        sample_period_s: rig.sample_period_s,
+        delay_s: rig.delay_s,
+        mass: Some(rig.mass_kg),
+        damping: left.damping,
+        friction: left.friction,
+        resolution: rig.resolution_m,
+    };
+    let scene = coupled(Coupling {
+        stiffness: STIFFNESSES_N_PER_M[0],
+        damping,
     });
-    grips.max_by(|one, other| one.stiffness.total_cmp(&other.stiffness))
+    let findings = advise(&scene, rig.scheme, &facts);
+    let stability = findings.iter().find(|finding| finding.check == Check::LinearStability);
+    // With too much damping the bound is one of damping.
+    stability.map_or(f64::INFINITY, |found| {
+        if found.parameter == Parameter::Stiffness {
+            found.bound
+        } else {
+            0.0
+        }
+    })
 }
 
 /// The greatest value of a range that passes, to 20 %; `None` where the smallest does not.

@@ -23,8 +23,7 @@ use std::fmt;
 /// period, of 10 Hz and more.
 pub(super) const MAX_SIGN_CHANGES_PER_S: f64 = 20.0;
 
-/// Mass of a rig of which none is known, kg: that of the lightest usual ones. A loop that is steady with such a mass
-/// is with a heavier one; drag in the coupling alone can oscillate against a light one.
+/// Mass of a rig of which none is known, kg, where a scene is tried: that of light ones.
 pub(super) const LIGHT_RIG_KG: f64 = 0.1;
 
 /// The hand of a trial.

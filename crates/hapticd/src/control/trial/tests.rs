@@ -1,7 +1,7 @@
 //! Rigs that chatter and rigs that do not.
 
 use super::course::TrialRig;
-use super::gentler::{FACTOR, gentler, rounded_down, stiffest_coupling};
+use super::gentler::{FACTOR, gentler, rounded_down, stable_stiffness, stiffest_coupling};
 use super::{LIGHT_RIG_KG, MAX_SIGN_CHANGES_PER_S, Trial, TrialHand, worst_trial};
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::limiter::Limits;
@@ -251,7 +251,7 @@ fn the_stiffest_grip_of_a_rig_is_calm_with_a_factor_to_spare() {
     };
     let mut stiffest = f64::INFINITY;
     for rig in [rig(1.4, 0.8, 20.0), hapkit(), late] {
-        let Coupling { stiffness, damping } = stiffest_coupling(&rig).expect("there is one");
+        let Coupling { stiffness, damping } = stiffest_coupling(&[rig]).expect("there is one");
         let trial = worst(&coupled(FACTOR * stiffness, damping), &rig);
         assert!(trial.is_calm(), "{stiffness} N/m, {damping} N s/m: {trial}");
         assert!(
@@ -259,5 +259,31 @@ fn the_stiffest_grip_of_a_rig_is_calm_with_a_factor_to_spare() {
             "{stiffness} N/m, {damping} N s/m"
         );
         stiffest = stiffness;
+    }
+}
+
+#[test]
+fn a_grip_of_a_rig_of_unknown_mass_holds_for_every_mass() {
+    let with_drag = TrialRig {
+        damping_ns_per_m: 1.0,
+        ..rig(LIGHT_RIG_KG, 0.15, 20.0)
+    };
+    // Drag that its pulses take for friction.
+    for rig in [rig(LIGHT_RIG_KG, 0.21, 20.0), with_drag, hapkit()] {
+        let Coupling { stiffness, damping } = stiffest_coupling(&rig.of_every_mass()).expect("there is one");
+        let twice = coupled(FACTOR * stiffness, damping);
+        for mass_kg in [0.05, 0.07, 0.1, 0.2, 0.5, 1.0, 3.0] {
+            let rig = TrialRig { mass_kg, ..rig };
+            let trial = worst(&twice, &rig);
+            assert!(
+                trial.is_calm(),
+                "{mass_kg} kg, {stiffness} N/m, {damping} N s/m: {trial}"
+            );
+            let bound = stable_stiffness(damping, &rig);
+            assert!(
+                FACTOR * stiffness <= bound,
+                "{mass_kg} kg, {stiffness} N/m, {damping} N s/m: {bound} N/m"
+            );
+        }
     }
 }

@@ -46,7 +46,7 @@ pub(in crate::control) async fn begin(
             return Err(WireError::new(ErrorCode::Stopped, message).about("state"));
         }
         RigState::Faulted => {
-            let message = format!("cannot {verb} while the rig is faulted: see `status`, and reset it first");
+            let message = format!("cannot {verb} while {}: reset it first", rig.faulted());
             return Err(WireError::new(ErrorCode::Faulted, message).about("state"));
         }
         state => return wrong(&format!("cannot {verb} while the rig is {state}: release it first")),

@@ -90,9 +90,10 @@ async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) 
             return Err(why);
         }
         if !matches!(state, RigState::Engaging | RigState::Engaged) {
-            let fault = rig.feed().newest().and_then(|record| record.fault);
-            let why = fault.map_or_else(String::new, |fault| format!(": {fault}"));
-            return Err(format!("the rig is {state}{why}"));
+            return Err(match state {
+                RigState::Faulted => rig.faulted(),
+                state => format!("the rig is {state}"),
+            });
         }
         if condition(state) {
             return Ok(());

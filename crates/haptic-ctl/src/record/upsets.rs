@@ -1,0 +1,163 @@
+//! The faults and stops of a recording, for its last line.
+
+use crate::output::count;
+use haptic_ipc::{Event, RigState};
+use std::fmt;
+
+/// A fault or a stop that came while the recording ran.
+pub(super) struct Upset {
+    tick: u64,
+    /// Of a fault.
+    cause: Option<String>,
+}
+
+/// Those of a recording.
+pub(super) struct Upsets {
+    state: RigState,
+    loop_rate_hz: f64,
+    /// The first and the last tick that are recorded.
+    ticks: Option<(u64, u64)>,
+    found: Vec<Upset>,
+}
+
+impl Upsets {
+    /// Of a rig that is in a state already, with a loop of a rate, Hz.
+    pub(super) fn new(state: RigState, loop_rate_hz: f64) -> Self {
+        Self {
+            state,
+            loop_rate_hz,
+            ticks: None,
+            found: Vec::new(),
+        }
+    }
+
+    /// Takes what is recorded.
+    pub(super) fn take(&mut self, event: &Event) {
+        match event {
+            Event::Samples(samples) => {
+                if let (Some(first), Some(last)) = (samples.rows.first(), samples.rows.last()) {
+                    let (first, _) = self.ticks.unwrap_or((first.tick, last.tick));
+                    self.ticks = Some((first, last.tick));
+                }
+            }
+            Event::State(event) => {
+                let is_new = std::mem::replace(&mut self.state, event.state) != event.state;
+                let cause = match event.state {
+                    RigState::Faulted => Some(event.fault.clone().unwrap_or_else(|| "faulted".to_owned())),
+                    RigState::Stopped => None,
+                    _ => return,
+                };
+                if is_new {
+                    self.found.push(Upset {
+                        tick: event.tick,
+                        cause,
+                    });
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Those up to the last row.
+    fn recorded(&self) -> impl Iterator<Item = &Upset> {
+        let last = self.ticks.map_or(0, |(_, last)| last);
+        self.found.iter().filter(move |upset| upset.tick <= last)
+    }
+
+    pub(super) fn faults(&self) -> impl Iterator<Item = &Upset> {
+        self.recorded().filter(|upset| upset.cause.is_some())
+    }
+
+    pub(super) fn stops(&self) -> impl Iterator<Item = &Upset> {
+        self.recorded().filter(|upset| upset.cause.is_none())
+    }
+
+    /// Time from the first row, s.
+    #[expect(clippy::cast_precision_loss, reason = "ticks of a recording")]
+    fn at_s(&self, upset: &Upset) -> f64 {
+        let first = self.ticks.map_or(0, |(first, _)| first);
+        upset.tick.saturating_sub(first) as f64 / self.loop_rate_hz
+    }
+}
+
+impl fmt::Display for Upsets {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (what, number, first) in [
+            ("fault", self.faults().count(), self.faults().next()),
+            ("stop", self.stops().count(), self.stops().next()),
+        ] {
+            let Some(first) = first else { continue };
+            let which = if number > 1 { ", the first" } else { "" };
+            let cause = first
+                .cause
+                .as_ref()
+                .map_or_else(String::new, |cause| format!(": {cause}"));
+            write!(
+                f,
+                ", {}{which} at {:.3} s{cause}",
+                count(number as u64, what),
+                self.at_s(first)
+            )?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_ipc::{Sample, SamplesEvent, StateEvent};
+
+    fn rows(ticks: [u64; 2]) -> Event {
+        let rows = ticks.map(|tick| Sample {
+            tick,
+            ..Sample::default()
+        });
+        Event::Samples(SamplesEvent {
+            rows: rows.into(),
+            ..SamplesEvent::default()
+        })
+    }
+
+    fn state(tick: u64, state: RigState, fault: Option<&str>) -> Event {
+        Event::State(StateEvent {
+            state,
+            fault: fault.map(str::to_owned),
+            tick,
+            revision: 1,
+            scene: String::new(),
+            law: String::new(),
+            params: std::collections::BTreeMap::new(),
+            undo_depth: 0,
+            redo_depth: 0,
+            arrival: None,
+        })
+    }
+
+    #[test]
+    fn faults_and_stops_of_a_recording_are_told() {
+        let mut upsets = Upsets::new(RigState::Engaged, 1000.0);
+        // Changes overtake the rows on their way.
+        upsets.take(&state(2521, RigState::Faulted, Some("stalled")));
+        upsets.take(&state(2600, RigState::Faulted, Some("stalled")));
+        upsets.take(&rows([1000, 3000]));
+        assert_eq!(upsets.to_string(), ", 1 fault at 1.521 s: stalled");
+        upsets.take(&state(3100, RigState::Idle, None));
+        upsets.take(&state(3200, RigState::Stopped, None));
+        upsets.take(&state(3300, RigState::Faulted, Some("late")));
+        upsets.take(&state(5000, RigState::Stopped, None));
+        upsets.take(&rows([3001, 4000]));
+        assert_eq!(
+            upsets.to_string(),
+            ", 2 faults, the first at 1.521 s: stalled, 1 stop at 2.200 s"
+        );
+    }
+
+    #[test]
+    fn what_was_before_a_recording_is_none_of_it() {
+        let mut upsets = Upsets::new(RigState::Faulted, 1000.0);
+        upsets.take(&state(900, RigState::Faulted, Some("stalled")));
+        upsets.take(&rows([1000, 3000]));
+        assert_eq!(upsets.to_string(), "");
+    }
+}
