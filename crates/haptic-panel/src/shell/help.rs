@@ -71,7 +71,8 @@ const PLOTS: [(&str, &str); 11] = [
     ),
     (
         "Strip below",
-        "drag there to be the hand of a fake rig: a circle where you pull to, the blue handle, the orange block. The          bar at its foot is the force on the hand, as long as a half at the limit",
+        "drag there to be the hand of a fake rig: a circle where you pull to, the blue handle, the orange block. The \
+         bar at its foot is the force on the hand, as long as a half at the limit",
     ),
     (
         "Two axes",
