@@ -216,10 +216,16 @@ impl App {
                 near,
             } => self.export(ctx, format, Destination::Asked { near }),
             Intent::Choose { purpose, near } => self.files.choose(purpose, near),
-            Intent::StartFakeRig if self.fake_rig.is_none() => match FakeRig::start(self.socket.as_deref()) {
-                Ok(started) => self.fake_rig = Some(started),
-                Err(why) => self.model.view.file_notice = Some(Notice::new(Err(why))),
-            },
+            Intent::StartFakeRig if self.fake_rig.is_none() => {
+                let stops = self.connection.stops_pressed();
+                match FakeRig::start(self.socket.as_deref()) {
+                    Ok(started) => {
+                        self.connection.set_own_rig(Some((started.pid(), stops)));
+                        self.fake_rig = Some(started);
+                    }
+                    Err(why) => self.model.view.file_notice = Some(Notice::new(Err(why))),
+                }
+            }
             // It is on its way.
             Intent::StartFakeRig => {}
             Intent::Open { path } => self.files.open(path),
@@ -238,6 +244,7 @@ impl App {
         let Some(fake_rig) = &mut self.fake_rig else { return };
         if let Some(why) = fake_rig.end() {
             self.fake_rig = None;
+            self.connection.set_own_rig(None);
             self.model.view.file_notice = Some(Notice::new(Err(why)));
         } else if !self.model.is_connected() {
             ctx.request_repaint_after(UNTIL_A_LOOK);

@@ -40,6 +40,11 @@ impl FakeRig {
         })
     }
 
+    /// Its process.
+    pub(crate) fn pid(&self) -> u32 {
+        self.daemon.id()
+    }
+
     /// Why it has ended, if it has.
     pub(crate) fn end(&mut self) -> Option<String> {
         let status = self.daemon.try_wait().ok()??;

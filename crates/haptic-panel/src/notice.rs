@@ -41,8 +41,12 @@ pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
     };
     let is_closed = match &notice.outcome {
         Ok(done) => {
-            ui.add(Label::new(RichText::new(done).small()).truncate())
-                .on_hover_text(done);
+            ui.add(
+                Label::new(RichText::new(done).small())
+                    .truncate()
+                    .show_tooltip_when_elided(false),
+            )
+            .on_hover_text(done);
             false
         }
         Err(why) => {
@@ -50,7 +54,8 @@ pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
             let row = ui.horizontal(|ui| {
                 let close = Button::new(RichText::new("Close").small()).small();
                 let is_closed = ui.add(close).accessible_name("close the message").clicked();
-                ui.add(Label::new(text).truncate()).on_hover_text(why);
+                ui.add(Label::new(text).truncate().show_tooltip_when_elided(false))
+                    .on_hover_text(why);
                 is_closed
             });
             row.inner

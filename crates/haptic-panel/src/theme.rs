@@ -109,6 +109,9 @@ pub(crate) const SMALLEST_TEXT: f32 = 13.0;
 /// Opacity of what is not of now.
 pub(crate) const STALE_OPACITY: f32 = 0.6;
 
+/// How strong the line of a fit is: the samples below it are seen where both agree.
+pub(crate) const FIT_OPACITY: f32 = 0.9;
+
 /// The colour behind everything: the window is cleared to it. Clearing is a tenth of the cost of painting the same
 /// pixels where there is no graphics card, so the panels have no fill of their own.
 #[must_use]
@@ -181,6 +184,7 @@ mod tests {
                 palette.device,
                 palette.block,
                 palette.law,
+                palette.law.gamma_multiply(FIT_OPACITY),
                 palette.mark,
                 palette.cursor,
                 palette.sliding,

@@ -198,6 +198,8 @@ pub enum StopNews {
         /// Why.
         reason: String,
     },
+    /// It waited for a daemon, and this panel has started a fake rig since: it is not for that one.
+    Dropped,
     /// The daemon has answered.
     Answered {
         /// Time from the press to the answer.

@@ -121,6 +121,7 @@ impl Listener {
             Err(error) => return error.into(),
         };
         let hello = client.hello().clone();
+        self.stops.greeted(&hello.session);
         let (sender, mut receiver) = client.split();
         self.conversation += 1;
         self.is_connected = true;

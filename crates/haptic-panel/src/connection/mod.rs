@@ -141,6 +141,18 @@ impl Connection {
         self.sender.set_pace(pace);
     }
 
+    /// Number of stops that were pressed.
+    #[must_use]
+    pub fn stops_pressed(&self) -> u64 {
+        self.outgoing.stop.stops().pressed()
+    }
+
+    /// This panel has started a fake rig, as a process with this number, after that many stops: those that still wait
+    /// are not for it. `None`: it has ended.
+    pub fn set_own_rig(&self, rig: Option<(u32, u64)>) {
+        self.outgoing.stop.stops().set_own_rig(rig);
+    }
+
     /// What the subject's window shows.
     pub(crate) fn subject_screen(&self) -> Arc<SubjectScreen> {
         Arc::clone(self.study.screen())

@@ -83,10 +83,11 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         (Some(why), _) => format!("Refused: {why}"),
         // Without the "-0.0" that would flicker around rest.
         (None, Some(sample)) => format!(
-            "Force on the hand {:.1} N",
-            (10.0 * sample.command_force_n).round() / 10.0 + 0.0
+            "Force on the hand {:.1} N{}",
+            (10.0 * sample.command_force_n).round() / 10.0 + 0.0,
+            if held { "" } else { "; drag here to pull the handle" }
         ),
-        (None, None) => "Your hand".to_owned(),
+        (None, None) => "Drag here to pull the handle".to_owned(),
     };
     let place = Rect::from_min_max(strip.min + vec2(4.0, 0.0), strip.max - vec2(0.0, BAR_HEIGHT));
     let layout = Layout::left_to_right(Align::Max);

@@ -3,6 +3,7 @@
 use super::{Daemon, Link};
 use crate::intent::Intent;
 use crate::stop::button;
+use crate::stop::report::is_halted;
 use crate::theme::Palette;
 use egui::{Align, Button, Color32, Frame, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2, vec2};
 use haptic_ipc::RigState;
@@ -143,8 +144,12 @@ fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
     ui.allocate_ui_with_layout(vec2(width, HEIGHT), Layout::top_down(Align::Min), |ui| {
         ui.add_space(8.0);
         ui.add(Label::new(first).truncate()).on_hover_text(hint);
-        ui.add(Label::new(RichText::new(&second).weak()).truncate())
-            .on_hover_text(second);
+        ui.add(
+            Label::new(RichText::new(&second).weak())
+                .truncate()
+                .show_tooltip_when_elided(false),
+        )
+        .on_hover_text(second);
     });
 }
 
@@ -179,11 +184,13 @@ fn show_badge(ui: &mut Ui, text: &str, fill: Color32) {
 /// of Engage: a second click on Reset must not engage the rig.
 fn show_commands(ui: &mut Ui, state: Option<RigState>, asked: Option<Intent>, intents: &mut Vec<Intent>) {
     let engages = matches!(state, Some(RigState::Idle | RigState::Releasing));
-    show_command(ui, "Engage", "Ramp the force up", engages, Intent::Engage, intents);
+    let is_halted = state.is_some_and(is_halted);
+    let hint = if is_halted { "Reset first" } else { "Ramp the force up" };
+    show_command(ui, "Engage", hint, engages, Intent::Engage, intents);
     let asked = asked.filter(|_| state == Some(RigState::Idle));
     let is_asked = asked.is_some();
     let (label, hint, intent) = match (state, asked) {
-        (Some(RigState::Stopped | RigState::Faulted), _) => (
+        _ if is_halted => (
             "Reset",
             "Clear the stop or the fault; the force stays off until you engage",
             Intent::Reset,
@@ -207,7 +214,8 @@ fn show_commands(ui: &mut Ui, state: Option<RigState>, asked: Option<Intent>, in
 
 fn show_command(ui: &mut Ui, label: &str, hint: &str, is_enabled: bool, intent: Intent, intents: &mut Vec<Intent>) {
     let button = Button::new(RichText::new(label).size(16.0)).min_size(COMMAND_SIZE);
-    if ui.add_enabled(is_enabled, button).on_hover_text(hint).clicked() {
+    let button = ui.add_enabled(is_enabled, button).on_disabled_hover_text(hint);
+    if button.on_hover_text(hint).clicked() {
         intents.push(intent);
     }
 }

@@ -148,7 +148,7 @@ fn figure(title: String, chart: &Chart, contacts: &[Run], height_px: f64) -> dra
     }
     for overlay in &chart.overlays {
         let (name, points, is_dashed, ink) = match overlay {
-            Overlay::Level { value, label, ink } => (
+            Overlay::Level { value, label, ink, .. } => (
                 label,
                 [chart.across.0, chart.across.1].map(|at| [at, *value]),
                 true,

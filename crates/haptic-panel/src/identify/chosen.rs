@@ -49,7 +49,8 @@ pub(crate) fn question(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Qu
 
 /// What is seen of the rig or of the opened recording, or of that what is between the cursors.
 fn samples(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Samples, String> {
-    let (names, scope, metadata) = if view.fitting.choice.origin == Origin::Rig {
+    let is_of_rig = view.fitting.choice.origin == Origin::Rig;
+    let (names, scope, metadata) = if is_of_rig {
         let metadata = daemon.metadata().ok_or("The daemon has not sent its scene yet")?;
         let names = ["what is seen of the rig", "what is between the cursors at the rig"];
         (names, &view.scope, metadata)
@@ -76,6 +77,7 @@ fn samples(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Samples, Strin
     Ok(Samples {
         name,
         tape,
+        zero_s: if is_of_rig { 0.0 } else { scope.seen(tapes).zero_s },
         from_s: oldest_s.map_or(from_s, |oldest_s| oldest_s.max(from_s)),
         to_s: newest_s.map_or(to_s, |newest_s| newest_s.min(to_s)),
         metadata,

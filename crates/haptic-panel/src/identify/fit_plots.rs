@@ -5,7 +5,7 @@ use super::fit_chart::{Extent, FitChart, FitTrace, thinned};
 use crate::plots::axis::{AXIS_WIDTH, DEFAULT_COUNT};
 use crate::plots::legend::Entry;
 use crate::plots::{frame, legend};
-use crate::theme::Palette;
+use crate::theme::{FIT_OPACITY, Palette};
 use egui::{Color32, Label, RichText, Ui, vec2};
 use egui_plot::{Line, PlotPoints, PlotUi, Points};
 
@@ -14,9 +14,6 @@ const DOT_CELL: f32 = 2.0;
 
 const DOT_RADIUS: f32 = 1.0;
 const LINE_WIDTH: f32 = 1.5;
-
-/// How strong the line of a fit is: the samples below it are seen where both agree.
-const FIT_OPACITY: f32 = 0.65;
 
 /// Height of a plot's title and legend with the distances around them, points.
 const TITLE_HEIGHT: f32 = 46.0;

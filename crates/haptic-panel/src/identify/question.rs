@@ -2,6 +2,7 @@
 
 use super::fit_chart::FitChart;
 use crate::tape::Tape;
+use haptic_ipc::Sample;
 use haptic_lab::identify;
 use haptic_lab::identify::record_file::{Loaded, MovingMass, Source};
 use haptic_lab::identify::{Clocks, Identification, Identified, IdentifiedScene, Options, record_file};
@@ -30,6 +31,8 @@ pub(crate) struct Samples {
     /// What they are called in messages.
     pub(crate) name: &'static str,
     pub(crate) tape: Tape,
+    /// Where their plots begin, s on the tape's clock.
+    pub(crate) zero_s: f64,
     pub(crate) from_s: f64,
     pub(crate) to_s: f64,
     pub(crate) metadata: Metadata,
@@ -100,9 +103,13 @@ impl Question {
 
 impl Samples {
     fn recording(&self) -> Recording {
+        let own_time = |sample: &Sample| Sample {
+            t_s: sample.t_s - self.zero_s,
+            ..*sample
+        };
         Recording {
             metadata: self.metadata.clone(),
-            rows: self.tape.within(self.from_s, self.to_s).copied().collect(),
+            rows: self.tape.within(self.from_s, self.to_s).map(own_time).collect(),
             rows_y: Vec::new(),
             marks: Vec::new(),
             ending: Ending::Open,

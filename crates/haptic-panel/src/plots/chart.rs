@@ -132,6 +132,8 @@ pub(crate) enum Overlay {
     Level {
         value: f64,
         label: Cow<'static, str>,
+        /// The label stands on the side of zero.
+        is_inward: bool,
         ink: Ink,
     },
     /// A line at a value of the horizontal axis, with a label at its foot that may be empty.

@@ -5,6 +5,7 @@ use super::scope::Scope;
 use crate::tapes::Tapes;
 use crate::typing::number_field;
 use egui::containers::menu::{MenuButton, MenuConfig};
+use egui::style::StyleModifier;
 use egui::{Button, PopupCloseBehavior, RichText, Ui};
 
 /// Most moments that are offered to align at.
@@ -12,7 +13,10 @@ const MAX_MARKS: usize = 8;
 
 /// Shows the menu.
 pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, reference: &mut Option<Reference>) {
-    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    // A menu's own style draws no button, and one entry alone would look like a hint.
+    let config = MenuConfig::new()
+        .style(StyleModifier::default())
+        .close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let text = RichText::new("Compare");
     let text = if reference.is_some() { text.strong() } else { text };
     let (button, _) = MenuButton::new(text).config(config).ui(ui, |ui| {

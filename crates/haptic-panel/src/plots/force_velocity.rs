@@ -195,9 +195,7 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
         },
         signal: up,
         component: *component,
-        // Fainter than the block's line, so that the law and the dot stand out.
         ink: Ink {
-            opacity: 0.5,
             is_dashed: *component == Component::Y,
             ..Ink::solid(|palette| palette.block, 1.0)
         },

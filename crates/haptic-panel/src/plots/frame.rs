@@ -87,15 +87,25 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
         corner: (left, high),
         span: (right - left, high - low),
     };
-    let mut labels = Labels::new(scale.area);
+    let levels = chart.overlays.iter().filter_map(|overlay| match overlay {
+        Overlay::Level { value, .. } => Some(scale.y(*value)),
+        _ => None,
+    });
+    let mut labels = Labels::new(scale.area, levels.collect());
     for overlay in &chart.overlays {
         match overlay {
             Overlay::Curve(_) => {}
-            Overlay::Level { value, label, ink } => {
+            Overlay::Level {
+                value,
+                label,
+                is_inward,
+                ink,
+            } => {
                 let line = HLine::new("", *value).color(ink.color(palette)).width(ink.width);
                 plot.hline(line.style(LineStyle::dashed_loose()).allow_hover(false));
                 if (low..=high).contains(value) {
-                    let place = |size| labels.at_level(scale.y(*value), scale.y(0.0), size);
+                    let is_above = (*value >= 0.0) != *is_inward;
+                    let place = |size| labels.at_level(scale.y(*value), is_above, size);
                     draw_label(plot, &scale, label, (ink.color)(palette), place);
                 }
             }

@@ -38,7 +38,7 @@ pub(crate) fn entries(chart: &Chart, palette: &Palette) -> Vec<Entry> {
     lines.filter(|curve| !curve.name.is_empty()).map(entry).collect()
 }
 
-/// Shows the names. What does not fit into the row is cut off.
+/// Shows the names. One that does not fit into the row is shortened.
 pub(crate) fn show(ui: &mut Ui, entries: &[Entry]) {
     ui.spacing_mut().item_spacing.x = 4.0;
     for entry in entries {
@@ -56,7 +56,7 @@ pub(crate) fn show(ui: &mut Ui, entries: &[Entry]) {
         } else {
             &entry.name
         };
-        let name = Label::new(RichText::new(text).small()).extend();
+        let name = Label::new(RichText::new(text).small()).truncate();
         let name = ui.add(name);
         name.widget_info(|| WidgetInfo::labeled(Role::Label, true, &entry.name));
         if !entry.hint.is_empty() {

@@ -65,6 +65,8 @@ impl Limits {
             levels.extend(values.map(|(symbol, value)| Overlay::Level {
                 value: side * value,
                 label: (*symbol).into(),
+                // Lines of both may be close: each name stands on the far side of the other line.
+                is_inward: *symbol == "Fd",
                 ink,
             }));
         }
@@ -73,6 +75,7 @@ impl Limits {
             levels.extend(values.map(|value| Overlay::Level {
                 value,
                 label: "force limit".into(),
+                is_inward: false,
                 ink: Ink::solid(|palette| palette.error_text, WIDTH),
             }));
         }

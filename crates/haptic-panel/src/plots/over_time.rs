@@ -213,6 +213,7 @@ fn overlays(scope: &Scope, plot: &Plot) -> Vec<Overlay> {
             overlays.push(Overlay::Level {
                 value: scope.trigger.level,
                 label: "".into(),
+                is_inward: false,
                 ink: mark,
             });
         }

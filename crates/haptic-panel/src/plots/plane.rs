@@ -108,7 +108,8 @@ fn show_one(ui: &mut Ui, name: &str, chart: &Chart, text: &str, height: f32) {
     ui.allocate_ui_with_layout(row, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(row);
         ui.add_space(AXIS_WIDTH);
-        ui.add(Label::new(text).truncate()).on_hover_text(text);
+        ui.add(Label::new(text).truncate().show_tooltip_when_elided(false))
+            .on_hover_text(text);
     });
     let height = (height - (ui.cursor().top() - top)).max(80.0);
     let plot = frame::plot(name, height, height, DEFAULT_COUNT, AXIS_WIDTH)

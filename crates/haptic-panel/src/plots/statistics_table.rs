@@ -89,10 +89,14 @@ pub(super) fn show(
         for row in rows {
             show_row(ui, row, scope.seen(tapes).zero_s);
         }
-        if reference.is_some() && !is_short {
+        let why = if is_short {
+            "The reference covers less than a tenth of this time: move it in Compare".to_owned()
+        } else {
             let most = difference::MAX_SAMPLES;
-            let why = format!("The difference to the reference is computed for at most {most} samples: zoom in");
-            ui.label(RichText::new(why).small());
+            format!("The difference to the reference is computed for at most {most} samples: zoom in")
+        };
+        if reference.is_some() && rows.iter().all(|row| row.difference.is_none()) {
+            ui.add(Label::new(RichText::new(why).small()).wrap());
         }
     });
 }

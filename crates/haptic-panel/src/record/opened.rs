@@ -24,7 +24,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         let close = ui.button("Close recording");
         let is_closed = close.on_hover_text("Shows the rig again").clicked();
         show_what_if(ui, daemon.mirror.scene.whole.as_ref(), tapes, intents);
-        let line = Label::new(RichText::new(&text).small().color(color)).truncate();
+        let line = Label::new(RichText::new(&text).small().color(color))
+            .truncate()
+            .show_tooltip_when_elided(false);
         ui.add(line).on_hover_text(text);
         if is_closed {
             intents.push(Intent::CancelWhatIf);
@@ -37,7 +39,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         WhatIf::Asked => "Rendering...".to_owned(),
         WhatIf::None => " ".to_owned(),
     };
-    let line = Label::new(RichText::new(&text).small().color(Palette::of(ui).law)).truncate();
+    let line = Label::new(RichText::new(&text).small().color(Palette::of(ui).law))
+        .truncate()
+        .show_tooltip_when_elided(false);
     ui.add(line).on_hover_text(text);
 }
 

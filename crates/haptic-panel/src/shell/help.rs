@@ -34,7 +34,18 @@ const KEYS: [(&str, &str); 10] = [
     ("Ctrl and plus, minus, 0", "scale the panel"),
 ];
 
-const PLOTS: [(&str, &str); 8] = [
+const BUTTONS: [(&str, &str); 2] = [
+    (
+        "Reset",
+        "after a stop or a fault; the force stays off until Engage, which is grey before",
+    ),
+    (
+        "Keep A, Keep B; A/B",
+        "keep the active scene as A or as B; change to the other one",
+    ),
+];
+
+const PLOTS: [(&str, &str); 11] = [
     (
         "Force",
         "the force on the hand, as commanded after ramps and limits. Signals above the plot adds others, as the \
@@ -49,9 +60,19 @@ const PLOTS: [(&str, &str); 8] = [
         "Ribbon",
         "grey while the block sticks, green while it slides; a flag above it is a change, a mark or a fault",
     ),
+    ("Contact", "whether the block sticks or slides now"),
     (
         "Force against velocity",
         "what drives the block over the block's velocity, for the last second, on the law's curve",
+    ),
+    (
+        "Spectrum",
+        "which frequencies the signals in sight have, or those between the cursors",
+    ),
+    (
+        "Strip below",
+        "drag there to be the hand of a fake rig: a circle where you pull to, the blue handle, the orange block. The \
+         bar at its foot is the force on the hand, as long as a half at the limit",
     ),
     (
         "Two axes",
@@ -110,6 +131,7 @@ pub(crate) fn show(ui: &Ui, page: Rect, is_shown: &mut bool) {
                     ("Keys", &KEYS[..]),
                     ("The sign of force", &SIGN[..]),
                     ("What a plot shows", &PLOTS[..]),
+                    ("Buttons", &BUTTONS[..]),
                 ] {
                     show_part(ui, title, rows);
                 }

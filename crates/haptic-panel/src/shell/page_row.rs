@@ -81,7 +81,8 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
                 .corner_radius(4)
                 .show(ui, |ui| {
                     let line = RichText::new(&text).small().strong().color(palette.on_fill);
-                    ui.add(Label::new(line).truncate()).on_hover_text(&text);
+                    ui.add(Label::new(line).truncate().show_tooltip_when_elided(false))
+                        .on_hover_text(&text);
                 });
             return;
         }
@@ -94,7 +95,9 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
                 text = format!("The disk does not keep up: {samples} samples and {changes} changes lost. {text}");
                 color = palette.error_text;
             }
-            let line = Label::new(RichText::new(&text).small().color(color)).truncate();
+            let line = Label::new(RichText::new(&text).small().color(color))
+                .truncate()
+                .show_tooltip_when_elided(false);
             ui.add(line).on_hover_text(text);
         }
         if let Some(reading) = &view.reading {
@@ -125,6 +128,8 @@ fn show_reading(ui: &mut Ui, reading: &Reading) {
         .text(RichText::new(format!("{:.0} %", 100.0 * share)).small());
     let name = reading.path.file_name().unwrap_or_default().to_string_lossy();
     ui.add(bar).accessible_name(format!("share of {name} that is read"));
-    let line = Label::new(RichText::new(format!("Reading {name}")).small()).truncate();
+    let line = Label::new(RichText::new(format!("Reading {name}")).small())
+        .truncate()
+        .show_tooltip_when_elided(false);
     ui.add(line).on_hover_text(reading.path.display().to_string());
 }

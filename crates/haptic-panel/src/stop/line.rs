@@ -28,7 +28,7 @@ pub(super) struct Stop {
 #[derive(Debug)]
 pub(super) enum Heard {
     /// The daemon has greeted: it takes stops now.
-    Greeting { is_for_a_moment: bool },
+    Greeting { is_for_a_moment: bool, session: String },
     /// The stop was answered.
     Answer(Stop, Result<StateReply, WireError>),
 }
@@ -148,10 +148,13 @@ impl Line {
     fn hear(&mut self, line: &str) -> Result<Option<Heard>, String> {
         match ServerLine::parse(line) {
             // At any version: every daemon understands a stop.
-            Ok(ServerLine::Hello(Hello { rights, .. })) => {
+            Ok(ServerLine::Hello(Hello { rights, session, .. })) => {
                 self.is_greeted = true;
                 let is_for_a_moment = rights == Rights::Stop;
-                Ok(Some(Heard::Greeting { is_for_a_moment }))
+                Ok(Some(Heard::Greeting {
+                    is_for_a_moment,
+                    session,
+                }))
             }
             Ok(ServerLine::Answer { id: Some(id), result }) => {
                 let found = self.unanswered.iter().find(|stop| stop.number == id).copied();

@@ -119,6 +119,7 @@ impl StopReport {
                 *self = Self::Sent { since, is_late };
             }
             StopNews::NotSent { reason } => *self = Self::NotSent { reason },
+            StopNews::Dropped => *self = Self::Settled,
             StopNews::Answered { .. } => {}
         }
     }

@@ -92,11 +92,17 @@ impl Stopper {
         for heard in heard {
             match heard {
                 // The daemon would close such a line before it is needed, and it takes a place for stops.
-                Heard::Greeting { is_for_a_moment: true } if wanted.is_none() => {
+                Heard::Greeting {
+                    is_for_a_moment: true, ..
+                } if wanted.is_none() => {
                     self.line = None;
                     self.next_try = now + CROWDED_RETRY;
                 }
-                Heard::Greeting { .. } => {}
+                Heard::Greeting { session, .. } => {
+                    if let Some(number) = self.stops.greeted(&session) {
+                        self.report(number, StopNews::Dropped);
+                    }
+                }
                 Heard::Answer(stop, result) => {
                     self.stops.settle(stop.number);
                     let after = stop.pressed_at.elapsed();

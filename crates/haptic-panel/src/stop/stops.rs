@@ -1,7 +1,7 @@
 //! State that the threads of the stop path share.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Where the daemon's socket is.
@@ -22,6 +22,10 @@ pub(crate) struct Stops {
     pressed_at_ns: AtomicU64,
     /// The newest that the daemon has answered.
     settled: AtomicU64,
+    /// Process of the fake rig that this panel has started; 0 for none.
+    own_rig: AtomicU32,
+    /// The newest stop that was pressed before that rig was started.
+    before_own_rig: AtomicU64,
     panel_is_closed: AtomicBool,
     began: Instant,
 }
@@ -32,6 +36,8 @@ impl Stops {
             pressed: AtomicU64::new(0),
             pressed_at_ns: AtomicU64::new(0),
             settled: AtomicU64::new(0),
+            own_rig: AtomicU32::new(0),
+            before_own_rig: AtomicU64::new(0),
             panel_is_closed: AtomicBool::new(false),
             began: Instant::now(),
         }
@@ -50,6 +56,30 @@ impl Stops {
     /// The daemon has answered a stop, and so all before it.
     pub(crate) fn settle(&self, number: u64) {
         self.settled.fetch_max(number, Ordering::AcqRel);
+    }
+
+    /// This panel has started a fake rig, as the process `pid`, after the stop `before`; `None`: it has ended.
+    pub(crate) fn set_own_rig(&self, rig: Option<(u32, u64)>) {
+        let (pid, before) = rig.unwrap_or_default();
+        self.before_own_rig.store(before, Ordering::Release);
+        self.own_rig.store(pid, Ordering::Release);
+    }
+
+    /// A daemon has greeted. A stop that waited while there was none is not for a fake rig that was started here
+    /// after it, which has no motor; any other daemon gets it. Returns the newest stop that is dropped.
+    pub(crate) fn greeted(&self, session: &str) -> Option<u64> {
+        // A session is named by the daemon's process.
+        let pid = session
+            .split_once('-')
+            .and_then(|(pid, _)| pid.parse().ok())
+            .unwrap_or(0);
+        let is_own = pid != 0 && self.own_rig.load(Ordering::Acquire) == pid;
+        let before = self.before_own_rig.load(Ordering::Acquire);
+        if !is_own {
+            return None;
+        }
+        self.settle(before);
+        Some(before)
     }
 
     /// Counts a press.

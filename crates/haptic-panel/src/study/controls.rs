@@ -51,7 +51,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
 fn show_study(ui: &mut Ui, state: &StudyState, commands: &mut Vec<StudyCommand>) {
     ui.add(Label::new(RichText::new(&state.plan).strong()).wrap());
     let folder = state.folder.display().to_string();
-    let label = Label::new(RichText::new(&folder).small().weak()).truncate();
+    let label = Label::new(RichText::new(&folder).small().weak())
+        .truncate()
+        .show_tooltip_when_elided(false);
     ui.add(label).on_hover_text(folder);
     // Another subject, and another study, while nobody is at work.
     let is_free = matches!(state.stage, Stage::Held { .. } | Stage::Finished);
@@ -157,8 +159,12 @@ pub(super) fn show_stage(ui: &mut Ui, state: &StudyState) {
         Stage::Finished => ("This subject has done everything", ui.visuals().strong_text_color()),
     };
     ui.horizontal(|ui| {
-        ui.add(Label::new(RichText::new(text).size(18.0).color(color)).truncate())
-            .on_hover_text(text);
+        ui.add(
+            Label::new(RichText::new(text).size(18.0).color(color))
+                .truncate()
+                .show_tooltip_when_elided(false),
+        )
+        .on_hover_text(text);
     });
 }
 

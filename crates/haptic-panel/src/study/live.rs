@@ -34,6 +34,7 @@ pub(super) fn show(ui: &mut Ui, tape: &Tape, state: &StudyState, height: f32) {
     let edges = state.target_m.into_iter().flatten().map(|edge_m| Overlay::Level {
         value: edge_m * MM_PER_M,
         label: "".into(),
+        is_inward: false,
         ink: Ink::solid(|palette| palette.sliding, EDGE_WIDTH),
     });
     let plots = [

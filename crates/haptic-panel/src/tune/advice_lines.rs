@@ -6,14 +6,20 @@ use crate::daemon::advice::{Advised, Fix, Warning, four_digits};
 use crate::theme::Palette;
 use crate::wording::{sentence_case, spoken, subject};
 use egui::{
-    Align, Align2, Atom, AtomExt, Button, Color32, Grid, Label, Layout, Rect, RichText, Shape, Sides, TextStyle, Ui,
-    Vec2, vec2,
+    Align, Align2, Atom, AtomExt, Button, Color32, Grid, Label, Layout, Rect, Response, RichText, Shape, Sides,
+    TextStyle, Ui, Vec2, vec2,
 };
 use haptic_ipc::quantity::number;
 use haptic_ipc::{Finding, ParameterDescription};
 use std::f32::consts::FRAC_PI_2;
 
 const ARROW_SIZE: f32 = 8.0;
+
+/// Distance of the cells of the table, points.
+const SPACING: Vec2 = vec2(8.0, 4.0);
+
+/// What each column of the table has of its width.
+const SHARES: [f32; 4] = [0.26, 0.3, 0.24, 0.2];
 
 /// Shows the warnings on a parameter: one line, which opens to all of them.
 pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEdits, advised: &Advised) {
@@ -140,7 +146,9 @@ pub(crate) fn show_all(ui: &mut Ui, daemon: &Daemon, is_open: &mut bool) {
             ui.set_min_size(line);
             if let Some(failure) = advised.failure() {
                 let text = format!("No advice: {failure}");
-                let label = Label::new(RichText::new(&text).small().color(caution)).truncate();
+                let label = Label::new(RichText::new(&text).small().color(caution))
+                    .truncate()
+                    .show_tooltip_when_elided(false);
                 ui.add(label).on_hover_text(text);
             }
         });
@@ -166,37 +174,45 @@ pub(crate) fn show_all(ui: &mut Ui, daemon: &Daemon, is_open: &mut bool) {
 
 fn show_table(ui: &mut Ui, advised: &Advised) {
     let caution = Palette::of(ui).caution_text;
+    let spaces = 3.0 * SPACING.x;
+    let widths = SHARES.map(|share| (share * (ui.available_width() - spaces)).floor());
     Grid::new("checks")
         .striped(true)
-        .spacing([10.0, 4.0])
+        .spacing(SPACING)
         .min_row_height(16.0)
         .show(ui, |ui| {
-            for title in ["Check", "Value", "Bound", "Margin", ""] {
-                ui.label(RichText::new(title).small().weak());
+            for (column, title) in ["Check", "Value", "Bound", "Margin"].into_iter().enumerate() {
+                cell(ui, widths[column], RichText::new(title).weak());
             }
             ui.end_row();
             for (finding, message) in advised.checks() {
-                let check = ui.label(RichText::new(sentence_case(&finding.check)).small());
+                let check = cell(ui, widths[0], RichText::new(sentence_case(&finding.check)));
                 let margin = finding.margin.map(|margin| format!("{margin:.2}"));
+                let margin = margin.unwrap_or_else(|| "∞".to_owned());
                 let value = format!(
                     "{} {}",
                     subject(&finding.check, &finding.unit),
                     limited(finding.value, "")
                 );
-                for text in [
-                    value.trim_start().to_owned(),
-                    limited(finding.bound, &finding.unit),
-                    margin.unwrap_or_else(|| "∞".to_owned()),
-                ] {
-                    ui.label(RichText::new(text).small());
-                }
-                let state = if finding.passes {
-                    RichText::new("Kept")
+                cell(ui, widths[1], RichText::new(value.trim_start()));
+                cell(ui, widths[2], RichText::new(limited(finding.bound, &finding.unit)));
+                let margin = if finding.passes {
+                    RichText::new(margin)
                 } else {
-                    RichText::new("Broken").color(caution)
+                    RichText::new(format!("{margin} broken")).color(caution)
                 };
-                check.union(ui.label(state.small())).on_hover_text(message);
+                let margin = cell(ui, widths[3], margin);
+                check.union(margin).on_hover_text(message);
                 ui.end_row();
             }
         });
+}
+
+/// A cell of the table: a text that is too long wraps, so that the table stays as wide as its column of the page.
+fn cell(ui: &mut Ui, width: f32, text: RichText) -> Response {
+    let cell = ui.vertical(|ui| {
+        ui.set_width(width);
+        ui.add(Label::new(text.small()).wrap())
+    });
+    cell.inner
 }

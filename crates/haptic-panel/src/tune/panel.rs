@@ -155,7 +155,9 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon, tuning: &Tuning, intents: &mut Vec
         .then_some(("Trying: goes back by itself", palette.caution_text));
     // The line keeps its height without a text, so that the list above does not move.
     let (text, color) = trial.or(active).or(report).unwrap_or(("", palette.caution_text));
-    let line = Label::new(RichText::new(text).small().color(color)).truncate();
+    let line = Label::new(RichText::new(text).small().color(color))
+        .truncate()
+        .show_tooltip_when_elided(false);
     let height = ui.text_style_height(&TextStyle::Small);
     ui.allocate_ui_with_layout(vec2(ui.available_width(), height), Layout::top_down(Align::Min), |ui| {
         ui.set_min_height(height);

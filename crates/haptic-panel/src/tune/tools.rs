@@ -66,8 +66,12 @@ pub(crate) fn show(ui: &mut Ui, daemon: &DaemonMirror, tuning: &mut Tuning, inte
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| show_try(ui, tuning));
     });
     let text = slots_in_words(tuning);
-    ui.add(Label::new(RichText::new(&text).small().weak()).truncate())
-        .on_hover_text(text);
+    ui.add(
+        Label::new(RichText::new(&text).small().weak())
+            .truncate()
+            .show_tooltip_when_elided(false),
+    )
+    .on_hover_text(text);
 }
 
 /// What A and B are for, as far as they are kept.

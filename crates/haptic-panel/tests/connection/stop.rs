@@ -7,6 +7,7 @@ use haptic_panel::connection::Patience;
 use haptic_panel::{Intent, StopNews, Update};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixListener;
+use std::thread;
 use std::time::Duration;
 
 #[test]
@@ -79,7 +80,7 @@ fn stop_counts_as_unsent_until_a_full_socket_takes_it() {
         match bench.until_stop_news() {
             StopNews::Sent => {}
             StopNews::NotSent { reason } => break reason,
-            news @ StopNews::Answered { .. } => panic!("{news:?}"),
+            news => panic!("{news:?}"),
         }
     };
     assert_eq!(reason, "the daemon does not read");
@@ -98,6 +99,37 @@ fn a_stop_without_a_daemon_is_told_as_not_sent() {
         matches!(&news, StopNews::NotSent { reason } if reason == "no connection"),
         "{news:?}"
     );
+}
+
+#[test]
+fn a_waiting_stop_spares_the_fake_rig_that_the_panel_started() {
+    // The daemon of this test says that its process is number 1.
+    for (own_rig, is_pressed_again) in [(1, false), (1, true), (2, false)] {
+        let bench = Bench::new();
+        bench.until_lost();
+        bench.connection.stop();
+        assert!(matches!(bench.until_stop_news(), StopNews::NotSent { .. }));
+        let stops = bench.connection.stops_pressed();
+        bench.connection.set_own_rig(Some((own_rig, stops)));
+        if is_pressed_again {
+            bench.connection.stop();
+        }
+        let listener = bench.listen();
+        let mut daemon = Daemon::accept(&listener);
+        let first = daemon.hear().request;
+        let is_spared = own_rig == 1 && !is_pressed_again;
+        assert_eq!(first == Request::Stop {}, !is_spared, "{own_rig}: {first:?}");
+        if is_spared {
+            // Its line for stops comes before or after the conversation.
+            thread::spawn(move || {
+                let mut lines = Vec::new();
+                loop {
+                    lines.push(greet(&listener));
+                }
+            });
+            bench.until(|update| matches!(update, Update::Stop(StopNews::Dropped)).then_some(()));
+        }
+    }
 }
 
 // hazard: H4

@@ -35,7 +35,7 @@ fn targets(panel: &mut Panel) -> Vec<f64> {
 fn a_drag_on_the_strip_moves_the_hand_until_it_is_let_go() {
     for page in [Page::Tune, Page::Task, Page::Perception] {
         let mut panel = at_page(with_hand(), page);
-        panel.get_by_label("Force on the hand -3.5 N");
+        panel.get_by_label("Force on the hand -3.5 N; drag here to pull the handle");
         let strip = panel.get_by_label("hand").rect();
         let at = |target_m: f32| strip.center() + vec2(strip.width() / 2.0 / 0.06 * target_m, 0.0);
         panel.hover_at(at(0.02));

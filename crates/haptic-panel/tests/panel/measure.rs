@@ -38,6 +38,17 @@ pub(crate) fn open(panel: &mut Panel, name: &str, rows: Vec<Sample>, marks: &[Ma
 }
 
 #[test]
+fn a_shortened_line_has_one_hint_with_the_whole() {
+    let mut panel = connected(RigState::Engaged);
+    panel.set_size(egui::vec2(1280.0, 800.0));
+    let name = format!("{}.csv", "long".repeat(50));
+    open(&mut panel, &name, rows(0..1000, step), &[]);
+    panel.get_by_label_contains("Looking at").hover();
+    crate::bench::wait(&mut panel, 1.0);
+    assert_eq!(panel.query_all_by_label_contains("Looking at").count(), 2);
+}
+
+#[test]
 fn statistics_are_told_of_what_is_seen_and_between_the_cursors() {
     let mut panel = connected(RigState::Engaged);
     open(&mut panel, "a.csv", rows(0..1000, step), &[]);

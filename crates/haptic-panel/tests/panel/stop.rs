@@ -213,6 +213,31 @@ fn a_stop_is_said_to_be_sent_only_when_it_was() {
 }
 
 #[test]
+fn grey_engage_after_a_stop_says_what_comes_first() {
+    for (state, is_told) in [
+        (RigState::Stopped, true),
+        (RigState::Faulted, true),
+        (RigState::Engaged, false),
+    ] {
+        let mut panel = connected(state);
+        panel.get_by_label("Engage").hover();
+        wait(&mut panel, 1.0);
+        assert_eq!(panel.query_by_label("Reset first").is_some(), is_told, "{state:?}");
+    }
+}
+
+#[test]
+fn a_dropped_stop_is_told_no_longer() {
+    let mut panel = connected(RigState::Idle);
+    press_stop(&mut panel);
+    let reason = "no connection".into();
+    hear(&mut panel, Update::Stop(StopNews::NotSent { reason }));
+    panel.get_by_label_contains("Stop NOT sent");
+    hear(&mut panel, Update::Stop(StopNews::Dropped));
+    assert!(panel.query_by_label_contains("Stop NOT sent").is_none());
+}
+
+#[test]
 fn unsent_stop_is_never_shown_as_sent() {
     let mut panel = connected(RigState::Engaged);
     press_stop(&mut panel);

@@ -6,6 +6,9 @@ use crate::tape::signal::Signal;
 /// Most samples that are compared: some milliseconds.
 pub(crate) const MAX_SAMPLES: usize = 200_000;
 
+/// Least share of the samples' time that the reference covers: less is no fact about the run that is seen.
+const MIN_OVERLAP: f64 = 0.1;
+
 /// The difference of the run that is seen and the reference, in the unit of the signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Difference {
@@ -19,7 +22,7 @@ pub(crate) struct Difference {
 
 /// The difference from one time to another, s on the clock of `tape`, both included. The reference is read
 /// `shift_s` earlier on its own clock, between its samples on the line from one to the next. `None` where both
-/// have no time in common.
+/// have less than a tenth of that time in common.
 pub(crate) fn difference(
     tape: &Tape,
     reference: &Tape,
@@ -27,8 +30,12 @@ pub(crate) fn difference(
     signal: Signal,
     (from_s, to_s): (f64, f64),
 ) -> Option<Difference> {
+    let (from_s, to_s) = (from_s.max(tape.oldest_s()?), to_s.min(tape.newest_s()?));
     let first = from_s.max(reference.oldest_s()? + shift_s);
     let last = to_s.min(reference.newest_s()? + shift_s);
+    if last <= first || last - first < MIN_OVERLAP * (to_s - from_s) {
+        return None;
+    }
     let points = reference.pairs_around(first - shift_s, last - shift_s);
     let mut points = points
         .map(|(before, sample)| (sample.t_s + shift_s, signal.of(before, sample)))
@@ -93,6 +100,12 @@ mod tests {
         assert!((found.rms - rms).abs() < 1e-9, "{found:?}: {rms}");
         let none = difference(&run, &reference, 0.0, Signal::COUPLING_FORCE, (0.0, 100.0));
         assert_eq!(none, None, "they have no time in common");
+        // The reference ends with the first sample of the run, or a hundredth of its time later.
+        for common_s in [0.0, 0.01] {
+            let shift_s = 7.0005 - 500.999 + common_s;
+            let found = difference(&run, &reference, shift_s, Signal::COUPLING_FORCE, (0.0, 100.0));
+            assert_eq!(found, None, "{common_s} s in common");
+        }
         let same = difference(&reference, &reference, 0.0, Signal::COUPLING_FORCE, (500.0, 501.0)).expect("both");
         assert_eq!((same.rms, same.peak), (0.0, 0.0));
     }

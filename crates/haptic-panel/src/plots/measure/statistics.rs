@@ -12,6 +12,9 @@ const SETTLING_BAND: f64 = 0.02;
 /// A step is at least this share of the range of the signal: else there is none.
 const MIN_STEP: f64 = 0.1;
 
+/// Share of a signal that a rounding error may be.
+const ROUNDING: f64 = 1e-9;
+
 /// Statistics in the unit of the signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Statistics {
@@ -62,7 +65,9 @@ fn step(tape: &Tape, signal: Signal, (from_s, to_s): (f64, f64), least: f64, gre
     let last = tape.summary(signal, settled_s, end_s)?.sums;
     let end = last.value / last.count;
     let way = end - first;
-    if way == 0.0 || way.abs() < MIN_STEP * (greatest - least) {
+    // The mean of a constant signal differs from it by a rounding error.
+    let rounding = ROUNDING * least.abs().max(greatest.abs());
+    if way.abs() <= rounding || way.abs() < MIN_STEP * (greatest - least) {
         return None;
     }
     let beyond = if way > 0.0 { greatest - end } else { end - least };
@@ -94,6 +99,14 @@ mod tests {
 
     fn of(tape: &Tape, from_s: f64, to_s: f64) -> Statistics {
         Statistics::of(tape, Signal::COUPLING_FORCE, from_s, to_s).expect("samples")
+    }
+
+    #[test]
+    fn a_constant_signal_makes_no_step() {
+        for force_n in [0.0, 0.1, -3.3, 1e6 / 3.0] {
+            let tape = tape(1000, |_| force_n);
+            assert_eq!(of(&tape, 0.0, 1.0).step, None, "{force_n}");
+        }
     }
 
     #[test]
