@@ -5,6 +5,7 @@ use super::super::plan::Plan;
 use super::super::session::{Feedback, Instruction, Phase};
 use super::super::small_plans::{small_fitts, small_perception};
 use super::super::store::{StoreError, StudyDescription, trials};
+use super::super::subject_table::SubjectTable;
 use super::super::trial::{FittsTrial, Operator, PerceptionTrial};
 use super::*;
 use haptic_ipc::{RigState, Sample, SamplesEvent};
@@ -481,7 +482,8 @@ fn people_and_models_are_refused_each_others_studies() {
     let (_parent, folder) = a_folder();
     let text = small_fitts();
     let plan = Plan::read(&text).expect("a plan");
-    let about = StudyDescription::simulated(&plan, &text, 1, 1, false);
+    let one = SubjectTable::of_codes(&["01".to_owned()]);
+    let about = StudyDescription::simulated(&plan, &text, 1, &one, false);
     drop(Study::create(&folder, &text, &about).expect("created"));
     let error = PersonSession::open(&folder, "01", rig())
         .expect_err("a model's")
