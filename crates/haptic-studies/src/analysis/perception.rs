@@ -217,7 +217,10 @@ fn analysed(
     // Thresholds at one level are alike because of the levels, not of the subjects.
     let is_known = subjects.iter().all(|one| one.fit.is_none() == one.intervals.is_none());
     let fitted = mean_of(&|one| one.fit.map(|fit| fit.threshold)).map(|mean| Mean {
-        interval: mean.interval.filter(|_| is_known),
+        interval: mean
+            .interval
+            .filter(|_| is_known)
+            .map(|interval| no_surer(interval, mean.value, &subjects)),
         ..mean
     });
     CaseAnalysis {
@@ -229,6 +232,18 @@ fn analysed(
         pooled,
         subjects,
     }
+}
+
+/// The interval of a mean, at least as wide as the intervals of its subjects' thresholds make it: those of few subjects
+/// may be alike by chance.
+fn no_surer([low, high]: [f64; 2], mean: f64, subjects: &[SubjectThreshold]) -> [f64; 2] {
+    let own = || {
+        let found = subjects.iter().filter_map(|one| one.fit.zip(one.intervals));
+        found.map(|(fit, intervals)| intervals.threshold_interval.map(|end| end - fit.threshold))
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a count of subjects")]
+    let half = |end: usize| own().map(|ends| ends[end].powi(2)).sum::<f64>().sqrt() / own().count() as f64;
+    [low.min(mean - half(0)), high.max(mean + half(1))]
 }
 
 /// The threshold of some answers, or why they have none.

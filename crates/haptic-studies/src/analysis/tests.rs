@@ -383,24 +383,48 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
     );
 }
 
+/// Two subjects with the same answers: of 20 at each level, so many are correct.
+fn twice(levels: &[(f64, usize)]) -> PerceptionAnalysis {
+    let own = levels
+        .iter()
+        .flat_map(|&(level, correct)| (0..20).map(move |place| (level, place < correct, false)));
+    let own: Vec<(f64, bool, bool)> = own.collect();
+    let trials = ["01", "02"].into_iter().flat_map(|subject| {
+        let mut own = answers(Case::A, Method::Constant, &own);
+        own.iter_mut().for_each(|trial| trial.subject = subject.to_owned());
+        own
+    });
+    perception(&trials.collect::<Vec<_>>(), 1).expect("an analysis")
+}
+
+#[test]
+fn a_mean_is_no_surer_than_its_subjects() {
+    // One is as good as the other, and yet neither is known that well.
+    let found = twice(&[(0.1, 11), (0.2, 12), (0.3, 14), (0.4, 16), (0.5, 18), (0.6, 19)]);
+    let case = &found.cases[0];
+    let width = |interval: [f64; 2]| interval[1] - interval[0];
+    let own = case.subjects[0].intervals.expect("an interval").threshold_interval;
+    let mean = case.jnd_n.and_then(|mean| mean.interval).expect("an interval");
+    assert!(
+        own[1] > own[0] && width(mean) >= 0.999 * width(own) / 2.0_f64.sqrt(),
+        "{mean:?} {own:?}"
+    );
+}
+
+#[test]
+fn answers_that_jump_at_an_outermost_level_are_refused() {
+    for levels in [[(0.1, 15), (0.3, 20), (1.2, 20)], [(0.1, 10), (0.3, 10), (1.2, 15)]] {
+        let found = twice(&levels);
+        assert_eq!((found.cases[0].jnd_n, found.refused.len()), (None, 3), "{found:?}");
+        let is_named = |refusal: &Refusal| refusal.reason.contains("not inside the tested levels, 0.1 to 1.2");
+        assert!(found.refused.iter().all(is_named), "{:?}", found.refused);
+    }
+}
+
 #[test]
 fn answers_that_jump_have_no_interval() {
-    // Chance below 0.3 N, certain above: 20 answers at each level.
-    let trials: Vec<PerceptionTrial> = ["01", "02"]
-        .into_iter()
-        .flat_map(|subject| {
-            let levels = [(0.1, 10), (0.2, 10), (0.3, 15), (0.4, 20), (0.5, 20)];
-            let own = levels.map(|(level, correct)| (0..20).map(move |place| (level, place < correct, false)));
-            let mut own = answers(
-                Case::A,
-                Method::Constant,
-                &own.into_iter().flatten().collect::<Vec<_>>(),
-            );
-            own.iter_mut().for_each(|trial| trial.subject = subject.to_owned());
-            own
-        })
-        .collect();
-    let found = perception(&trials, 1).expect("an analysis");
+    // Chance below 0.3 N, certain above.
+    let found = twice(&[(0.1, 10), (0.2, 10), (0.3, 15), (0.4, 20), (0.5, 20)]);
     let case = &found.cases[0];
     assert!(
         case.subjects
