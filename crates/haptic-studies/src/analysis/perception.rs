@@ -2,6 +2,7 @@
 
 use super::error::{AnalysisError, Refusal};
 use super::paper;
+use crate::plan::PerceptionPlan;
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
@@ -54,9 +55,9 @@ pub struct CaseAnalysis {
     /// The same from the staircases, N.
     #[serde(rename = "staircase_N", skip_serializing_if = "Option::is_none")]
     pub staircase_n: Option<Mean>,
-    /// That of the paper, N.
-    #[serde(rename = "paper_jnd_N")]
-    pub paper_jnd_n: f64,
+    /// That of the paper, N; absent where the study's base is another one, or not known.
+    #[serde(rename = "paper_jnd_N", skip_serializing_if = "Option::is_none")]
+    pub paper_jnd_n: Option<f64>,
     /// All subjects' answers together.
     pub pooled: SubjectThreshold,
     /// Each subject.
@@ -76,6 +77,15 @@ pub struct PerceptionAnalysis {
     pub refused: Vec<Refusal>,
     /// Remarks for people.
     pub notes: Vec<String>,
+}
+
+impl PerceptionAnalysis {
+    /// Puts the paper's values beside those of a study by this plan, where they compare.
+    pub fn put_beside_paper(&mut self, plan: &PerceptionPlan) {
+        for case in &mut self.cases {
+            case.paper_jnd_n = paper::jnd_n(case.case, plan);
+        }
+    }
 }
 
 /// The trials of a case by subject, session and number.
@@ -228,7 +238,7 @@ fn analysed(
         method,
         jnd_n: fitted,
         staircase_n: mean_of(&|one| one.staircase.map(|estimate| estimate.threshold)),
-        paper_jnd_n: paper::jnd_n(case),
+        paper_jnd_n: None,
         pooled,
         subjects,
     }

@@ -129,11 +129,15 @@ pub(super) const fn file(measure: Measure) -> &'static str {
 fn caption(comparison: &Comparison) -> String {
     let threshold = comparison.threshold;
     match comparison.measure {
-        Measure::Time => format!("Time of a segment, better/worse by {threshold} s (the paper's Table 3)"),
-        Measure::Errors => format!("Errors of a segment, better/worse by {threshold} (the paper's Table 4)"),
+        Measure::Time => {
+            format!("Time of a segment, better/worse by {threshold} s (as Table 3 of Richard and Cutkosky)")
+        }
+        Measure::Errors => {
+            format!("Errors of a segment, better/worse by {threshold} (as Table 4 of Richard and Cutkosky)")
+        }
         Measure::ErrorSize => {
             format!(
-                "Mean size of the errors, better/worse by {} mm (the paper's Table 5)",
+                "Mean size of the errors, better/worse by {} mm (as Table 5 of Richard and Cutkosky)",
                 1e3 * threshold
             )
         }
@@ -258,30 +262,26 @@ fn difficulty(analysis: &FittsAnalysis) -> Table {
 /// The tables of a perception test, each under the name of its file.
 #[must_use]
 pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> {
-    let cases = analysis.cases.iter().map(case_row);
-    let heads = [
-        "case",
-        "n",
-        "JND N",
-        "JND 95 %",
-        "stair N",
-        "pooled N",
-        "pooled 95 %",
-        "paper N",
-    ];
+    let has_paper = analysis.cases.iter().any(|case| case.paper_jnd_n.is_some());
+    let mut heads = vec!["case", "n", "JND N", "JND 95 %", "stair N", "pooled N", "pooled 95 %"];
+    let mut caption = "Just noticeable difference: mean of n subjects of all, and all answers together".to_owned();
+    if has_paper {
+        heads.push("paper N");
+        caption.push_str("; paper: Richard and Cutkosky");
+    }
+    let cases = analysis.cases.iter().map(|case| {
+        let paper = has_paper.then(|| {
+            case.paper_jnd_n
+                .map_or_else(|| "-".to_owned(), |jnd_n| format!("{jnd_n:.2}"))
+        });
+        case_row(case).into_iter().chain(paper).collect()
+    });
     let subjects = analysis
         .cases
         .iter()
         .flat_map(|case| case.subjects.iter().map(move |subject| subject_row(case, subject)));
     let tables = vec![
-        (
-            "jnd".to_owned(),
-            table(
-                "Just noticeable difference: mean of n subjects of all, and all answers together",
-                &heads,
-                cases,
-            ),
-        ),
+        ("jnd".to_owned(), table(&caption, &heads, cases)),
         (
             "subjects".to_owned(),
             table(
@@ -310,7 +310,6 @@ fn case_row(case: &CaseAnalysis) -> Vec<String> {
         number(case.staircase_n.map(|mean| mean.value)),
         number(case.pooled.fit.map(|fit| fit.threshold)),
         interval(case.pooled.intervals.map(|intervals| intervals.threshold_interval), 2),
-        format!("{:.2}", case.paper_jnd_n),
     ]
 }
 
