@@ -61,6 +61,11 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     };
     // A folder of data need not be a whole study.
     let study = store::read(path).ok().filter(|_| is_folder);
+    let unfinished = study.as_ref().and_then(|(plan, about)| {
+        let (done, of) = store::unfinished(path, plan, about)?;
+        let of = of.map_or_else(String::new, |of| format!(" of {of}"));
+        Some(format!("{done}{of} trials: the study is not finished"))
+    });
     let plan = study.map(|(plan, _)| plan);
     match read.map_err(|error| usage(&error))? {
         Trials::Fitts(trials) => {
@@ -73,6 +78,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
             if let Some(Plan::Fitts(plan)) = &plan {
                 found.put_beside_paper(plan);
             }
+            found.notes.extend(unfinished);
             if arguments.out.is_some() {
                 let base = if is_folder { path } else { path.parent().unwrap_or(path) };
                 let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;
@@ -96,6 +102,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
             if let Some(Plan::Perception(plan)) = &plan {
                 found.put_beside_paper(plan);
             }
+            found.notes.extend(unfinished);
             write(arguments, || analysis::perception_files(&found, &subjects, &name))?;
             show(
                 json,

@@ -153,10 +153,13 @@ fn a_row_that_was_cut_off_is_done_again() {
     for cut in &cuts[..test_run::extent(4, cuts.len())] {
         fs::write(&data, &bytes[..*cut]).expect("cut");
         fs::remove_file(folder.join("trials.parquet")).expect("it was done");
-        let read = trials::<FittsTrial>(&folder).expect("read while it is under way");
-        assert!(read.len() < 24, "{}", read.len());
+        let found = trials::<FittsTrial>(&folder).expect("read while it is under way");
+        assert!(found.len() < 24, "{}", found.len());
+        let (plan, about) = read(&folder).expect("a study");
+        assert_eq!(unfinished(&folder, &plan, &about), Some((found.len(), Some(24))));
         run(&Study::open(&folder).expect("opened"), 1, &Progress::default()).expect("run");
         assert!(relative(&folder) == whole, "cut at {cut}");
+        assert_eq!(unfinished(&folder, &plan, &about), None);
     }
 }
 
@@ -172,6 +175,8 @@ fn what_is_not_this_study_is_refused() {
     progress.stop();
     run(&study, 1, &progress).expect("stopped");
     drop(study);
+    let (plan, description) = read(&folder).expect("a study");
+    assert_eq!(unfinished(&folder, &plan, &description), Some((0, Some(24))));
     fs::write(folder.join("plan.toml"), text.replace("rest_s = 60", "rest_s = 61")).expect("written");
     let error = Study::open(&folder).expect_err("another plan").to_string();
     assert!(
