@@ -291,7 +291,13 @@ impl Daemon {
         self.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
         self.read();
         self.render();
-        self.until(|stage| matches!(stage, Stage::Waiting { what } if what.contains("engage it")));
+        for (state, advice) in [
+            (RigState::Idle, "Waiting for the rig: engage it in"),
+            (RigState::Faulted, "Waiting for the rig: reset, then engage it in"),
+        ] {
+            self.turn(state);
+            self.until(|stage| matches!(stage, Stage::Waiting { what } if what.starts_with(advice)));
+        }
         self.turn(RigState::Engaged);
         self.ticks(300);
         self.until(|stage| matches!(stage, Stage::Running { what } if what.contains("first target")));
