@@ -215,7 +215,8 @@ fn report(progress: &Progress, folder: &Path, is_finished: bool, took_s: f64, as
         ));
     }
     output::text(&format!(
-        "{place}, operator: simulated: {trials} trials of {simulated_s:.0} s in {took_s:.1} s, {factor:.0} times as fast as real time"
+        "{place}, operator: simulated: {trials} trials, {simulated_s:.0} s of rig time, in {took_s:.1} s, {factor:.0} times as \
+         fast as real time"
     ))?;
     if is_finished {
         return output::text("The study is finished.");
