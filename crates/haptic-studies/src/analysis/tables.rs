@@ -3,7 +3,7 @@
 use super::comparison::{Comparison, Counts, Measure};
 use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
 use super::{FittsAnalysis, Summary};
-use crate::trial::Operator;
+use crate::trial::{Method, Operator};
 use haptic_lab::drawing::Table;
 
 /// Letters in a row that the resistances of one table may take in a terminal, with two blanks before each.
@@ -294,6 +294,34 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
         ),
     ];
     marked(tables, analysis.operator)
+}
+
+/// Why cells of the tables of a perception test are empty.
+pub(super) fn dashes(analysis: &PerceptionAnalysis) -> Vec<String> {
+    let refused = analysis
+        .refused
+        .iter()
+        .map(|one| format!("{}: {}", one.what, one.reason));
+    let mut reasons: Vec<String> = refused.collect();
+    for case in &analysis.cases {
+        let name = format!("case {:?}, {}", case.case, case.method.name());
+        if case.subjects.len() == 1 {
+            reasons.push(format!("{name}: one subject has no interval of a mean"));
+        }
+        for one in std::iter::once(&case.pooled).chain(&case.subjects) {
+            let of = one
+                .subject
+                .as_ref()
+                .map_or_else(|| "all answers".to_owned(), |code| format!("subject {code}"));
+            if one.fit.is_some() && one.intervals.is_none() {
+                reasons.push(format!("{name}, {of}: no interval, as the answers jump at a level"));
+            }
+        }
+        if case.method == Method::Constant {
+            reasons.push(format!("{name}: no staircase"));
+        }
+    }
+    reasons.iter().map(|reason| format!("--: {reason}")).collect()
 }
 
 fn number(value: Option<f64>) -> String {
