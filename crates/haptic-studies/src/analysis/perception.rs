@@ -168,7 +168,7 @@ fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
         );
         if fit.is_step(&found.levels) {
             notes.push(format!(
-                "{of}: the answers jump at the level of {} N: the width is at its lower bound, any narrower one fits as well, \
+                "{of}: the answers jump at the level of {} N: any narrower function fits as well, so that it has no width, \
                  and the threshold is at that level because no other was tested near it, so that it has no interval",
                 fit.threshold
             ));

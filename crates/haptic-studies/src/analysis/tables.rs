@@ -314,7 +314,9 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis) -> Vec<String> {
                 .as_ref()
                 .map_or_else(|| "all answers".to_owned(), |code| format!("subject {code}"));
             if one.fit.is_some() && one.intervals.is_none() {
-                reasons.push(format!("{name}, {of}: no interval, as the answers jump at a level"));
+                reasons.push(format!(
+                    "{name}, {of}: neither interval nor width, as the answers jump at a level"
+                ));
             }
         }
         if case.method == Method::Constant {
@@ -348,7 +350,7 @@ fn subject_row(case: &CaseAnalysis, subject: &SubjectThreshold) -> Vec<String> {
         subject.trials.to_string(),
         number(subject.fit.map(|fit| fit.threshold)),
         interval(subject.intervals.map(|intervals| intervals.threshold_interval), 2),
-        number(subject.fit.map(|fit| fit.width)),
+        number(subject.intervals.and(subject.fit).map(|fit| fit.width)),
         number(subject.fit.map(|fit| fit.lapse)),
         number(subject.staircase.map(|estimate| estimate.threshold)),
     ]
