@@ -159,7 +159,8 @@ impl Conductor {
                     }
                     // Where the rig is unplugged no tick may follow that shows it.
                     Event::State(event) if event.state != RigState::Engaged && self.is_at_work() => {
-                        self.session.interrupt(Interruption::State(event.state));
+                        self.session
+                            .interrupt(Interruption::State(event.state, event.fault.clone()));
                     }
                     _ => {}
                 }

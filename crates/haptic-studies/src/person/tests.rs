@@ -243,7 +243,8 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
         person.ticks(100);
         person.session_events.clear();
         disturb(&mut person);
-        person.ticks(2);
+        // A rig that is stopped or faulted has 50 ms to say why.
+        person.ticks(60);
         let [SessionEvent::Voided(voided)] = &person.session_events[..] else {
             panic!("{reason}: {:?}", person.session_events)
         };
