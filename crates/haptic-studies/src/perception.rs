@@ -198,20 +198,10 @@ impl PerceptionSession {
     /// Trials done, practice included, and the most that there can be; none where a staircase has no such limit.
     #[must_use]
     pub fn progress(&self) -> (usize, Option<usize>) {
-        let tests = self
-            .plan
-            .tests
-            .iter()
-            .map(|test| match (&test.constant, &test.staircase) {
-                (Some(constant), _) => Some(constant.levels_n.len() * constant.trials_per_level as usize),
-                (None, Some(staircase)) => staircase.stop_after_trials.map(|trials| trials as usize),
-                (None, None) => None,
-            });
-        let most = tests.sum::<Option<usize>>();
         let done = self.done + self.practice_done;
         (
             done as usize,
-            most.map(|most| most + self.plan.practice_trials as usize),
+            self.plan.trials().map(|most| most + self.plan.practice_trials as usize),
         )
     }
 

@@ -6,6 +6,7 @@ use clap::ValueHint;
 use haptic_lab::drawing::Table;
 use haptic_lab::stats::throughput::Task;
 use haptic_studies::analysis::{self, Refusal, Thresholds, Trials};
+use haptic_studies::plan::Plan;
 use haptic_studies::store;
 use haptic_studies::subject_table::SubjectTable;
 use serde::Serialize;
@@ -58,6 +59,14 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     } else {
         SubjectTable::default()
     };
+    // A folder of data need not be a whole study.
+    let study = store::read(path).ok().filter(|_| is_folder);
+    let unfinished = study.as_ref().and_then(|(plan, about)| {
+        let (done, of) = store::unfinished(path, plan, about)?;
+        let of = of.map_or_else(String::new, |of| format!(" of {of}"));
+        Some(format!("{done}{of} trials: the study is not finished"))
+    });
+    let plan = study.map(|(plan, _)| plan);
     match read.map_err(|error| usage(&error))? {
         Trials::Fitts(trials) => {
             let task = if arguments.discrete {
@@ -66,6 +75,10 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
                 Task::Serial
             };
             let mut found = analysis::fitts(&trials, &Thresholds::PAPER, task).map_err(in_source)?;
+            if let Some(Plan::Fitts(plan)) = &plan {
+                found.put_beside_paper(plan);
+            }
+            found.notes.extend(unfinished);
             if arguments.out.is_some() {
                 let base = if is_folder { path } else { path.parent().unwrap_or(path) };
                 let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;
@@ -84,8 +97,12 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
         }
         Trials::Perception(trials) => {
             let bar = progress::busy("drawing answers for the intervals");
-            let found = analysis::perception(&trials, SEED).map_err(in_source)?;
+            let mut found = analysis::perception(&trials, SEED).map_err(in_source)?;
             bar.finish_and_clear();
+            if let Some(Plan::Perception(plan)) = &plan {
+                found.put_beside_paper(plan);
+            }
+            found.notes.extend(unfinished);
             write(arguments, || analysis::perception_files(&found, &subjects, &name))?;
             show(
                 json,

@@ -4,6 +4,7 @@ mod analyse;
 mod new;
 mod plan;
 mod run;
+mod subjects;
 
 use crate::failure::Failure;
 use clap::{Args, Subcommand};

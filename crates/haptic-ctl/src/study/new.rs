@@ -2,17 +2,14 @@
 
 use super::plan;
 use super::run::not_stored;
+use super::subjects::Subjects;
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, ValueHint};
-use haptic_ipc::regular_file;
 use haptic_studies::order::{Order, rows};
 use haptic_studies::plan::Plan;
 use haptic_studies::store::{Study, StudyDescription};
-use haptic_studies::subject::numbered_codes;
-use haptic_studies::subject_table::SubjectTable;
 use serde_json::json;
-use std::fmt::Display;
 use std::path::PathBuf;
 
 pub(super) const HELP: &str = "\
@@ -32,23 +29,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: PathBuf,
 
-    /// Number of subjects, from 1 to 999; their codes are 01, 02, ...
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=999))]
-    #[arg(required_unless_present_any = ["codes", "subjects_file"], conflicts_with_all = ["codes", "subjects_file"])]
-    subjects: Option<u32>,
-
-    /// Codes of the subjects, as in --codes P1,P2,P3
-    #[arg(
-        long,
-        value_name = "CODE,...",
-        value_delimiter = ',',
-        conflicts_with = "subjects_file"
-    )]
-    codes: Vec<String>,
-
-    /// Table of the subjects: columns subject, order (optional), and free fields
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    subjects_file: Option<PathBuf>,
+    #[command(flatten)]
+    subjects: Subjects,
 
     /// Seed of all random orders
     #[arg(long, value_name = "S", default_value = "1")]
@@ -57,7 +39,7 @@ pub(crate) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let (plan, text) = plan::read(&arguments.plan)?;
-    let subjects = subjects(arguments)?;
+    let subjects = arguments.subjects.table()?;
     let about = StudyDescription::people_of(&plan, &text, arguments.seed, &subjects);
     let study = Study::create_for(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
     if as_json {
@@ -87,16 +69,4 @@ pub(super) fn say_unbalanced(plan: &Plan, about: &StudyDescription) -> Result<()
         ))?;
     }
     Ok(())
-}
-
-/// The subjects of the command line, or of the file that it names.
-fn subjects(arguments: &Arguments) -> Result<SubjectTable, Failure> {
-    let Some(path) = &arguments.subjects_file else {
-        let codes = arguments.codes.clone();
-        let codes = arguments.subjects.map_or(codes, numbered_codes);
-        return Ok(SubjectTable::of_codes(&codes));
-    };
-    let wrong = |error: &dyn Display| Failure::Usage(format!("{}: {error}", path.display()));
-    let text = regular_file::read_text(path).map_err(|error| wrong(&error))?;
-    SubjectTable::read(text.as_bytes()).map_err(|error| wrong(&error))
 }

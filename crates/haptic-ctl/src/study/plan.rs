@@ -15,14 +15,38 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (_, text) = read(&arguments.plan)?;
+    let name = &arguments.plan;
+    let (plan, text) = read(name)?;
+    if built_in(name).is_none() {
+        // Beside the plan, which is often written to a file.
+        eprintln!("{name} is a valid plan: {}", contents(&plan));
+    }
     output::text(text.trim_end())
+}
+
+/// What a subject does by a plan.
+fn contents(plan: &Plan) -> String {
+    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let what = match plan.task() {
+        Task::Fitts => "resistance",
+        Task::Perception => "test",
+    };
+    let ends_early = matches!(plan, Plan::Perception(plan) if plan.tests.iter().any(|test| test.staircase.is_some()));
+    let most = if ends_early { "at most " } else { "" };
+    let trials = plan
+        .trials()
+        .map(|trials| format!(", {most}{}", counted(trials, "trial")));
+    counted(plan.ordered_names().len(), what) + &trials.unwrap_or_default()
+}
+
+/// The task whose own plan has a name.
+fn built_in(name: &str) -> Option<Task> {
+    Task::ALL.into_iter().find(|task| task.name() == name)
 }
 
 /// Reads and checks a plan: one of the program, or a file.
 pub(super) fn read(name: &str) -> Result<(Plan, String), Failure> {
-    let built_in = Task::ALL.into_iter().find(|task| task.name() == name);
-    let text = match built_in {
+    let text = match built_in(name) {
         Some(task) => task.built_in_plan().to_owned(),
         None => {
             let known = Task::ALL.map(Task::name).join(" and ");
@@ -41,4 +65,16 @@ pub(super) fn panel(task: Task, folder: &Path) -> String {
         Task::Perception => "perception",
     };
     format!("haptic-gui --page {page} --study {}", folder.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_checked_plan_says_what_a_subject_does() {
+        let said = |name: &str| contents(&read(name).expect("a plan").0);
+        assert_eq!(said("fitts"), "5 resistances, 432 trials");
+        assert_eq!(said("perception"), "3 tests, at most 400 trials");
+    }
 }

@@ -1,6 +1,7 @@
 //! `study run` and `study resume`: a study by simulated operators.
 
 use super::plan;
+use super::subjects::Subjects;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::{Args, ValueEnum};
@@ -40,9 +41,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "WHO")]
     operator: Option<Operator>,
 
-    /// Number of subjects, from 1 to 999
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=999))]
-    subjects: u32,
+    #[command(flatten)]
+    subjects: Subjects,
 
     /// Seed of all random orders, and of the operators' noise
     #[arg(long, value_name = "S", default_value = "1")]
@@ -61,7 +61,7 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
     let (plan, text) = plan::read(&arguments.plan)?;
     if arguments.operator.is_none() {
         return Err(Failure::Usage(format!(
-            "--operator simulated is needed: people do a study in the panel; `haptic-ctl study new {} --subjects {} --out {}` makes \
+            "--operator simulated is needed: people do a study in the panel; `haptic-ctl study new {} {} --out {}` makes \
              it; continue with `{}`",
             arguments.plan,
             arguments.subjects,
@@ -70,8 +70,9 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
         )));
     }
     let recordings = !arguments.no_recordings;
-    let about = StudyDescription::simulated(&plan, &text, arguments.seed, arguments.subjects, recordings);
-    let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
+    let subjects = arguments.subjects.table()?;
+    let about = StudyDescription::simulated(&plan, &text, arguments.seed, &subjects, recordings);
+    let study = Study::create_for(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
     if !as_json {
         super::new::say_unbalanced(&plan, &about)?;
     }
@@ -214,7 +215,8 @@ fn report(progress: &Progress, folder: &Path, is_finished: bool, took_s: f64, as
         ));
     }
     output::text(&format!(
-        "{place}, operator: simulated: {trials} trials of {simulated_s:.0} s in {took_s:.1} s, {factor:.0} times as fast as real time"
+        "{place}, operator: simulated: {trials} trials, {simulated_s:.0} s of rig time, in {took_s:.1} s, {factor:.0} times as \
+         fast as real time"
     ))?;
     if is_finished {
         return output::text("The study is finished.");

@@ -40,9 +40,18 @@ impl Table {
 
     /// The table as a float of LaTeX, which needs no package. `name` follows `tab:` in its label. It fits the text of
     /// an article of 10 pt: a wider one is in smaller letters, its columns below one another where that is not enough,
-    /// and one that is longer than a page has more floats of the same number.
+    /// and one that is longer than a page has more floats of the same number. A heading of a quantity and its unit has
+    /// the unit in parentheses. The notes stand below.
     #[must_use]
-    pub fn latex(&self, name: &str) -> String {
+    pub fn latex(&self, name: &str, notes: &[String]) -> String {
+        let mut table = self.clone();
+        for cell in table.rows.iter_mut().take(1).flatten() {
+            *cell = with_unit(cell);
+        }
+        table.latex_float(name, notes)
+    }
+
+    fn latex_float(&self, name: &str, notes: &[String]) -> String {
         let mut rows = self
             .rows
             .iter()
@@ -58,6 +67,14 @@ impl Table {
             body.chunks(MAX_LATEX_ROWS.div_ceil(blocks.len())).collect()
         };
         let caption = latex_text(&self.caption);
+        let notes: Vec<String> = notes.iter().map(|note| latex_text(note)).collect();
+        let notes = match notes.is_empty() {
+            true => String::new(),
+            false => format!(
+                "\\begin{{flushleft}}\\footnotesize\n{}\n\\end{{flushleft}}\n",
+                notes.join("\\\\\n")
+            ),
+        };
         let mut text = String::new();
         for (part, rows) in parts.into_iter().enumerate() {
             let heading = match part {
@@ -67,7 +84,7 @@ impl Table {
             let tabulars: Vec<String> = blocks.iter().map(|columns| tabular(&head, rows, columns)).collect();
             let (letters, tabulars) = (size.command, tabulars.join("\n\\medskip\n\n"));
             text.push_str(&format!(
-                "\\begin{{table}}\n\\centering\n{heading}\n{letters}{tabulars}\\end{{table}}\n"
+                "\\begin{{table}}\n\\centering\n{CAPTION_ABOVE}{heading}\n{letters}{tabulars}{notes}\\end{{table}}\n"
             ));
         }
         text
@@ -104,6 +121,20 @@ impl Table {
             used_pt += width_pt;
         }
         blocks
+    }
+}
+
+/// An article has its room above a caption, for one that stands below.
+const CAPTION_ABOVE: &str = "\\setlength{\\abovecaptionskip}{0pt}\\setlength{\\belowcaptionskip}{6pt}\n";
+
+/// Units of the headings.
+const UNITS: [&str; 6] = ["N", "s", "mm", "bit", "bit/s", "s/bit"];
+
+/// A heading of a quantity and its unit, the unit in parentheses.
+fn with_unit(heading: &str) -> String {
+    match heading.split_once(' ') {
+        Some((quantity, unit)) if UNITS.contains(&unit) => format!("{quantity} ({unit})"),
+        _ => heading.to_owned(),
     }
 }
 
@@ -163,8 +194,10 @@ fn tabular(head: &[String], rows: &[Vec<String>], columns: &[usize]) -> String {
 
 /// A text for LaTeX: a hyphen before a number is a minus, and one alone a dash.
 fn latex_text(text: &str) -> String {
-    if text == "-" {
-        return "--".to_owned();
+    match text {
+        "-" => return "--".to_owned(),
+        "r2" => return "$r^2$".to_owned(),
+        _ => {}
     }
     let mut shown = String::with_capacity(text.len());
     let mut before = None;
@@ -257,15 +290,24 @@ mod tests {
 
     #[test]
     fn latex_has_a_minus_before_numbers_and_hyphens_in_words() {
-        let latex = of(&[&["a-b", "x"], &["-", "-0.5 to -0.1"], &["P-1", "1e-5"]]).latex("t");
+        let latex = of(&[&["a-b", "x"], &["-", "-0.5 to -0.1"], &["P-1", "1e-5"]]).latex("t", &[]);
         for line in [r"a-b & x \\", r"-- & $-$0.5 to $-$0.1 \\", r"P-1 & 1e-5 \\"] {
             assert!(latex.contains(line), "{line} in {latex}");
         }
     }
 
     #[test]
+    fn latex_heads_have_their_units_in_parentheses() {
+        let latex = of(&[&["case", "JND N", "JND 95 %", "b s/bit", "r2", "drag 2 N"]]).latex("t", &[]);
+        assert!(
+            latex.contains(r"case & JND (N) & JND 95 \% & b (s/bit) & $r^2$ & drag 2 N \\"),
+            "{latex}"
+        );
+    }
+
+    #[test]
     fn a_wide_latex_table_has_smaller_letters_and_then_blocks() {
-        let columns = |count: usize| of(&[&["0123456789"; 30][..count]]).latex("t");
+        let columns = |count: usize| of(&[&["0123456789"; 30][..count]]).latex("t", &[]);
         assert!(!columns(5).contains("small"));
         assert!(columns(6).contains(r"\small"));
         assert!(columns(7).contains(r"\footnotesize"));
@@ -279,7 +321,7 @@ mod tests {
     #[test]
     fn a_long_latex_table_is_numbered_once() {
         let rows = [&["a", "b"][..]; 101];
-        let latex = of(&rows).latex("t");
+        let latex = of(&rows).latex("t", &[]);
         assert_eq!(latex.matches(r"\begin{table}").count(), 3);
         assert_eq!(
             latex
@@ -304,12 +346,13 @@ mod tests {
             table.markdown(),
             "95 % of all\n\n| name | p |\n|:--|--:|\n| a\\|b\\_c & {d} | \\<0.001\\* |\n"
         );
-        let latex = table.latex("pairs");
+        let latex = table.latex("pairs", &["-: too few".to_owned(), "b".to_owned()]);
         assert_eq!(
             latex.lines().collect::<Vec<_>>(),
             [
                 r"\begin{table}",
                 r"\centering",
+                r"\setlength{\abovecaptionskip}{0pt}\setlength{\belowcaptionskip}{6pt}",
                 r"\caption{95 \% of all}",
                 r"\label{tab:pairs}",
                 r"\begin{tabular}{lr}",
@@ -319,6 +362,10 @@ mod tests {
                 r"a\textbar{}b\_c \& \{d\} & \textless{}0.001{*} \\",
                 r"\hline",
                 r"\end{tabular}",
+                r"\begin{flushleft}\footnotesize",
+                r"-: too few\\",
+                r"b",
+                r"\end{flushleft}",
                 r"\end{table}",
             ]
         );

@@ -83,8 +83,8 @@ pub enum StatsError {
     /// Larger differences are not answered better.
     #[error("answers do not get better with the level, so there is no threshold")]
     NoRise,
-    /// The threshold is where nothing was tested.
-    #[error("the fitted threshold, {threshold:.4}, is outside the tested levels, {lowest} to {highest}: test there")]
+    /// The threshold is at an end of the tested levels, or beyond.
+    #[error("the fitted threshold, {threshold:.4}, is not inside the tested levels, {lowest} to {highest}: test there")]
     OutsideLevels {
         /// The fitted threshold, in the unit of the levels.
         threshold: f64,

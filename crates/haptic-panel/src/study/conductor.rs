@@ -159,7 +159,8 @@ impl Conductor {
                     }
                     // Where the rig is unplugged no tick may follow that shows it.
                     Event::State(event) if event.state != RigState::Engaged && self.is_at_work() => {
-                        self.session.interrupt(Interruption::State(event.state));
+                        self.session
+                            .interrupt(Interruption::State(event.state, event.fault.clone()));
                     }
                     _ => {}
                 }
@@ -244,8 +245,13 @@ impl Conductor {
         match self.session.interruption() {
             Some(Interruption::Paused) => return held("Paused: the trial that was broken off is done again"),
             Some(why) => {
+                let engage = if needs_reset(daemon) {
+                    "Reset, then engage"
+                } else {
+                    "Engage"
+                };
                 return Stage::Held {
-                    why: format!("Interrupted: {why}. Engage the rig again, then go on; the trial is done again"),
+                    why: format!("Interrupted: {why}. {engage} the rig again, then go on; the trial is done again"),
                     is_trouble: true,
                 };
             }
@@ -265,8 +271,14 @@ impl Conductor {
         }
         let what = match self.session.view().phase {
             Phase::GetReady if daemon.rig().is_none_or(|rig| rig.state != RigState::Engaged) => {
-                let what = "Waiting for the rig: engage it in the top bar".to_owned();
-                return Stage::Waiting { what };
+                let engage = if needs_reset(daemon) {
+                    "reset, then engage"
+                } else {
+                    "engage"
+                };
+                return Stage::Waiting {
+                    what: format!("Waiting for the rig: {engage} it in the top bar"),
+                };
             }
             Phase::GetReady | Phase::Wait => "The scene changes".to_owned(),
             Phase::Instruction(_) => "The subject reads the instructions".to_owned(),
@@ -279,6 +291,12 @@ impl Conductor {
         };
         Stage::Running { what }
     }
+}
+
+/// Whether the rig engages only after a reset.
+fn needs_reset(daemon: &DaemonMirror) -> bool {
+    let state = daemon.rig().map(|rig| rig.state);
+    matches!(state, Some(RigState::Stopped | RigState::Faulted))
 }
 
 /// What a session waits for: a daemon that has reported what it needs, and a rig that moves along a line.

@@ -273,7 +273,7 @@ fn differences(analysis: &FittsAnalysis) -> Table {
 }
 
 fn thresholds_by_case(analysis: &PerceptionAnalysis) -> Table {
-    table(
+    let mut table = table(
         &analysis.cases,
         &[
             ("case", |one| format!("{:?}", one.case)),
@@ -299,12 +299,20 @@ fn thresholds_by_case(analysis: &PerceptionAnalysis) -> Table {
             ("pooled_high_N", |one| {
                 high(one.pooled.intervals.map(|found| found.threshold_interval))
             }),
-            ("pooled_width_N", |one| cell(one.pooled.fit.map(|fit| fit.width))),
+            ("pooled_width_N", |one| {
+                cell(one.pooled.intervals.and(one.pooled.fit).map(|fit| fit.width))
+            }),
             ("pooled_lapse", |one| cell(one.pooled.fit.map(|fit| fit.lapse))),
             ("pooled_refused", |one| cell(one.pooled.refused.as_ref())),
-            ("paper_jnd_N", |one| one.paper_jnd_n.to_string()),
         ],
-    )
+    );
+    if analysis.cases.iter().any(|case| case.paper_jnd_n.is_some()) {
+        table.rows[0].push("paper_jnd_N".to_owned());
+        for (row, case) in table.rows[1..].iter_mut().zip(&analysis.cases) {
+            row.push(cell(case.paper_jnd_n));
+        }
+    }
+    table
 }
 
 fn thresholds(analysis: &PerceptionAnalysis) -> Table {
@@ -322,7 +330,9 @@ fn thresholds(analysis: &PerceptionAnalysis) -> Table {
         ("threshold_high_N", |(_, one)| {
             high(one.intervals.map(|found| found.threshold_interval))
         }),
-        ("width_N", |(_, one)| cell(one.fit.map(|fit| fit.width))),
+        ("width_N", |(_, one)| {
+            cell(one.intervals.and(one.fit).map(|fit| fit.width))
+        }),
         ("width_low_N", |(_, one)| {
             low(one.intervals.map(|found| found.width_interval))
         }),

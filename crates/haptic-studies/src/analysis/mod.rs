@@ -28,6 +28,7 @@ pub use sequences::{Sequence, Summary};
 pub use tables::{PAGE, TERMINAL, fitts_tables, perception_tables};
 pub use trajectories::{Trajectory, trajectories};
 
+use super::plan::FittsPlan;
 use super::screen::ScreenSummary;
 use super::trial::{FittsTrial, Operator};
 use haptic_lab::stats::throughput::Task;
@@ -51,7 +52,7 @@ pub struct FittsAnalysis {
     pub comparisons: Vec<Comparison>,
     /// What those are counted from, a subject, resistance and condition each.
     pub differences: Vec<Difference>,
-    /// The totals of time beside those that the paper's authors have shown.
+    /// The totals of time beside those that the paper's authors have shown, where the study is as theirs.
     pub beside_paper: Vec<BesidePaper>,
     /// Movement time against the paper's index of difficulty, by resistance.
     pub difficulty: Vec<DifficultyLine>,
@@ -61,6 +62,13 @@ pub struct FittsAnalysis {
     pub refused: Vec<Refusal>,
     /// Remarks for people.
     pub notes: Vec<String>,
+}
+
+impl FittsAnalysis {
+    /// Puts the paper's values beside those of a study by this plan, where they compare.
+    pub fn put_beside_paper(&mut self, plan: &FittsPlan) {
+        self.beside_paper = paper::beside(&self.comparisons, plan);
+    }
 }
 
 /// Analyses the trials of a targeting task, in any order.
@@ -105,7 +113,7 @@ pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds, task: Task) -> Resu
         trials: trials.len(),
         overall: Summary::of(None, &sequences.iter().collect::<Vec<_>>()),
         by_resistance: sequences::by_resistance(&sequences, &resistances),
-        beside_paper: paper::beside(&comparisons),
+        beside_paper: Vec::new(),
         difficulty: difficulty::by_resistance(&segments, &resistances, &mut refused),
         sequences,
         comparisons,

@@ -4,7 +4,7 @@ use super::FittsAnalysis;
 use super::data::{fitts_data, perception_data};
 use super::page::{fitts_charts, fitts_page, perception_charts, perception_page};
 use super::perception::PerceptionAnalysis;
-use super::tables::{PAGE, fitts_tables, perception_tables};
+use super::tables::{PAGE, dashes, fitts_tables, perception_tables};
 use super::trajectories::Trajectory;
 use crate::subject_table::SubjectTable;
 use haptic_lab::drawing::{Chart, Page, Table, figures};
@@ -28,6 +28,7 @@ pub fn fitts_files(
         pictures,
         &fitts_tables(analysis, PAGE),
         &fitts_data(analysis, subjects),
+        &[],
     )
 }
 
@@ -42,6 +43,7 @@ pub fn perception_files(analysis: &PerceptionAnalysis, subjects: &SubjectTable, 
         pictures,
         &perception_tables(analysis),
         &perception_data(analysis, subjects),
+        &dashes(analysis),
     )
 }
 
@@ -63,12 +65,21 @@ fn pictures(charts: &[(&str, Vec<Chart>)]) -> Files {
     pictures
 }
 
-fn files(page: &Page, pictures: Files, shown: &[(String, Table)], data: &[(String, Table)]) -> Files {
+/// The files; `dashes` says why cells of the tables are empty.
+fn files(
+    page: &Page,
+    pictures: Files,
+    shown: &[(String, Table)],
+    data: &[(String, Table)],
+    dashes: &[String],
+) -> Files {
     let mut files = vec![("analysis.html".to_owned(), page.html().into_bytes())];
     files.extend(pictures);
     for (name, table) in shown {
         files.push((format!("{name}.md"), table.markdown().into_bytes()));
-        files.push((format!("{name}.tex"), table.latex(name).into_bytes()));
+        let has_dashes = table.rows.iter().flatten().any(|cell| cell == "-");
+        let notes = if has_dashes { dashes } else { &[] };
+        files.push((format!("{name}.tex"), table.latex(name, notes).into_bytes()));
     }
     files.extend(data.iter().map(|(name, table)| (format!("{name}.csv"), table.csv())));
     files

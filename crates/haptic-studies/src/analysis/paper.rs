@@ -1,6 +1,7 @@
 //! The paper's figures, and a study's totals beside them.
 
-use super::comparison::{Comparison, Measure};
+use super::comparison::{BASELINE, Comparison, Measure};
+use crate::plan::{FittsPlan, PerceptionPlan, Plan, Task};
 use crate::trial::Case;
 use haptic_lab::stats::exact::fisher;
 use serde::Serialize;
@@ -19,12 +20,30 @@ pub struct BesidePaper {
     pub fisher_p: f64,
 }
 
-/// The totals of those resistances that the paper has.
-pub(super) fn beside(comparisons: &[Comparison]) -> Vec<BesidePaper> {
+/// The program's own plan, which is the paper's.
+fn built_in(task: Task) -> Option<Plan> {
+    Plan::read(task.built_in_plan()).ok()
+}
+
+/// The totals of those resistances that the paper has, where conditions, baseline and resistance are the paper's.
+pub(super) fn beside(comparisons: &[Comparison], plan: &FittsPlan) -> Vec<BesidePaper> {
+    let Some(Plan::Fitts(paper)) = built_in(Task::Fitts) else {
+        return Vec::new();
+    };
+    let is_same_task = (&plan.conditions, &plan.cursor, plan.trials_per_segment)
+        == (&paper.conditions, &paper.cursor, paper.trials_per_segment);
+    let resistance = |plan: &FittsPlan, name: &str| plan.resistances.iter().find(|one| one.name == name).cloned();
+    let is_same = |name: &str| resistance(plan, name) == resistance(&paper, name);
+    if !is_same_task || !is_same(BASELINE) {
+        return Vec::new();
+    }
     let Some(times) = comparisons.iter().find(|one| one.measure == Measure::Time) else {
         return Vec::new();
     };
     let of = |(name, paper): (&str, [u64; 2])| {
+        if !is_same(name) {
+            return None;
+        }
         let place = times.resistances.iter().position(|resistance| resistance == name)?;
         let study = [times.totals[place].better, times.totals[place].worse];
         Some(BesidePaper {
@@ -46,14 +65,16 @@ pub(super) const TIMES: [(&str, [u64; 2]); 4] = [
     ("viscous", [80, 44]),
 ];
 
-/// Just noticeable difference that the paper gives for a case, N.
+/// Just noticeable difference that the paper gives for a case, N, where the base is the paper's.
 #[expect(clippy::approx_constant, reason = "3.14 N is a force")]
-pub(super) const fn jnd_n(case: Case) -> f64 {
-    match case {
+pub(super) fn jnd_n(case: Case, plan: &PerceptionPlan) -> Option<f64> {
+    let jnd_n = match case {
         Case::A => 0.78,
         Case::B => 3.14,
         Case::C => 0.36,
-    }
+    };
+    let paper = built_in(Task::Perception);
+    matches!(paper, Some(Plan::Perception(paper)) if paper.base == plan.base).then_some(jnd_n)
 }
 
 /// The place of a resistance in the paper's tables; the same for all that it does not have.

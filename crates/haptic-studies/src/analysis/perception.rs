@@ -2,6 +2,7 @@
 
 use super::error::{AnalysisError, Refusal};
 use super::paper;
+use crate::plan::PerceptionPlan;
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
@@ -54,9 +55,9 @@ pub struct CaseAnalysis {
     /// The same from the staircases, N.
     #[serde(rename = "staircase_N", skip_serializing_if = "Option::is_none")]
     pub staircase_n: Option<Mean>,
-    /// That of the paper, N.
-    #[serde(rename = "paper_jnd_N")]
-    pub paper_jnd_n: f64,
+    /// That of the paper, N; absent where the study's base is another one, or not known.
+    #[serde(rename = "paper_jnd_N", skip_serializing_if = "Option::is_none")]
+    pub paper_jnd_n: Option<f64>,
     /// All subjects' answers together.
     pub pooled: SubjectThreshold,
     /// Each subject.
@@ -76,6 +77,15 @@ pub struct PerceptionAnalysis {
     pub refused: Vec<Refusal>,
     /// Remarks for people.
     pub notes: Vec<String>,
+}
+
+impl PerceptionAnalysis {
+    /// Puts the paper's values beside those of a study by this plan, where they compare.
+    pub fn put_beside_paper(&mut self, plan: &PerceptionPlan) {
+        for case in &mut self.cases {
+            case.paper_jnd_n = paper::jnd_n(case.case, plan);
+        }
+    }
 }
 
 /// The trials of a case by subject, session and number.
@@ -158,7 +168,7 @@ fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
         );
         if fit.is_step(&found.levels) {
             notes.push(format!(
-                "{of}: the answers jump at the level of {} N: the width is at its lower bound, any narrower one fits as well, \
+                "{of}: the answers jump at the level of {} N: any narrower function fits as well, so that it has no width, \
                  and the threshold is at that level because no other was tested near it, so that it has no interval",
                 fit.threshold
             ));
@@ -217,7 +227,10 @@ fn analysed(
     // Thresholds at one level are alike because of the levels, not of the subjects.
     let is_known = subjects.iter().all(|one| one.fit.is_none() == one.intervals.is_none());
     let fitted = mean_of(&|one| one.fit.map(|fit| fit.threshold)).map(|mean| Mean {
-        interval: mean.interval.filter(|_| is_known),
+        interval: mean
+            .interval
+            .filter(|_| is_known)
+            .map(|interval| no_surer(interval, mean.value, &subjects)),
         ..mean
     });
     CaseAnalysis {
@@ -225,10 +238,22 @@ fn analysed(
         method,
         jnd_n: fitted,
         staircase_n: mean_of(&|one| one.staircase.map(|estimate| estimate.threshold)),
-        paper_jnd_n: paper::jnd_n(case),
+        paper_jnd_n: None,
         pooled,
         subjects,
     }
+}
+
+/// The interval of a mean, at least as wide as the intervals of its subjects' thresholds make it: those of few subjects
+/// may be alike by chance.
+fn no_surer([low, high]: [f64; 2], mean: f64, subjects: &[SubjectThreshold]) -> [f64; 2] {
+    let own = || {
+        let found = subjects.iter().filter_map(|one| one.fit.zip(one.intervals));
+        found.map(|(fit, intervals)| intervals.threshold_interval.map(|end| end - fit.threshold))
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a count of subjects")]
+    let half = |end: usize| own().map(|ends| ends[end].powi(2)).sum::<f64>().sqrt() / own().count() as f64;
+    [low.min(mean - half(0)), high.max(mean + half(1))]
 }
 
 /// The threshold of some answers, or why they have none.

@@ -3,7 +3,7 @@
 use super::comparison::{Comparison, Counts, Measure};
 use super::perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold};
 use super::{FittsAnalysis, Summary};
-use crate::trial::Operator;
+use crate::trial::{Method, Operator};
 use haptic_lab::drawing::Table;
 
 /// Letters in a row that the resistances of one table may take in a terminal, with two blanks before each.
@@ -129,11 +129,15 @@ pub(super) const fn file(measure: Measure) -> &'static str {
 fn caption(comparison: &Comparison) -> String {
     let threshold = comparison.threshold;
     match comparison.measure {
-        Measure::Time => format!("Time of a segment, better/worse by {threshold} s (the paper's Table 3)"),
-        Measure::Errors => format!("Errors of a segment, better/worse by {threshold} (the paper's Table 4)"),
+        Measure::Time => {
+            format!("Time of a segment, better/worse by {threshold} s (as Table 3 of Richard and Cutkosky)")
+        }
+        Measure::Errors => {
+            format!("Errors of a segment, better/worse by {threshold} (as Table 4 of Richard and Cutkosky)")
+        }
         Measure::ErrorSize => {
             format!(
-                "Mean size of the errors, better/worse by {} mm (the paper's Table 5)",
+                "Mean size of the errors, better/worse by {} mm (as Table 5 of Richard and Cutkosky)",
                 1e3 * threshold
             )
         }
@@ -258,30 +262,26 @@ fn difficulty(analysis: &FittsAnalysis) -> Table {
 /// The tables of a perception test, each under the name of its file.
 #[must_use]
 pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> {
-    let cases = analysis.cases.iter().map(case_row);
-    let heads = [
-        "case",
-        "n",
-        "JND N",
-        "JND 95 %",
-        "stair N",
-        "pooled N",
-        "pooled 95 %",
-        "paper N",
-    ];
+    let has_paper = analysis.cases.iter().any(|case| case.paper_jnd_n.is_some());
+    let mut heads = vec!["case", "n", "JND N", "JND 95 %", "stair N", "pooled N", "pooled 95 %"];
+    let mut caption = "Just noticeable difference: mean of n subjects of all, and all answers together".to_owned();
+    if has_paper {
+        heads.push("paper N");
+        caption.push_str("; paper: Richard and Cutkosky");
+    }
+    let cases = analysis.cases.iter().map(|case| {
+        let paper = has_paper.then(|| {
+            case.paper_jnd_n
+                .map_or_else(|| "-".to_owned(), |jnd_n| format!("{jnd_n:.2}"))
+        });
+        case_row(case).into_iter().chain(paper).collect()
+    });
     let subjects = analysis
         .cases
         .iter()
         .flat_map(|case| case.subjects.iter().map(move |subject| subject_row(case, subject)));
     let tables = vec![
-        (
-            "jnd".to_owned(),
-            table(
-                "Just noticeable difference: mean of n subjects of all, and all answers together",
-                &heads,
-                cases,
-            ),
-        ),
+        ("jnd".to_owned(), table(&caption, &heads, cases)),
         (
             "subjects".to_owned(),
             table(
@@ -294,6 +294,36 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
         ),
     ];
     marked(tables, analysis.operator)
+}
+
+/// Why cells of the tables of a perception test are empty.
+pub(super) fn dashes(analysis: &PerceptionAnalysis) -> Vec<String> {
+    let refused = analysis
+        .refused
+        .iter()
+        .map(|one| format!("{}: {}", one.what, one.reason));
+    let mut reasons: Vec<String> = refused.collect();
+    for case in &analysis.cases {
+        let name = format!("case {:?}, {}", case.case, case.method.name());
+        if case.subjects.len() == 1 {
+            reasons.push(format!("{name}: one subject has no interval of a mean"));
+        }
+        for one in std::iter::once(&case.pooled).chain(&case.subjects) {
+            let of = one
+                .subject
+                .as_ref()
+                .map_or_else(|| "all answers".to_owned(), |code| format!("subject {code}"));
+            if one.fit.is_some() && one.intervals.is_none() {
+                reasons.push(format!(
+                    "{name}, {of}: neither interval nor width, as the answers jump at a level"
+                ));
+            }
+        }
+        if case.method == Method::Constant {
+            reasons.push(format!("{name}: no staircase"));
+        }
+    }
+    reasons.iter().map(|reason| format!("--: {reason}")).collect()
 }
 
 fn number(value: Option<f64>) -> String {
@@ -310,7 +340,6 @@ fn case_row(case: &CaseAnalysis) -> Vec<String> {
         number(case.staircase_n.map(|mean| mean.value)),
         number(case.pooled.fit.map(|fit| fit.threshold)),
         interval(case.pooled.intervals.map(|intervals| intervals.threshold_interval), 2),
-        format!("{:.2}", case.paper_jnd_n),
     ]
 }
 
@@ -321,7 +350,7 @@ fn subject_row(case: &CaseAnalysis, subject: &SubjectThreshold) -> Vec<String> {
         subject.trials.to_string(),
         number(subject.fit.map(|fit| fit.threshold)),
         interval(subject.intervals.map(|intervals| intervals.threshold_interval), 2),
-        number(subject.fit.map(|fit| fit.width)),
+        number(subject.intervals.and(subject.fit).map(|fit| fit.width)),
         number(subject.fit.map(|fit| fit.lapse)),
         number(subject.staircase.map(|estimate| estimate.threshold)),
     ]

@@ -234,7 +234,10 @@ impl PersonSession {
     /// # Errors
     /// A row cannot be written.
     pub fn close(mut self) -> Result<(), PersonError> {
-        let result = self.wait().map(drop);
+        let waited = self.wait().map(drop);
+        self.session.close_reason();
+        self.pass_on();
+        let result = waited.and_then(|()| self.wait().map(drop));
         self.writer.join();
         result
     }

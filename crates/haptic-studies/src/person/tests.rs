@@ -5,6 +5,7 @@ use super::super::plan::Plan;
 use super::super::session::{Feedback, Instruction, Phase};
 use super::super::small_plans::{small_fitts, small_perception};
 use super::super::store::{StoreError, StudyDescription, trials};
+use super::super::subject_table::SubjectTable;
 use super::super::trial::{FittsTrial, Operator, PerceptionTrial};
 use super::*;
 use haptic_ipc::{RigState, Sample, SamplesEvent};
@@ -242,7 +243,8 @@ fn what_disturbs_a_trial_voids_it_and_it_is_done_again() {
         person.ticks(100);
         person.session_events.clear();
         disturb(&mut person);
-        person.ticks(2);
+        // A rig that is stopped or faulted has 50 ms to say why.
+        person.ticks(60);
         let [SessionEvent::Voided(voided)] = &person.session_events[..] else {
             panic!("{reason}: {:?}", person.session_events)
         };
@@ -481,7 +483,8 @@ fn people_and_models_are_refused_each_others_studies() {
     let (_parent, folder) = a_folder();
     let text = small_fitts();
     let plan = Plan::read(&text).expect("a plan");
-    let about = StudyDescription::simulated(&plan, &text, 1, 1, false);
+    let one = SubjectTable::of_codes(&["01".to_owned()]);
+    let about = StudyDescription::simulated(&plan, &text, 1, &one, false);
     drop(Study::create(&folder, &text, &about).expect("created"));
     let error = PersonSession::open(&folder, "01", rig())
         .expect_err("a model's")

@@ -62,6 +62,19 @@ impl Plan {
         }
     }
 
+    /// Trials of a subject, without practice, or the most that there can be; none where a staircase has no such limit.
+    #[must_use]
+    pub fn trials(&self) -> Option<usize> {
+        match self {
+            // The baseline comes first, and once more among the resistances.
+            Self::Fitts(plan) => {
+                let segments = plan.conditions.len() * (1 + plan.resistances.len());
+                Some(segments * plan.trials_per_segment as usize)
+            }
+            Self::Perception(plan) => plan.trials(),
+        }
+    }
+
     /// How that order comes about.
     #[must_use]
     pub const fn order(&self) -> Order {

@@ -115,6 +115,17 @@ pub struct Staircase {
 }
 
 impl PerceptionPlan {
+    /// Trials of a subject, without practice, or the most that there can be; none where a staircase has no such limit.
+    #[must_use]
+    pub fn trials(&self) -> Option<usize> {
+        let of = |test: &Test| match (&test.constant, &test.staircase) {
+            (Some(constant), _) => Some(constant.levels_n.len() * constant.trials_per_level as usize),
+            (None, Some(staircase)) => staircase.stop_after_trials.map(|trials| trials as usize),
+            (None, None) => None,
+        };
+        self.tests.iter().map(of).sum()
+    }
+
     /// The tests' names in an order: the case, with the method where a case is there more than once.
     #[must_use]
     pub fn test_names(&self) -> Vec<String> {

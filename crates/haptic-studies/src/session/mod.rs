@@ -38,6 +38,9 @@ use ticks::{Frames, RecentTicks, buttons};
 /// A longer trial is void, s: a person has turned away, and its recording would fill the memory.
 const MAX_TRIAL_S: f64 = 120.0;
 
+/// Time after a rig's force has ended within which it says why, s.
+const REASON_S: f64 = 0.05;
+
 /// How long feedback is shown, s.
 const FEEDBACK_S: f64 = 0.3;
 
@@ -82,6 +85,11 @@ pub struct Session {
     /// And for how many ticks more.
     feedback: Option<(Feedback, f64)>,
     news: VecDeque<News>,
+    /// The newest state that the rig reported, and its fault.
+    reported: Option<(RigState, Option<String>)>,
+    /// The reason of the interruption may still come, within so many ticks once the force has ended: a rig that
+    /// releases into a fault names it at the end. A void attempt waits for it.
+    open_reason: Option<f64>,
 }
 
 impl Session {
@@ -101,6 +109,8 @@ impl Session {
             frames: Frames::default(),
             feedback: None,
             news: VecDeque::new(),
+            reported: None,
+            open_reason: None,
         };
         session.plan_stages(None);
         session
@@ -189,6 +199,7 @@ impl Session {
         if !self.waits_for_consent() {
             return;
         }
+        self.close_reason();
         if self.stage == Stage::Mounting {
             self.is_mounted = self.task.mounted().is_some();
         }
@@ -221,7 +232,30 @@ impl Session {
         self.task.pause();
         self.forget_trial();
         self.ticks = None;
+        if let Interruption::State(RigState::Releasing | RigState::Stopped | RigState::Faulted, None) = &why {
+            self.open_reason = Some(REASON_S / self.settings.period_s);
+        }
         self.stage = Stage::Paused(why);
+        self.tell_reason();
+    }
+
+    /// Puts the reported fault in place of an open reason.
+    fn tell_reason(&mut self) {
+        if self.open_reason.is_some()
+            && let Some((state @ (RigState::Stopped | RigState::Faulted), fault)) = &self.reported
+        {
+            let why = Interruption::State(*state, fault.clone());
+            if let Some(News::Voided(voided)) = self.news.back_mut() {
+                voided.reason = why.to_string();
+            }
+            self.stage = Stage::Paused(why);
+            self.open_reason = None;
+        }
+    }
+
+    /// Ends the wait for the reason of an interruption.
+    pub fn close_reason(&mut self) {
+        self.open_reason = None;
     }
 
     /// Says that the daemon was started again, or the connection to it re-established: ticks and revisions begin again.
@@ -230,6 +264,7 @@ impl Session {
         if self.stage == Stage::Running {
             self.interrupt(Interruption::NewLink);
         }
+        self.close_reason();
         self.active = ActiveScene::Unknown;
         self.recent = RecentTicks::default();
         self.ticks = None;
@@ -258,8 +293,13 @@ impl Session {
 
     /// Takes a change of scene, state or settings for the recording.
     pub fn mark(&mut self, mark: Mark) {
-        if let Mark::Servo { servo, .. } = &mark {
-            self.settings.servo = Some((**servo).clone());
+        match &mark {
+            Mark::Servo { servo, .. } => self.settings.servo = Some((**servo).clone()),
+            Mark::State { state, fault, .. } => {
+                self.reported = Some((*state, fault.clone()));
+                self.tell_reason();
+            }
+            _ => {}
         }
         if let Some(ticks) = &mut self.ticks {
             ticks.marks.push(mark);
@@ -275,7 +315,8 @@ impl Session {
 
     /// Takes what the caller shall put on the disk, oldest first. Give no more ticks before it is there.
     pub fn take_news(&mut self) -> Option<News> {
-        self.news.pop_front()
+        let waits = self.open_reason.is_some() && matches!(self.news.front(), Some(News::Voided(_)));
+        if waits { None } else { self.news.pop_front() }
     }
 
     /// Takes a tick.
@@ -292,6 +333,10 @@ impl Session {
         }
         self.recent.push(row);
         self.record(row);
+        if row.state != RigState::Releasing {
+            let left = self.open_reason.map(|ticks| ticks - 1.0);
+            self.open_reason = left.filter(|ticks| *ticks > 0.0);
+        }
         if let Stage::Rest(ticks) = &mut self.stage {
             *ticks = (*ticks - 1.0).max(0.0);
         }
@@ -336,7 +381,7 @@ impl Session {
             return Some(Interruption::NewLink);
         }
         if row.state != RigState::Engaged {
-            return Some(Interruption::State(row.state));
+            return Some(Interruption::State(row.state, None));
         }
         if self.active.is_foreign(row) {
             let revision = row.revision;

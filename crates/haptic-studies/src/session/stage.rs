@@ -47,8 +47,8 @@ pub(super) fn stages(task: &Task, is_mounted: bool, after: Option<bool>, period_
 pub enum Interruption {
     /// A person paused it.
     Paused,
-    /// The rig's force does not flow.
-    State(RigState),
+    /// The rig's force does not flow; with the fault, where it is known.
+    State(RigState, Option<String>),
     /// Ticks are missing.
     LostTicks(u64),
     /// The daemon was started again, or the connection to it re-established.
@@ -71,7 +71,8 @@ impl std::fmt::Display for Interruption {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Paused => write!(formatter, "paused"),
-            Self::State(state) => write!(formatter, "the rig is {state}"),
+            Self::State(state, None) => write!(formatter, "the rig is {state}"),
+            Self::State(state, Some(fault)) => write!(formatter, "the rig is {state}: {fault}"),
             Self::LostTicks(ticks) => write!(formatter, "{ticks} ticks are missing"),
             Self::NewLink => write!(formatter, "the connection to the daemon was re-established"),
             Self::SceneChanged { revision } => {

@@ -26,7 +26,7 @@ impl Task {
         }
     }
 
-    pub(super) fn is_finished(&self) -> bool {
+    pub(in super::super) fn is_finished(&self) -> bool {
         match self {
             Self::Fitts(task) => task.segment().is_none(),
             Self::Perception(task) => task.upcoming().is_none(),
@@ -104,7 +104,7 @@ impl Task {
     }
 
     /// Rows done of practice, or of the others.
-    pub(super) fn rows(&self, is_practice: bool) -> u32 {
+    pub(in super::super) fn rows(&self, is_practice: bool) -> u32 {
         let (practice, trials) = match self {
             Self::Fitts(task) => task.rows(),
             Self::Perception(task) => task.rows(),

@@ -31,7 +31,6 @@ mod study_description;
 mod subject_files;
 
 use super::plan::{Plan, Task};
-use super::session;
 use super::subject::{Subject, check_codes};
 use super::subject_table::SubjectTable;
 use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
@@ -39,7 +38,7 @@ use disk::{at, replace, sync_folder, write_new};
 pub use error::StoreError;
 pub use keeper::{Keeper, RigDescription};
 pub use notes::note;
-pub use reading::{Trials, read, read_file, read_folder, subjects, trials, trials_of};
+pub use reading::{Trials, read, read_file, read_folder, subjects, trials, trials_of, unfinished};
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -173,12 +172,7 @@ impl Study {
     /// # Errors
     /// Its files cannot be read, or are not those of the plan.
     pub fn progress(&self, subject: &Subject) -> Result<(usize, Option<usize>), StoreError> {
-        // No tick comes, so that its length does not matter.
-        let mut task = session::Task::new(&self.plan, self.about.seed, subject, self.about.operator, 1.0);
-        match &mut task {
-            session::Task::Fitts(task) => task.resume(&self.rows(subject, true)?, &self.rows(subject, false)?)?,
-            session::Task::Perception(task) => task.resume(&self.rows(subject, true)?, &self.rows(subject, false)?)?,
-        }
+        let task = reading::task(&self.folder, &self.plan, &self.about, subject)?;
         Ok(task.progress())
     }
 

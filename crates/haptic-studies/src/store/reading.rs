@@ -1,6 +1,7 @@
 //! Reads a study without its lock, since it may be under way, and trials from elsewhere.
 
 use super::super::plan::{Plan, Task};
+use super::super::session;
 use super::super::subject::Subject;
 use super::super::subject_table::SubjectTable;
 use super::super::trial::{self, FittsTrial, PerceptionTrial, Trial};
@@ -101,6 +102,42 @@ pub fn trials<T: Trial>(folder: &Path) -> Result<Vec<T>, StoreError> {
 /// The file cannot be read.
 pub fn trials_of<T: Trial>(folder: &Path, subject: &Subject, task: Task) -> Result<Vec<T>, StoreError> {
     subject_files::trials(folder, subject, task, false)
+}
+
+/// A subject's task, as far as the subject is.
+///
+/// # Errors
+/// The subject's files cannot be read, or are not those of the plan.
+pub(super) fn task(
+    folder: &Path,
+    plan: &Plan,
+    about: &StudyDescription,
+    subject: &Subject,
+) -> Result<session::Task, StoreError> {
+    // No tick comes, so that its length does not matter.
+    let mut task = session::Task::new(plan, about.seed, subject, about.operator, 1.0);
+    let files = |is_practice| (folder, subject, about.task, is_practice);
+    match &mut task {
+        session::Task::Fitts(task) => task.resume(&rows(files(true))?, &rows(files(false))?)?,
+        session::Task::Perception(task) => task.resume(&rows(files(true))?, &rows(files(false))?)?,
+    }
+    Ok(task)
+}
+
+fn rows<T: Trial>((folder, subject, task, is_practice): (&Path, &Subject, Task, bool)) -> Result<Vec<T>, StoreError> {
+    subject_files::trials(folder, subject, task, is_practice)
+}
+
+/// Trials that all subjects of an unfinished study have done, and trials in all or the most that there can be, where a
+/// staircase has such a limit; practice is not counted. Nothing where the study is finished, or its files are not those
+/// of the plan.
+#[must_use]
+pub fn unfinished(folder: &Path, plan: &Plan, about: &StudyDescription) -> Option<(usize, Option<usize>)> {
+    let tasks = about.all_subjects().map(|subject| task(folder, plan, about, &subject));
+    let tasks: Vec<session::Task> = tasks.collect::<Result<_, _>>().ok()?;
+    let done = tasks.iter().map(|task| task.rows(false) as usize).sum();
+    let is_finished = tasks.iter().all(session::Task::is_finished);
+    (!is_finished).then(|| (done, plan.trials().map(|trials| trials * tasks.len())))
 }
 
 /// The trials of one task.

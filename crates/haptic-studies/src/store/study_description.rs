@@ -1,7 +1,7 @@
 //! What a study is beside its plan.
 
 use super::super::plan::{Plan, Task};
-use super::super::subject::{Subject, numbered_codes};
+use super::super::subject::Subject;
 use super::super::subject_table::SubjectTable;
 use super::super::trial::Operator;
 use super::VERSION;
@@ -63,11 +63,11 @@ impl StudyDescription {
 
     /// A study by simulated operators.
     #[must_use]
-    pub fn simulated(plan: &Plan, plan_text: &str, seed: u64, subjects: u32, recordings: bool) -> Self {
+    pub fn simulated(plan: &Plan, plan_text: &str, seed: u64, subjects: &SubjectTable, recordings: bool) -> Self {
         Self {
             operator: Operator::Simulated,
             recordings,
-            ..Self::people(plan, plan_text, seed, numbered_codes(subjects))
+            ..Self::people_of(plan, plan_text, seed, subjects)
         }
     }
 

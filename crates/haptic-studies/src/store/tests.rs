@@ -1,11 +1,13 @@
 use super::super::run::{Progress, run};
 use super::super::small_plans::{small_fitts, small_perception};
+use super::super::subject::numbered_codes;
 use super::*;
 use std::collections::BTreeMap;
 
 fn about(text: &str, seed: u64, recordings: bool) -> StudyDescription {
     let plan = Plan::read(text).expect("a plan");
-    StudyDescription::simulated(&plan, text, seed, 2, recordings)
+    let two = SubjectTable::of_codes(&numbered_codes(2));
+    StudyDescription::simulated(&plan, text, seed, &two, recordings)
 }
 
 /// Every file of a folder, but the lock.
@@ -69,6 +71,23 @@ fn a_study_keeps_its_subjects_orders_and_fields() {
     );
     assert_eq!(error.to_string(), message);
     assert!(!parent.path().join("wrong").exists());
+
+    // It is rehearsed with the same table.
+    for (name, [first, second]) in [("one", [0, 1]), ("other", [1, 0])] {
+        let (folder, order) = (parent.path().join(name), [&names[first], &names[second]]);
+        let subjects = table(&format!("{} | {}", order[0], order[1]));
+        let about = StudyDescription::simulated(&plan, &text, 1, &subjects, false);
+        let study = Study::create_for(&folder, &text, &about, &subjects).expect("created");
+        run(&study, 1, &Progress::default()).expect("run");
+        assert_eq!(super::subjects(&folder).expect("a table"), subjects);
+        let rows = trials::<FittsTrial>(&folder).expect("rows");
+        // Two segments of the baseline come first.
+        let own: Vec<&FittsTrial> = rows.iter().filter(|row| row.subject == "P1").collect();
+        let blocks = own.chunk_by(|a, b| a.block == b.block).skip(2);
+        let mut done: Vec<&String> = blocks.map(|rows| &rows[0].resistance).collect();
+        done.dedup();
+        assert_eq!(done, order, "{name}");
+    }
 }
 
 #[test]
@@ -134,10 +153,13 @@ fn a_row_that_was_cut_off_is_done_again() {
     for cut in &cuts[..test_run::extent(4, cuts.len())] {
         fs::write(&data, &bytes[..*cut]).expect("cut");
         fs::remove_file(folder.join("trials.parquet")).expect("it was done");
-        let read = trials::<FittsTrial>(&folder).expect("read while it is under way");
-        assert!(read.len() < 24, "{}", read.len());
+        let found = trials::<FittsTrial>(&folder).expect("read while it is under way");
+        assert!(found.len() < 24, "{}", found.len());
+        let (plan, about) = read(&folder).expect("a study");
+        assert_eq!(unfinished(&folder, &plan, &about), Some((found.len(), Some(24))));
         run(&Study::open(&folder).expect("opened"), 1, &Progress::default()).expect("run");
         assert!(relative(&folder) == whole, "cut at {cut}");
+        assert_eq!(unfinished(&folder, &plan, &about), None);
     }
 }
 
@@ -153,6 +175,8 @@ fn what_is_not_this_study_is_refused() {
     progress.stop();
     run(&study, 1, &progress).expect("stopped");
     drop(study);
+    let (plan, description) = read(&folder).expect("a study");
+    assert_eq!(unfinished(&folder, &plan, &description), Some((0, Some(24))));
     fs::write(folder.join("plan.toml"), text.replace("rest_s = 60", "rest_s = 61")).expect("written");
     let error = Study::open(&folder).expect_err("another plan").to_string();
     assert!(

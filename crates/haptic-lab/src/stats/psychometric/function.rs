@@ -38,12 +38,15 @@ pub struct Psychometric {
 }
 
 impl Psychometric {
-    /// Whether the answers go from chance to the ceiling within a level: any narrower function would do as well.
+    /// Whether the answers go from chance to the ceiling within a level: any narrower function would do as well, so
+    /// that neither width nor threshold is determined.
     #[must_use]
     pub fn is_step(&self, levels: &[Level]) -> bool {
-        let tested = || levels.iter().filter(|level| level.trials > 0).map(|level| level.level);
-        let extent = tested().fold(f64::MIN, f64::max) - tested().fold(f64::MAX, f64::min);
-        self.width < 2.0 * WIDTHS[0] * extent
+        let tested = levels.iter().filter(|level| level.trials > 0);
+        tested
+            .filter(|level| (level.level - self.threshold).abs() < self.width)
+            .count()
+            < 2
     }
 
     /// Whether more answers are wrong at large differences than [`MAX_LAPSE`] allows.

@@ -11,6 +11,7 @@ mod function;
 mod likelihood;
 
 pub use bootstrap::{Bootstrap, Resampling, bootstrap};
+use function::WIDTHS;
 pub use function::{GUESS, Level, MAX_LAPSE, Psychometric};
 
 use super::StatsError;
@@ -39,7 +40,7 @@ pub fn by_level(answers: impl IntoIterator<Item = (f64, bool)>) -> Vec<Level> {
 ///
 /// # Errors
 /// The answers do not determine it: there are fewer than three levels, all are correct or wrong, they do not get better
-/// with the level, they jump from chance to the ceiling, or the threshold is where nothing was tested.
+/// with the level, they jump from chance to the ceiling, or the threshold is at an end of the tested levels or beyond.
 pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
     check(levels)?;
     let found = best(levels, None);
@@ -53,7 +54,12 @@ pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
         tested.clone().fold(f64::MAX, f64::min),
         tested.clone().fold(f64::MIN, f64::max),
     );
-    if !(lowest..=highest).contains(&found.threshold) {
+    if found.width > 0.5 * WIDTHS[1] * (highest - lowest) {
+        return Err(StatsError::NoRise);
+    }
+    // Of answers that jump at a level, none were given on the one side of an outermost one.
+    let beside = if found.is_step(levels) { found.width } else { 0.0 };
+    if found.threshold <= lowest + beside || found.threshold >= highest - beside {
         return Err(StatsError::OutsideLevels {
             threshold: found.threshold,
             lowest,

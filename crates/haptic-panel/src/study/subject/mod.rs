@@ -7,7 +7,7 @@ mod words;
 
 use crate::stop::button;
 use crate::study::{SubjectAction, SubjectFrame, SubjectScreen, subject_window_id};
-use egui::{CentralPanel, Context, Key, Modifiers, Ui, ViewportBuilder, ViewportId};
+use egui::{CentralPanel, Context, Event, Key, Modifiers, PointerButton, Ui, ViewportBuilder, ViewportId};
 use haptic_studies::session::Phase;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -83,27 +83,29 @@ fn contents(ui: &mut Ui, frame: &SubjectFrame) -> Vec<SubjectAction> {
         Phase::Targets(targets) => targets::show(ui, targets, frame, view.feedback),
         _ => words::show(ui, &words::of(view, frame.reach_m > 0.0), Some(view)),
     }
-    is_clicked(ui).then_some(SubjectAction::Click).into_iter().collect()
+    vec![SubjectAction::Click; clicks(ui)]
 }
 
-/// Whether the mouse or Enter clicks. The press counts, and not the release; a held key is one click.
-fn is_clicked(ui: &Ui) -> bool {
-    ui.input(|input| {
-        let is_enter = |event: &egui::Event| {
-            matches!(
-                event,
-                egui::Event::Key {
-                    key: Key::Enter,
-                    pressed: true,
-                    repeat: false,
-                    ..
-                }
-            )
-        };
-        let area = ui.max_rect();
-        let is_inside = input.pointer.press_origin().is_some_and(|at| area.contains(at));
-        (input.pointer.primary_pressed() && is_inside) || input.events.iter().any(is_enter)
-    })
+/// The clicks of the mouse and Enter since the last frame: each press counts, though its release may be in the same
+/// frame, and not the release; a held key is one click.
+fn clicks(ui: &Ui) -> usize {
+    let area = ui.max_rect();
+    let is_click = |event: &&Event| match event {
+        Event::PointerButton {
+            pos,
+            button: PointerButton::Primary,
+            pressed: true,
+            ..
+        } => area.contains(*pos),
+        Event::Key {
+            key: Key::Enter,
+            pressed: true,
+            repeat: false,
+            ..
+        } => true,
+        _ => false,
+    };
+    ui.input(|input| input.events.iter().filter(is_click).count())
 }
 
 #[cfg(test)]

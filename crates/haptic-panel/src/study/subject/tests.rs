@@ -147,6 +147,36 @@ fn enter_and_the_mouse_click_once_when_pressed() {
     }
 }
 
+/// A press and its release in the input of one frame, as of a tap, or of a slow frame.
+fn tap(window: &mut Harness<'_, Window>, at: egui::Pos2) {
+    let events = [true, false].map(|pressed| Event::PointerButton {
+        pos: at,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    });
+    window.input_mut().events.extend(events);
+    window.step();
+}
+
+#[test]
+fn a_press_and_its_release_in_one_frame_are_a_click() {
+    let at = egui::pos2(500.0, 300.0);
+    for view in [targets(), view(Phase::Instruction(Instruction::Trials))] {
+        let mut window = window(Some(view), 0.3);
+        for _ in 0..2 {
+            tap(&mut window, at);
+            assert_eq!(actions(&mut window), [SubjectAction::Click]);
+        }
+        tap(&mut window, egui::pos2(-5.0, 300.0));
+        assert_eq!(actions(&mut window), [], "outside");
+    }
+    let mut asked = window(Some(view(Phase::Question)), 0.0);
+    let at = asked.get_by_label("surface 2 had more friction").rect().center();
+    tap(&mut asked, at);
+    assert_eq!(actions(&mut asked), [SubjectAction::Answer(2)]);
+}
+
 #[test]
 fn a_pointer_over_a_target_reaches_for_its_place() {
     let mut window = window(Some(targets()), 0.125);

@@ -159,7 +159,7 @@ impl Daemon {
     fn tell_state(&self) {
         self.link.hear(&Update::Event(Event::State(StateEvent {
             state: self.state,
-            fault: None,
+            fault: (self.state == RigState::Faulted).then(|| "control_lost".to_owned()),
             tick: self.tick,
             revision: self.revision,
             scene: "any".to_owned(),
@@ -291,7 +291,13 @@ impl Daemon {
         self.until(|stage| matches!(stage, Stage::Running { what } if what.contains("instructions")));
         self.read();
         self.render();
-        self.until(|stage| matches!(stage, Stage::Waiting { what } if what.contains("engage it")));
+        for (state, advice) in [
+            (RigState::Idle, "Waiting for the rig: engage it in"),
+            (RigState::Faulted, "Waiting for the rig: reset, then engage it in"),
+        ] {
+            self.turn(state);
+            self.until(|stage| matches!(stage, Stage::Waiting { what } if what.starts_with(advice)));
+        }
         self.turn(RigState::Engaged);
         self.ticks(300);
         self.until(|stage| matches!(stage, Stage::Running { what } if what.contains("first target")));
@@ -354,9 +360,20 @@ fn stop_fault_lost_tick_or_foreign_change_voids_trial() {
     daemon.begin();
     let mut expected = Vec::new();
     type Trouble = (&'static str, fn(&mut Daemon));
-    let troubles: [Trouble; 5] = [
+    let troubles: [Trouble; 6] = [
         ("the rig is stopped", |daemon| daemon.turn(RigState::Stopped)),
-        ("the rig is faulted", |daemon| daemon.turn(RigState::Faulted)),
+        ("the rig is faulted: control_lost", |daemon| {
+            daemon.turn(RigState::Faulted)
+        }),
+        // The ramp ends before the fault has its name.
+        ("the rig is faulted: control_lost", |daemon| {
+            daemon.state = RigState::Releasing;
+            daemon.ticks(80);
+            daemon.tell_state();
+            daemon.state = RigState::Faulted;
+            daemon.ticks(8);
+            daemon.tell_state();
+        }),
         ("the rig is disconnected", |daemon| daemon.turn(RigState::Disconnected)),
         ("1 ticks are missing", |daemon| daemon.tick += 1),
         ("another program changed the scene", |daemon| {
@@ -395,7 +412,7 @@ fn stop_fault_lost_tick_or_foreign_change_voids_trial() {
     daemon.click_at(-0.025);
     daemon.click_at(0.025);
     assert_eq!(daemon.row().void, None);
-    assert_eq!(rows(&daemon.study())[0].voided, 5);
+    assert_eq!(rows(&daemon.study())[0].voided, 6);
 }
 
 #[test]

@@ -5,7 +5,8 @@ use crate::subject_table::SubjectRow;
 
 #[test]
 fn the_files_have_every_table_and_every_figure() {
-    let found = analysed(&study());
+    let mut found = analysed(&study());
+    found.put_beside_paper(&fitts_plan(|_| {}));
     let tables = fitts_tables(&found, TERMINAL);
     let names: Vec<&str> = tables.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(
