@@ -130,14 +130,14 @@ fn caption(comparison: &Comparison) -> String {
     let threshold = comparison.threshold;
     match comparison.measure {
         Measure::Time => {
-            format!("Time of a segment, better/worse by {threshold} s (as Table 3 of Richard and Cutkosky)")
+            format!("Time of a segment, better/worse by {threshold} s (Richard and Cutkosky, Table 3)")
         }
         Measure::Errors => {
-            format!("Errors of a segment, better/worse by {threshold} (as Table 4 of Richard and Cutkosky)")
+            format!("Errors of a segment, better/worse by {threshold} (Richard and Cutkosky, Table 4)")
         }
         Measure::ErrorSize => {
             format!(
-                "Mean size of the errors, better/worse by {} mm (as Table 5 of Richard and Cutkosky)",
+                "Mean size of the errors, better/worse by {} mm (Richard and Cutkosky, Table 5)",
                 1e3 * threshold
             )
         }
