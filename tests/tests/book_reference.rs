@@ -36,7 +36,7 @@ fn help(program: &str, words: &[&str]) -> String {
 }
 
 /// The names that a help lists as its commands.
-fn subcommands(help: &str) -> Vec<String> {
+pub(crate) fn subcommands(help: &str) -> Vec<String> {
     let Some((_, rest)) = help.split_once("\nCommands:\n") else {
         return Vec::new();
     };

@@ -1,9 +1,12 @@
 //! The command line beside the protocol: lines that are sent as they are, and what shells and readers get.
 
+use crate::book_reference::subcommands;
 use serde_json::{Value, json};
 use std::io::Write;
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use system_tests::{Daemon, binary, ctl_offline_refused, text};
+use system_tests::hazards::sources;
+use system_tests::{Daemon, binary, ctl_offline, ctl_offline_refused, text};
 
 fn lines(text: &str) -> Vec<Value> {
     text.lines()
@@ -84,6 +87,23 @@ fn a_shell_completes_parameters_scenes_and_subcommands() {
     assert_eq!(complete(&["haptic-ctl", "scene", "d"]), ["delete", "diff"]);
 }
 
+/// But `accuracy`, which takes minutes.
+#[test]
+fn every_subcommand_is_typed_by_a_test() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let is_here = |(path, _): &(String, String)| path.starts_with("tests/tests/");
+    let sources: Vec<String> = sources(&root)
+        .into_iter()
+        .filter(is_here)
+        .map(|(_, source)| source)
+        .collect();
+    let help = text(&ctl_offline(&["--help"]).stdout);
+    for name in subcommands(&help).iter().filter(|name| *name != "accuracy") {
+        let is_typed = |source: &String| ["\"", " "].iter().any(|end| source.contains(&format!("\"{name}{end}")));
+        assert!(sources.iter().any(is_typed), "no test types {name}");
+    }
+}
+
 #[test]
 fn the_help_fits_a_terminal_of_80_columns() {
     let help = |words: &[&str]| {
@@ -95,15 +115,6 @@ fn the_help_fits_a_terminal_of_80_columns() {
             .expect("haptic-ctl starts");
         assert!(output.status.success());
         text(&output.stdout)
-    };
-    let subcommands = |help: &str| -> Vec<String> {
-        let listed = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
-        listed
-            .take_while(|line| !line.is_empty())
-            .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
-            .filter_map(|line| line.split_whitespace().next().map(str::to_owned))
-            .filter(|name| name != "help")
-            .collect()
     };
     let top = help(&[]);
     let mut seen = 0;

@@ -24,7 +24,8 @@ fn every_scene_that_comes_with_the_daemon_loads_and_goes_back() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     let list: SceneListReply = client.request(Request::SceneList {}).expect("a list");
-    assert!(list.scenes.len() >= 8);
+    let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes")).expect("the scenes");
+    assert_eq!(list.scenes.len(), files.count(), "each file of scenes/ is in the list");
     for listed in &list.scenes {
         assert_eq!((&listed.path, &listed.problem), (&None, &None), "{listed:?}");
         let _: ChangeReply = client.request(Request::load(named(&listed.name))).expect("it loads");

@@ -1,6 +1,7 @@
 //! Every law with the exact scheme under the hands that people have, held to the table of limits in
 //! `haptic_lab::accuracy::LIMITS`.
 
+use haptic_core::friction::LAWS;
 use haptic_lab::accuracy::{
     LIMITS, LawLimit, LawMeasurement, hands, law_cases, measure_law, measure_single_ticks, worst_of,
 };
@@ -105,7 +106,14 @@ fn laws_are_held_to_their_limits_under_every_hand_4_of_4() {
 
 #[test]
 fn every_law_has_limits() {
-    let laws: Vec<&str> = hands::laws_under_hands().into_iter().map(|(name, _)| name).collect();
+    let judged = hands::laws_under_hands();
+    for law in LAWS {
+        assert!(
+            judged.iter().any(|(_, friction)| friction.law() == law),
+            "{law} is not judged"
+        );
+    }
+    let laws: Vec<&str> = judged.into_iter().map(|(name, _)| name).collect();
     let limited: Vec<&str> = LIMITS.iter().map(|limit| limit.law).collect();
     assert_eq!(laws, limited);
 }

@@ -10,8 +10,8 @@ mod table;
 
 pub use error::{NotApplicable, SceneError};
 pub use note::{Note, NoteKind};
-pub use parameter::{Parameter, ParameterInfo, ParameterKey, Scale};
-pub use table::{TABLE, known_names};
+pub use parameter::{ParameterInfo, ParameterKey, Scale};
+pub use table::{Parameter, TABLE, known_names};
 
 pub(crate) use error::check_range;
 pub(crate) use parameter::Slot;

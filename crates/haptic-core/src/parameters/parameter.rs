@@ -5,41 +5,11 @@
 use crate::directional::{Direction, Directional};
 use crate::nearest::nearest;
 use crate::parameters::error::SceneError;
-use crate::parameters::table::TABLE;
+use crate::parameters::table::{Parameter, TABLE};
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
-/// A parameter of a scene that can be changed while the rig renders it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Parameter {
-    /// Mass of the block, `M`.
-    Mass,
-    /// Stiffness of the virtual coupling, `K`.
-    Stiffness,
-    /// Damping of the virtual coupling, `B`.
-    Damping,
-    /// Static friction limit, `Fs`.
-    StaticForce,
-    /// Kinetic friction, `Fd`.
-    DynamicForce,
-    /// Viscous friction, `b`.
-    Viscous,
-    /// Velocity threshold of re-sticking, `DV`.
-    VelocityThreshold,
-    /// Velocity over which friction falls from its static to its kinetic value, `ws`.
-    StribeckVelocity,
-    /// Rate at which the static limit grows while the contact rests, `gamma`.
-    RisingRate,
-    /// Stiffness of the contact before it slides, `Kp` (`sigma`, `sigma0`).
-    ContactStiffness,
-    /// Damping of the contact before it slides, `sigma1` (`beta`).
-    ContactDamping,
-    /// Exponent of Dahl's curve, `i`.
-    Exponent,
-    /// Share of the greatest deflection up to which the contact is elastic, `zba` (`zs`).
-    ElasticFraction,
-}
 
 /// How a slider should spread a parameter's range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,7 +151,6 @@ fn nearest_name(text: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::Parameter;
 
     #[test]
     fn every_parameter_has_its_own_row_name_and_symbol() {

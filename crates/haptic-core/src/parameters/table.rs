@@ -1,8 +1,39 @@
 //! The table of parameters: name, paper symbol, unit, range, and feel.
 
-use super::parameter::{Parameter, ParameterInfo, Scale};
+use super::parameter::{ParameterInfo, Scale};
 use alloc::string::String;
 use alloc::vec::Vec;
+
+/// A parameter of a scene that can be changed while the rig renders it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Parameter {
+    /// Mass of the block, `M`.
+    Mass,
+    /// Stiffness of the virtual coupling, `K`.
+    Stiffness,
+    /// Damping of the virtual coupling, `B`.
+    Damping,
+    /// Static friction limit, `Fs`.
+    StaticForce,
+    /// Kinetic friction, `Fd`.
+    DynamicForce,
+    /// Viscous friction, `b`.
+    Viscous,
+    /// Velocity threshold of re-sticking, `DV`.
+    VelocityThreshold,
+    /// Velocity over which friction falls from its static to its kinetic value, `ws`.
+    StribeckVelocity,
+    /// Rate at which the static limit grows while the contact rests, `gamma`.
+    RisingRate,
+    /// Stiffness of the contact before it slides, `Kp` (`sigma`, `sigma0`).
+    ContactStiffness,
+    /// Damping of the contact before it slides, `sigma1` (`beta`).
+    ContactDamping,
+    /// Exponent of Dahl's curve, `i`.
+    Exponent,
+    /// Share of the greatest deflection up to which the contact is elastic, `zba` (`zs`).
+    ElasticFraction,
+}
 
 /// What most rows have.
 const ROW: ParameterInfo = ParameterInfo {

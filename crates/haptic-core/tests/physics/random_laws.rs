@@ -42,7 +42,7 @@ pub(crate) fn friction(law: &str, scene: &Scene, random: &mut Random) -> Frictio
             // Half of them at the closed forms of their own.
             Parameter::Exponent if random.one_in(2) => random.one_of(&[0.0, 0.5, 1.0, 1.5, 2.0]),
             Parameter::Exponent => random.between(0.0, 4.0),
-            _ => coordinate.value,
+            other => random.between(other.info().slider_min, other.info().slider_max),
         };
         changes.push((coordinate.key, value));
     }

@@ -2,12 +2,11 @@
 //! hard cases.
 
 use super::hands::Random;
+use super::limits::laws;
 use crate::motion::DeviceSample;
 use crate::simulate::Start;
-use haptic_core::friction::{
-    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
-};
-use haptic_core::{Directional, ParameterKey, Scene};
+use haptic_core::friction::{Friction, Karnopp};
+use haptic_core::{ParameterKey, Scene};
 
 /// A scene with the hand that moves it.
 #[derive(Clone, Debug)]
@@ -130,114 +129,6 @@ fn creep() -> Vec<DeviceSample> {
             velocity_mps: 1e-3,
         })
         .collect()
-}
-
-/// The laws beside plain Karnopp friction, with limits of the paper's size.
-#[must_use]
-pub fn laws() -> Vec<(&'static str, Friction)> {
-    const BRISTLE: f64 = 1e5;
-    let none = Directional::both(0.0);
-    let (held, sliding) = (Directional::both(4.0), Directional::both(3.5));
-    let asymmetric = Directional {
-        positive: 4.0,
-        negative: 2.0,
-    };
-    let dahl = |exponent| Dahl {
-        dynamic_force: sliding,
-        contact_stiffness: BRISTLE,
-        exponent,
-        viscous: none,
-    };
-    let lugre = Lugre {
-        static_force: held,
-        dynamic_force: sliding,
-        stribeck_velocity: 0.01,
-        contact_stiffness: BRISTLE,
-        contact_damping: 100.0,
-        viscous: Directional::both(20.0),
-    };
-    vec![
-        (
-            "viscous",
-            Friction::Viscous(Viscous {
-                viscous: Directional::both(35.0),
-            }),
-        ),
-        (
-            "karnopp, Stribeck",
-            Friction::Karnopp(Karnopp {
-                stribeck_velocity: 0.02,
-                ..Karnopp::new(5.0, 3.0)
-            }),
-        ),
-        (
-            "karnopp, Stribeck and rising Fs",
-            Friction::Karnopp(Karnopp {
-                stribeck_velocity: 0.02,
-                rising_rate: 20.0,
-                ..Karnopp::new(6.0, 3.0)
-            }),
-        ),
-        (
-            "karnopp, rising Fs",
-            Friction::Karnopp(Karnopp {
-                rising_rate: 20.0,
-                ..Karnopp::new(6.0, 3.0)
-            }),
-        ),
-        ("dahl", Friction::Dahl(dahl(1.0))),
-        ("dahl, i = 0", Friction::Dahl(dahl(0.0))),
-        ("dahl, i = 0.5", Friction::Dahl(dahl(0.5))),
-        (
-            "dahl, i = 2, asymmetric",
-            Friction::Dahl(Dahl {
-                dynamic_force: asymmetric,
-                ..dahl(2.0)
-            }),
-        ),
-        (
-            "hayward-armstrong",
-            Friction::HaywardArmstrong(HaywardArmstrong {
-                dynamic_force: sliding,
-                contact_stiffness: BRISTLE,
-                elastic_fraction: 0.7,
-                viscous: none,
-            }),
-        ),
-        (
-            "reset-integrator",
-            Friction::ResetIntegrator(ResetIntegrator {
-                static_force: held,
-                dynamic_force: sliding,
-                contact_stiffness: BRISTLE,
-                contact_damping: 20.0,
-                viscous: none,
-                reseat: Reseat::Continuous,
-            }),
-        ),
-        ("lugre", Friction::Lugre(lugre)),
-        (
-            "elasto-plastic",
-            Friction::ElastoPlastic(ElastoPlastic {
-                static_force: held,
-                dynamic_force: sliding,
-                stribeck_velocity: 0.01,
-                contact_stiffness: BRISTLE,
-                contact_damping: 100.0,
-                elastic_fraction: 0.7,
-                viscous: none,
-            }),
-        ),
-        (
-            "salcudean-vlaar",
-            Friction::SalcudeanVlaar(SalcudeanVlaar {
-                static_force: held,
-                contact_stiffness: BRISTLE,
-                viscous: Directional::both(5.0),
-                velocity_threshold: 0.0,
-            }),
-        ),
-    ]
 }
 
 /// Every case there is.

@@ -1,7 +1,8 @@
 //! The hands that every law is held against, the blocks behind which it is, and ticks drawn at
 //! random.
 
-use super::cases::{OscillatingHand, laws};
+use super::cases::OscillatingHand;
+use super::limits::laws;
 use crate::motion::DeviceSample;
 use crate::simulate::Start;
 use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre};
@@ -118,17 +119,6 @@ pub fn laws_under_hands() -> Vec<(&'static str, Friction)> {
         }
     }
     all
-}
-
-/// Whether a law is a curve, and is not made of straight lines.
-#[must_use]
-pub fn is_curved(law: &Friction) -> bool {
-    match law {
-        Friction::Karnopp(law) => law.stribeck_velocity > 0.0,
-        Friction::Dahl(law) => law.exponent > 0.0,
-        Friction::HaywardArmstrong(_) | Friction::Lugre(_) | Friction::ElastoPlastic(_) => true,
-        _ => false,
-    }
 }
 
 /// The paper's scene with a law behind a block of a mass.

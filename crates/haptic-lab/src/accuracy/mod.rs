@@ -17,7 +17,7 @@ pub use by_law::{
     measure_single_ticks, schemes_by_law, worst_of,
 };
 pub use error::{RunError, compare};
-pub use limits::{INSTRUCTIONS_ON, LIMITS, LawLimit};
+pub use limits::{INSTRUCTIONS_ON, LIMITS, LawLimit, laws};
 pub use page::{page, plot};
 pub use plane::{PlaneBlock, PlaneCase, PlaneMeasurement, PlaneScheme, measure_plane, plane_cases};
 pub use report::{Measurement, measure, schemes, write_csv, write_law_csv};

@@ -338,9 +338,9 @@ mod tests {
         }
     }
 
-    /// Signs and units of what is derived, on numbers that are exact in binary.
+    /// Signs and units, on numbers that are exact in binary.
     #[test]
-    fn derived_signals_are_what_their_definitions_say() {
+    fn signals_are_what_their_definitions_say() {
         let before = Sample {
             t_s: 1.0,
             device_velocity_mps: 0.5,
@@ -360,7 +360,13 @@ mod tests {
             wake_latency_ns: 500,
             ..Sample::default()
         };
-        for (name, value) in [
+        let values: [(&str, f64); Signal::COUNT] = [
+            ("Coupling force", 8.0),
+            ("Force on the hand", -8.0),
+            ("Block position", 500.0),
+            ("Device position", 750.0),
+            ("Block velocity", 1250.0),
+            ("Device velocity", -500.0),
             ("Coupling deflection", 250.0),
             ("Coupling energy", 1000.0),
             ("Block acceleration", 4.0),
@@ -370,10 +376,11 @@ mod tests {
             ("Tick time", 2.5),
             ("Round trip", 1.5),
             ("Wake-up latency", 0.5),
-        ] {
-            let signal = Signal::named(name).expect("a signal");
-            assert_eq!(signal.of(&before, &sample), value, "{name}");
-        }
+        ];
+        assert_eq!(
+            Signal::ALL.map(|signal| (signal.name(), signal.of(&before, &sample))),
+            values
+        );
         let first = Signal::named("Block acceleration").expect("a signal");
         assert_eq!(first.of(&sample, &sample), 0.0, "nothing is before the first sample");
     }

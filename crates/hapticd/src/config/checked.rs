@@ -393,12 +393,17 @@ mod tests {
     fn command_line_overrides_file_and_file_overrides_defaults() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("hapticd.toml");
-        std::fs::write(&path, "device = \"fake\"\nrate = 2000\nramp-ms = 50\nhand = \"free\"\n").expect("written");
+        std::fs::write(
+            &path,
+            "device = \"fake\"\nkinematics = \"xy\"\nrate = 2000\nramp-ms = 50\n",
+        )
+        .expect("written");
         let config = options(&["--config", path.to_str().expect("a plain path"), "--rate", "4000"])
             .resolve()
             .expect("it holds");
         assert_eq!(config.period_ns, 250_000);
         assert_eq!(config.ramp_s, 0.05);
+        assert!(config.kinematics.is_some());
         assert_eq!(config.limits.force_n, 20.0);
     }
 

@@ -426,11 +426,16 @@ macro_rules! options_of_the_file {
             }
 
             /// These options, completed by those of the file.
-            pub(super) fn or(mut self, file: Self) -> Self {
-                $(if self.$field.is_none() {
-                    self.$field = file.$field;
-                })*
-                self
+            pub(super) fn or(self, file: Self) -> Self {
+                Self {
+                    config: self.config,
+                    manual_page: self.manual_page,
+                    print_device: self.print_device,
+                    demo: self.demo,
+                    self_test: self.self_test,
+                    end_with_input: self.end_with_input,
+                    $($field: self.$field.or(file.$field),)*
+                }
             }
 
             /// The names of the options that others have otherwise.
@@ -447,6 +452,7 @@ macro_rules! options_of_the_file {
 
 options_of_the_file!(
     device,
+    kinematics,
     socket,
     socket_group,
     watch_socket,

@@ -25,11 +25,12 @@ use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
 use device_io::{Device, DeviceBounds, DeviceError, Measurement, Written};
+use haptic_core::friction::LAWS;
 use haptic_core::planar::Plane;
 use haptic_core::scene::SceneFile;
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Scene, Scheme};
-use haptic_ipc::{RealTimeStatus, RigState};
+use haptic_ipc::{BUILT_IN_SCENES, RealTimeStatus, RigState};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
@@ -236,19 +237,13 @@ fn on_the_way<V: Space>(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) ->
     CompiledScene::ramped(from, to, revision, Scheme::Exact, 1e-3, ramp_s).expect("a valid scene")
 }
 
-/// Every law that the repository has a scene for, of those that there are in a space.
+/// The library's scenes and every law, as far as a space has them.
 fn scenes<V: Space>() -> Vec<Scene> {
-    let mut scenes: Vec<Scene> = [
-        include_str!("../../../../scenes/asymmetric-with-memory.toml"),
-        include_str!("../../../../scenes/lugre.toml"),
-        include_str!("../../../../scenes/simulated-friction.toml"),
-        include_str!("../../../../scenes/stuck-spring-on-the-device.toml"),
-        include_str!("../../../../scenes/viscous-drag.toml"),
-    ]
-    .into_iter()
-    .map(|text| toml::from_str::<SceneFile>(text).expect("a scene").on(None))
-    .collect();
-    scenes.push(Scene::paper());
+    let built_in = BUILT_IN_SCENES
+        .iter()
+        .map(|(_, text)| toml::from_str::<SceneFile>(text).expect("a scene").on(None));
+    let laws = LAWS.map(|law| Scene::paper().with_law(law).expect("a law").expect("a scene"));
+    let mut scenes: Vec<Scene> = built_in.chain(laws).collect();
     // On a line there are all.
     scenes
         .retain(|scene| V::AXES == 1 || CompiledScene::<V>::ramped(scene, scene, 1, Scheme::Exact, 1e-3, 0.0).is_ok());

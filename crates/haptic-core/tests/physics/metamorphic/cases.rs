@@ -29,14 +29,12 @@ const TICKS: u32 = 40;
 fn range(parameter: Parameter) -> (f64, f64) {
     let info = parameter.info();
     let least = match parameter {
-        Parameter::StaticForce | Parameter::DynamicForce => 1e-3,
-        Parameter::Viscous | Parameter::Damping | Parameter::ContactDamping => 1e-3,
         Parameter::VelocityThreshold => 1e-5,
         Parameter::StribeckVelocity => 1e-4,
         Parameter::RisingRate => 1e-2,
         Parameter::Stiffness => 1.0,
-        Parameter::Exponent | Parameter::ElasticFraction => 1e-3,
-        Parameter::Mass | Parameter::ContactStiffness => info.min,
+        _ if info.min > 0.0 => info.min,
+        _ => 1e-3,
     };
     (least, info.max)
 }
@@ -54,7 +52,7 @@ fn value(parameter: Parameter, random: &mut Random) -> f64 {
 }
 
 /// A scene of a law whose values are anywhere in their ranges, as far as they go together.
-fn scene(law: &str, has_block: bool, random: &mut Random) -> Scene {
+pub(crate) fn scene(law: &str, has_block: bool, random: &mut Random) -> Scene {
     let mut scene = Scene {
         name: String::new(),
         block: has_block.then_some(Block { mass: 1.0 }),

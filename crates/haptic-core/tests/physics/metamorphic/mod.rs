@@ -2,7 +2,7 @@
 //! from where it is measured, and when a value is touched. No reference is asked, so that every law
 //! is tried over its whole range.
 
-mod cases;
+pub(crate) mod cases;
 
 use crate::random::Random;
 use cases::{Case, Sample};
@@ -148,17 +148,28 @@ fn mirrored(scene: &Scene) -> Option<Scene> {
 /// Powers of two in which mass, time and length are measured.
 type Units = [i32; 3];
 
-/// The powers of a parameter's unit.
+/// The powers of a parameter's unit, as the table writes it.
 fn unit(parameter: Parameter) -> Units {
-    match parameter {
-        Parameter::Mass => [1, 0, 0],
-        Parameter::Stiffness | Parameter::ContactStiffness => [1, -2, 0],
-        Parameter::Damping | Parameter::ContactDamping | Parameter::Viscous => [1, -1, 0],
-        Parameter::StaticForce | Parameter::DynamicForce => FORCE,
-        Parameter::VelocityThreshold | Parameter::StribeckVelocity => [0, -1, 1],
-        Parameter::RisingRate => [0, -1, 0],
-        Parameter::Exponent | Parameter::ElasticFraction => [0, 0, 0],
+    let mut powers = [0; 3];
+    for (part, sign) in parameter.info().unit.split('/').zip([1, -1]) {
+        for factor in part.split(' ') {
+            let (base, power) = factor.split_once('^').unwrap_or((factor, "1"));
+            let base = match base {
+                "kg" => [1, 0, 0],
+                "s" => [0, 1, 0],
+                "m" => [0, 0, 1],
+                "N" => FORCE,
+                "1" => [0; 3],
+                _ => panic!("{parameter:?} is measured in {base}"),
+            };
+            let power = sign * power.parse::<i32>().expect("a power");
+            powers
+                .iter_mut()
+                .zip(base)
+                .for_each(|(sum, of_base)| *sum += power * of_base);
+        }
     }
+    powers
 }
 
 const FORCE: Units = [1, -2, 1];

@@ -1,7 +1,7 @@
 //! Recordings of a device behind a link: its clock is not ours, and both jitter.
 
 use super::session::{Session, TickInput, drag, setup};
-use crate::accuracy::cases;
+use crate::accuracy::laws;
 use crate::replay::Report;
 use fastrand::Rng;
 use haptic_core::passivity::RigLosses;
@@ -168,7 +168,7 @@ fn session<V: Vector>(seed: u64, link: Link) -> Session<V> {
     if V::AXES > 1 {
         scenes.push(paper_on_device);
     }
-    for (_, friction) in cases::laws() {
+    for (_, friction) in laws() {
         let on_block = Scene {
             friction,
             ..Scene::paper()
