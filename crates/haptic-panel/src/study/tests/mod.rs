@@ -363,7 +363,7 @@ fn stop_fault_lost_tick_or_foreign_change_voids_trial() {
     let troubles: [Trouble; 6] = [
         ("the rig is stopped", |daemon| daemon.turn(RigState::Stopped)),
         ("the rig is faulted: control_lost", |daemon| {
-            daemon.turn(RigState::Faulted)
+            daemon.turn(RigState::Faulted);
         }),
         // The ramp ends before the fault has its name.
         ("the rig is faulted: control_lost", |daemon| {
