@@ -191,7 +191,7 @@ fn courses(trajectories: &[Trajectory]) -> Vec<Chart> {
             let chart = Chart::new(
                 format!("A movement under each resistance: subject {subject}, condition {condition}"),
                 "Time since the target became active (s)",
-                "Way of the handle (mm)",
+                "Travel of the handle (mm)",
             );
             own.fold(chart, |chart, one| {
                 let points = one.points.iter().map(|[t_s, way_m]| [*t_s, 1e3 * way_m]).collect();
