@@ -1,8 +1,10 @@
 //! The fake rig behind a pseudo-terminal, as a program of its own.
+#![allow(unsafe_code, reason = "a priority is set between fork and exec")]
 
 use crate::{Daemon, binary, pull_until, wait_for_state};
 use haptic_ipc::{Client, RigState};
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
@@ -27,6 +29,15 @@ pub struct MotorForce {
     pub watchdog: bool,
 }
 
+/// A board does not wait for its host's processors: where that is permitted, this process goes before ordinary ones.
+fn has_a_processor_of_its_own() {
+    let lowest = libc::sched_param { sched_priority: 1 };
+    // SAFETY: the kernel reads one word.
+    unsafe {
+        libc::sched_setscheduler(0, libc::SCHED_RR, &raw const lowest);
+    }
+}
+
 impl FakeRig {
     /// Starts one with more arguments; its terminal is there.
     pub fn start(arguments: &[&str]) -> Self {
@@ -45,7 +56,15 @@ impl FakeRig {
         } else {
             &["--watchdog-ms", "200"]
         };
-        let mut child = Command::new(binary("fake-rig"))
+        let mut command = Command::new(binary("fake-rig"));
+        // SAFETY: between fork and exec only a system call is made, and nothing is allocated.
+        unsafe {
+            command.pre_exec(|| {
+                has_a_processor_of_its_own();
+                Ok(())
+            });
+        }
+        let mut child = command
             .arg("--pty")
             .arg(&link)
             .args(arguments)
