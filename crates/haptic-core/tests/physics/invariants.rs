@@ -5,7 +5,7 @@ use crate::metamorphic::cases;
 use crate::random::Random;
 use haptic_core::block::{BlockState, Contact};
 use haptic_core::friction::{Friction, LAWS, Reseat};
-use haptic_core::{Renderer, Scene, Scheme};
+use haptic_core::{Direction, Parameter, Renderer, Scene, Scheme};
 use proptest::prelude::*;
 
 fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
@@ -14,9 +14,24 @@ fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
 
 /// A scene of any law whose values are anywhere in their ranges; `None` where no loop at this rate can have it.
 fn any_scene() -> impl Strategy<Value = Option<Scene>> {
-    let drawn = (0..LAWS.len(), prop::bool::weighted(0.7), any::<bool>(), 1..u64::MAX);
-    drawn.prop_map(|(law, has_block, slides, seed)| {
+    let share = prop::option::weighted(0.3, prop_oneof![Just(0.0), 0.0..1.0f64]);
+    let drawn = (
+        0..LAWS.len(),
+        prop::bool::weighted(0.7),
+        any::<bool>(),
+        share,
+        1..u64::MAX,
+    );
+    drawn.prop_map(|(law, has_block, slides, share, seed)| {
         let mut scene = cases::scene(LAWS[law], has_block, &mut Random(seed));
+        // Kinetic friction of any share of the static one, none included.
+        if let (Some(share), Some(force)) = (share, scene.value(Parameter::StaticForce)) {
+            let kinetic = Direction::BOTH.map(|direction| {
+                let key = Parameter::DynamicForce.in_direction(direction);
+                (key, share * force.get(direction))
+            });
+            scene = scene.with(&kinetic).unwrap_or(scene);
+        }
         match &mut scene.friction {
             Friction::Karnopp(law) if slides && !has_block => law.reseat = Some(Reseat::Slides),
             Friction::ResetIntegrator(law) if slides => law.reseat = Reseat::Slides,

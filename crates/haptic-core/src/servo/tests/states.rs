@@ -4,6 +4,7 @@
 use super::script::{PLAIN, SPEED_MPS};
 use super::*;
 use crate::sample::ErrorCode;
+use crate::sample_clock::ClockError;
 use alloc::collections::BTreeSet;
 use alloc::string::{String, ToString};
 
@@ -358,6 +359,24 @@ fn a_motor_of_a_slow_rig_has_three_periods_to_go_off() {
 
 #[test]
 fn faults_states_and_commands_say_what_they_are() {
+    for (fault, word) in [
+        (Fault::NonFiniteForce, "force"),
+        (Fault::NonFinitePosition, "position"),
+        (Fault::TooFast, "speed limit"),
+        (Fault::TooLate, "late policy"),
+        (Fault::Stale, "no new sample"),
+        (Fault::Jump, "jumped"),
+        (Fault::MotorOff { watchdog: false }, "switched its motor off"),
+        (Fault::MotorOff { watchdog: true }, "watchdog"),
+        (Fault::Device(ErrorCode::Sensor.into()), "sensor"),
+        (Fault::DeviceClock(ClockError::StoodStill), "device_clock"),
+        (Fault::Stalled, "stalled"),
+        (Fault::ControlLost, "control_lost"),
+        (Fault::StopButton, "stop_button"),
+        (Fault::StillEnabled, "cut its power"),
+    ] {
+        assert!(fault.to_string().contains(word), "{fault}");
+    }
     let other = Fault::MotorOff { watchdog: false };
     let told: BTreeSet<String> = Fault::KINDS.iter().chain([&other]).map(ToString::to_string).collect();
     assert_eq!(
