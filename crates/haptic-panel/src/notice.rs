@@ -1,7 +1,8 @@
 //! The outcome of an action, shown for a few seconds.
 
 use crate::theme::Palette;
-use egui::{Button, Label, RichText, Ui};
+use crate::wording::shortened;
+use egui::{Button, RichText, Ui};
 use std::time::{Duration, Instant};
 
 /// How long a success is shown.
@@ -41,12 +42,7 @@ pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
     };
     let is_closed = match &notice.outcome {
         Ok(done) => {
-            ui.add(
-                Label::new(RichText::new(done).small())
-                    .truncate()
-                    .show_tooltip_when_elided(false),
-            )
-            .on_hover_text(done);
+            shortened(ui, RichText::new(done).small(), done);
             false
         }
         Err(why) => {
@@ -54,8 +50,7 @@ pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
             let row = ui.horizontal(|ui| {
                 let close = Button::new(RichText::new("Close").small()).small();
                 let is_closed = ui.add(close).accessible_name("close the message").clicked();
-                ui.add(Label::new(text).truncate().show_tooltip_when_elided(false))
-                    .on_hover_text(why);
+                shortened(ui, text, why);
                 is_closed
             });
             row.inner

@@ -1,4 +1,13 @@
-//! Names of parameters and checks in words, and numbers.
+//! Names of parameters and checks in words, numbers, and a line of text.
+
+use egui::{Label, RichText, Ui};
+
+/// A line that is shortened where it does not fit, with the whole text as its one hint.
+pub(crate) fn shortened(ui: &mut Ui, line: impl Into<RichText>, whole: &str) {
+    // The label's own hint would be a second one.
+    let label = Label::new(line.into()).truncate().show_tooltip_when_elided(false);
+    ui.add(label).on_hover_text(whole);
+}
 
 /// A name with spaces: `static_force` becomes `static force`.
 pub(crate) fn spoken(name: &str) -> String {

@@ -1,8 +1,7 @@
 //! Why a value, a scene, or a change to one is refused.
 
 use super::parameter::ParameterKey;
-use super::table::Parameter;
-use super::table::{known_names, names};
+use super::table::{Parameter, known_names, names};
 use crate::nearest::suggestion;
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -44,20 +44,12 @@ impl Table {
     /// the unit in parentheses. The notes stand below.
     #[must_use]
     pub fn latex(&self, name: &str, notes: &[String]) -> String {
-        let mut table = self.clone();
-        for cell in table.rows.iter_mut().take(1).flatten() {
-            *cell = with_unit(cell);
-        }
-        table.latex_float(name, notes)
-    }
-
-    fn latex_float(&self, name: &str, notes: &[String]) -> String {
-        let mut rows = self
-            .rows
-            .iter()
-            .map(|row| row.iter().map(|cell| latex_text(cell)).collect());
-        let head: Vec<String> = rows.next().unwrap_or_default();
-        let body: Vec<Vec<String>> = rows.collect();
+        let mut rows = self.rows.iter();
+        let head = rows.next().into_iter().flatten();
+        let head: Vec<String> = head.map(|cell| latex_text(&with_unit(cell))).collect();
+        let body: Vec<Vec<String>> = rows
+            .map(|row| row.iter().map(|cell| latex_text(cell)).collect())
+            .collect();
         let size = self.latex_size();
         let blocks = self.latex_blocks(size);
         // A table of nothing but its heading is one too.

@@ -5,6 +5,7 @@ use crate::intent::Intent;
 use crate::stop::button;
 use crate::stop::report::is_halted;
 use crate::theme::Palette;
+use crate::wording::shortened;
 use egui::{Align, Button, Color32, Frame, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2, vec2};
 use haptic_ipc::RigState;
 
@@ -144,12 +145,7 @@ fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
     ui.allocate_ui_with_layout(vec2(width, HEIGHT), Layout::top_down(Align::Min), |ui| {
         ui.add_space(8.0);
         ui.add(Label::new(first).truncate()).on_hover_text(hint);
-        ui.add(
-            Label::new(RichText::new(&second).weak())
-                .truncate()
-                .show_tooltip_when_elided(false),
-        )
-        .on_hover_text(second);
+        shortened(ui, RichText::new(&second).weak(), &second);
     });
 }
 

@@ -14,8 +14,8 @@ use crate::tape::plane::Component;
 use crate::tape::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
 use crate::view::PlotGroup;
-use crate::wording::significant;
-use egui::{Align, CentralPanel, Color32, Label, Layout, Ui, vec2};
+use crate::wording::{shortened, significant};
+use egui::{Align, CentralPanel, Color32, Layout, Ui, vec2};
 use haptic_core::Parameter;
 use haptic_core::planar::Workspace;
 use std::f64::consts::TAU;
@@ -108,8 +108,7 @@ fn show_one(ui: &mut Ui, name: &str, chart: &Chart, text: &str, height: f32) {
     ui.allocate_ui_with_layout(row, Layout::left_to_right(Align::Center), |ui| {
         ui.set_min_size(row);
         ui.add_space(AXIS_WIDTH);
-        ui.add(Label::new(text).truncate().show_tooltip_when_elided(false))
-            .on_hover_text(text);
+        shortened(ui, text, text);
     });
     let height = (height - (ui.cursor().top() - top)).max(80.0);
     let plot = frame::plot(name, height, height, DEFAULT_COUNT, AXIS_WIDTH)

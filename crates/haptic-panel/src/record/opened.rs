@@ -5,8 +5,9 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::tapes::{Tapes, WhatIf};
 use crate::theme::Palette;
+use crate::wording::shortened;
 use egui::containers::menu::MenuButton;
-use egui::{Button, Color32, Label, RichText, Ui, Vec2, vec2};
+use egui::{Button, Color32, RichText, Ui, Vec2, vec2};
 use haptic_core::Scene;
 use haptic_core::scene::SceneFile;
 use haptic_ipc::BUILT_IN_SCENES;
@@ -24,10 +25,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         let close = ui.button("Close recording");
         let is_closed = close.on_hover_text("Shows the rig again").clicked();
         show_what_if(ui, daemon.mirror.scene.whole.as_ref(), tapes, intents);
-        let line = Label::new(RichText::new(&text).small().color(color))
-            .truncate()
-            .show_tooltip_when_elided(false);
-        ui.add(line).on_hover_text(text);
+        shortened(ui, RichText::new(&text).small().color(color), &text);
         if is_closed {
             intents.push(Intent::CancelWhatIf);
             tapes.close();
@@ -39,10 +37,8 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         WhatIf::Asked => "Rendering...".to_owned(),
         WhatIf::None => " ".to_owned(),
     };
-    let line = Label::new(RichText::new(&text).small().color(Palette::of(ui).law))
-        .truncate()
-        .show_tooltip_when_elided(false);
-    ui.add(line).on_hover_text(text);
+    let line = RichText::new(&text).small().color(Palette::of(ui).law);
+    shortened(ui, line, &text);
 }
 
 /// What the recording says of itself, in a colour that says whether it is whole.

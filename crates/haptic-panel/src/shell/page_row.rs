@@ -8,7 +8,8 @@ use crate::page::Page;
 use crate::record::amount;
 use crate::theme::Palette;
 use crate::view::{Closing, Reading};
-use egui::{Frame, Key, Label, Modifiers, ProgressBar, RichText, Ui};
+use crate::wording::shortened;
+use egui::{Frame, Key, Modifiers, ProgressBar, RichText, Ui};
 use std::time::Duration;
 
 /// The keys of the pages, in the order of the row, each with Ctrl.
@@ -81,8 +82,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
                 .corner_radius(4)
                 .show(ui, |ui| {
                     let line = RichText::new(&text).small().strong().color(palette.on_fill);
-                    ui.add(Label::new(line).truncate().show_tooltip_when_elided(false))
-                        .on_hover_text(&text);
+                    shortened(ui, line, &text);
                 });
             return;
         }
@@ -95,10 +95,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
                 text = format!("The disk does not keep up: {samples} samples and {changes} changes lost. {text}");
                 color = palette.error_text;
             }
-            let line = Label::new(RichText::new(&text).small().color(color))
-                .truncate()
-                .show_tooltip_when_elided(false);
-            ui.add(line).on_hover_text(text);
+            shortened(ui, RichText::new(&text).small().color(color), &text);
         }
         if let Some(reading) = &view.reading {
             show_reading(ui, reading);
@@ -128,8 +125,6 @@ fn show_reading(ui: &mut Ui, reading: &Reading) {
         .text(RichText::new(format!("{:.0} %", 100.0 * share)).small());
     let name = reading.path.file_name().unwrap_or_default().to_string_lossy();
     ui.add(bar).accessible_name(format!("share of {name} that is read"));
-    let line = Label::new(RichText::new(format!("Reading {name}")).small())
-        .truncate()
-        .show_tooltip_when_elided(false);
-    ui.add(line).on_hover_text(reading.path.display().to_string());
+    let line = RichText::new(format!("Reading {name}")).small();
+    shortened(ui, line, &reading.path.display().to_string());
 }

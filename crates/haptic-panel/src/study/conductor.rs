@@ -7,7 +7,9 @@
 use super::news::Stage;
 use super::subject_screen::SubjectAction;
 use crate::intent::Intent;
+use crate::stop::report::is_halted;
 use crate::update::{Answer, Update};
+use crate::wording::sentence_case;
 use haptic_core::Scene;
 use haptic_ipc::{ChangeReply, DaemonMirror, Event, RigState};
 use haptic_studies::pace::Pace;
@@ -245,11 +247,7 @@ impl Conductor {
         match self.session.interruption() {
             Some(Interruption::Paused) => return held("Paused: the trial that was broken off is done again"),
             Some(why) => {
-                let engage = if needs_reset(daemon) {
-                    "Reset, then engage"
-                } else {
-                    "Engage"
-                };
+                let engage = sentence_case(engage(daemon));
                 return Stage::Held {
                     why: format!("Interrupted: {why}. {engage} the rig again, then go on; the trial is done again"),
                     is_trouble: true,
@@ -271,13 +269,8 @@ impl Conductor {
         }
         let what = match self.session.view().phase {
             Phase::GetReady if daemon.rig().is_none_or(|rig| rig.state != RigState::Engaged) => {
-                let engage = if needs_reset(daemon) {
-                    "reset, then engage"
-                } else {
-                    "engage"
-                };
                 return Stage::Waiting {
-                    what: format!("Waiting for the rig: {engage} it in the top bar"),
+                    what: format!("Waiting for the rig: {} it in the top bar", engage(daemon)),
                 };
             }
             Phase::GetReady | Phase::Wait => "The scene changes".to_owned(),
@@ -293,10 +286,13 @@ impl Conductor {
     }
 }
 
-/// Whether the rig engages only after a reset.
-fn needs_reset(daemon: &DaemonMirror) -> bool {
-    let state = daemon.rig().map(|rig| rig.state);
-    matches!(state, Some(RigState::Stopped | RigState::Faulted))
+/// What a person does so that force flows.
+fn engage(daemon: &DaemonMirror) -> &'static str {
+    if daemon.rig().is_some_and(|rig| is_halted(rig.state)) {
+        "reset, then engage"
+    } else {
+        "engage"
+    }
 }
 
 /// What a session waits for: a daemon that has reported what it needs, and a rig that moves along a line.

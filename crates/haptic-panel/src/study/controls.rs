@@ -5,6 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::study::{Stage, StudyCommand, StudyState, SubjectScreen, SubjectState};
 use crate::theme::Palette;
+use crate::wording::shortened;
 use egui::{Button, Grid, Label, ProgressBar, RichText, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
@@ -51,10 +52,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
 fn show_study(ui: &mut Ui, state: &StudyState, commands: &mut Vec<StudyCommand>) {
     ui.add(Label::new(RichText::new(&state.plan).strong()).wrap());
     let folder = state.folder.display().to_string();
-    let label = Label::new(RichText::new(&folder).small().weak())
-        .truncate()
-        .show_tooltip_when_elided(false);
-    ui.add(label).on_hover_text(folder);
+    shortened(ui, RichText::new(&folder).small().weak(), &folder);
     // Another subject, and another study, while nobody is at work.
     let is_free = matches!(state.stage, Stage::Held { .. } | Stage::Finished);
     ui.horizontal(|ui| {
@@ -159,12 +157,7 @@ pub(super) fn show_stage(ui: &mut Ui, state: &StudyState) {
         Stage::Finished => ("This subject has done everything", ui.visuals().strong_text_color()),
     };
     ui.horizontal(|ui| {
-        ui.add(
-            Label::new(RichText::new(text).size(18.0).color(color))
-                .truncate()
-                .show_tooltip_when_elided(false),
-        )
-        .on_hover_text(text);
+        shortened(ui, RichText::new(text).size(18.0).color(color), text);
     });
 }
 

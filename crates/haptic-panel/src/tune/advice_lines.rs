@@ -4,7 +4,7 @@ use super::edit::{Hand, ParameterEdits};
 use crate::daemon::Daemon;
 use crate::daemon::advice::{Advised, Fix, Warning, four_digits};
 use crate::theme::Palette;
-use crate::wording::{sentence_case, spoken, subject};
+use crate::wording::{sentence_case, shortened, spoken, subject};
 use egui::{
     Align, Align2, Atom, AtomExt, Button, Color32, Grid, Label, Layout, Rect, Response, RichText, Shape, Sides,
     TextStyle, Ui, Vec2, vec2,
@@ -146,10 +146,7 @@ pub(crate) fn show_all(ui: &mut Ui, daemon: &Daemon, is_open: &mut bool) {
             ui.set_min_size(line);
             if let Some(failure) = advised.failure() {
                 let text = format!("No advice: {failure}");
-                let label = Label::new(RichText::new(&text).small().color(caution))
-                    .truncate()
-                    .show_tooltip_when_elided(false);
-                ui.add(label).on_hover_text(text);
+                shortened(ui, RichText::new(&text).small().color(caution), &text);
             }
         });
         return;

@@ -5,9 +5,9 @@ use super::{advice_lines, journal, library, parameter_row, tools};
 use crate::daemon::Daemon;
 use crate::intent::Intent;
 use crate::theme::Palette;
-use crate::wording::sentence_case;
+use crate::wording::{sentence_case, shortened};
 use egui::style::{ScrollAnimation, ScrollStyle};
-use egui::{Align, Button, Id, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
+use egui::{Align, Button, Id, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
 
 /// Width of the panel, points.
 pub(crate) const WIDTH: f32 = 372.0;
@@ -155,14 +155,11 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon, tuning: &Tuning, intents: &mut Vec
         .then_some(("Trying: goes back by itself", palette.caution_text));
     // The line keeps its height without a text, so that the list above does not move.
     let (text, color) = trial.or(active).or(report).unwrap_or(("", palette.caution_text));
-    let line = Label::new(RichText::new(text).small().color(color))
-        .truncate()
-        .show_tooltip_when_elided(false);
     let height = ui.text_style_height(&TextStyle::Small);
     ui.allocate_ui_with_layout(vec2(ui.available_width(), height), Layout::top_down(Align::Min), |ui| {
         ui.set_min_height(height);
         if !text.is_empty() {
-            ui.add(line).on_hover_text(text);
+            shortened(ui, RichText::new(text).small().color(color), text);
         }
     });
 }

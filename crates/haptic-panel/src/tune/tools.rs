@@ -5,7 +5,8 @@ use super::trial::TRIAL;
 use super::tuning::{SLOTS, Tuning};
 use crate::drop_down::{self, Item};
 use crate::intent::Intent;
-use egui::{Align, Button, Key, KeyboardShortcut, Label, Layout, Modifiers, RichText, Ui};
+use crate::wording::shortened;
+use egui::{Align, Button, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
 use haptic_core::Scene;
 use haptic_core::friction::{Friction, LAWS};
 use haptic_ipc::{DaemonMirror, SceneMirror, SceneRef, differences};
@@ -66,12 +67,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &DaemonMirror, tuning: &mut Tuning, inte
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| show_try(ui, tuning));
     });
     let text = slots_in_words(tuning);
-    ui.add(
-        Label::new(RichText::new(&text).small().weak())
-            .truncate()
-            .show_tooltip_when_elided(false),
-    )
-    .on_hover_text(text);
+    shortened(ui, RichText::new(&text).small().weak(), &text);
 }
 
 /// What A and B are for, as far as they are kept.

@@ -299,9 +299,7 @@ fn thresholds_by_case(analysis: &PerceptionAnalysis) -> Table {
             ("pooled_high_N", |one| {
                 high(one.pooled.intervals.map(|found| found.threshold_interval))
             }),
-            ("pooled_width_N", |one| {
-                cell(one.pooled.intervals.and(one.pooled.fit).map(|fit| fit.width))
-            }),
+            ("pooled_width_N", |one| cell(one.pooled.width_n())),
             ("pooled_lapse", |one| cell(one.pooled.fit.map(|fit| fit.lapse))),
             ("pooled_refused", |one| cell(one.pooled.refused.as_ref())),
         ],
@@ -330,9 +328,7 @@ fn thresholds(analysis: &PerceptionAnalysis) -> Table {
         ("threshold_high_N", |(_, one)| {
             high(one.intervals.map(|found| found.threshold_interval))
         }),
-        ("width_N", |(_, one)| {
-            cell(one.intervals.and(one.fit).map(|fit| fit.width))
-        }),
+        ("width_N", |(_, one)| cell(one.width_n())),
         ("width_low_N", |(_, one)| {
             low(one.intervals.map(|found| found.width_interval))
         }),

@@ -65,16 +65,19 @@ pub(super) const TIMES: [(&str, [u64; 2]); 4] = [
     ("viscous", [80, 44]),
 ];
 
-/// Just noticeable difference that the paper gives for a case, N, where the base is the paper's.
+/// Whether a study's base is the paper's.
+pub(super) fn has_base(plan: &PerceptionPlan) -> bool {
+    matches!(built_in(Task::Perception), Some(Plan::Perception(paper)) if paper.base == plan.base)
+}
+
+/// Just noticeable difference that the paper gives for a case, N.
 #[expect(clippy::approx_constant, reason = "3.14 N is a force")]
-pub(super) fn jnd_n(case: Case, plan: &PerceptionPlan) -> Option<f64> {
-    let jnd_n = match case {
+pub(super) const fn jnd_n(case: Case) -> f64 {
+    match case {
         Case::A => 0.78,
         Case::B => 3.14,
         Case::C => 0.36,
-    };
-    let paper = built_in(Task::Perception);
-    matches!(paper, Some(Plan::Perception(paper)) if paper.base == plan.base).then_some(jnd_n)
+    }
 }
 
 /// The place of a resistance in the paper's tables; the same for all that it does not have.

@@ -42,6 +42,13 @@ pub struct SubjectThreshold {
     pub staircase: Option<StaircaseEstimate>,
 }
 
+impl SubjectThreshold {
+    /// Width of the fitted function, N. Absent where the answers jump at a level: any narrower one fits as well.
+    pub(super) fn width_n(&self) -> Option<f64> {
+        self.intervals.as_ref().and(self.fit).map(|fit| fit.width)
+    }
+}
+
 /// What the answers to a case say.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseAnalysis {
@@ -82,8 +89,9 @@ pub struct PerceptionAnalysis {
 impl PerceptionAnalysis {
     /// Puts the paper's values beside those of a study by this plan, where they compare.
     pub fn put_beside_paper(&mut self, plan: &PerceptionPlan) {
+        let has_base = paper::has_base(plan);
         for case in &mut self.cases {
-            case.paper_jnd_n = paper::jnd_n(case.case, plan);
+            case.paper_jnd_n = has_base.then(|| paper::jnd_n(case.case));
         }
     }
 }

@@ -350,7 +350,7 @@ fn subject_row(case: &CaseAnalysis, subject: &SubjectThreshold) -> Vec<String> {
         subject.trials.to_string(),
         number(subject.fit.map(|fit| fit.threshold)),
         interval(subject.intervals.map(|intervals| intervals.threshold_interval), 2),
-        number(subject.intervals.and(subject.fit).map(|fit| fit.width)),
+        number(subject.width_n()),
         number(subject.fit.map(|fit| fit.lapse)),
         number(subject.staircase.map(|estimate| estimate.threshold)),
     ]

@@ -116,16 +116,17 @@ pub(super) fn task(
 ) -> Result<session::Task, StoreError> {
     // No tick comes, so that its length does not matter.
     let mut task = session::Task::new(plan, about.seed, subject, about.operator, 1.0);
-    let files = |is_practice| (folder, subject, about.task, is_practice);
     match &mut task {
-        session::Task::Fitts(task) => task.resume(&rows(files(true))?, &rows(files(false))?)?,
-        session::Task::Perception(task) => task.resume(&rows(files(true))?, &rows(files(false))?)?,
+        session::Task::Fitts(task) => task.resume(
+            &subject_files::trials(folder, subject, about.task, true)?,
+            &subject_files::trials(folder, subject, about.task, false)?,
+        )?,
+        session::Task::Perception(task) => task.resume(
+            &subject_files::trials(folder, subject, about.task, true)?,
+            &subject_files::trials(folder, subject, about.task, false)?,
+        )?,
     }
     Ok(task)
-}
-
-fn rows<T: Trial>((folder, subject, task, is_practice): (&Path, &Subject, Task, bool)) -> Result<Vec<T>, StoreError> {
-    subject_files::trials(folder, subject, task, is_practice)
 }
 
 /// Trials that all subjects of an unfinished study have done, and trials in all or the most that there can be, where a

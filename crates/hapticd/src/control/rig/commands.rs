@@ -181,10 +181,7 @@ impl RigHandle {
         let (code, hint) = match outcome.state {
             RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
-            RigState::Faulted => {
-                let message = format!("cannot {verb} while {}: reset it first", self.faulted());
-                return Err(WireError::new(ErrorCode::Faulted, message).about("state"));
-            }
+            RigState::Faulted => return Err(self.refused_as_faulted(verb)),
             RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
             _ if admission.connection != self.known.connection() => (
                 ErrorCode::WrongState,
@@ -194,6 +191,12 @@ impl RigHandle {
         };
         let message = format!("cannot {verb} while the rig is {}: {hint}", outcome.state);
         Err(WireError::new(code, message).about("state"))
+    }
+
+    /// The refusal of a faulted rig to do something, with its fault.
+    pub(in crate::control) fn refused_as_faulted(&self, verb: &str) -> WireError {
+        let message = format!("cannot {verb} while {}: reset it first", self.faulted());
+        WireError::new(ErrorCode::Faulted, message).about("state")
     }
 
     /// That the rig is faulted, and with what.

@@ -278,10 +278,7 @@ impl RigHandle {
         let state = self.channel.state();
         let (code, remedy) = match state {
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
-            RigState::Faulted => {
-                let message = format!("cannot schedule a change while {}: reset it first", self.faulted());
-                return Err(WireError::new(ErrorCode::Faulted, message).about("state"));
-            }
+            RigState::Faulted => return Err(self.refused_as_faulted("schedule a change")),
             RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
             _ => {
                 let now = self.channel.newest().map_or(0, |record| record.tick);

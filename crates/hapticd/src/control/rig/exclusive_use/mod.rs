@@ -45,10 +45,7 @@ pub(in crate::control) async fn begin(
             let message = format!("cannot {verb} while the rig is stopped: reset it first");
             return Err(WireError::new(ErrorCode::Stopped, message).about("state"));
         }
-        RigState::Faulted => {
-            let message = format!("cannot {verb} while {}: reset it first", rig.faulted());
-            return Err(WireError::new(ErrorCode::Faulted, message).about("state"));
-        }
+        RigState::Faulted => return Err(rig.refused_as_faulted(verb)),
         state => return wrong(&format!("cannot {verb} while the rig is {state}: release it first")),
     }
     let connected = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
