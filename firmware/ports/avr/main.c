@@ -7,7 +7,6 @@
 #include "motor.h"
 #include "uart.h"
 
-#include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
 #include <avr/wdt.h>
@@ -15,7 +14,9 @@
 #include <util/atomic.h>
 
 #define FIRMWARE "hapkit 0.2 "
-#define NUMBER_BYTES 3 /* of what make number writes, at the beginning of the EEPROM */
+#define MAX_NUMBER 6
+#define AS_TEXT(what) TEXT_OF(what)
+#define TEXT_OF(what) #what
 
 static struct haptic_device device;
 static uint32_t tick_us;
@@ -106,17 +107,13 @@ static bool give(void *context, const uint8_t *bytes, uint8_t length)
 /* Firmware, encoder and, if it was given one, the board's number, as the chip has none. */
 static const char *name_of_board(void)
 {
-    static char name[sizeof FIRMWARE + 8 + 1 + 2 * NUMBER_BYTES] = FIRMWARE;
-    char *at = name + strlen(strcat(name, encoder_name));
-    uint8_t number[NUMBER_BYTES];
-    eeprom_read_block(number, (const void *)0, NUMBER_BYTES);
-    if ((number[0] & number[1] & number[2]) != 0xFF) {
-        *at++ = '#';
-        for (uint8_t i = 0; i < 2 * NUMBER_BYTES; i++)
-            *at++ = "0123456789abcdef"[i & 1 ? number[i / 2] & 0xF : number[i / 2] >> 4];
-    }
+    static char name[sizeof FIRMWARE + 8 + 1 + MAX_NUMBER] = FIRMWARE;
+    strcat(name, encoder_name);
+    if (*AS_TEXT(NUMBER))
+        strcat(strcat(name, "#"), AS_TEXT(NUMBER));
     return name;
 }
+_Static_assert(sizeof AS_TEXT(NUMBER) <= 1 + MAX_NUMBER, "NUMBER has at most six letters or digits");
 
 int main(void)
 {
