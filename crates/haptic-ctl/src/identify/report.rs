@@ -74,8 +74,8 @@ impl Arguments {
             }
         };
         let mut text = format!(
-            "# Identified from {origin} by haptic-ctl identify; residual {:.4} N rms.\n",
-            found.residual_rms_n
+            "# Identified from {origin} by haptic-ctl identify; {}.\n",
+            found.residual()
         );
         for assumption in &made.assumptions {
             text.push_str(&format!("# {assumption}\n"));
@@ -125,7 +125,7 @@ pub(super) fn rows(found: &Identified) -> Vec<Vec<String>> {
 
 /// The model, and what it leaves.
 fn heading(found: &Identified) -> String {
-    format!("{}, residual {:.4} N rms", found.model.word(), found.residual_rms_n)
+    format!("{}, {}", found.model.word(), found.residual())
 }
 
 /// The report for people: a heading, the values, and what the record does not determine.
@@ -205,7 +205,7 @@ mod tests {
                 positive: 3.4998,
                 negative: 3.01,
             }),
-            residual_rms_n: 0.017,
+            residual_rms_n: 0.0000174,
             intervals: [
                 ("mass_kg".to_owned(), [0.49889, 0.50238]),
                 ("dynamic_force_N.positive".to_owned(), [3.4925, 3.5071]),
@@ -222,7 +222,7 @@ mod tests {
         };
         let text = text(heading(&found), &rows(&found), &found);
         for part in [
-            "karnopp, residual 0.0170 N rms",
+            "karnopp, residual 0.000017 N rms",
             "mass                0.5006",
             "0.4989 to 0.5024",
             "dynamic friction +  3.4998",

@@ -102,7 +102,7 @@ impl Findings {
             let period_mm = 1e3 * cogging.cogging.period_m;
             rows.push(row("cogging period", format!("{period_mm:.3}"), "mm", String::new()));
         }
-        let heading = format!("{} itself, residual {:.4} N rms", self.rig, found.residual_rms_n);
+        let heading = format!("{} itself, {}", self.rig, found.residual());
         let mut text = report::text(heading, &rows, found);
         if let Some(path) = &self.path {
             text.push_str(&format!("\nkept in {path}"));

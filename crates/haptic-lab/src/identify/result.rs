@@ -2,6 +2,7 @@
 
 use haptic_core::Directional;
 use haptic_core::scene::SceneFile;
+use haptic_ipc::quantity::{number, rounded};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Value, json};
@@ -167,6 +168,12 @@ impl Identified {
             chosen_because: None,
             notes: Vec::new(),
         }
+    }
+
+    /// What the fit leaves, for people: `residual 0.017 N rms`.
+    #[must_use]
+    pub fn residual(&self) -> String {
+        format!("residual {} N rms", number(rounded(self.residual_rms_n, 2)))
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) fn show(ui: &mut Ui, found: &Found, active: Option<&Scene>) {
     let Found { origin, identified, .. } = found;
     ui.separator();
     let model = identified.model.name();
-    let heading = format!("{model}, residual {:.4} N rms", identified.residual_rms_n);
+    let heading = format!("{model}, {}", identified.residual());
     ui.label(RichText::new(heading).strong());
     small(ui, &format!("From {origin}"));
     if let Some(why) = &identified.chosen_because {

@@ -97,6 +97,11 @@ fn show_title(ui: &mut Ui, title: &str, color: Color32, is_open: &mut bool) {
     let button = if *is_open { button.wrap() } else { button.truncate() };
     // The arrow stands below the parameter's name.
     ui.spacing_mut().button_padding.x = 0.0;
+    // Its frame keeps a distance from the text.
+    let widgets = &mut ui.visuals_mut().widgets;
+    for look in [&mut widgets.hovered, &mut widgets.active] {
+        look.expansion = 3.0;
+    }
     if ui.add(button).accessible_name(title).clicked() {
         *is_open = !*is_open;
     }
