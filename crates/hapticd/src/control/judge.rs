@@ -228,3 +228,27 @@ fn remedy(gentler: Option<&Gentler>) -> String {
     let gentler = gentler.unwrap_or_else(|| "`haptic-ctl advise` has the bounds that it breaks".to_owned());
     format!("{gentler}; `--anyway` (`\"anyway\":true`) does it all the same")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::rig::fixture::rig;
+    use haptic_ipc::UNKNOWN_MASS_KG;
+
+    #[tokio::test]
+    async fn the_grip_of_a_rig_of_unknown_mass_is_one_for_every_mass() {
+        let (rig, _loop_side) = rig();
+        let found = |mass_kg| Findings {
+            friction_n: Some(0.15),
+            mass_kg,
+            ..Findings::default()
+        };
+        let mut of_known = f64::INFINITY;
+        for mass_kg in UNKNOWN_MASS_KG {
+            let grip = stiffest_coupling(&rig.known, found(Some(mass_kg))).await;
+            of_known = of_known.min(grip.expect("there is one").stiffness);
+        }
+        let of_any = stiffest_coupling(&rig.known, found(None)).await.expect("there is one");
+        assert!(of_any.stiffness <= of_known, "{} N/m, {of_known} N/m", of_any.stiffness);
+    }
+}

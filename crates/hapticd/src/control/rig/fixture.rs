@@ -38,7 +38,7 @@ fn facts() -> Facts {
             },
             passivity_control_n: 0.0,
             velocity: Method::AlphaBetaGamma,
-            stale_ns: 0,
+            stale_ns: 20_000_000,
             stop_button: None,
             enable_button: None,
             workspace: None,
