@@ -5,7 +5,8 @@ calls it.
 cargo-mutants names the changes. Every function that some of them change gets a body for each, and
 $HAPTICD_MUTANT chooses one when the tests run: a package is compiled once and not once for each
 change. Those that do not compile are left out. A constant function chooses nothing when the tests
-run, nor does a constant: their changes are left to cargo-mutants itself.
+run, nor does a constant, and a function that returns an `impl` has one type: their changes are left to
+cargo-mutants itself.
 """
 
 import argparse
@@ -62,7 +63,7 @@ def with_all(text, mutants):
     # From the last one on, so that the places before stay.
     for (begin, end), changes in sorted(functions.items(), reverse=True):
         body = body_begins(text, end)
-        if re.search(r"\bconst\s+fn\b", text[begin:body]):
+        if re.search(r"\bconst\s+fn\b|->\s*impl\b", text[begin:body]):
             for mutant in changes:
                 mutant["end"] = "constant"
             continue
