@@ -245,21 +245,32 @@ impl History {
 
     /// Whether the ramp to the newest scene is under way, in the newest tick.
     pub(crate) fn is_ramping(&self, tick: Option<&TickRecord>) -> bool {
-        self.ramp_steps > self.steps_taken(tick)
+        self.ramped_share(tick) < 1.0
+    }
+
+    /// Time that the ramp to the newest scene takes after the newest tick, s.
+    pub(crate) fn ramp_left_s(&self, tick: Option<&TickRecord>) -> f64 {
+        let over_s = self.newest().ramp.as_ref().map_or(0.0, |ramp| ramp.over_s);
+        over_s * (1.0 - self.ramped_share(tick))
     }
 
     /// The scene that the ramp to the newest one has reached in the newest tick; `None` without a ramp.
     pub(crate) fn on_the_way(&self, tick: Option<&TickRecord>) -> Option<Scene> {
         let KnownScene { scene, ramp, .. } = self.newest();
         let SceneRamp { from, .. } = ramp.as_deref().filter(|_| self.ramp_steps > 0)?;
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred steps")]
-        let share = (self.steps_taken(tick) as f64 / self.ramp_steps as f64).min(1.0);
+        let share = self.ramped_share(tick);
         Some(from.toward(scene, share).unwrap_or_else(|| Scene::clone(scene)))
     }
 
-    fn steps_taken(&self, tick: Option<&TickRecord>) -> usize {
+    /// The share of the ramp to the newest scene that is behind it in the newest tick; 1 without a ramp.
+    fn ramped_share(&self, tick: Option<&TickRecord>) -> f64 {
         let rendered = tick.filter(|tick| tick.revision >= self.newest().revision);
-        rendered.map_or(0, |tick| tick.ramp_steps.into())
+        let taken = rendered.map_or(0, |tick| tick.ramp_steps);
+        match self.ramp_steps {
+            0 => 1.0,
+            #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+            steps => (f64::from(taken) / steps as f64).min(1.0),
+        }
     }
 
     /// The scene of the library that the newest one comes from, as it was loaded or saved.
@@ -404,6 +415,7 @@ mod tests {
         };
         assert_eq!(at(&history, 1, 7), (Some(1.0), true), "another ramp's steps");
         assert_eq!(at(&history, revision, 5), (Some(2.0), true), "by equal ratios");
+        assert_eq!(history.ramp_left_s(None), 0.01, "it is not begun");
         assert_eq!(at(&history, revision, 10), (Some(4.0), false));
         history.end_ramp();
         assert_eq!(at(&history, revision, 5), (None, false));

@@ -152,8 +152,8 @@ impl Schedule {
         Err(WireError::new(ErrorCode::Scheduled, message).about("state"))
     }
 
-    /// Checks the ticks of changes, at a tick of a loop of this period, s.
-    fn check_ticks(&self, changes: &[NewChange], now: u64, period_s: f64) -> Result<(), WireError> {
+    /// Checks the ticks of changes, at a tick of a loop of this period, s; the ramp under way takes `ramp_left_s` more.
+    fn check_ticks(&self, changes: &[NewChange], now: u64, ramp_left_s: f64, period_s: f64) -> Result<(), WireError> {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -161,8 +161,11 @@ impl Schedule {
         )]
         let ticks = |time_s: f64| (time_s / period_s).ceil() as u64;
         let latest = now + ticks(FURTHEST_S);
-        let waiting = self.waiting.back().map_or(0, |last| last.over_tick);
-        let mut earliest = (now + ticks(LEAD_S) + 1).max(waiting);
+        let before = self
+            .waiting
+            .back()
+            .map_or(now + ticks(ramp_left_s), |last| last.over_tick);
+        let mut earliest = (now + ticks(LEAD_S) + 1).max(before);
         for change in changes {
             let tick = change.at_tick;
             if !(earliest..=latest).contains(&tick) {
@@ -281,8 +284,10 @@ impl RigHandle {
             RigState::Faulted => return Err(self.refused_as_faulted("schedule a change")),
             RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
             _ => {
-                let now = self.channel.newest().map_or(0, |record| record.tick);
-                schedule.check_ticks(changes, now, self.facts.period_s())?;
+                let newest = self.channel.newest();
+                let now = newest.map_or(0, |record| record.tick);
+                let ramp_left_s = self.history().ramp_left_s(newest.as_ref());
+                schedule.check_ticks(changes, now, ramp_left_s, self.facts.period_s())?;
                 return schedule.check_room(changes, self.channel.exchange().decided);
             }
         };

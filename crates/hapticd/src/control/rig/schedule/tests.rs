@@ -3,8 +3,9 @@
 use super::*;
 use crate::control::rig::fixture::rig;
 use crate::rt::claim::ClaimState;
-use crate::rt::outbox::FromLoop;
 use crate::rt::outbox::tests::record;
+use crate::rt::outbox::{FromLoop, TickRecord};
+use haptic_ipc::SceneRamp;
 
 /// A change of `Fs`, and its scene.
 fn change(rig: &RigHandle, at_tick: u64, static_force_n: f64) -> (NewChange, Rc<Scene>) {
@@ -61,4 +62,23 @@ fn the_loop_has_room_for_all_and_for_more_once_one_comes_back() {
     assert!(first.claim.decide(ClaimState::Rendered(100)));
     loop_side.outbox.send(FromLoop::Decided(first));
     assert_eq!(schedule(&rig, last_revision, more()).ok(), Some(last_revision + 1));
+}
+
+#[test]
+fn a_scheduled_change_waits_for_the_ramp_under_way() {
+    let (rig, mut loop_side) = rig();
+    rig.history_mut().moved(Move::Forward, Scene::paper().into());
+    let (from, over_s) = (Scene::paper(), 1.0);
+    rig.history_mut().keep_ramp(Some(SceneRamp { from, over_s }), 250);
+    let tick = TickRecord {
+        revision: rig.revision(),
+        ramp_steps: 25,
+        ..record(0)
+    };
+    loop_side.outbox.push(None, || tick);
+    rig.pump();
+    let at = |tick| schedule(&rig, rig.revision(), vec![change(&rig, tick, 5.0).0]);
+    let refused = at(899).expect_err("the ramp is under way");
+    assert_eq!((refused.code, refused.min), (ErrorCode::OutOfRange, Some(900.0)));
+    at(900).expect("the ramp is over");
 }
