@@ -2,12 +2,15 @@
 //! lease expires, even if this thread hangs; this file begins, renews and ends leases.
 
 use crate::control::RigHandle;
+use crate::control::admission::Admission;
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
+use crate::control::rig::Asked;
 use crate::rt::clock::now_ns;
+use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply, Peer};
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::mem::replace;
 use std::rc::Rc;
 use std::time::Duration;
@@ -18,8 +21,8 @@ use tokio::task::spawn_local;
 #[derive(Debug, Default)]
 pub(crate) struct Leases {
     held: RefCell<Vec<Lease>>,
-    /// Sessions whose lease has expired since they last sent a line.
-    absent: RefCell<BTreeSet<u64>>,
+    /// How often the lease of each client has lapsed, of those whose has.
+    lapses: RefCell<BTreeMap<u64, u64>>,
     changed: Notify,
 }
 
@@ -69,7 +72,6 @@ impl Leases {
     /// A client has sent a line: restarts the timeout of its lease. Returns the time at which it would have
     /// expired, ns; `None` if the client holds none.
     fn renew(&self, session: u64) -> Option<u64> {
-        self.absent.borrow_mut().remove(&session);
         let mut held = self.held.borrow_mut();
         let lease = held.iter_mut().find(|lease| lease.session == session)?;
         Some(replace(&mut lease.until_ns, now_ns() + lease.timeout_ns))
@@ -78,20 +80,20 @@ impl Leases {
     /// Removes and returns leases that have expired.
     fn take(&self, which: impl Fn(&Lease) -> bool) -> Vec<Lease> {
         let expired: Vec<Lease> = self.held.borrow_mut().extract_if(.., |lease| which(lease)).collect();
-        self.absent
-            .borrow_mut()
-            .extend(expired.iter().map(|lease| lease.session));
+        for lease in &expired {
+            *self.lapses.borrow_mut().entry(lease.session).or_default() += 1;
+        }
         expired
     }
 
-    /// Whether the lease of a client has expired since it last sent a line.
-    pub(super) fn is_absent(&self, session: u64) -> bool {
-        self.absent.borrow().contains(&session)
+    /// How often the lease of a client has lapsed.
+    pub(super) fn lapses(&self, session: u64) -> u64 {
+        self.lapses.borrow().get(&session).copied().unwrap_or(0)
     }
 
     /// A client is gone, and will send nothing more.
     pub(super) fn forget(&self, session: u64) {
-        self.absent.borrow_mut().remove(&session);
+        self.lapses.borrow_mut().remove(&session);
     }
 }
 
@@ -158,7 +160,9 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
     }
     // The real-time thread has already released the rig, unless the client closed its connection
     // early. A rig that is stopped or faulted has no force.
-    if let Err(error) = rig.release_because(&format!("a lease has lapsed: {why}")).await
+    let why = format!("a lease has lapsed: {why}");
+    let (stops, asked) = (rig.channel.stops(), Asked::ByLapse(&why));
+    if let Err(error) = rig.carry_out(Command::Release, Admission::NONE, stops, asked).await
         && error.code == ErrorCode::NotResponding
     {
         crate::say(&error.message);
@@ -176,6 +180,7 @@ fn publish(rig: &RigHandle) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::rig::Known;
     use crate::control::rig::fixture::rig;
     use tokio::task::{LocalSet, yield_now};
 
@@ -208,5 +213,21 @@ mod tests {
             .collect();
         assert_eq!(said, [("lease_lapsed", Some(SILENT))]);
         assert_eq!(rig.leases.count(), 1, "and the new one holds");
+    }
+
+    #[tokio::test]
+    async fn an_engagement_asked_for_before_a_lapse_is_refused_after_it() {
+        let (rig, _producer) = rig();
+        let (session, peer) = (1, Peer::default());
+        let by = Requester { session, peer: &peer };
+        lease(&rig, by, 1000);
+        let (stops, lapses) = (rig.channel.stops(), rig.leases.lapses(session));
+        drop(rig.leases.take(|_| true));
+        // Its client is there again, and has taken another lease.
+        rig.leases.renew(session);
+        lease(&rig, by, 1000);
+        let refused = rig.engage(true, Known { stops, lapses }, by).await;
+        let refused = refused.expect_err("its lease has lapsed since");
+        assert!(refused.message.contains("lease"), "{}", refused.message);
     }
 }

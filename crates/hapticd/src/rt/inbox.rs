@@ -34,6 +34,8 @@ pub(crate) struct SentCommand {
     pub(crate) stops_known: u64,
     /// The connection to the device that it may engage.
     pub(crate) connection: u64,
+    /// Whether the end of a lease sends it: the force then goes as by a lease that the loop itself sees lapse.
+    pub(crate) is_of_lapse: bool,
 }
 
 impl SentCommand {
@@ -128,6 +130,7 @@ impl Sender {
             command,
             stops_known,
             connection: ANY_CONNECTION,
+            is_of_lapse: false,
         };
         self.send(ToLoop::Command { sent, rig: None })
     }
@@ -208,6 +211,7 @@ mod tests {
                 command: Command::Engage,
                 stops_known: 0,
                 connection,
+                is_of_lapse: false,
             };
             [2, 3].map(|connection| sent.admits(connection))
         };

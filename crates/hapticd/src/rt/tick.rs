@@ -96,12 +96,14 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
     /// One tick, from waking up to the answer; returns when it ended.
     pub(crate) fn run(&mut self, wake: Wake, missed_periods: u64) -> u64 {
         let stops = self.shared.stops();
-        let events = self.events(wake, missed_periods, stops);
+        let mut events = self.events(wake, missed_periods, stops);
         self.hand_back_retired();
         let (posted, new_motion, command) = if self.inbox.is_empty() {
             (None, false, None)
         } else {
-            self.receive()
+            let received = self.receive();
+            events = events.and(Event::LeaseLapsed, received.2.is_some_and(|sent| sent.is_of_lapse));
+            received
         };
         let scene = self.new_scene(posted);
         let new_scene = scene.is_some() || new_motion;
@@ -221,7 +223,8 @@ impl<V: Space, D: Device<V> + ?Sized> Tick<D, V> {
             self.pending_stop = Some(PendingStop {
                 stops,
                 state: None,
-                began_ns: now_ns,
+                // Stops that come again and again do not put off the answer.
+                began_ns: self.pending_stop.map_or(now_ns, |pending| pending.began_ns),
                 written_ns: None,
             });
         }

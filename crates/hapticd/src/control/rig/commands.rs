@@ -7,10 +7,19 @@ use crate::control::journal::Completion;
 use crate::control::judge;
 use crate::control::peer::Requester;
 use crate::rt::handoff::{Outcome, StopConfirmation, Stopped};
-use crate::rt::inbox::RigSetup;
+use crate::rt::inbox::{RigSetup, SentCommand};
 use haptic_core::limiter::Limits;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
+
+/// What had happened when a request was read.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::control) struct Known {
+    /// Stops, with the request's own.
+    pub(in crate::control) stops: u64,
+    /// Times that the lease of its client had lapsed.
+    pub(in crate::control) lapses: u64,
+}
 
 /// Who has a command carried out.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +28,8 @@ pub(in crate::control) enum Asked<'a> {
     By(&'a Peer),
     /// The daemon itself, and why.
     Because(&'a str),
+    /// The end of a lease, and why.
+    ByLapse(&'a str),
 }
 
 /// Withdraws a command when nobody waits for its answer any more, and enters its outcome into the
@@ -43,7 +54,7 @@ impl Drop for WithdrawOnDrop<'_> {
         }
         let (by, message) = match self.asked {
             Asked::By(peer) => (Some(peer.clone()), None),
-            Asked::Because(why) => (None, Some(why.to_owned())),
+            Asked::Because(why) | Asked::ByLapse(why) => (None, Some(why.to_owned())),
         };
         let entry = JournalEntry {
             tick: Some(outcome.tick),
@@ -75,23 +86,28 @@ impl RigHandle {
             .await
     }
 
-    /// Engages the rig for a client: with a scene that would chatter only if it is to be `anyway`. `stops_known` is as
-    /// for [`Self::command`].
+    /// Engages the rig for a client: with a scene that would chatter only if it is to be `anyway`. A stop or a lapse of
+    /// the client's lease that is not `known` is later than the request, and wins over it.
     ///
     /// # Errors
     /// The rig's state does not allow it, its scene would chatter, the lease of the client has expired meanwhile, or
     /// the real-time thread does not answer.
-    pub(crate) async fn engage(&self, anyway: bool, stops_known: u64, by: Requester<'_>) -> Result<Outcome, WireError> {
+    pub(in crate::control) async fn engage(
+        &self,
+        anyway: bool,
+        known: Known,
+        by: Requester<'_>,
+    ) -> Result<Outcome, WireError> {
         let admission = admission::admit(self, Purpose::Scene).await?;
         let _engaging = self.channel.begin_engaging();
         if !anyway {
             self.refuse_chatter().await?;
         }
-        if self.leases.is_absent(by.session) {
+        if self.leases.lapses(by.session) != known.lapses {
             let message = "cannot engage: the lease of this client has expired since it asked";
             return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
         }
-        self.carry_out(Command::Engage, admission, stops_known, Asked::By(by.peer))
+        self.carry_out(Command::Engage, admission, known.stops, Asked::By(by.peer))
             .await
     }
 
@@ -163,9 +179,15 @@ impl RigHandle {
         // The turn may have come late, and what nobody asked for comes without a request's pump.
         self.pump();
         let before = self.channel.state();
-        let serial = self
-            .channel
-            .send_command(command, stops_known, admission.connection, rig)?;
+        let serial = self.channel.next_serial();
+        let sent = SentCommand {
+            serial,
+            command,
+            stops_known,
+            connection: admission.connection,
+            is_of_lapse: matches!(asked, Asked::ByLapse(_)),
+        };
+        self.channel.send_command(sent, rig)?;
         // A command that is abandoned here must not be carried out later.
         let withdraw = WithdrawOnDrop {
             rig: self,

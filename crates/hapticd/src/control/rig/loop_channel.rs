@@ -13,7 +13,6 @@ use crate::timers::AnswerTimer;
 use haptic_core::OwnMotion;
 use haptic_core::limiter::Limits;
 use haptic_core::planar::Plane;
-use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
 use std::cell::{Cell, RefCell, RefMut};
 use std::collections::VecDeque;
@@ -161,25 +160,12 @@ impl LoopChannel {
     ///
     /// # Errors
     /// The real-time thread takes no commands.
-    pub(super) fn send_command(
-        &self,
-        command: Command,
-        stops_known: u64,
-        connection: u64,
-        rig: Option<RigSetup>,
-    ) -> Result<u64, WireError> {
-        let serial = self.next_serial();
-        let sent = SentCommand {
-            serial,
-            command,
-            stops_known,
-            connection,
-        };
+    pub(super) fn send_command(&self, sent: SentCommand, rig: Option<RigSetup>) -> Result<(), WireError> {
         if !self.send(ToLoop::Command { sent, rig }) {
-            return Err(takes_no_commands(command.name()));
+            return Err(takes_no_commands(sent.command.name()));
         }
         self.sent_setup.set(rig.or(self.sent_setup.get()));
-        Ok(serial)
+        Ok(())
     }
 
     /// Sends other limits; returns their number.
@@ -203,7 +189,8 @@ impl LoopChannel {
         }
     }
 
-    fn next_serial(&self) -> u64 {
+    /// The number of the next command.
+    pub(super) fn next_serial(&self) -> u64 {
         self.serial.set(self.serial.get() + 1);
         self.serial.get()
     }

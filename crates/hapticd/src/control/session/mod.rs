@@ -5,6 +5,7 @@ mod lines;
 
 use crate::control::change::PendingChange;
 use crate::control::places::Newcomer;
+use crate::control::rig::Known;
 use crate::control::session::dispatch::{answer, line};
 use crate::control::session::lines::{Lines, unreadable};
 use crate::control::{RigHandle, exclusive_use, lease};
@@ -126,8 +127,8 @@ struct QueuedLine {
 
 /// A line after it was parsed.
 enum ReceivedLine {
-    /// A request, with the count of stops when it was read, including its own.
-    Request { envelope: Envelope, stops: u64 },
+    /// A request.
+    Request { envelope: Envelope, known: Known },
     /// A line that is not a request.
     Refused { id: Option<u64>, error: WireError },
 }
@@ -195,9 +196,12 @@ impl Client {
         let unanswered = Arc::new(Semaphore::new(WAITING_BYTES));
         loop {
             while let Some(line) = lines.next() {
+                let lapses = self.rig.leases.lapses(self.session);
                 lease::renew(&self.rig, self.session);
                 let bytes = line.as_ref().map_or(0, String::len).max(MIN_LINE_BYTES);
-                let Some(incoming) = self.receive(line) else { continue };
+                let Some(incoming) = self.receive(line, lapses) else {
+                    continue;
+                };
                 // A stop is already raised, whether or not there is room.
                 let room = take(&unanswered, bytes).await;
                 let waiting = QueuedLine { incoming, room };
@@ -228,7 +232,7 @@ impl Client {
     }
 
     /// Parses a line and raises its stop; `None` for a blank line.
-    fn receive(&self, line: Result<String, LinesCodecError>) -> Option<ReceivedLine> {
+    fn receive(&self, line: Result<String, LinesCodecError>, lapses: u64) -> Option<ReceivedLine> {
         let line = match line {
             Ok(line) if line.trim().is_empty() => return None,
             Ok(line) => line,
@@ -239,9 +243,12 @@ impl Client {
         };
         Some(match Envelope::parse(&line) {
             Ok(envelope) => ReceivedLine::Request {
-                stops: match envelope.request {
-                    Request::Stop {} => self.raise_stop(),
-                    _ => self.rig.channel.stops(),
+                known: Known {
+                    stops: match envelope.request {
+                        Request::Stop {} => self.raise_stop(),
+                        _ => self.rig.channel.stops(),
+                    },
+                    lapses,
                 },
                 envelope,
             },
@@ -265,7 +272,7 @@ impl Client {
         };
         loop {
             while let Some(line) = lines.next() {
-                drop(self.receive(line));
+                drop(self.receive(line, 0));
                 // Other clients have their turn here too.
                 tokio::task::yield_now().await;
             }
@@ -310,11 +317,11 @@ impl Client {
                 return;
             };
             let reply = match incoming {
-                ReceivedLine::Request { envelope, stops } => {
+                ReceivedLine::Request { envelope, known } => {
                     if !is_change(&envelope.request) && self.settle(&mut pending).await.is_err() {
                         return;
                     }
-                    match self.dispatch(envelope, stops).await {
+                    match self.dispatch(envelope, known).await {
                         Answer::Now(reply) => Some(reply),
                         Answer::OnceRendered(id, change) => {
                             pending.push_back((id, change));

@@ -81,6 +81,7 @@ fn engage(serial: u64, connection: u64, rig: Option<RigSetup>) -> ToLoop {
         command: Command::Engage,
         stops_known: 0,
         connection,
+        is_of_lapse: false,
     };
     ToLoop::Command { sent, rig }
 }

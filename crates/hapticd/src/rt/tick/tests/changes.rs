@@ -2,6 +2,7 @@
 //! the way from one to the other.
 
 use super::*;
+use crate::rt::handoff::ANY_CONNECTION;
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Direction, Parameter, ParameterKey};
@@ -203,6 +204,28 @@ fn a_lease_that_lapses_lets_the_force_out_by_the_loop_alone() {
     bench.command(Command::Engage);
     bench.ticks(30);
     assert_eq!(bench.tick.servo.state(), RigState::Idle);
+}
+
+#[test]
+fn a_lease_that_ends_early_lets_the_force_out_as_fast() {
+    let ramp_s = 10.0;
+    let mut bench = bench_with(Settings { ramp_s, ..SETTINGS }, ramp());
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(300);
+    let sent = SentCommand {
+        serial: 99,
+        command: Command::Release,
+        stops_known: 0,
+        connection: ANY_CONNECTION,
+        is_of_lapse: true,
+    };
+    assert!(bench.inbox.send(ToLoop::Command { sent, rig: None }));
+    bench.ticks(1);
+    let outcome = bench.records.answers().command(99).expect("it is answered");
+    assert_eq!((outcome.state, outcome.refused), (RigState::Releasing, false));
+    bench.ticks(201);
+    assert_eq!((bench.tick.servo.state(), bench.last_written()), (RigState::Idle, 0.0));
 }
 
 #[test]

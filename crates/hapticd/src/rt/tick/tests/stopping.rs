@@ -72,6 +72,22 @@ fn stop_is_confirmed_by_motor_off_or_ends_unconfirmed() {
     );
 }
 
+// hazard: H12
+#[test]
+fn stops_again_and_again_do_not_put_off_the_answer() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.engage();
+    bench.tick.device.motor = Motor::Unconfirmed;
+    let stop = bench.shared.stop();
+    for _ in 0..3 {
+        bench.ticks(40);
+        bench.shared.stop();
+    }
+    let confirmation = bench.records.answers().stop(stop).map(|stopped| stopped.confirmation);
+    assert_eq!(confirmation, Some(StopConfirmation::Unconfirmed));
+}
+
 #[test]
 fn stop_without_a_device_reports_no_device_at_once() {
     let gone = || std::iter::repeat_n(Err(DeviceError::Disconnected), 20);
