@@ -74,7 +74,8 @@ describe() {
         tests=(link::{session,sent_messages,queue_tests,serial})
         ;;
     clock) package=device-io files=(link/device_clock.rs) tests=(link::device_clock) ;;
-    # Without a property that takes a second for each: what breaks it, others see.
+    # Without a property that takes a second for each (what breaks it, others see) and the count of instructions, which
+    # the planted changes raise.
     rt)
         package=hapticd files=(rt/{clock,inbox,lateness,outbox,schedule,shared,thread_settings,tick}.rs)
         tests=(rt::{clock,handoff,inbox,lateness,outbox,schedule,thread_settings,tick} --skip force_stays_within)
