@@ -39,6 +39,8 @@ pub struct LinkCounters {
     /// Steady round trip, than which about a quarter are quicker, ns; 0 before the first. What comes late now and then
     /// is no part of it.
     pub steady_round_trip_ns: AtomicU64,
+    /// Time between two samples by the device's clock: the mean of some before the newest, ns. 0 before the first mean.
+    pub period_ns: AtomicU64,
     /// Share of about the last hundred round trips that force may not have, parts in 1e6.
     late_ppm: AtomicU64,
     /// The device confirms no command at present.
@@ -232,6 +234,7 @@ impl LinkCounters {
         self.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
         self.usual_round_trip_ns.store(0, Relaxed);
         self.steady_round_trip_ns.store(0, Relaxed);
+        self.period_ns.store(0, Relaxed);
         self.usual_age_ns.store(0, Relaxed);
         self.late_ppm.store(0, Relaxed);
         self.is_ignoring.store(false, Relaxed);

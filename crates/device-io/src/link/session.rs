@@ -14,6 +14,7 @@ use crate::protocol::frame::FrameError;
 use crate::protocol::message::{
     DeviceHello, DeviceSample, ErrorCode, ErrorReport, FromDevice, FromHost, MessageError, is_newer,
 };
+use std::mem::replace;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -30,6 +31,9 @@ const SEND_AGAIN_NS: u64 = 10_000_000;
 /// Shortest time without a confirmation under force that counts as none, ns: the 16 ms for which an FTDI collects
 /// samples, and some more. A device's watchdog may be shorter.
 const MIN_IGNORED_NS: u64 = 25_000_000;
+
+/// Samples over which the mean time between them is taken.
+const PERIODS: u64 = 64;
 
 /// The same time for a device without a watchdog, or with one beyond what is allowed without an option, ns.
 const MAX_IGNORED_NS: u64 = 200_000_000;
@@ -129,6 +133,9 @@ pub(crate) struct Session {
     /// Time of the last new sample on our clock, ns.
     heard_at_ns: u64,
     device_ns: u64,
+    /// Samples since the mean time between them was taken, and when that was, ns.
+    periods: u64,
+    periods_began_ns: u64,
     /// Counts of both encoders since the first sample, which is the origin unless they are absolute.
     counts: [i64; 2],
     motor: Motor,
@@ -160,6 +167,9 @@ impl Session {
             used: None,
             heard_at_ns: now_ns,
             device_ns: 0,
+            // The first sample ends no period.
+            periods: PERIODS - 1,
+            periods_began_ns: 0,
             counts: [0; 2],
             motor: Motor::Off { since: None },
             sent: SentMessages::new(sample_period_ns),
@@ -219,6 +229,14 @@ impl Session {
         }
         add(&self.counters.samples, 1);
         self.device_ns = self.clock.stamp(sample.time_us, now_ns);
+        self.periods += 1;
+        if self.periods == PERIODS {
+            self.periods = 0;
+            let began_ns = replace(&mut self.periods_began_ns, self.device_ns);
+            self.counters
+                .period_ns
+                .store((self.device_ns - began_ns) / PERIODS, Relaxed);
+        }
         let age_ns = self.clock.age_ns(self.device_ns, now_ns);
         if age_ns > self.late_after_ns {
             add(&self.counters.late, 1);

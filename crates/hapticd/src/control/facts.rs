@@ -61,6 +61,20 @@ pub(crate) struct Facts {
     pub(crate) real_time: RealTimeStatus,
 }
 
+/// A device whose samples are farther apart than its rate says, by more than this share, has the rate that is measured.
+const SLOWER: f64 = 1.25;
+
+/// The time between a device's samples, s, by the rate that it says and by what was measured, s; 0 before that.
+fn sample_period_s(rate_hz: f64, measured_s: f64) -> f64 {
+    let said_s = 1.0 / rate_hz;
+    if measured_s <= SLOWER * said_s {
+        return said_s;
+    }
+    // A mean that is measured anew each time is no other rig.
+    let grain_s = said_s / 4.0;
+    (measured_s / grain_s).ceil() * grain_s
+}
+
 impl Facts {
     /// The adviser's facts of the rig as far as its link reports them: the connected device's
     /// resolution and rate, and the measured delay.
@@ -68,9 +82,12 @@ impl Facts {
         let Some(link) = &self.link else { return self.rig };
         let mut times = link::times(link);
         let mut rig = self.rig;
-        if let LinkState::Connected(device) = link.state() {
-            rig.resolution = device.resolution_m;
-            times.sample_period_s = 1.0 / device.sample_rate_hz;
+        match link.state() {
+            LinkState::Connected(device) => {
+                rig.resolution = device.resolution_m;
+                times.sample_period_s = sample_period_s(device.sample_rate_hz, times.sample_period_s);
+            }
+            _ => times.sample_period_s = 0.0,
         }
         rig.sample_period_s = times.sample_period_s;
         rig.delay_s = times.delay_s(rig.period_s);
@@ -176,5 +193,20 @@ impl Facts {
         #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
         let period_ns = self.period_ns as f64;
         period_ns * 1e-9
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_that_a_device_does_not_keep_is_not_believed() {
+        for (measured_s, period_s) in [(0.0, 1e-3), (1.2e-3, 1e-3), (1.3e-3, 1.5e-3), (9.9e-3, 10e-3)] {
+            assert!(
+                (sample_period_s(1000.0, measured_s) - period_s).abs() < 1e-12,
+                "{measured_s} s"
+            );
+        }
     }
 }

@@ -7,13 +7,13 @@ use haptic_ipc::{LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// The measured times of the link; the device's own rate is in its state.
+/// The measured times of the link.
 pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
     let counters = monitor.counters();
     #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
     let seconds = |counter: &AtomicU64| counter.load(Relaxed) as f64 * 1e-9;
     LinkTimes {
-        sample_period_s: 0.0,
+        sample_period_s: seconds(&counters.period_ns),
         round_trip_s: seconds(&counters.usual_round_trip_ns),
         age_s: seconds(&counters.usual_age_ns),
     }

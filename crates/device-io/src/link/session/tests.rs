@@ -91,6 +91,23 @@ fn force_flows_while_enabled_and_the_position_begins_at_zero() {
 }
 
 #[test]
+fn samples_that_are_farther_apart_than_the_hello_says_are_seen() {
+    let mut pair = Pair::new();
+    pair.tick(0.0, false).expect("it is there");
+    let mut sample = pair.session.newest.expect("there is one");
+    for apart_ms in [1, 10] {
+        for _ in 0..2 * PERIODS {
+            pair.now_ns += u64::from(apart_ms) * MS;
+            sample.sequence += 1;
+            sample.time_us += apart_ms * 1000;
+            pair.session.take(Ok(FromDevice::Sample(sample)), pair.now_ns);
+        }
+        let period_ns = pair.counter(|counters| &counters.period_ns);
+        assert_eq!(period_ns, u64::from(apart_ms) * MS);
+    }
+}
+
+#[test]
 fn measurement_includes_buttons_and_reported_motor_state() {
     let mut pair = Pair::new();
     for _ in 0..5 {
