@@ -606,7 +606,7 @@ def pushes(rig, force_n):
         other = abs(strokes[1 - axis]) if axes > 1 else 0
         expect(other <= abs(strokes[axis]), f"{shown}, but the other axis moves by {other}: swap the plugs of the two encoders or motors")
         expect(abs(strokes[axis]) >= clear, f"{shown}: less than {clear} counts apart show no direction: let go of the handle, or push harder")
-        expect(strokes[axis] > 0, f"{shown}: swap the motor's or the encoder's wires")
+        expect(strokes[axis] > 0, f"{shown}: swap the motor's or the encoder's wires, or set MOTOR_REVERSED the other way")
         told.append(shown)
     return "; ".join(told)
 
@@ -651,7 +651,10 @@ def main():
     try:
         rig = Rig(Line(options.port, options.baud), options.slow)
         wait_for_the_board(rig)
-    except (OSError, Fault) as error:
+    except BlockingIOError:
+        print(f"{options.port}: another program has it open, as hapticd would: end it first")
+        return 2
+    except (OSError, termios.error, Fault) as error:
         print(f"{options.port}: {error}")
         return 2
     checks = [(check.__doc__, lambda check=check: check(rig)) for check in CHECKS if options.only in (None, check.__name__)]

@@ -81,7 +81,7 @@ static void exchange(int line)
 
 static double force_of(double duty, bool forward)
 {
-    double torque_nm = FULL_TORQUE_NM * duty * duty;
+    double torque_nm = FULL_TORQUE_NM * (DUTY_EXPONENT == 2 ? duty * duty : duty);
     double force_n = torque_nm / PULLEY_RADIUS_M * SECTOR_RADIUS_M / HANDLE_RADIUS_M;
     return forward != MOTOR_REVERSED ? force_n : -force_n;
 }
