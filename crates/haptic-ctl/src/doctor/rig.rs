@@ -119,9 +119,8 @@ fn link(counts: &LinkCounts, state: RigState, timer: Option<&LatencyTimer>) -> C
         return Check::warn(
             "link",
             found,
-            "give the rig a port without a hub, and see the check of the real-time thread above; `haptic-ctl status` \
-             shows whether it \
-             helped",
+            "give the rig a port without a hub, and see the check of the real-time thread; `haptic-ctl status` shows \
+             whether it helped",
         );
     }
     match state {

@@ -140,7 +140,20 @@ mod tests {
             ("device = /dev/ttyACM0\n", "device = \"/dev/ttyACM0\""),
             (
                 "device = \"fake\"\nforce-limit-n = \"5\"\n",
-                "line 2: invalid type: string",
+                "line 2: force-limit-n = \"5\": it must be a number, without quotes",
+            ),
+            ("device = 7\n", "device = 7: it must be a text in quotes"),
+            (
+                "cpu = \"x\"\n",
+                "cpu = \"x\": it must be a whole number, without quotes",
+            ),
+            (
+                "metrics = \"9664\"\n",
+                "line 1: metrics = \"9664\": invalid socket address",
+            ),
+            (
+                "late-policy = \"fault\"\n",
+                "line 1: late-policy = \"fault\": there is no policy",
             ),
             ("force-limit-n = 5\n", "name the rig"),
         ] {

@@ -72,7 +72,21 @@ fn said_of(line: &str, message: &str) -> String {
         format!("unknown field `{name}`{meant} the fields are {}", names.join(", "))
     } else if is_word && !message.starts_with("invalid type") && !["true", "false"].contains(&value) {
         format!("{name} = {value}: a text stands in quotes: {name} = \"{value}\"")
-    } else {
+    } else if let Some((_, expected)) = message
+        .split_once(", expected ")
+        .filter(|(said, _)| said.starts_with("invalid type"))
+    {
+        let expected = match expected {
+            "f64" => "a number, without quotes",
+            "a string" => "a text in quotes",
+            "a boolean" => "true or false, without quotes",
+            _ if expected.starts_with(['u', 'i']) => "a whole number, without quotes",
+            _ => expected,
+        };
+        format!("{name} = {value}: it must be {expected}")
+    } else if message.starts_with(name) {
         message.to_owned()
+    } else {
+        format!("{name} = {value}: {message}")
     }
 }

@@ -212,7 +212,7 @@ fn wrong_clock(error: ClockError) -> Blocker {
             format!("the device's time cannot be right: {error}"),
         ),
         remedy: "have its samples tell when they were taken in us, by a clock that counts to 32 bits and keeps to 5 % \
-                 (docs/device-protocol.md)"
+                 (docs/device-protocol.md); where it has done so before, this computer stood still: `haptic-ctl doctor`"
             .to_owned(),
     }
 }

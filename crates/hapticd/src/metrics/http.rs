@@ -34,7 +34,7 @@ fn remedy(source: &std::io::Error) -> &'static str {
         "the service has no network: install /usr/share/doc/hapticd/examples/metrics.conf as it says, for a rig with a name \
          in hapticd@.service.d"
     } else {
-        "name another address with --metrics"
+        "name another address with `metrics`"
     }
 }
 
