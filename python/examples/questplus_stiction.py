@@ -48,9 +48,9 @@ def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description="A threshold of stiction by QUEST+.")
     parser.add_argument("--simulated", action="store_true", help="a simulated observer on a simulated rig")
-    parser.add_argument("--trials", type=int, default=40)
+    parser.add_argument("--trials", type=int, default=40, help="after which it ends [default: 40]")
     parser.add_argument("--duration", type=float, default=2.0, metavar="S", help="of a surface [default: 2]")
-    parser.add_argument("--seed", type=int, default=None)
+    parser.add_argument("--seed", type=int, default=None, help="for the same order again [default: another each time]")
     given = parser.parse_args()
     chance = random.Random(given.seed)
     asked = observer(0.3, chance) if given.simulated else person

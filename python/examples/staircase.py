@@ -6,7 +6,7 @@ are right. The surfaces of a trial are scheduled: each comes in at its tick, and
 there.
 
     python examples/staircase.py                    # asks you, with the rig that haptic-ctl finds
-    python examples/staircase.py --simulated        # a simulated observer, on a simulated rig, without a display
+    python examples/staircase.py --simulated        # a simulated observer on a simulated rig: some minutes
 
 With PsychoPy, show `visual.TextStim` in `announce`, and read `event.waitKeys` in `asked`.
 """
@@ -123,9 +123,9 @@ def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description="A staircase of stiction.")
     parser.add_argument("--simulated", action="store_true", help="a simulated observer on a simulated rig")
-    parser.add_argument("--reversals", type=int, default=8)
+    parser.add_argument("--reversals", type=int, default=8, help="after which it ends [default: 8]")
     parser.add_argument("--duration", type=float, default=2.0, metavar="S", help="of a surface [default: 2]")
-    parser.add_argument("--seed", type=int, default=None)
+    parser.add_argument("--seed", type=int, default=None, help="for the same order again [default: another each time]")
     given = parser.parse_args()
     chance = random.Random(given.seed)
     asked = observer(0.3, chance) if given.simulated else person

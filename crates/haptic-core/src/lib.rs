@@ -31,9 +31,10 @@
 //! Beside a motor use a [`Servo`](servo::Servo), which adds the velocity estimator, limits, ramps, stops and faults:
 //! [`servo`] shows how.
 //!
-//! With the feature `serde` a text becomes a scene: `toml::from_str::<Scene>(text)`, or, where it may say
-//! `coupling = "rig"`, a `scene::SceneFile`. Values are checked by [`Renderer::new`]. `schema` adds JSON
-//! schemas. The crate is not on crates.io: depend on it by path or git.
+//! With the feature `serde` a text becomes a scene, also one that says `coupling = "rig"`:
+//! `toml::from_str::<SceneFile>(text)?.on(None)`, with [`scene::SceneFile`]. Values are checked by [`Renderer::new`].
+//! `schema` adds JSON schemas. The crate is not on crates.io: depend on it by git, or from outside its checkout by path,
+//! `haptic-core = { path = "PATH/crates/haptic-core", features = ["serde"] }`.
 //!
 //! * [`scene`] is the user's description; [`parameters`] is the one table of names, symbols,
 //!   units and ranges behind the wire, the command line and the panel.
