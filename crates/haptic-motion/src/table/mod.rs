@@ -230,7 +230,12 @@ impl Table {
                     None => None,
                 });
             }
-            table.push(Place::Line(number as u64), &values, text.contains(':'));
+            let time = wanted[0].and_then(|(place, _)| row.get(place));
+            table.push(
+                Place::Line(number as u64),
+                &values,
+                time.is_some_and(|cell| cell.contains(':')),
+            );
         }
         table.finished(path, quantities)
     }

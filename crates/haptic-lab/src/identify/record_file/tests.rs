@@ -351,6 +351,13 @@ fn times_without_a_unit_are_seconds_only_where_they_can_be() {
         message.contains("--time-unit") && message.contains("4 s apart"),
         "{message}"
     );
+    // A colon in another column makes no time of day of the times.
+    for (title, cell) in [("timestamp", "2026-05-01 12:00:00.001"), ("remark", "a:b")] {
+        let rows = motion(|k, _, x, f| format!("{k},{x:.6},{f:.4},{cell}\n"));
+        let read = read_text(&format!("time,position,force,{title}\n{rows}"), |_| {});
+        let message = read.expect_err("no unit").to_string();
+        assert!(message.contains("--time-unit"), "{message}");
+    }
     for (unit, time_unit_s) in [("_ms", None), ("", Some(1e-3))] {
         let loaded = read_text(&text(unit), |source| source.table.time_unit_s = time_unit_s).expect("a record");
         let t_s = &loaded.record.t_s;
