@@ -178,7 +178,7 @@ pub(crate) fn encoder_step(values: &[f64]) -> Option<f64> {
 
 /// Half the time over which samples are averaged, s: with an encoder of 10 um the velocity is good to
 /// 0.1 mm/s, the acceleration to 20 mm/s^2, and 3 Hz come through.
-const HALF_WINDOW_S: f64 = 0.02;
+pub(crate) const HALF_WINDOW_S: f64 = 0.02;
 
 /// Velocity of positions, m/s.
 pub(crate) fn velocity(position_m: &[f64], period_s: f64) -> Vec<f64> {

@@ -102,9 +102,10 @@ impl SlidingLimits {
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index")]
 fn fast_speed(signal: &Signal) -> f64 {
-    let mut speeds: Vec<f64> = signal.velocity_mps.iter().map(|velocity| velocity.abs()).collect();
+    let mut speeds: Vec<f64> = signal.outside_gaps(&signal.velocity_mps).map(f64::abs).collect();
     speeds.sort_unstable_by(f64::total_cmp);
-    speeds[(FASTEST_SHARE * count_of(speeds.len() - 1)) as usize]
+    let at = (FASTEST_SHARE * count_of(speeds.len().saturating_sub(1))) as usize;
+    speeds.get(at).copied().unwrap_or(0.0)
 }
 
 /// Sliding levels of two signals of the same motion. A slide is counted from where it becomes fast
@@ -114,14 +115,16 @@ pub(super) fn sliding_together(real: &Signal, rendered: &Signal, limits: &Slidin
     let least = real.samples_in(MIN_S);
     Levels::of(|direction| {
         let (mut own, mut other, mut samples, mut slides) = (0.0, 0.0, 0, 0);
+        let slides_at = |index| {
+            let is_in_gap = real.is_in_gap[index] || rendered.is_in_gap[index];
+            !is_in_gap && real.velocity_mps[index] * direction > limits.slowest_mps
+        };
+        let is_sliding: Vec<bool> = (0..real.len()).map(slides_at).collect();
         let mut begin = 0;
-        for run in real
-            .velocity_mps
-            .chunk_by(|a, b| (a * direction > limits.slowest_mps) == (b * direction > limits.slowest_mps))
-        {
+        for run in is_sliding.chunk_by(|a, b| a == b) {
             let range = begin..begin + run.len();
             begin = range.end;
-            if run[0] * direction > limits.slowest_mps && run.len() >= least {
+            if run[0] && run.len() >= least {
                 own += real.force_n[range.clone()].iter().sum::<f64>();
                 other += rendered.force_n[range].iter().sum::<f64>();
                 (samples, slides) = (samples + run.len(), slides + 1);
@@ -149,7 +152,8 @@ pub(super) fn by_velocity(real: &Signal, rendered: &Signal, limits: &SlidingLimi
     }
     let means = |signal: &Signal, direction: f64| {
         let mut sums = [(0.0, 0_usize); BINS];
-        for (velocity, force) in signal.velocity_mps.iter().zip(&signal.friction_n) {
+        let velocities = signal.outside_gaps(&signal.velocity_mps);
+        for (velocity, force) in velocities.zip(signal.outside_gaps(&signal.friction_n)) {
             let place = (velocity * direction - slowest) / width;
             if place >= 0.0 && place < count_of(BINS) {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is a bin")]
@@ -217,7 +221,8 @@ fn breakaways(signal: &Signal) -> Vec<Breakaway> {
             .all(|velocity| velocity.abs() < SLOW_MPS);
         // A rest that is only jostled is not one that is left.
         let is_left = away(&(end - 1)) * direction > 4.0 * rest_m;
-        if is_slow && is_left {
+        let is_whole = !signal.is_in_gap[leaves - rest..end].contains(&true);
+        if is_slow && is_left && is_whole {
             found.push(Breakaway {
                 samples: leaves - rest..end,
                 direction,

@@ -187,12 +187,22 @@ fn gaps(side: Side, record: &Record) -> Option<String> {
     let longest_s = 1.5 * median_period_s(record.t_s.iter().copied());
     let steps = record.t_s.windows(2).map(|pair| pair[1] - pair[0]);
     let gaps = steps.filter(|step_s| *step_s > longest_s).count();
-    (gaps > 0).then(|| format!("gaps in the {side} record, bridged by straight lines: {gaps}"))
+    (gaps > 0).then(|| {
+        format!(
+            "gaps in the {side} record: {gaps}; where more than one sample is missing, they are bridged for the alignment \
+             alone"
+        )
+    })
 }
 
 fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Comparison {
     let (real, rendered) = alignment.common(real, rendered);
-    let differences: Vec<f64> = rendered.force_n.iter().zip(&real.force_n).map(|(b, a)| b - a).collect();
+    let gaps = real.is_in_gap.iter().zip(&rendered.is_in_gap);
+    let is_in_gap: Vec<bool> = gaps.map(|(own, other)| *own || *other).collect();
+    let outside = || (0..real.len()).filter(|index| !is_in_gap[*index]);
+    let differences: Vec<f64> = outside()
+        .map(|index| rendered.force_n[index] - real.force_n[index])
+        .collect();
     let limits = levels::SlidingLimits::of([&real, &rendered]);
     let (sliding, breakaway) = (
         levels::sliding_together(&real, &rendered, &limits),
@@ -209,18 +219,18 @@ fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Compariso
         mass_kg: None,
         force_rms_difference_n: rms(&differences),
         force_peak_difference_n: peak(&differences),
-        force_rms_n: rms(&real.force_n),
+        force_rms_n: rms(&outside().map(|index| real.force_n[index]).collect::<Vec<_>>()),
         sliding_force_n: sliding,
         breakaway_force_n: breakaway,
         notes: Vec::new(),
         curves: Curves {
-            difference: (0..)
+            difference: outside()
                 .map(|index| real.time_s(index))
                 .zip(differences)
                 .map(|(t, d)| [t, d])
                 .collect(),
-            real: real.course(),
-            rendered: rendered.course(),
+            real: real.course(&is_in_gap),
+            rendered: rendered.course(&is_in_gap),
         },
     }
 }
@@ -250,7 +260,7 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
         mass_kg: None,
         force_rms_difference_n: rms(&differences),
         force_peak_difference_n: peak(&differences),
-        force_rms_n: rms(&real.force_n),
+        force_rms_n: rms(&real.outside_gaps(&real.force_n).collect::<Vec<_>>()),
         sliding_force_n: levels::sliding_at_common_speeds(&curve),
         breakaway_force_n: levels::breakaway(real, rendered),
         notes: Vec::new(),
@@ -260,8 +270,8 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
                 .zip(differences)
                 .map(|(bin, d)| [bin.velocity_mps, d])
                 .collect(),
-            real: real.course(),
-            rendered: rendered.course(),
+            real: real.course(&real.is_in_gap),
+            rendered: rendered.course(&rendered.is_in_gap),
         },
     })
 }

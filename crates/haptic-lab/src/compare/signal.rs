@@ -1,8 +1,8 @@
 //! A record at even times, with the velocity and acceleration of its positions.
 
 use super::error::{CompareError, Side};
-use crate::identify::Record;
-use crate::smoothing::{encoder_step, less_inertia, velocity};
+use crate::identify::{GAP_PERIODS, Record};
+use crate::smoothing::{HALF_WINDOW_S, encoder_step, less_inertia, velocity};
 use haptic_motion::median::extent;
 
 /// Shortest record, s.
@@ -23,6 +23,8 @@ pub(super) struct Signal {
     pub(super) force_n: Vec<f64>,
     /// Force, less inertia where the mass is known, N.
     pub(super) friction_n: Vec<f64>,
+    /// Whether it says nothing of the surface: it, or one that its velocity is taken from, lies in a gap of the record.
+    pub(super) is_in_gap: Vec<bool>,
 }
 
 impl Signal {
@@ -64,6 +66,7 @@ impl Signal {
             });
         }
         Ok(Self {
+            is_in_gap: in_gaps(&record.t_s, (0..count).map(times), period_s),
             start_s,
             period_s,
             step_m,
@@ -91,7 +94,13 @@ impl Signal {
 
     /// Least and greatest velocity, m/s.
     pub(super) fn velocities(&self) -> (f64, f64) {
-        extent(self.velocity_mps.iter().copied())
+        extent(self.outside_gaps(&self.velocity_mps))
+    }
+
+    /// The values that do not lie in gaps.
+    pub(super) fn outside_gaps(&self, values: &[f64]) -> impl Iterator<Item = f64> {
+        let each = values.iter().zip(&self.is_in_gap);
+        each.filter(|(_, is_in_gap)| !**is_in_gap).map(|(value, _)| *value)
     }
 
     /// Samples in so much time, at least one.
@@ -106,10 +115,11 @@ impl Signal {
 
     /// The part from `from_s` on over `count` samples, at times of its own between the samples.
     pub(super) fn part(&self, from_s: f64, count: usize) -> Self {
-        let cut = |values: &[f64]| {
-            (0..count)
-                .map(|index| self.value_at(values, from_s + self.period_s * count_of(index)))
-                .collect()
+        let times = || (0..count).map(|index| from_s + self.period_s * count_of(index));
+        let cut = |values: &[f64]| times().map(|t_s| self.value_at(values, t_s)).collect();
+        let is_in_gap = |t_s| {
+            let (before, _) = self.place(t_s);
+            self.is_in_gap[before..(before + 2).min(self.len())].contains(&true)
         };
         Self {
             start_s: from_s,
@@ -117,12 +127,13 @@ impl Signal {
             velocity_mps: cut(&self.velocity_mps),
             force_n: cut(&self.force_n),
             friction_n: cut(&self.friction_n),
+            is_in_gap: times().map(is_in_gap).collect(),
             ..*self
         }
     }
 
-    /// A value between two samples, by a straight line.
-    pub(super) fn value_at(&self, values: &[f64], t_s: f64) -> f64 {
+    /// The sample before a time, and the share of the way to the next one.
+    fn place(&self, t_s: f64) -> (usize, f64) {
         let place = ((t_s - self.start_s) / self.period_s).clamp(0.0, count_of(self.len() - 1));
         #[expect(
             clippy::cast_possible_truncation,
@@ -130,7 +141,12 @@ impl Signal {
             reason = "it lies within the samples"
         )]
         let before = (place as usize).min(self.len().saturating_sub(2));
-        let share = place - count_of(before);
+        (before, place - count_of(before))
+    }
+
+    /// A value between two samples, by a straight line.
+    pub(super) fn value_at(&self, values: &[f64], t_s: f64) -> f64 {
+        let (before, share) = self.place(t_s);
         values[before] + share * (values[(before + 1).min(self.len() - 1)] - values[before])
     }
 
@@ -144,9 +160,10 @@ impl Signal {
             .collect()
     }
 
-    /// Velocity, position and friction by sample.
-    pub(super) fn course(&self) -> Vec<[f64; 3]> {
+    /// Velocity, position and friction by sample, without those that `is_in_gap` marks.
+    pub(super) fn course(&self, is_in_gap: &[bool]) -> Vec<[f64; 3]> {
         (0..self.len())
+            .filter(|index| !is_in_gap[*index])
             .map(|index| [self.velocity_mps[index], self.position_m[index], self.friction_n[index]])
             .collect()
     }
@@ -168,6 +185,19 @@ fn resampled(t_s: &[f64], values: &[f64], times: impl Iterator<Item = f64>) -> V
             let (from, to) = (after - 1, after);
             let share = ((t - t_s[from]) / (t_s[to] - t_s[from])).clamp(0.0, 1.0);
             values[from] + share * (values[to] - values[from])
+        })
+        .collect()
+}
+
+/// Which of the even times lie between samples that are far apart, or so near that a velocity is of both.
+fn in_gaps(t_s: &[f64], times: impl Iterator<Item = f64>, period_s: f64) -> Vec<bool> {
+    let beside_s = HALF_WINDOW_S.max(2.0 * period_s);
+    let gaps = t_s.windows(2).filter(|pair| pair[1] - pair[0] > GAP_PERIODS * period_s);
+    let mut gaps = gaps.map(|pair| (pair[0] - beside_s, pair[1] + beside_s)).peekable();
+    times
+        .map(|t| {
+            while gaps.next_if(|(_, end_s)| *end_s < t).is_some() {}
+            gaps.peek().is_some_and(|(begin_s, _)| *begin_s <= t)
         })
         .collect()
 }

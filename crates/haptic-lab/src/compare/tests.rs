@@ -116,8 +116,67 @@ fn records_on_different_clocks_and_origins_are_aligned() {
     let found = compare(&real, &torn, &Options::default()).expect("one motion");
     assert_eq!(
         found.notes,
-        ["gaps in the rendered record, bridged by straight lines: 1"]
+        [
+            "gaps in the rendered record: 1; where more than one sample is missing, they are bridged for the alignment \
+          alone"
+        ]
     );
+}
+
+/// Without the rows of some seconds, and with the hand elsewhere after them.
+fn with_gap(record: &Record, seconds: std::ops::Range<f64>, away_m: f64) -> Record {
+    let mut cut = Record::default();
+    for (index, t) in record.t_s.iter().enumerate().filter(|(_, t)| !seconds.contains(*t)) {
+        let later_m = if *t < seconds.start { 0.0 } else { away_m };
+        cut.t_s.push(*t);
+        cut.position_m.push(record.position_m[index] + later_m);
+        cut.force_n.push(record.force_n[index]);
+    }
+    cut
+}
+
+#[test]
+fn gaps_count_as_no_slides() {
+    let sine: Course = |t| {
+        let phase = TAU * 0.5 * t;
+        (0.03 * (1.0 - phase.cos()), 0.03 * TAU * 0.5 * phase.sin())
+    };
+    let viscous = |dynamic, viscous| Karnopp {
+        viscous: Directional::both(viscous),
+        ..Karnopp::new(dynamic, dynamic)
+    };
+    let real = record(viscous(2.0, 5.0), sine, (0.0, 16.0), 1000.0, 0.0);
+    let rendered = record(viscous(3.0, 5.0), sine, (0.0, 16.0), 1000.0, 0.0);
+    // From one turn to the next but one.
+    let [own, other] = [&real, &rendered].map(|record| with_gap(record, 7.0..9.0, 0.2));
+    for align in [AlignedBy::Time, AlignedBy::Velocity] {
+        let options = Options {
+            align: Some(align),
+            ..Options::default()
+        };
+        let whole = compare(&real, &rendered, &options).expect("a motion in common");
+        let torn = compare(&own, &other, &options).expect("a motion in common");
+        let pairs = levels(torn.sliding_force_n)
+            .into_iter()
+            .zip(levels(whole.sliding_force_n));
+        for (torn, whole) in pairs {
+            println!("{torn:?} for {whole:?}");
+            assert!(
+                (torn.real_n / whole.real_n - 1.0).abs() < 0.01,
+                "{torn:?} for {whole:?}"
+            );
+            assert!(
+                (torn.rendered_n / whole.rendered_n - 1.0).abs() < 0.01,
+                "{torn:?} for {whole:?}"
+            );
+        }
+        for (torn, whole) in [
+            (torn.force_rms_n, whole.force_rms_n),
+            (torn.force_rms_difference_n, whole.force_rms_difference_n),
+        ] {
+            assert!((torn / whole - 1.0).abs() < 0.03, "{torn} N for {whole} N");
+        }
+    }
 }
 
 #[test]

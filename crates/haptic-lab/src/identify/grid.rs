@@ -8,7 +8,7 @@ use haptic_motion::median::extent;
 use std::cell::OnceCell;
 
 /// A grid point farther than this from a sample of the record, in periods, lies in a gap.
-const GAP_PERIODS: f64 = 2.5;
+pub(crate) const GAP_PERIODS: f64 = 2.5;
 
 /// Samples whose times are even to this share of a period are taken as they are.
 const EVEN_SHARE: f64 = 1e-3;

@@ -82,6 +82,8 @@ pub struct Table {
     pub notes: Vec<String>,
     /// Where each row is in its file.
     pub places: Vec<Place>,
+    /// Where a second take begins, after a pause whose length is not known.
+    pub second_take: Option<Place>,
     /// Why the first row that lacks a number does.
     no_number: Option<TableError>,
     is_time_of_day: bool,
@@ -230,7 +232,12 @@ impl Table {
                     None => None,
                 });
             }
-            table.push(Place::Line(number as u64), &values, text.contains(':'));
+            let time = wanted[0].and_then(|(place, _)| row.get(place));
+            table.push(
+                Place::Line(number as u64),
+                &values,
+                time.is_some_and(|cell| cell.contains(':')),
+            );
         }
         table.finished(path, quantities)
     }
@@ -397,6 +404,7 @@ impl Table {
                 step: times.period_s,
             });
         }
+        self.second_take = times.second_take.map(|row| self.places[row]);
         let mut kept = times.kept.iter().peekable();
         let is_kept: Vec<bool> = (0..self.t_s.len())
             .map(|row| kept.next_if(|&&at| at == row).is_some())

@@ -52,6 +52,8 @@ pub(super) struct Times {
     pub(super) kept: Vec<usize>,
     /// Usual time between two rows, s.
     pub(super) period_s: f64,
+    /// The first row after a pause whose length is not known.
+    pub(super) second_take: Option<usize>,
     /// What was decided, for people.
     pub(super) notes: Vec<String>,
 }
@@ -73,6 +75,7 @@ impl Times {
             t_s: stamps.to_vec(),
             kept: (0..stamps.len()).collect(),
             period_s: 0.0,
+            second_take: None,
             notes: Vec::new(),
         };
         times.leave_out_wrong_ones(&name)?;
@@ -195,6 +198,7 @@ impl Times {
                 wrapped.len()
             ));
         }
+        self.second_take = takes.first().map(|&at| self.kept[at]);
         for &at in &takes {
             self.notes.push(format!(
                 "{}: the clock falls back from {} s to {} s, as one that was reset or a second take: what follows is \

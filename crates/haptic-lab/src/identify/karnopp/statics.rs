@@ -17,24 +17,36 @@ use nalgebra::{Matrix4, Vector4};
 const INSTEAD: &str = "let it rest, then push it by a ramp of at most 1 mm/s until it slides, several times in each \
                        direction";
 
-/// The slow breakaways in a direction, their mean driving force along it and half of that mean's 95 % interval.
-fn level(breakaways: &[Breakaway], sense: i8) -> Option<(f64, f64)> {
-    let slow: Vec<&Breakaway> = breakaways
-        .iter()
-        .filter(|each| each.sense == sense && each.is_slow())
-        .collect();
-    let n = slow.len() as f64;
-    let mean = slow.iter().map(|each| each.force_n).sum::<f64>() / n;
-    let square = |f: &dyn Fn(&Breakaway) -> f64| slow.iter().map(|each| f(each).powi(2)).sum::<f64>();
-    let read = (square(&|each| each.noise_n) / n).sqrt() * NORMAL_95 / n.sqrt();
-    let scatter = if slow.len() < 3 {
-        0.0
-    } else {
-        let deviation = (square(&|each| each.force_n - mean) / (n - 1.0)).sqrt();
-        student_t((n - 1.0).max(3.0)) * deviation / n.sqrt()
+const ONE_EACH_WAY: &str = "there is one breakaway under a slow load in each direction, which says nothing of the next";
+
+/// The mean driving force of the slow breakaways in the positive and the negative direction, along each, N, and half of
+/// that mean's 95 % interval. One breakaway says nothing of the next: what they scatter is that of both directions
+/// together, and the half is infinite where no direction has two.
+fn levels(breakaways: &[Breakaway]) -> [Option<(f64, f64)>; 2] {
+    let sides = [1, -1].map(|sense| {
+        let slow = breakaways.iter().filter(|each| each.sense == sense && each.is_slow());
+        (f64::from(sense), slow.collect::<Vec<_>>())
+    });
+    let mean = |slow: &[&Breakaway], of: &dyn Fn(&Breakaway) -> f64| {
+        slow.iter().map(|each| of(each)).sum::<f64>() / slow.len() as f64
     };
-    let rise = slow.iter().map(|each| each.rise_n).sum::<f64>() / n;
-    (!slow.is_empty()).then_some((mean * f64::from(sense), read.max(scatter) + rise))
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for (_, slow) in sides.iter().filter(|(_, slow)| !slow.is_empty()) {
+        let force_n = mean(slow, &|each| each.force_n);
+        squares += slow.iter().map(|each| (each.force_n - force_n).powi(2)).sum::<f64>();
+        freedom += slow.len() as f64 - 1.0;
+    }
+    let scatter = if freedom > 0.0 {
+        student_t(freedom) * (squares / freedom).sqrt()
+    } else {
+        f64::INFINITY
+    };
+    sides.map(|(sense, slow)| {
+        let n = slow.len() as f64;
+        let read = mean(&slow, &|each| each.noise_n.powi(2)).sqrt() * NORMAL_95;
+        let reach = read.max(scatter) / n.sqrt() + mean(&slow, &|each| each.rise_n);
+        (!slow.is_empty()).then(|| (mean(&slow, &|each| each.force_n) * sense, reach))
+    })
 }
 
 /// The breakaways of a record whose force's zero drifts as the slides say, and half of the 95 % interval of that drift.
@@ -52,7 +64,7 @@ fn breakaways(problem: &Problem<'_>, slides: &Slides) -> (Vec<Breakaway>, f64) {
 /// the slides.
 pub(super) fn differ(problem: &Problem<'_>, together: &Slides) -> bool {
     let (breakaways, _) = breakaways(problem, together);
-    let (Some(positive), Some(negative)) = (level(&breakaways, 1), level(&breakaways, -1)) else {
+    let [Some(positive), Some(negative)] = levels(&breakaways) else {
         return false;
     };
     let Some((offset, reach)) = together.value(&[(Unknown::Level(1), 1.0)]) else {
@@ -72,12 +84,14 @@ pub(super) fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Sli
         .filter(|_| !slides.fit.shape.is_separate)
         .map_or(0.0, |(_, reach)| reach)
         .hypot(drift_reach);
-    let mut values = [None; 2];
-    for (value, sense) in values.iter_mut().zip([1, -1]) {
-        *value =
-            level(&breakaways, sense).map(|(force, reach)| (force - f64::from(sense) * offset, reach + offset_reach));
-    }
+    let [positive, negative] = levels(&breakaways);
+    let less = |offset: f64| move |(force, reach): (f64, f64)| (force - offset, reach + offset_reach);
+    let values = [positive.map(less(offset)), negative.map(less(-offset))];
     if let [Some(positive), Some(negative)] = values {
+        if positive.1.is_infinite() {
+            found.refuse(Refusal::new("static_force_N", ONE_EACH_WAY, INSTEAD));
+            return;
+        }
         found.static_force_n = Some(Directional {
             positive: positive.0,
             negative: negative.0,
@@ -298,6 +312,54 @@ mod tests {
             assert!((bend.rate - 0.02).abs() < 0.01, "{bend:?}");
             assert!((bend.force_n - 4.0).abs() < 2.5 * bend.noise_n + bend.rate, "{bend:?}");
         }
+    }
+
+    /// Slow breakaways, so many each way, of a static friction of 5 N that each draws anew within 5 %.
+    fn drawn(each_way: usize, random: &mut fastrand::Rng) -> Vec<Breakaway> {
+        let noise_n = 0.02;
+        let senses = [1, -1]
+            .into_iter()
+            .flat_map(|sense| std::iter::repeat_n(sense, each_way));
+        senses
+            .map(|sense| Breakaway {
+                sense,
+                force_n: f64::from(sense) * (5.0 * (1.0 + 0.05 * normal(random)) + noise_n * normal(random)),
+                noise_n,
+                rise_n: 0.001,
+                rate_n_per_s: f64::from(sense),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn few_breakaways_that_scatter_give_an_interval_that_holds() {
+        let mut random = fastrand::Rng::with_seed(1);
+        for each_way in [2, 3, 4] {
+            let draws = 1000_u32;
+            let held: usize = (0..draws)
+                .map(|_| {
+                    let levels = levels(&drawn(each_way, &mut random)).map(|level| level.expect("breakaways"));
+                    levels
+                        .iter()
+                        .filter(|(force, reach)| (force - 5.0).abs() <= *reach)
+                        .count()
+                })
+                .sum();
+            let share = held as f64 / f64::from(2 * draws);
+            println!("{each_way} each way: {share}");
+            assert!(share >= 0.92, "{each_way} each way: {share}");
+        }
+        // One each way has no interval; beside others it has theirs.
+        let mut one = drawn(1, &mut random);
+        assert!(
+            levels(&one)
+                .into_iter()
+                .all(|level| level.is_some_and(|(_, reach)| reach.is_infinite()))
+        );
+        one.extend(drawn(2, &mut random).into_iter().filter(|each| each.sense == 1));
+        let [three, alone] = levels(&one).map(|level| level.expect("breakaways").1);
+        assert!(alone.is_finite() && alone > 1.5 * three, "{three} {alone}");
+        assert_eq!(levels(&[]), [None; 2]);
     }
 
     #[test]

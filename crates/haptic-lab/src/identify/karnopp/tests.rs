@@ -227,6 +227,22 @@ fn what_the_motion_does_not_determine_is_refused_by_name() {
     assert!(fast_only.refused[0].instead.contains("1 mm/s"));
     held(&fast_only, 0.5, &alike(), 0.0, 2.0);
 
+    // There and back again: of how breakaways scatter that says nothing.
+    // Nothing sticks again on the way.
+    let there_and_back = experiment(Karnopp::new(3.5, 3.5)).with_movements(&[
+        Movement::Rest { duration_s: 0.25 },
+        chirp,
+        Movement::Ramp {
+            speed_mps: 0.001,
+            stroke_m: 0.0015,
+            duration_s: 3.0,
+        },
+    ]);
+    let one_each_way = found(&there_and_back.record(1).expect("it can be rendered"));
+    assert_eq!(refused(&one_each_way), ["static_force_N"], "{one_each_way:#?}");
+    let refusal = &one_each_way.refused[0];
+    assert!(refusal.reason.contains("nothing of the next"), "{refusal:?}");
+
     let one_speed = of(&[Movement::Ramp {
         speed_mps: 0.05,
         stroke_m: 0.05,

@@ -15,9 +15,11 @@
 
 mod from_recording;
 
+use super::grid::GAP_PERIODS;
 use super::options::Record;
-use haptic_motion::Opened;
+use haptic_motion::median::median_period_s;
 use haptic_motion::table::{self, Columns, Quantity, Table, TableError, TableOptions};
+use haptic_motion::{Opened, Place};
 use haptic_recording::Recording;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -159,6 +161,14 @@ fn of_tables(source: &Source, file: Opened) -> Result<Loaded, RecordFileError> {
     };
     let mut forces = Table::read(force_path, Opened::open(force_path)?, &source.table, &[Force])?;
     let mut table = Table::read(&source.path, file, &source.table, &[Position, Velocity])?;
+    for (path, table) in [(&source.path, &table), (force_path, &forces)] {
+        if let Some(place) = table.second_take {
+            return Err(RecordFileError::SecondTake {
+                path: path.clone(),
+                place,
+            });
+        }
+    }
     let (begin, end) = common(&table.t_s, &forces.t_s);
     if end - begin < MIN_COMMON_S {
         // Clocks that count from their own starts: the starts are taken as the same instant.
@@ -178,6 +188,15 @@ fn of_tables(source: &Source, file: Opened) -> Result<Loaded, RecordFileError> {
     let is_common: Vec<bool> = table.t_s.iter().map(|t| (begin..=end).contains(t)).collect();
     table.retain(&is_common);
     table.notes.append(&mut forces.notes);
+    let has_force = outside_gaps(&table.t_s, &forces.t_s);
+    let lacking = has_force.iter().filter(|has_force| !**has_force).count();
+    if lacking > 0 {
+        table.notes.push(format!(
+            "{lacking} rows lie in gaps of {}: left out",
+            force_path.display()
+        ));
+        table.retain(&has_force);
+    }
     let force_n = at_times(&table.t_s, &forces.t_s, &forces.values[0]);
     Ok(loaded(table, force_n))
 }
@@ -203,6 +222,19 @@ fn common(a: &[f64], b: &[f64]) -> (f64, f64) {
     let of = |t: &[f64]| (t.first().copied().unwrap_or(0.0), t.last().copied().unwrap_or(0.0));
     let ((a_begin, a_end), (b_begin, b_end)) = (of(a), of(b));
     (a_begin.max(b_begin), a_end.min(b_end))
+}
+
+/// Which times lie on samples at `t_s`, or between two of them that are not farther apart than those around a gap.
+fn outside_gaps(times: &[f64], t_s: &[f64]) -> Vec<bool> {
+    let longest_s = GAP_PERIODS * median_period_s(t_s.iter().copied());
+    let is_near = |t: &f64| {
+        let before = t_s.partition_point(|other| other <= t).checked_sub(1);
+        let after = t_s.get(t_s.partition_point(|other| other < t));
+        before
+            .zip(after)
+            .is_some_and(|(before, after)| after - t_s[before] <= longest_s)
+    };
+    times.iter().map(is_near).collect()
 }
 
 /// Values at other times. Where several lie between two of those, their mean: a faster recorder's noise is
@@ -276,6 +308,17 @@ pub enum RecordFileError {
         path: PathBuf,
         /// The file of forces.
         force_path: PathBuf,
+    },
+    /// One of two files holds two takes.
+    #[error(
+        "{}, {place}: the clock falls back, as one that was reset or a second take, so that it is not known which rows \
+         of the other file are of the same time: give each take as a file of its own", .path.display()
+    )]
+    SecondTake {
+        /// The file.
+        path: PathBuf,
+        /// Where the second one begins.
+        place: Place,
     },
 }
 

@@ -132,6 +132,76 @@ fn forces_come_from_another_file_with_its_own_rate_and_clock() {
     );
 }
 
+/// The path of a file of these rows of 20 s at 1 kHz.
+fn rows_of(
+    folder: &std::path::Path,
+    title: &str,
+    rows: impl Iterator<Item = u32>,
+    row: impl Fn(u32) -> String,
+) -> PathBuf {
+    let path = folder.join(format!("{title}.csv"));
+    let text: String = rows.map(|k| format!("{}\n", row(k))).collect();
+    std::fs::write(&path, format!("{title}\n{text}")).expect("written");
+    path
+}
+
+#[test]
+fn gaps_of_the_forces_are_those_of_one_file() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let t = |k: u32| f64::from(k) * 1e-3;
+    let (x, f) = (|k: u32| 0.02 * (3.0 * t(k)).sin(), |k: u32| 2.0 * (3.0 * t(k)).cos());
+    let outside = || (0..20_000).filter(|k| !(8000..12_000).contains(k));
+    let one = rows_of(folder.path(), "t_s,x,f", outside(), |k| {
+        format!("{},{},{}", t(k), x(k), f(k))
+    });
+    let path = rows_of(folder.path(), "t_s,x", 0..20_000, |k| format!("{},{}", t(k), x(k)));
+    let forces = rows_of(folder.path(), "t_s,f", outside(), |k| format!("{},{}", t(k), f(k)));
+    let together = read(&Source::new(&one)).expect("a record").record;
+    let two = Source {
+        force_path: Some(forces),
+        ..Source::new(&path)
+    };
+    let apart = read(&two).expect("a record");
+    assert_eq!(apart.record.t_s, together.t_s);
+    assert_eq!(apart.record.position_m, together.position_m);
+    let off = |(a, b): (&f64, &f64)| (a - b).abs();
+    let most = apart
+        .record
+        .force_n
+        .iter()
+        .zip(&together.force_n)
+        .map(off)
+        .fold(0.0, f64::max);
+    assert!(most < 1e-12, "{most} N");
+    let says = |part| apart.notes.iter().any(|note| note.contains(part));
+    assert!(says("4000 rows lie in gaps of"), "{:?}", apart.notes);
+}
+
+#[test]
+fn two_takes_are_not_laid_over_another_file() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let (steady, takes) = (|k: u32| f64::from(k) * 1e-3, |k: u32| f64::from(k % 5000) * 1e-3);
+    let positions = |t: &dyn Fn(u32) -> f64| rows_of(folder.path(), "t_s,x", 0..10_000, |k| format!("{},{k}", t(k)));
+    let forces = |t: &dyn Fn(u32) -> f64| rows_of(folder.path(), "t_s,f", 0..10_000, |k| format!("{},{k}", t(k)));
+    let error = |path: PathBuf, force_path: PathBuf| {
+        let two = Source {
+            force_path: Some(force_path),
+            ..Source::new(&path)
+        };
+        read(&two).expect_err("two takes").to_string()
+    };
+    let of_forces = error(positions(&steady), forces(&takes));
+    assert!(
+        of_forces.contains("t_s,f.csv, line 5002: the clock falls back"),
+        "{of_forces}"
+    );
+    let of_positions = error(positions(&takes), forces(&steady));
+    assert!(
+        of_positions.contains("t_s,x.csv, line 5002: the clock"),
+        "{of_positions}"
+    );
+}
+
 #[test]
 fn the_columns_of_a_binary_recording_cannot_be_named() {
     let (_folder, path) = write("r.mcap", "\u{89}MCAP0\r\n");
@@ -351,6 +421,13 @@ fn times_without_a_unit_are_seconds_only_where_they_can_be() {
         message.contains("--time-unit") && message.contains("4 s apart"),
         "{message}"
     );
+    // A colon in another column makes no time of day of the times.
+    for (title, cell) in [("timestamp", "2026-05-01 12:00:00.001"), ("remark", "a:b")] {
+        let rows = motion(|k, _, x, f| format!("{k},{x:.6},{f:.4},{cell}\n"));
+        let read = read_text(&format!("time,position,force,{title}\n{rows}"), |_| {});
+        let message = read.expect_err("no unit").to_string();
+        assert!(message.contains("--time-unit"), "{message}");
+    }
     for (unit, time_unit_s) in [("_ms", None), ("", Some(1e-3))] {
         let loaded = read_text(&text(unit), |source| source.table.time_unit_s = time_unit_s).expect("a record");
         let t_s = &loaded.record.t_s;
