@@ -6,9 +6,7 @@ use crate::plan::PerceptionPlan;
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
-use haptic_lab::stats::psychometric::{
-    Bootstrap, Level, MAX_LAPSE, Psychometric, Resampling, bootstrap, by_level, fit,
-};
+use haptic_lab::stats::psychometric::{Bootstrap, Level, MAX_LAPSE, Psychometric, bootstrap_clusters, by_level, fit};
 use haptic_lab::stats::staircase::{StaircaseEstimate, staircase};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -203,14 +201,14 @@ fn analysed(
             reason: error.to_string(),
         });
     };
-    let everything = subjects.values().flat_map(BTreeMap::values).copied();
-    let (pooled, error) = threshold(None, everything, seed);
+    let everything: Vec<Vec<&PerceptionTrial>> = subjects.values().map(of_subject).collect();
+    let (pooled, error) = threshold(None, &everything, seed);
     if let Some(error) = error {
         refuse("threshold", "all subjects together".to_owned(), &error);
     }
     let own = subjects.iter().map(|(subject, trials)| {
         let of = || format!("subject {subject}");
-        let (mut found, error) = threshold(Some(subject), trials.values().copied(), seed);
+        let (mut found, error) = threshold(Some(subject), &[of_subject(trials)], seed);
         if let Some(error) = error {
             refuse("threshold", of(), &error);
         }
@@ -264,24 +262,29 @@ fn no_surer([low, high]: [f64; 2], mean: f64, subjects: &[SubjectThreshold]) -> 
     [low.min(mean - half(0)), high.max(mean + half(1))]
 }
 
-/// The threshold of some answers, or why they have none.
-fn threshold<'a>(
+fn of_subject<'a>(trials: &BTreeMap<(u32, u32), &'a PerceptionTrial>) -> Vec<&'a PerceptionTrial> {
+    trials.values().copied().collect()
+}
+
+/// The threshold of the answers of some subjects, or why they have none.
+fn threshold(
     subject: Option<&str>,
-    trials: impl Iterator<Item = &'a PerceptionTrial>,
+    subjects: &[Vec<&PerceptionTrial>],
     seed: u64,
 ) -> (SubjectThreshold, Option<StatsError>) {
-    let answers: Vec<(f64, bool)> = trials.map(|trial| (trial.level_n, trial.correct)).collect();
-    let levels = by_level(answers.iter().copied());
+    let own = |trial: &&PerceptionTrial| (trial.level_n, trial.correct);
+    let levels = by_level(subjects.iter().flatten().map(own));
     let (fit, error) = match fit(&levels) {
         Ok(fit) => (Some(fit), None),
         Err(error) => (None, Some(error)),
     };
+    let by_subject = || -> Vec<Vec<Level>> { subjects.iter().map(|trials| by_level(trials.iter().map(own))).collect() };
     let found = SubjectThreshold {
         subject: subject.map(str::to_owned),
-        trials: answers.len(),
+        trials: subjects.iter().map(Vec::len).sum(),
         intervals: fit
             .filter(|fit| !fit.is_step(&levels))
-            .map(|fit| bootstrap(&levels, &fit, Resampling::Parametric, DRAWS, seed)),
+            .map(|fit| bootstrap_clusters(&by_subject(), &fit, DRAWS, seed)),
         levels,
         fit,
         refused: error.as_ref().map(StatsError::to_string),

@@ -1,5 +1,6 @@
 //! Analyses of studies that can be worked out by hand.
 
+mod answers;
 mod files;
 
 use super::*;
