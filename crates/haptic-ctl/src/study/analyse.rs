@@ -97,9 +97,13 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
         }
         Trials::Perception(trials) => {
             let bar = progress::busy("drawing answers for the intervals");
-            let mut found = analysis::perception(&trials, SEED).map_err(in_source)?;
+            let plan = plan.as_ref().and_then(|plan| match plan {
+                Plan::Perception(plan) => Some(plan),
+                Plan::Fitts(_) => None,
+            });
+            let mut found = analysis::perception(&trials, plan, SEED).map_err(in_source)?;
             bar.finish_and_clear();
-            if let Some(Plan::Perception(plan)) = &plan {
+            if let Some(plan) = plan {
                 found.put_beside_paper(plan);
             }
             found.notes.extend(unfinished);
