@@ -226,11 +226,20 @@ mod tests {
                 "",
                 "tests.B.staircase: `stop_after_trials` or `stop_after_reversals` is needed",
             ),
+            (
+                perception,
+                "case = \"A\"",
+                "case = \"C\"",
+                "tests: duplicate name `C constant`",
+            ),
         ] {
             let changed = text.replacen(was, is, 1);
             assert_ne!(changed, text, "{was}");
             let error = Plan::read(&changed).expect_err(message).to_string();
             assert!(error.contains(message), "{error}\n{message}");
         }
+        // By two methods, a case is two tests.
+        let both = perception.replace("case = \"B\"", "case = \"A\"");
+        assert!(Plan::read(&both).is_ok_and(|plan| plan.ordered_names()[2] == "A staircase"));
     }
 }
