@@ -22,7 +22,7 @@ fn answers_of_unlike_subjects_are_no_independent_answers() {
     let width = |interval: [f64; 2]| interval[1] - interval[0];
     let early = [12, 16, 19, 20, 20, 20];
     let late = [10, 10, 11, 12, 16, 19];
-    let found = perception(&of_subjects(&[early, late, early, late]), None, 1).expect("an analysis");
+    let found = perception(&of_subjects(&[early, late]), None, 1).expect("an analysis");
     let pooled = &found.cases[0].pooled;
     let fit = pooled.fit.expect("a fit");
     let independent = bootstrap(&pooled.levels, &fit, Resampling::Parametric, 100, 1).threshold_interval;
