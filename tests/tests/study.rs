@@ -222,8 +222,9 @@ fn human_study_is_made_by_one_command_and_reported_as_human() {
         text(&made.stdout)
     );
     assert!(!new(&["--subjects", "2"]).status.success(), "nothing is overwritten");
-    let run_by_people = ["study", "run", "fitts", "--subjects", "2", "--out", "x"];
-    ctl_offline_refused(&run_by_people, 2, &["haptic-ctl study new fitts --subjects 2 --out x"]);
+    let run_by_people = ["study", "run", "fitts", "--subjects", "2", "--out", "Ada's x"];
+    let command = r"haptic-ctl study new fitts --subjects 2 --out 'Ada'\''s x'";
+    ctl_offline_refused(&run_by_people, 2, &[command]);
 
     // Two rows of a model, as if people had done them.
     let done = run(&study(plain(&plan), &model, &["--no-recordings"]));

@@ -147,6 +147,14 @@ fn a_folder_under_way_is_analysed_as_far_as_it_goes() {
         (&found["trials"], &found["subject_count"]),
         (&Value::from(16), &Value::from(2))
     );
+    let of_others = ["1,20-29", "2,30-39"].map(str::to_owned);
+    file(directory.path(), "subjects.csv", "subject,age_band", &of_others);
+    let found = json(&["study", "analyse", &directory.path().display().to_string()]);
+    let notes = found["notes"].to_string();
+    assert!(
+        notes.contains("no row of subject 01, 02, whose fields are empty"),
+        "{notes}"
+    );
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, ValueEnum};
+use haptic_ipc::quoted;
 use haptic_lab::compare::{self, AlignedBy, Options};
 use haptic_lab::drawing::PlotFormat;
 use haptic_lab::identify::record_file::{self, Loaded, RecordFileError, Source};
@@ -117,7 +118,7 @@ fn reason(error: &RecordFileError) -> String {
                 "{}. compare needs the force in both records; `haptic-ctl simulate SCENE --motion {}` computes it along \
                  a motion that was recorded without one",
                 error.by_heading(),
-                path.display()
+                quoted(path)
             )
         }
         RecordFileError::Table(error) => error.by_heading(),

@@ -5,7 +5,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::units::duration;
 use crate::{output, wait};
-use haptic_ipc::{ReloadReply, Request, RigState, StateReply, Status};
+use haptic_ipc::{ReloadReply, Request, RigState, StateReply, Status, quoted};
 use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
@@ -118,7 +118,7 @@ pub(crate) async fn reload(daemon: &mut Daemon, request: Request, json: bool) ->
     }
     output::unless_quiet(&reply.to_string().replace("; ", "\n"))?;
     match &reply.changed_scene {
-        Some(name) => output::unless_quiet(&format!("to feel it: haptic-ctl scene load {name}")),
+        Some(name) => output::unless_quiet(&format!("to feel it: haptic-ctl scene load {}", quoted(name))),
         None => Ok(()),
     }
 }

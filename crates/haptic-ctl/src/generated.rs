@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::output;
 use clap_complete::env::{Bash, EnvCompleter, Fish, Zsh};
+use haptic_ipc::quoted;
 use std::io::Write;
 use std::path::Path;
 
@@ -40,7 +41,8 @@ pub(crate) fn manual(folder: &Path, command: clap::Command) -> Result<(), Failur
     let command = command.mut_args(|option| option.hide_short_help(false));
     clap_mangen::generate_to(command.disable_help_subcommand(true), folder).map_err(failed)?;
     output::unless_quiet(&format!(
-        "{0}: read one with `man -l {0}/haptic-ctl.1`",
-        folder.display()
+        "{}: read one with `man -l {}`",
+        folder.display(),
+        quoted(folder.join("haptic-ctl.1"))
     ))
 }

@@ -3,6 +3,7 @@
 use crate::quantity::number;
 use crate::{Difference, JournalEntry, ListedScene, Value};
 use haptic_core::Directional;
+use std::ffi::OsStr;
 
 /// The command that sets parameters to values in SI units, each under its name or symbol.
 #[must_use]
@@ -65,11 +66,13 @@ fn value_of(change: &Difference) -> Option<(&str, Directional)> {
     }
 }
 
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+/// A word, or a path, as a shell takes it.
+#[must_use]
+pub fn quoted(word: impl AsRef<OsStr>) -> String {
+    let word = word.as_ref().to_string_lossy();
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./+".contains(letter);
     if !word.is_empty() && !word.starts_with('-') && word.chars().all(is_plain) {
-        word.to_owned()
+        word.into_owned()
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))
     }

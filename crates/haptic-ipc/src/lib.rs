@@ -44,7 +44,7 @@ pub use advice::{Advice, AdviceBasis, AdviceReply, Finding, WorstPlace};
 pub use async_client::AsyncClient;
 pub use changes::{Changes, ParameterChange, RelativeChange};
 pub use client::{Client, ClientError, Receiver, Sender};
-pub use command_line::set_command;
+pub use command_line::{quoted, set_command};
 pub use commission::{CommissionReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, UNKNOWN_MASS_KG};
 pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};

@@ -9,6 +9,7 @@
 //! A study keeps it as `subjects.csv`, which may get more columns at any time; the orders are fixed when it is made.
 
 use super::trial::{TrialError, cells};
+use std::collections::BTreeSet;
 
 /// Column of the codes.
 pub(crate) const SUBJECT: &str = "subject";
@@ -100,6 +101,29 @@ impl SubjectTable {
         self.rows.iter().map(|row| row.code.clone()).collect()
     }
 
+    /// What of a table with free fields does not belong to the subjects of the trials, for people: a spreadsheet saves
+    /// the code 01 as 1. The codes of the study, where there is one, need not have trials yet.
+    #[must_use]
+    pub fn strangers(&self, of_trials: &BTreeSet<&str>, of_study: Option<&[String]>) -> Option<String> {
+        if self.fields.is_empty() || self.rows.is_empty() {
+            return None;
+        }
+        let has_row = |code: &&&str| self.rows.iter().any(|row| row.code == **code);
+        let lacking: Vec<&str> = of_trials.iter().filter(|code| !has_row(code)).copied().collect();
+        let is_known = |code: &String| {
+            of_trials.contains(code.as_str()) || of_study.map_or(lacking.is_empty(), |codes| codes.contains(code))
+        };
+        let rows = self.rows.iter().map(|row| &row.code);
+        let strange: Vec<&str> = rows.filter(|code| !is_known(code)).map(String::as_str).collect();
+        let lacking = (!lacking.is_empty()).then(|| {
+            let codes = lacking.join(", ");
+            format!("it has no row of subject {codes}, whose fields are empty")
+        });
+        let strange = (!strange.is_empty()).then(|| format!("it has {}, not of this study", strange.join(", ")));
+        let said: Vec<String> = lacking.into_iter().chain(strange).collect();
+        (!said.is_empty()).then(|| format!("subjects.csv: {}", said.join("; ")))
+    }
+
     /// The table as CSV.
     ///
     /// # Errors
@@ -131,6 +155,27 @@ fn names(cell: &str) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_table_of_other_codes_than_the_trials_says_so() {
+        let study = ["01", "02", "03"].map(str::to_owned);
+        let said = |text: &str, of_study: Option<&[String]>| {
+            let table = SubjectTable::read(text.as_bytes()).expect("a table");
+            table.strangers(&BTreeSet::from(["01", "02"]), of_study)
+        };
+        // As a spreadsheet saves it.
+        let saved = "subject,age_band\n1,20-29\n2,30-39\n";
+        let note =
+            "subjects.csv: it has no row of subject 01, 02, whose fields are empty; it has 1, 2, not of this study";
+        assert_eq!(said(saved, Some(&study)).as_deref(), Some(note));
+        assert_eq!(said(saved, None).as_deref(), Some(note));
+        let one = said("subject,age_band\n01,20-29\n02,30-39\n4,\n", Some(&study));
+        assert_eq!(one.as_deref(), Some("subjects.csv: it has 4, not of this study"));
+        // A subject may have no trials yet, and a table without fields none to lose.
+        assert_eq!(said("subject,age_band\n01,20-29\n02,30-39\n03,\n", Some(&study)), None);
+        assert_eq!(said("subject,age_band\n01,20-29\n02,30-39\n03,\n", None), None);
+        assert_eq!(said("subject\n1\n", Some(&study)), None);
+    }
 
     #[test]
     fn a_table_of_subjects_reads_back_with_orders_and_fields() {

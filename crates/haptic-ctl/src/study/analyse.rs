@@ -10,6 +10,7 @@ use haptic_studies::plan::Plan;
 use haptic_studies::store;
 use haptic_studies::subject_table::SubjectTable;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
@@ -66,7 +67,11 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
         let of = of.map_or_else(String::new, |of| format!(" of {of}"));
         Some(format!("{done}{of} trials: the study is not finished"))
     });
-    let plan = study.map(|(plan, _)| plan);
+    let (plan, about) = study.unzip();
+    let strangers = |of_trials: BTreeSet<&str>| {
+        let of_study = about.as_ref().map(|about| &*about.subjects);
+        subjects.strangers(&of_trials, of_study)
+    };
     match read.map_err(|error| usage(&error))? {
         Trials::Fitts(trials) => {
             let task = if arguments.discrete {
@@ -79,6 +84,9 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
                 found.put_beside_paper(plan);
             }
             found.notes.extend(unfinished);
+            found
+                .notes
+                .extend(strangers(trials.iter().map(|one| &*one.subject).collect()));
             if arguments.out.is_some() {
                 let base = if is_folder { path } else { path.parent().unwrap_or(path) };
                 let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;
@@ -97,12 +105,19 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
         }
         Trials::Perception(trials) => {
             let bar = progress::busy("drawing answers for the intervals");
-            let mut found = analysis::perception(&trials, SEED).map_err(in_source)?;
+            let plan = plan.as_ref().and_then(|plan| match plan {
+                Plan::Perception(plan) => Some(plan),
+                Plan::Fitts(_) => None,
+            });
+            let mut found = analysis::perception(&trials, plan, SEED).map_err(in_source)?;
             bar.finish_and_clear();
-            if let Some(Plan::Perception(plan)) = &plan {
+            if let Some(plan) = plan {
                 found.put_beside_paper(plan);
             }
             found.notes.extend(unfinished);
+            found
+                .notes
+                .extend(strangers(trials.iter().map(|one| &*one.subject).collect()));
             write(arguments, || analysis::perception_files(&found, &subjects, &name))?;
             show(
                 json,

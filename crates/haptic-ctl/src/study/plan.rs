@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::output;
 use clap::Args;
-use haptic_ipc::regular_file;
+use haptic_ipc::{quoted, regular_file};
 use haptic_studies::plan::{Plan, Task};
 use std::path::Path;
 
@@ -64,12 +64,19 @@ pub(super) fn panel(task: Task, folder: &Path) -> String {
         Task::Fitts => "task",
         Task::Perception => "perception",
     };
-    format!("haptic-gui --page {page} --study {}", folder.display())
+    format!("haptic-gui --page {page} --study {}", quoted(folder))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_printed_command_is_one_that_a_shell_takes() {
+        let of = |folder: &str| panel(Task::Fitts, Path::new(folder));
+        assert_eq!(of("study"), "haptic-gui --page task --study study");
+        assert_eq!(of("Ada's study"), r"haptic-gui --page task --study 'Ada'\''s study'");
+    }
 
     #[test]
     fn a_checked_plan_says_what_a_subject_does() {

@@ -5,6 +5,7 @@ use super::subjects::Subjects;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::{Args, ValueEnum};
+use haptic_ipc::quoted;
 use haptic_studies::pace::time_left;
 use haptic_studies::run::{self, Progress, RunError};
 use haptic_studies::store::{StoreError, Study, StudyDescription};
@@ -63,9 +64,9 @@ pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Fail
         return Err(Failure::Usage(format!(
             "--operator simulated is needed: people do a study in the panel; `haptic-ctl study new {} {} --out {}` makes \
              it; continue with `{}`",
-            arguments.plan,
+            quoted(&arguments.plan),
             arguments.subjects,
-            arguments.out.display(),
+            quoted(&arguments.out),
             plan::panel(plan.task(), &arguments.out)
         )));
     }
@@ -222,6 +223,7 @@ fn report(progress: &Progress, folder: &Path, is_finished: bool, took_s: f64, as
         return output::text("The study is finished.");
     }
     output::text(&format!(
-        "The study is interrupted; continue with `haptic-ctl study resume {place}`."
+        "The study is interrupted; continue with `haptic-ctl study resume {}`.",
+        quoted(folder)
     ))
 }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use clap::{Args, ValueHint};
-use haptic_ipc::regular_file;
+use haptic_ipc::{quoted, regular_file};
 use haptic_studies::subject::numbered_codes;
 use haptic_studies::subject_table::SubjectTable;
 use std::fmt::{self, Display, Formatter};
@@ -46,7 +46,7 @@ impl Subjects {
 impl Display for Subjects {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match (&self.subjects_file, self.subjects) {
-            (Some(path), _) => write!(f, "--subjects-file {}", path.display()),
+            (Some(path), _) => write!(f, "--subjects-file {}", quoted(path)),
             (None, Some(subjects)) => write!(f, "--subjects {subjects}"),
             (None, None) => write!(f, "--codes {}", self.codes.join(",")),
         }

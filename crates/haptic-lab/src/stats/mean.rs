@@ -9,7 +9,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub struct Mean {
     /// The mean.
     pub value: f64,
-    /// Its 95 % interval; `None` where one cluster alone says nothing of the others.
+    /// Its 95 % interval; `None` where one cluster alone, or several that are alike to the last digits, say nothing of
+    /// others.
     pub interval: Option<[f64; 2]>,
     /// How many values there are.
     pub count: usize,
@@ -58,15 +59,24 @@ pub fn clustered_mean(clusters: &[Vec<f64>]) -> Mean {
         .iter()
         .map(|cluster| cluster.iter().map(|one| one - value).sum::<f64>().powi(2))
         .sum();
-    let half = student_t(count - 1.0) * (count / (count - 1.0) * squares).sqrt() / values.len() as f64;
+    // Sums that differ by their rounding alone are alike.
+    let sizes: f64 = values.iter().map(|value| value.abs()).sum();
+    let scatter = Some(squares.sqrt()).filter(|scatter| *scatter > ROUNDING * sizes);
+    let half =
+        scatter.map(|scatter| student_t(count - 1.0) * (count / (count - 1.0)).sqrt() * scatter / values.len() as f64);
     let least = values.iter().copied().fold(0.0, f64::min);
     let floor = if least < 0.0 { f64::NEG_INFINITY } else { 0.0 };
     Mean {
         value,
-        interval: half.is_finite().then_some([(value - half).max(floor), value + half]),
+        interval: half
+            .filter(|half| half.is_finite())
+            .map(|half| [(value - half).max(floor), value + half]),
         count: values.len(),
     }
 }
+
+/// Share of the values' sum that rounding may make of their scatter.
+const ROUNDING: f64 = 1e-12;
 
 /// The value below which a share of the sorted values lies, by straight lines between them.
 pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
@@ -105,6 +115,15 @@ mod tests {
         let width = |mean: &Mean| mean.interval.map(|[low, high]| high - low).expect("three clusters");
         assert!((width(&once) - width(&ten_times)).abs() < 1e-12);
         assert_eq!(clustered_mean(&[vec![1.0, 2.0, 3.0]]).interval, None);
+    }
+
+    #[test]
+    fn clusters_that_are_alike_have_no_interval() {
+        for alike in [0.0, 0.55, 0.1 + 0.2] {
+            assert_eq!(clustered_mean(&[vec![alike], vec![alike]]).interval, None);
+        }
+        assert_eq!(clustered_mean(&[vec![0.3; 3], vec![0.1 + 0.2; 3]]).interval, None);
+        assert!(clustered_mean(&[vec![0.3], vec![0.300_000_1]]).interval.is_some());
     }
 
     #[test]

@@ -2,13 +2,11 @@
 
 use super::error::{AnalysisError, Refusal};
 use super::paper;
-use crate::plan::PerceptionPlan;
+use crate::plan::{PerceptionPlan, Staircase};
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
 use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
-use haptic_lab::stats::psychometric::{
-    Bootstrap, Level, MAX_LAPSE, Psychometric, Resampling, bootstrap, by_level, fit,
-};
+use haptic_lab::stats::psychometric::{Bootstrap, Level, MAX_LAPSE, Psychometric, bootstrap_clusters, by_level, fit};
 use haptic_lab::stats::staircase::{StaircaseEstimate, staircase};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -99,11 +97,16 @@ impl PerceptionAnalysis {
 /// The trials of a case by subject, session and number.
 type BySubject<'a> = BTreeMap<&'a str, BTreeMap<(u32, u32), &'a PerceptionTrial>>;
 
-/// Analyses the answers of a perception test, in any order. The seed is that of the intervals.
+/// Analyses the answers of a perception test, in any order. The plan, where it is known, says between which levels a
+/// staircase went. The seed is that of the intervals.
 ///
 /// # Errors
 /// There are no trials, or two are the same one.
-pub fn perception(trials: &[PerceptionTrial], seed: u64) -> Result<PerceptionAnalysis, AnalysisError> {
+pub fn perception(
+    trials: &[PerceptionTrial],
+    plan: Option<&PerceptionPlan>,
+    seed: u64,
+) -> Result<PerceptionAnalysis, AnalysisError> {
     let Some(first) = trials.first() else {
         return Err(AnalysisError::NoTrials);
     };
@@ -127,7 +130,12 @@ pub fn perception(trials: &[PerceptionTrial], seed: u64) -> Result<PerceptionAna
     let mut refused = Vec::new();
     let cases: Vec<CaseAnalysis> = by_case
         .into_iter()
-        .map(|((case, method), subjects)| analysed((case, method), &subjects, seed, &mut refused))
+        .map(|((case, method), subjects)| {
+            let staircases = plan.into_iter().flat_map(|plan| &plan.tests);
+            let mut staircases = staircases.filter(|test| test.case == case && test.method() == method);
+            let range = staircases.find_map(|test| test.staircase.as_ref());
+            analysed((case, method), &subjects, range, seed, &mut refused)
+        })
         .collect();
     let mut notes = Vec::new();
     if first.operator == Some(Operator::Simulated) {
@@ -194,35 +202,32 @@ fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
 fn analysed(
     (case, method): (Case, Method),
     subjects: &BySubject<'_>,
+    range: Option<&Staircase>,
     seed: u64,
     refused: &mut Vec<Refusal>,
 ) -> CaseAnalysis {
-    let mut refuse = |what: &str, of: String, error: &StatsError| {
+    let mut refuse = |what: &str, of: String, reason: String| {
         refused.push(Refusal {
             what: format!("{what} of {of}, case {case:?}"),
-            reason: error.to_string(),
+            reason,
         });
     };
-    let everything = subjects.values().flat_map(BTreeMap::values).copied();
-    let (pooled, error) = threshold(None, everything, seed);
+    let everything: Vec<Vec<&PerceptionTrial>> = subjects.values().map(of_subject).collect();
+    let (pooled, error) = threshold(None, &everything, seed);
     if let Some(error) = error {
-        refuse("threshold", "all subjects together".to_owned(), &error);
+        refuse("threshold", "all subjects together".to_owned(), error.to_string());
     }
     let own = subjects.iter().map(|(subject, trials)| {
         let of = || format!("subject {subject}");
-        let (mut found, error) = threshold(Some(subject), trials.values().copied(), seed);
+        let (mut found, error) = threshold(Some(subject), &[of_subject(trials)], seed);
         if let Some(error) = error {
-            refuse("threshold", of(), &error);
+            refuse("threshold", of(), error.to_string());
         }
         if method == Method::Staircase {
-            let turned: Vec<f64> = trials
-                .values()
-                .filter(|one| one.reversal)
-                .map(|one| one.level_n)
-                .collect();
-            match staircase(&turned, DROPPED_REVERSALS) {
+            let own: Vec<&PerceptionTrial> = of_subject(trials);
+            match mean_of_reversals(&own, range) {
                 Ok(estimate) => found.staircase = Some(estimate),
-                Err(error) => refuse("staircase", of(), &error),
+                Err(reason) => refuse("staircase", of(), reason),
             }
         }
         found
@@ -237,6 +242,7 @@ fn analysed(
     let fitted = mean_of(&|one| one.fit.map(|fit| fit.threshold)).map(|mean| Mean {
         interval: mean
             .interval
+            .or((mean.count > 1).then_some([mean.value; 2]))
             .filter(|_| is_known)
             .map(|interval| no_surer(interval, mean.value, &subjects)),
         ..mean
@@ -264,24 +270,60 @@ fn no_surer([low, high]: [f64; 2], mean: f64, subjects: &[SubjectThreshold]) -> 
     [low.min(mean - half(0)), high.max(mean + half(1))]
 }
 
-/// The threshold of some answers, or why they have none.
-fn threshold<'a>(
+/// The mean level at which the staircase of a subject turned, or why it has none.
+fn mean_of_reversals(trials: &[&PerceptionTrial], range: Option<&Staircase>) -> Result<StaircaseEstimate, String> {
+    /// Levels are rounded to a millionth of a newton.
+    const SAME_N: f64 = 1e-6;
+    let turns = trials.iter().filter(|one| one.reversal);
+    let turns: Vec<(f64, bool)> = turns.map(|one| (one.level_n, one.correct)).collect();
+    let levels: Vec<f64> = turns.iter().map(|(level_n, _)| *level_n).collect();
+    let estimate = staircase(&levels, DROPPED_REVERSALS).map_err(|error| error.to_string())?;
+    let ends = range.map(|range| {
+        [
+            // A correct answer turns it at the top, a wrong one at the bottom.
+            (false, "bottom", "smallest_N", range.smallest_n, "smaller"),
+            (true, "top", "largest_N", range.largest_n, "larger"),
+        ]
+    });
+    for (correct, place, field, end_n, wanted) in ends.into_iter().flatten() {
+        let here = turns[estimate.dropped..]
+            .iter()
+            .filter(|(_, turned)| *turned == correct);
+        let all = here.clone().count();
+        let held = here.filter(|(level_n, _)| (level_n - end_n).abs() < SAME_N).count();
+        if held > 0 && 2 * held >= all {
+            return Err(format!(
+                "{held} of the {all} reversals at the {place} are at {field} = {end_n} N, where the staircase could \
+                 not go on: test {wanted} levels"
+            ));
+        }
+    }
+    Ok(estimate)
+}
+
+fn of_subject<'a>(trials: &BTreeMap<(u32, u32), &'a PerceptionTrial>) -> Vec<&'a PerceptionTrial> {
+    trials.values().copied().collect()
+}
+
+/// The threshold of the answers of some subjects, or why they have none.
+fn threshold(
     subject: Option<&str>,
-    trials: impl Iterator<Item = &'a PerceptionTrial>,
+    subjects: &[Vec<&PerceptionTrial>],
     seed: u64,
 ) -> (SubjectThreshold, Option<StatsError>) {
-    let answers: Vec<(f64, bool)> = trials.map(|trial| (trial.level_n, trial.correct)).collect();
-    let levels = by_level(answers.iter().copied());
+    let own = |trial: &&PerceptionTrial| (trial.level_n, trial.correct);
+    let levels = by_level(subjects.iter().flatten().map(own));
     let (fit, error) = match fit(&levels) {
         Ok(fit) => (Some(fit), None),
         Err(error) => (None, Some(error)),
     };
+    let by_subject = || -> Vec<Vec<Level>> { subjects.iter().map(|trials| by_level(trials.iter().map(own))).collect() };
     let found = SubjectThreshold {
         subject: subject.map(str::to_owned),
-        trials: answers.len(),
+        trials: subjects.iter().map(Vec::len).sum(),
         intervals: fit
             .filter(|fit| !fit.is_step(&levels))
-            .map(|fit| bootstrap(&levels, &fit, Resampling::Parametric, DRAWS, seed)),
+            .map(|fit| bootstrap_clusters(&by_subject(), &fit, DRAWS, seed)),
         levels,
         fit,
         refused: error.as_ref().map(StatsError::to_string),

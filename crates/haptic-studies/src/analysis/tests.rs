@@ -1,5 +1,6 @@
 //! Analyses of studies that can be worked out by hand.
 
+mod answers;
 mod files;
 
 use super::*;
@@ -398,7 +399,7 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
         answers(Case::B, Method::Staircase, &staircase),
     ]
     .concat();
-    let found = perception(&trials, 1).expect("an analysis");
+    let found = perception(&trials, None, 1).expect("an analysis");
     let [a, b] = &found.cases[..] else { panic!("two cases") };
     let threshold = a.jnd_n.expect("a threshold").value;
     assert!((threshold - 0.3548).abs() < 1e-4, "{threshold}");
@@ -439,10 +440,10 @@ fn a_case_has_its_threshold_and_a_staircase_its_reversals() {
     let page = String::from_utf8(files[0].1.clone()).expect("text");
     assert!(page.contains("threshold 0.355 N") && page.contains("Case B"));
     fastrand::Rng::with_seed(1).shuffle(&mut trials);
-    assert_eq!(perception(&trials, 1).expect("an analysis"), found);
+    assert_eq!(perception(&trials, None, 1).expect("an analysis"), found);
     trials.push(trials[0].clone());
     assert!(
-        perception(&trials, 1)
+        perception(&trials, None, 1)
             .expect_err("twice")
             .to_string()
             .contains("is there twice")
@@ -460,7 +461,7 @@ fn twice(levels: &[(f64, usize)]) -> PerceptionAnalysis {
         own.iter_mut().for_each(|trial| trial.subject = subject.to_owned());
         own
     });
-    perception(&trials.collect::<Vec<_>>(), 1).expect("an analysis")
+    perception(&trials.collect::<Vec<_>>(), None, 1).expect("an analysis")
 }
 
 #[test]

@@ -94,8 +94,17 @@ impl Plan {
     }
 }
 
+/// What to write for a coupling of the rig.
+const NUMBERS: &str =
+    "\na plan has the numbers that commissioning printed: coupling = { stiffness = .., damping = .. }";
+
 fn parse<T: DeserializeOwned>(text: &str) -> Result<T, PlanError> {
-    toml::from_str(text).map_err(|error| PlanError::Toml(error.to_string().trim_end().to_owned()))
+    toml::from_str(text).map_err(|error| {
+        let said = error.to_string().trim_end().to_owned();
+        // As a scene may have it, which is of one rig: a study is the same on each.
+        let is_of_rig = error.message().ends_with("\"rig\", expected struct Coupling");
+        PlanError::Toml(if is_of_rig { said + NUMBERS } else { said })
+    })
 }
 
 /// The task of a study.
@@ -226,11 +235,32 @@ mod tests {
                 "",
                 "tests.B.staircase: `stop_after_trials` or `stop_after_reversals` is needed",
             ),
+            (
+                perception,
+                "coupling = { stiffness = 25000, damping = 10 }",
+                "coupling = \"rig\"",
+                "a plan has the numbers that commissioning printed: coupling = { stiffness",
+            ),
+            (
+                fitts,
+                "coupling = { stiffness = 25000, damping = 10 }",
+                "coupling = \"rig\"",
+                "a plan has the numbers that commissioning printed: coupling = { stiffness",
+            ),
+            (
+                perception,
+                "case = \"A\"",
+                "case = \"C\"",
+                "tests: duplicate name `C constant`",
+            ),
         ] {
             let changed = text.replacen(was, is, 1);
             assert_ne!(changed, text, "{was}");
             let error = Plan::read(&changed).expect_err(message).to_string();
             assert!(error.contains(message), "{error}\n{message}");
         }
+        // By two methods, a case is two tests.
+        let both = perception.replace("case = \"B\"", "case = \"A\"");
+        assert!(Plan::read(&both).is_ok_and(|plan| plan.ordered_names()[2] == "A staircase"));
     }
 }

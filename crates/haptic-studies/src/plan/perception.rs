@@ -3,7 +3,7 @@
 use super::super::order::Order;
 use super::super::trial::{Case, Method};
 use super::Task;
-use super::check::{PlanError, within};
+use super::check::{PlanError, names, within};
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::{Directional, Scene};
 use serde::{Deserialize, Serialize};
@@ -204,10 +204,9 @@ impl PerceptionPlan {
                 "friction.law = `{law}`: karnopp is needed, with one static_force and one dynamic_force"
             )));
         }
-        if self.tests.is_empty() {
-            return Err(PlanError::Empty("tests"));
-        }
-        self.tests.iter().try_for_each(|test| self.check_test(test))
+        self.tests.iter().try_for_each(|test| self.check_test(test))?;
+        // Rows say case and method alone of their test.
+        names("tests", self.test_names().iter().map(String::as_str))
     }
 
     fn check_test(&self, test: &Test) -> Result<(), PlanError> {

@@ -34,7 +34,10 @@ pub enum StoreError {
         found: u32,
     },
     /// The plan is not the one that the study began with.
-    #[error("{}: the plan was changed since the study began: its checksum was {expected:08x} and is {found:08x}", .path.display())]
+    #[error(
+        "{}: the plan was changed since the study began: its checksum was {expected:08x} and is {found:08x}; put the \
+         old plan back, or make a new study", .path.display()
+    )]
     PlanChanged {
         /// The file.
         path: PathBuf,

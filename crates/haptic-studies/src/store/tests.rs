@@ -180,7 +180,8 @@ fn what_is_not_this_study_is_refused() {
     fs::write(folder.join("plan.toml"), text.replace("rest_s = 60", "rest_s = 61")).expect("written");
     let error = Study::open(&folder).expect_err("another plan").to_string();
     assert!(
-        error.contains("plan.toml: the plan was changed since the study began"),
+        error.contains("plan.toml: the plan was changed since the study began")
+            && error.ends_with("; put the old plan back, or make a new study"),
         "{error}"
     );
     let other = parent.path().join("other");

@@ -4,7 +4,7 @@
 use super::function::{Level, Psychometric};
 use super::likelihood::best;
 use crate::stats::CONFIDENCE;
-use crate::stats::mean::quantile;
+use crate::stats::mean::{quantile, student_t};
 use fastrand::Rng;
 use serde::Serialize;
 
@@ -34,8 +34,6 @@ pub struct Bootstrap {
 /// Draws answers and fits them, `draws` times (at least 1). The same seed gives the same intervals.
 #[must_use]
 pub fn bootstrap(levels: &[Level], fit: &Psychometric, resampling: Resampling, draws: usize, seed: u64) -> Bootstrap {
-    let mut random = Rng::with_seed(seed);
-    let draws = draws.max(1);
     let shares: Vec<f64> = levels
         .iter()
         .map(|level| match resampling {
@@ -43,33 +41,91 @@ pub fn bootstrap(levels: &[Level], fit: &Psychometric, resampling: Resampling, d
             Resampling::Nonparametric => f64::from(level.correct) / f64::from(level.trials.max(1)),
         })
         .collect();
-    let fits: Vec<Psychometric> = (0..draws)
-        .map(|_| {
-            let drawn: Vec<Level> = levels
-                .iter()
-                .zip(&shares)
-                .map(|(level, share)| Level {
-                    correct: (0..level.trials).map(|_| u32::from(random.f64() < *share)).sum(),
-                    ..*level
-                })
-                .collect();
-            best(&drawn, Some(fit))
-        })
-        .collect();
-    let interval = |of: fn(&Psychometric) -> f64| {
-        let mut values: Vec<f64> = fits.iter().map(of).collect();
-        values.sort_by(f64::total_cmp);
-        [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)].map(|share| quantile(&values, share))
-    };
-    let floor = levels.iter().map(|level| level.level).fold(0.0, f64::min);
-    let [low, high] = interval(|one| one.threshold);
+    let fits = fits(fit, draws, seed, |random| {
+        let drawn = levels.iter().zip(&shares).map(|(level, share)| Level {
+            correct: (0..level.trials).map(|_| u32::from(random.f64() < *share)).sum(),
+            ..*level
+        });
+        drawn.collect()
+    });
     let worse = fits.iter().filter(|one| one.deviance >= fit.deviance).count();
     #[expect(clippy::cast_precision_loss, reason = "a count of draws")]
-    let worse_fits = worse as f64 / draws as f64;
+    let worse_fits = worse as f64 / fits.len() as f64;
+    let [low, high] = percentiles(&fits, |one| one.threshold);
+    let floor = floor(levels);
     Bootstrap {
         threshold_interval: [low.max(floor), high.max(floor)],
-        width_interval: interval(|one| one.width),
+        width_interval: percentiles(&fits, |one| one.width),
         worse_fits,
-        draws,
+        draws: fits.len(),
     }
+}
+
+/// The intervals of a fit to the answers of several subjects, the levels of each: subjects are drawn, as those who
+/// answered are a few of many. They are no narrower than those of answers that are all independent, which
+/// [`Resampling::Parametric`] gives, as it does for a single subject.
+///
+/// Few subjects differ less among themselves than among many: the percentiles' distances from the fit grow by
+/// `sqrt(n / (n - 1))`, and by Student's t over that of many subjects (Hesterberg 2015).
+#[must_use]
+pub fn bootstrap_clusters(subjects: &[Vec<Level>], fit: &Psychometric, draws: usize, seed: u64) -> Bootstrap {
+    let levels = joined(subjects);
+    let alone = bootstrap(&levels, fit, Resampling::Parametric, draws, seed);
+    if subjects.len() < 2 {
+        return alone;
+    }
+    let fits = fits(fit, draws, seed, |random| {
+        joined(subjects.iter().map(|_| &subjects[random.usize(..subjects.len())]))
+    });
+    #[expect(clippy::cast_precision_loss, reason = "a count of subjects")]
+    let count = subjects.len() as f64;
+    let growth = student_t(count - 1.0) / student_t(MANY) * (count / (count - 1.0)).sqrt();
+    let wider = |[low, high]: [f64; 2], of: fn(&Psychometric) -> f64, floor: f64| {
+        let [least, most] = percentiles(&fits, of).map(|end| of(fit) + growth * (end - of(fit)));
+        [low.min(least).max(floor), high.max(most)]
+    };
+    Bootstrap {
+        threshold_interval: wider(alone.threshold_interval, |one| one.threshold, floor(&levels)),
+        width_interval: wider(alone.width_interval, |one| one.width, 0.0),
+        ..alone
+    }
+}
+
+/// Degrees of freedom at which Student's t is that of a normal distribution.
+const MANY: f64 = 1e6;
+
+/// The fits to drawn answers.
+fn fits(
+    fit: &Psychometric,
+    draws: usize,
+    seed: u64,
+    mut drawn: impl FnMut(&mut Rng) -> Vec<Level>,
+) -> Vec<Psychometric> {
+    let mut random = Rng::with_seed(seed);
+    let draws = 0..draws.max(1);
+    draws.map(|_| best(&drawn(&mut random), Some(fit))).collect()
+}
+
+/// Ends of the share of [`CONFIDENCE`] in the middle.
+fn percentiles(fits: &[Psychometric], of: fn(&Psychometric) -> f64) -> [f64; 2] {
+    let mut values: Vec<f64> = fits.iter().map(of).collect();
+    values.sort_by(f64::total_cmp);
+    [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)].map(|share| quantile(&values, share))
+}
+
+/// What a threshold is not below: zero, where no level is.
+fn floor(levels: &[Level]) -> f64 {
+    levels.iter().map(|level| level.level).fold(0.0, f64::min)
+}
+
+/// The answers of several subjects together, the lowest level first.
+pub(super) fn joined<'a>(subjects: impl IntoIterator<Item = &'a Vec<Level>>) -> Vec<Level> {
+    let mut levels: Vec<Level> = subjects.into_iter().flatten().copied().collect();
+    levels.sort_by(|a, b| a.level.total_cmp(&b.level));
+    let together = levels.chunk_by(|a, b| a.level == b.level).map(|same| Level {
+        level: same[0].level,
+        trials: same.iter().map(|one| one.trials).sum(),
+        correct: same.iter().map(|one| one.correct).sum(),
+    });
+    together.collect()
 }

@@ -10,7 +10,7 @@ mod bootstrap;
 mod function;
 mod likelihood;
 
-pub use bootstrap::{Bootstrap, Resampling, bootstrap};
+pub use bootstrap::{Bootstrap, Resampling, bootstrap, bootstrap_clusters};
 use function::WIDTHS;
 pub use function::{GUESS, Level, MAX_LAPSE, Psychometric};
 

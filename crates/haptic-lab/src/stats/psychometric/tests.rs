@@ -164,6 +164,68 @@ fn no_function_of_a_fine_grid_is_likelier() {
     }
 }
 
+/// What one of many subjects answers, 40 times at each of 7 levels: thresholds differ by 30 %.
+fn subject(random: &mut Rng) -> Vec<Level> {
+    let normal: f64 = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+    let own = of_scale((0.3 * normal).exp());
+    let levels = [0.2, 0.4, 0.6, 0.8, 1.0, 1.4, 2.0];
+    let of = |level| Level {
+        level,
+        trials: 40,
+        correct: (0..40).map(|_| u32::from(random.f64() < own.probability(level))).sum(),
+    };
+    levels.map(of).to_vec()
+}
+
+fn of_scale(scale: f64) -> Psychometric {
+    Psychometric {
+        threshold: 0.7 * scale,
+        width: 0.8 * scale,
+        lapse: 0.02,
+        deviance: 0.0,
+    }
+}
+
+/// The fit to the answers of so many subjects, and its intervals.
+fn together(subjects: &[Vec<Level>], draws: usize) -> (Psychometric, Bootstrap) {
+    let fitted = best(&bootstrap::joined(subjects), None);
+    (fitted, bootstrap_clusters(subjects, &fitted, draws, 1))
+}
+
+#[test]
+fn the_interval_of_subjects_holds_the_threshold_of_all_people() {
+    let mut random = Rng::with_seed(1);
+    let many: Vec<Vec<Level>> = (0..4000).map(|_| subject(&mut random)).collect();
+    let truth = best(&bootstrap::joined(&many), None).threshold;
+    // Taken as independent answers, those of 8 subjects hold it in less than half of the studies.
+    for count in [2, 8] {
+        let held = (0..16).filter(|_| {
+            let subjects: Vec<Vec<Level>> = (0..count).map(|_| subject(&mut random)).collect();
+            let [low, high] = together(&subjects, 60).1.threshold_interval;
+            low <= truth && truth <= high
+        });
+        let held = held.count();
+        assert!(held >= 14, "{count} subjects: {held} of 16");
+    }
+}
+
+#[test]
+fn the_same_answers_under_new_codes_say_little_more() {
+    let mut random = Rng::with_seed(1);
+    let eight: Vec<Vec<Level>> = (0..8).map(|_| subject(&mut random)).collect();
+    let (fitted, found) = together(&eight, 400);
+    let (same, narrower) = together(&[&*eight, &*eight].concat(), 400);
+    assert!((fitted.threshold - same.threshold).abs() < 1e-6, "{fitted:?} {same:?}");
+    let width = |found: Bootstrap| found.threshold_interval[1] - found.threshold_interval[0];
+    // Of 16 subjects Student's t and the correction are smaller as well: 2.20 after 2.53.
+    let most = 2.0_f64.sqrt() * 2.53 / 2.20;
+    let ratio = width(found) / width(narrower);
+    assert!((1.1..most * 1.2).contains(&ratio), "{ratio}");
+    // One subject's interval is that of its answers.
+    let (fitted, alone) = together(&eight[..1], 100);
+    assert_eq!(alone, bootstrap(&eight[0], &fitted, Resampling::Parametric, 100, 1));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 

@@ -89,7 +89,7 @@ fn every_file_of_a_simulated_operator_says_so() {
     for operator in [None, Some(Operator::Human), Some(Operator::Simulated)] {
         trials.iter_mut().for_each(|trial| trial.operator = operator);
         heard.iter_mut().for_each(|trial| trial.operator = operator);
-        let heard = perception(&heard, 1).expect("an analysis");
+        let heard = perception(&heard, None, 1).expect("an analysis");
         let files = [
             fitts_files(&analysed(&trials), &[], &SubjectTable::default(), "A study"),
             perception_files(&heard, &SubjectTable::default(), "Cases"),
@@ -128,7 +128,7 @@ fn columns(table: &haptic_lab::drawing::Table) -> std::collections::BTreeMap<Str
 fn tidy_tables_have_each_column_once_and_every_digit() {
     let found = analysed(&study());
     let answers = answers(Case::A, Method::Constant, &[(0.1, true, false), (0.3, false, false)]);
-    let heard = perception(&answers, 1).expect("an analysis");
+    let heard = perception(&answers, None, 1).expect("an analysis");
     let row = |code: &str, age: &str| SubjectRow {
         code: code.to_owned(),
         order: Vec::new(),

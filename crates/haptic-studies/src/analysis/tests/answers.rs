@@ -1,0 +1,86 @@
+//! What the answers of several subjects say of all people.
+
+use super::*;
+use haptic_lab::stats::psychometric::{Resampling, bootstrap};
+
+/// The answers of each subject: levels, how many of 20 are correct at each.
+fn of_subjects(subjects: &[[usize; 6]]) -> Vec<PerceptionTrial> {
+    let own = |(number, correct): (usize, &[usize; 6])| {
+        let levels = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6].into_iter().zip(*correct);
+        let own: Vec<(f64, bool, bool)> = levels
+            .flat_map(|(level, correct)| (0..20).map(move |place| (level, place < correct, false)))
+            .collect();
+        let mut own = answers(Case::A, Method::Constant, &own);
+        own.iter_mut().for_each(|trial| trial.subject = format!("{number:02}"));
+        own
+    };
+    subjects.iter().enumerate().flat_map(own).collect()
+}
+
+#[test]
+fn answers_of_unlike_subjects_are_no_independent_answers() {
+    let width = |interval: [f64; 2]| interval[1] - interval[0];
+    let early = [12, 16, 19, 20, 20, 20];
+    let late = [10, 10, 11, 12, 16, 19];
+    let found = perception(&of_subjects(&[early, late]), None, 1).expect("an analysis");
+    let pooled = &found.cases[0].pooled;
+    let fit = pooled.fit.expect("a fit");
+    let independent = bootstrap(&pooled.levels, &fit, Resampling::Parametric, 100, 1).threshold_interval;
+    let interval = pooled.intervals.expect("intervals").threshold_interval;
+    assert!(
+        width(interval) > 2.0 * width(independent),
+        "{interval:?} {independent:?}"
+    );
+}
+
+/// A staircase of two subjects that turns at these levels, bottom and top in turn, and its analysis by a plan whose
+/// smallest level is 0.5 N.
+fn climbed(levels: &[f64]) -> PerceptionAnalysis {
+    let turns: Vec<(f64, bool, bool)> = (0..)
+        .zip(levels)
+        .map(|(place, level)| (*level, place % 2 == 1, true))
+        .collect();
+    let trials = ["01", "02"].into_iter().flat_map(|subject| {
+        let mut own = answers(Case::B, Method::Staircase, &turns);
+        own.iter_mut().for_each(|trial| trial.subject = subject.to_owned());
+        own
+    });
+    let Ok(Plan::Perception(mut plan)) = Plan::read(plan::Task::Perception.built_in_plan()) else {
+        panic!("a plan")
+    };
+    let test = plan.tests.iter_mut().find_map(|test| test.staircase.as_mut());
+    let range = test.expect("a staircase");
+    (range.smallest_n, range.largest_n) = (0.5, 1.5);
+    perception(&trials.collect::<Vec<_>>(), Some(&plan), 1).expect("an analysis")
+}
+
+#[test]
+fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
+    for (levels, why) in [
+        (
+            [0.5, 0.6],
+            "6 of the 6 reversals at the bottom are at smallest_N = 0.5 N, where the staircase could not go on: test \
+             smaller levels",
+        ),
+        (
+            [1.4, 1.5],
+            "6 of the 6 reversals at the top are at largest_N = 1.5 N, where the staircase could not go on: test \
+             larger levels",
+        ),
+    ] {
+        let found = climbed(&levels.repeat(8));
+        assert_eq!(found.cases[0].staircase_n, None);
+        let reasons = found
+            .refused
+            .iter()
+            .filter(|one| one.what.starts_with("staircase of subject"));
+        assert!(
+            reasons.clone().count() == 2 && reasons.clone().all(|one| one.reason == why),
+            "{found:?}"
+        );
+    }
+    // Once is no end, and subjects who are alike say nothing of others.
+    let once = climbed(&[[0.6, 0.8].repeat(5), vec![0.5, 0.8, 0.6, 0.8]].concat());
+    let mean = once.cases[0].staircase_n.expect("a staircase");
+    assert!((mean.value - 0.69).abs() < 1e-9 && mean.interval.is_none(), "{mean:?}");
+}
