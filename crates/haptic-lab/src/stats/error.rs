@@ -83,13 +83,15 @@ pub enum StatsError {
     /// Larger differences are not answered better.
     #[error("answers do not get better with the level, so there is no threshold")]
     NoRise,
-    /// The threshold is at an end of the tested levels, or beyond.
-    #[error("the fitted threshold, {threshold:.4}, is not inside the tested levels, {lowest} to {highest}: test there")]
-    OutsideLevels {
-        /// The fitted threshold, in the unit of the levels.
-        threshold: f64,
+    /// The threshold is at the lowest level, or below.
+    #[error("the threshold is at the lowest tested level, {lowest}, or below it: test lower levels")]
+    AtLowestLevel {
         /// The lowest level.
         lowest: f64,
+    },
+    /// The threshold is at the highest level, or above.
+    #[error("the threshold is at the highest tested level, {highest}, or above it: test higher levels")]
+    AtHighestLevel {
         /// The highest level.
         highest: f64,
     },

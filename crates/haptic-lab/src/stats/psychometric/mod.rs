@@ -59,12 +59,11 @@ pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
     }
     // Of answers that jump at a level, none were given on the one side of an outermost one.
     let beside = if found.is_step(levels) { found.width } else { 0.0 };
-    if found.threshold <= lowest + beside || found.threshold >= highest - beside {
-        return Err(StatsError::OutsideLevels {
-            threshold: found.threshold,
-            lowest,
-            highest,
-        });
+    if found.threshold <= lowest + beside {
+        return Err(StatsError::AtLowestLevel { lowest });
+    }
+    if found.threshold >= highest - beside {
+        return Err(StatsError::AtHighestLevel { highest });
     }
     if !tested
         .clone()

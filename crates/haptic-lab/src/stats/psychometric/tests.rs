@@ -95,11 +95,17 @@ fn what_has_no_threshold_is_refused_by_name() {
     assert!(refused(&[0, 0, 0]).starts_with("all 60 answers are wrong"));
     assert!(refused(&[18, 15, 12]).starts_with("answers do not get better"));
     assert!(refused(&[14, 14, 14]).starts_with("answers do not get better"));
-    assert!(refused(&[19, 20, 20]).contains("not inside the tested levels, 1 to 3"));
-    assert!(refused(&[10, 10, 11]).contains("not inside the tested levels"));
-    // Nobody answered on the one side of the level at which they jump.
-    assert!(refused(&[15, 20, 20]).contains("not inside the tested levels, 1 to 3"));
-    assert!(refused(&[10, 10, 15]).contains("not inside the tested levels, 1 to 3"));
+    // Nobody answered on the one side of an outermost level at which they jump.
+    let lowest = "the threshold is at the lowest tested level, 1, or below it: test lower levels";
+    let highest = "the threshold is at the highest tested level, 3, or above it: test higher levels";
+    for (correct, reason) in [
+        ([19, 20, 20], lowest),
+        ([15, 20, 20], lowest),
+        ([10, 10, 11], highest),
+        ([10, 10, 15], highest),
+    ] {
+        assert_eq!(refused(&correct), reason);
+    }
     assert!(refused(&[10, 10, 20, 20]).starts_with("answers jump"));
     assert_eq!(refused(&[10, 25, 20]), "25 of 20 answers are correct at level 2");
 }
