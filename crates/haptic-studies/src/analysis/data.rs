@@ -133,7 +133,7 @@ fn throughput(analysis: &FittsAnalysis) -> Table {
             ("effective_width_m", |one| one.effective_width_m.to_string()),
             ("effective_id_bit", |one| one.effective_id_bit.to_string()),
             ("movement_time_s", |one| one.movement_time_s.to_string()),
-            ("misses", |one| one.misses.to_string()),
+            ("error_rate", |one| one.error_rate.to_string()),
         ],
     )
 }
@@ -246,7 +246,7 @@ fn sequences(analysis: &FittsAnalysis) -> Table {
             ("resistance", |one| one.resistance.clone()),
             ("condition", |one| one.condition.clone()),
             ("trials", |one| one.trials.to_string()),
-            ("misses", |one| one.misses.to_string()),
+            ("error_rate", |one| one.error_rate.to_string()),
             ("effective_amplitude_m", |one| one.effective_amplitude_m.to_string()),
             ("end_deviation_m", |one| one.end_deviation_m.to_string()),
             ("effective_width_m", |one| one.effective_width_m.to_string()),

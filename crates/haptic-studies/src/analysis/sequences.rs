@@ -2,6 +2,7 @@
 
 use super::error::Refusal;
 use super::segments::Segment;
+use crate::trial::FittsTrial;
 use haptic_lab::stats::mean::{clustered_mean, mean};
 use haptic_lab::stats::throughput::{Movement, Task, throughput};
 use serde::Serialize;
@@ -20,8 +21,8 @@ pub struct Sequence {
     pub condition: String,
     /// Number of movements.
     pub trials: usize,
-    /// Movements that ended more than half the target's width beside its centre.
-    pub misses: usize,
+    /// Share of the movements with an invalid click, or with an end more than half the target's width beside its centre.
+    pub error_rate: f64,
     /// Effective amplitude, m.
     pub effective_amplitude_m: f64,
     /// Standard deviation of the ends, m.
@@ -58,8 +59,8 @@ pub struct Summary {
     pub effective_id_bit: f64,
     /// Movement time, s.
     pub movement_time_s: f64,
-    /// Movements that ended beside the target, of all sequences.
-    pub misses: usize,
+    /// Error rate, a share.
+    pub error_rate: f64,
 }
 
 /// The sequences that have a throughput; the others are refused by name.
@@ -88,14 +89,16 @@ fn sequence(segment: &Segment<'_>, task: Task) -> Result<Sequence, haptic_lab::s
         })
         .collect();
     let found = throughput(&movements, task)?;
-    let is_miss = |trial: &&crate::trial::FittsTrial| trial.end_error_m.abs() > 0.5 * trial.width_m;
+    let is_error = |trial: &FittsTrial| trial.errors > 0 || trial.end_error_m.abs() > 0.5 * trial.width_m;
+    let errors = segment.trials.iter().map(|trial| f64::from(u8::from(is_error(trial))));
+    let errors: Vec<f64> = errors.collect();
     Ok(Sequence {
         subject: segment.subject.to_owned(),
         block: segment.block,
         resistance: segment.resistance.to_owned(),
         condition: segment.condition.to_owned(),
         trials: segment.trials.len(),
-        misses: segment.trials.iter().copied().filter(|trial| is_miss(trial)).count(),
+        error_rate: mean(&errors),
         effective_amplitude_m: found.effective_amplitude_m,
         end_deviation_m: found.end_deviation_m,
         effective_width_m: found.effective_width_m,
@@ -132,7 +135,7 @@ impl Summary {
             effective_width_m: mean_of(|one| one.effective_width_m),
             effective_id_bit: mean_of(|one| one.effective_id_bit),
             movement_time_s: mean_of(|one| one.movement_time_s),
-            misses: sequences.iter().map(|one| one.misses).sum(),
+            error_rate: mean_of(|one| one.error_rate),
         })
     }
 }

@@ -98,7 +98,7 @@ fn throughput(analysis: &FittsAnalysis) -> Table {
             format!("{:.1}", 1e3 * summary.effective_width_m),
             format!("{:.3}", summary.effective_id_bit),
             format!("{:.3}", summary.movement_time_s),
-            summary.misses.to_string(),
+            format!("{:.1}", 1e2 * summary.error_rate),
         ]
     };
     table(
@@ -112,7 +112,7 @@ fn throughput(analysis: &FittsAnalysis) -> Table {
             "We mm",
             "IDe bit",
             "MT s",
-            "misses",
+            "err %",
         ],
         analysis.by_resistance.iter().chain(&analysis.overall).map(row),
     )
