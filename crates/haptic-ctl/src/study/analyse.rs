@@ -79,8 +79,13 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
             } else {
                 Task::Serial
             };
-            let mut found = analysis::fitts(&trials, &Thresholds::PAPER, task).map_err(in_source)?;
-            if let Some(Plan::Fitts(plan)) = &plan {
+            let plan = plan.as_ref().and_then(|plan| match plan {
+                Plan::Fitts(plan) => Some(plan),
+                Plan::Perception(_) => None,
+            });
+            let baseline = plan.map_or(analysis::BASELINE, |plan| &plan.baseline);
+            let mut found = analysis::fitts(&trials, baseline, &Thresholds::PAPER, task).map_err(in_source)?;
+            if let Some(plan) = plan {
                 found.put_beside_paper(plan);
             }
             found.notes.extend(unfinished);
@@ -89,7 +94,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
                 .extend(strangers(trials.iter().map(|one| &*one.subject).collect()));
             if arguments.out.is_some() {
                 let base = if is_folder { path } else { path.parent().unwrap_or(path) };
-                let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;
+                let (trajectories, notes) = analysis::trajectories(base, &trials, baseline).map_err(in_source)?;
                 found.notes.extend(notes);
                 write(arguments, || {
                     analysis::fitts_files(&found, &trajectories, &subjects, &name)

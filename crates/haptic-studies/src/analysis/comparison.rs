@@ -189,7 +189,7 @@ pub struct Comparison {
 
 /// All differences from the baseline. Where a subject has more than one segment of a resistance in a condition, the
 /// last block counts: the paper's subjects began with a round of the baseline, and were less used to the task then.
-pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refusal>) -> Vec<Difference> {
+pub(super) fn differences(segments: &[Segment<'_>], baseline: &str, refused: &mut Vec<Refusal>) -> Vec<Difference> {
     let last: BTreeMap<_, &Segment<'_>> = segments
         .iter()
         .map(|segment| ((segment.subject, segment.condition, segment.resistance), segment))
@@ -197,8 +197,8 @@ pub(super) fn differences(segments: &[Segment<'_>], refused: &mut Vec<Refusal>) 
     let mut differences = Vec::new();
     for ((subject, condition, resistance), segment) in &last {
         let Some(baseline) = last
-            .get(&(*subject, *condition, BASELINE))
-            .filter(|_| *resistance != BASELINE)
+            .get(&(*subject, *condition, baseline))
+            .filter(|_| *resistance != baseline)
         else {
             continue;
         };
@@ -345,5 +345,5 @@ fn pairs(resistances: &[String], net: &[BTreeMap<&str, BTreeMap<&str, i64>>]) ->
     pairs
 }
 
-/// Its name in plans and rows.
+/// Its name in the rows of a study whose plan is not known.
 pub const BASELINE: &str = "baseline";

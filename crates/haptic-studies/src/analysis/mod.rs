@@ -71,16 +71,21 @@ impl FittsAnalysis {
     }
 }
 
-/// Analyses the trials of a targeting task, in any order.
+/// Analyses the trials of a targeting task, in any order. The others are compared with the resistance `baseline`.
 ///
 /// # Errors
 /// There are no trials, two are the same one, or a sequence has more than one target.
-pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds, task: Task) -> Result<FittsAnalysis, AnalysisError> {
+pub fn fitts(
+    trials: &[FittsTrial],
+    baseline: &str,
+    thresholds: &Thresholds,
+    task: Task,
+) -> Result<FittsAnalysis, AnalysisError> {
     let segments = segments::segments(trials)?;
-    let resistances = segments::resistances(&segments);
+    let resistances = segments::resistances(&segments, baseline);
     let (mut refused, mut notes) = (Vec::new(), Vec::new());
     let sequences = sequences::sequences(&segments, task, &mut refused);
-    let differences = comparison::differences(&segments, &mut refused);
+    let differences = comparison::differences(&segments, baseline, &mut refused);
     let comparisons = comparison::comparisons(&differences, &resistances, thresholds);
     if task == Task::Discrete {
         notes.push("a discrete task: each movement begins at the centre of a place of its own".to_owned());
@@ -89,7 +94,7 @@ pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds, task: Task) -> Resu
         notes.push("rows without cursor_diameter_m: the index of difficulty takes the cursor as a point".to_owned());
     }
     if differences.is_empty() {
-        let reason = format!("no subject has a segment of `{BASELINE}` and one of another resistance in one condition");
+        let reason = format!("no subject has a segment of `{baseline}` and one of another resistance in one condition");
         refused.push(Refusal {
             what: "comparison with the baseline".to_owned(),
             reason,

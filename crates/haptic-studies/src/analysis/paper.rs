@@ -1,6 +1,6 @@
 //! The paper's figures, and a study's totals beside them.
 
-use super::comparison::{BASELINE, Comparison, Measure};
+use super::comparison::{Comparison, Measure};
 use crate::plan::{FittsPlan, PerceptionPlan, Plan, Task};
 use crate::trial::Case;
 use haptic_lab::stats::exact::fisher;
@@ -30,11 +30,16 @@ pub(super) fn beside(comparisons: &[Comparison], plan: &FittsPlan) -> Vec<Beside
     let Some(Plan::Fitts(paper)) = built_in(Task::Fitts) else {
         return Vec::new();
     };
-    let is_same_task = (&plan.conditions, &plan.cursor, plan.trials_per_segment)
-        == (&paper.conditions, &paper.cursor, paper.trials_per_segment);
+    let is_same_task = (&plan.baseline, &plan.conditions, &plan.cursor, plan.trials_per_segment)
+        == (
+            &paper.baseline,
+            &paper.conditions,
+            &paper.cursor,
+            paper.trials_per_segment,
+        );
     let resistance = |plan: &FittsPlan, name: &str| plan.resistances.iter().find(|one| one.name == name).cloned();
     let is_same = |name: &str| resistance(plan, name) == resistance(&paper, name);
-    if !is_same_task || !is_same(BASELINE) {
+    if !is_same_task || !is_same(&paper.baseline) {
         return Vec::new();
     }
     let Some(times) = comparisons.iter().find(|one| one.measure == Measure::Time) else {

@@ -1,6 +1,5 @@
 //! Trials by segment: the movements of a subject under one resistance in one condition, one after another.
 
-use super::comparison::BASELINE;
 use super::error::AnalysisError;
 use super::paper;
 use crate::trial::FittsTrial;
@@ -150,10 +149,9 @@ fn segment<'a>(
 }
 
 /// The resistances: the baseline, then those of the paper in its order, then others by name.
-pub(super) fn resistances(segments: &[Segment<'_>]) -> Vec<String> {
-    let place = |name: &str| match name {
-        BASELINE => 0,
-        _ => 1 + paper::place(name),
+pub(super) fn resistances(segments: &[Segment<'_>], baseline: &str) -> Vec<String> {
+    let place = |name: &str| {
+        if name == baseline { 0 } else { 1 + paper::place(name) }
     };
     let mut names: Vec<String> = segments.iter().map(|segment| segment.resistance.to_owned()).collect();
     names.sort_by(|a, b| place(a).cmp(&place(b)).then_with(|| a.cmp(b)));

@@ -82,7 +82,7 @@ fn study() -> Vec<FittsTrial> {
 }
 
 fn analysed(trials: &[FittsTrial]) -> FittsAnalysis {
-    fitts(trials, &Thresholds::PAPER, Task::Serial).expect("an analysis")
+    fitts(trials, BASELINE, &Thresholds::PAPER, Task::Serial).expect("an analysis")
 }
 
 #[test]
@@ -131,6 +131,19 @@ fn every_cell_of_a_small_study_matches_hand_derivation() {
     assert_eq!((pair.first.as_str(), pair.second.as_str()), ("real", "viscous"));
     assert_eq!((pair.subjects_first, pair.subjects_second), (2, 0));
     assert!((pair.sign_test_p - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn a_baseline_of_another_name_is_what_others_are_compared_with() {
+    let mut trials = study();
+    for trial in trials.iter_mut().filter(|trial| trial.resistance == BASELINE) {
+        trial.resistance = "free".to_owned();
+    }
+    let of = |baseline: &str| fitts(&trials, baseline, &Thresholds::PAPER, Task::Serial).expect("an analysis");
+    let (found, expected) = (of("free"), analysed(&study()));
+    assert_eq!(found.comparisons, expected.comparisons);
+    assert_eq!(found.by_resistance[0].resistance.as_deref(), Some("free"));
+    assert!(of(BASELINE).comparisons.is_empty());
 }
 
 /// The built-in targeting task, changed.
@@ -306,7 +319,7 @@ fn rows_that_contradict_one_another_are_refused_by_name() {
     let refused = |change: &dyn Fn(&mut Vec<FittsTrial>)| {
         let mut trials = study();
         change(&mut trials);
-        fitts(&trials, &Thresholds::PAPER, Task::Serial)
+        fitts(&trials, BASELINE, &Thresholds::PAPER, Task::Serial)
             .expect_err("refused")
             .to_string()
     };

@@ -23,11 +23,15 @@ pub struct Trajectory {
 
 /// A movement under each resistance in the easiest and in the hardest condition: those of the first subject that has
 /// recordings there, in the last block, in the middle of the segment. A recording that cannot be read is left out, and
-/// reported in the second value.
+/// reported in the second value. The baseline comes first.
 ///
 /// # Errors
 /// As [`fitts`](super::fitts).
-pub fn trajectories(folder: &Path, trials: &[FittsTrial]) -> Result<(Vec<Trajectory>, Vec<String>), AnalysisError> {
+pub fn trajectories(
+    folder: &Path,
+    trials: &[FittsTrial],
+    baseline: &str,
+) -> Result<(Vec<Trajectory>, Vec<String>), AnalysisError> {
     let all = segments(trials)?;
     let has_recording = |segment: &&Segment<'_>| segment.trials.iter().any(|trial| trial.recording.is_some());
     let mut recorded: Vec<&Segment<'_>> = all.iter().filter(has_recording).collect();
@@ -44,7 +48,7 @@ pub fn trajectories(folder: &Path, trials: &[FittsTrial]) -> Result<(Vec<Traject
         let Some(subject) = own.iter().map(|one| one.subject).min() else {
             continue;
         };
-        for resistance in resistances(&all) {
+        for resistance in resistances(&all, baseline) {
             let of = own
                 .iter()
                 .filter(|one| one.subject == subject && one.resistance == resistance);
