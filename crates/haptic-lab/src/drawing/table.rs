@@ -1,5 +1,6 @@
 //! Tables as text of other programs: CSV, Markdown, LaTeX.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 /// A table.
@@ -97,15 +98,27 @@ impl Table {
         LATEX_SIZES.into_iter().find(fits).unwrap_or(LATEX_SIZES[2])
     }
 
-    /// The columns as they fit beside one another, the first one in each block.
+    /// How many of the first columns tell the rows apart; one where all columns do not.
+    fn keys(&self) -> usize {
+        let body = || self.rows.iter().skip(1);
+        let are_distinct = |count: &usize| {
+            let mut seen = BTreeSet::new();
+            body().all(|row| seen.insert(row.get(..*count)))
+        };
+        let columns = self.rows.first().map_or(1, Vec::len);
+        (1..columns).find(are_distinct).unwrap_or(1)
+    }
+
+    /// The columns as they fit beside one another, in each block behind those that tell its rows apart.
     fn latex_blocks(&self, size: LatexSize) -> Vec<Vec<usize>> {
         let widths: Vec<f64> = self.letters().into_iter().map(|count| size.column_pt(count)).collect();
-        let first_pt = widths.first().copied().unwrap_or(0.0);
-        let (mut blocks, mut used_pt) = (vec![vec![0]], first_pt);
-        for (column, width_pt) in widths.iter().enumerate().skip(1) {
-            if used_pt + width_pt > LATEX_TEXT_PT && used_pt > first_pt {
-                blocks.push(vec![0]);
-                used_pt = first_pt;
+        let keys: Vec<usize> = (0..self.keys()).collect();
+        let keys_pt: f64 = widths.iter().take(keys.len()).sum();
+        let (mut blocks, mut used_pt) = (vec![keys.clone()], keys_pt);
+        for (column, width_pt) in widths.iter().enumerate().skip(keys.len()) {
+            if used_pt + width_pt > LATEX_TEXT_PT && used_pt > keys_pt {
+                blocks.push(keys.clone());
+                used_pt = keys_pt;
             }
             if let Some(block) = blocks.last_mut() {
                 block.push(column);
@@ -308,6 +321,20 @@ mod tests {
         assert_eq!(wide.matches(r"\begin{tabular}{lrrrrrr}").count(), 2, "{wide}");
         assert_eq!(wide.matches(r"\begin{tabular}{lrrr}").count(), 1, "{wide}");
         assert_eq!(wide.matches(r"\caption").count(), 1);
+    }
+
+    #[test]
+    fn each_block_of_a_latex_table_tells_its_rows_apart() {
+        let wide = "012345678901234567890123456789";
+        let rows: &[&[&str]] = &[
+            &["measure", "one", "other", wide, wide, "p"],
+            &["time", "real", "viscous", "1", "2", "0.5"],
+            &["time", "real", "drag", "3", "0", "0.7"],
+        ];
+        let latex = of(rows).latex("pairs", &[]);
+        let second = format!("\nmeasure & one & other & {wide} & p ");
+        assert!(latex.contains(&second), "{latex}");
+        assert!(latex.contains("time & real & drag & 0 & 0.7"), "{latex}");
     }
 
     #[test]
