@@ -182,11 +182,13 @@ fn at_bounds(case: &CaseAnalysis) -> Vec<String> {
             || format!("all subjects together, case {:?}", case.case),
             |subject| format!("subject {subject}, case {:?}", case.case),
         );
-        if fit.is_step(&found.levels) {
+        let distance = |level: &Level| (level.level - fit.threshold).abs();
+        let nearest = found.levels.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        if let Some(nearest) = nearest.filter(|_| fit.is_step(&found.levels)) {
             notes.push(format!(
                 "{of}: the answers jump at the level of {} N: any narrower function fits as well, so that it has no width, \
                  and the threshold is at that level because no other was tested near it, so that it has no interval",
-                fit.threshold
+                nearest.level
             ));
         }
         if fit.is_lapse_at_bound() {

@@ -513,7 +513,7 @@ fn answers_that_jump_at_an_outermost_level_are_refused() {
 #[test]
 fn answers_that_jump_have_no_interval() {
     // Chance below 0.3 N, certain above.
-    let found = twice(&[(0.1, 10), (0.2, 10), (0.3, 15), (0.4, 20), (0.5, 20)]);
+    let found = twice(&[(0.1, 10), (0.2, 10), (0.3, 13), (0.4, 20), (0.5, 20)]);
     let case = &found.cases[0];
     assert!(
         case.subjects
@@ -521,9 +521,7 @@ fn answers_that_jump_have_no_interval() {
             .all(|one| one.fit.is_some() && one.intervals.is_none())
     );
     let mean = case.jnd_n.expect("two thresholds");
-    assert!((mean.value - 0.3).abs() < 1e-3 && mean.interval.is_none(), "{mean:?}");
-    assert!(
-        found.notes.iter().any(|note| note.ends_with("it has no interval")),
-        "{found:?}"
-    );
+    assert!((mean.value - 0.3).abs() < 5e-3 && mean.interval.is_none(), "{mean:?}");
+    let jump = "all subjects together, case A: the answers jump at the level of 0.3 N: ";
+    assert!(found.notes.iter().any(|note| note.starts_with(jump)), "{found:?}");
 }
