@@ -17,11 +17,12 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = &arguments.plan;
     let (plan, text) = read(name)?;
+    output::text(text.trim_end())?;
     if built_in(name).is_none() {
-        // Beside the plan, which is often written to a file.
+        // Beside the plan, which is often written to a file, and below it, where a person sees it.
         eprintln!("{name} is a valid plan: {}", contents(&plan));
     }
-    output::text(text.trim_end())
+    Ok(())
 }
 
 /// What a subject does by a plan.
@@ -35,7 +36,7 @@ fn contents(plan: &Plan) -> String {
     let most = if ends_early { "at most " } else { "" };
     let trials = plan
         .trials()
-        .map(|trials| format!(", {most}{}", counted(trials, "trial")));
+        .map(|trials| format!(", {most}{} a subject", counted(trials, "trial")));
     counted(plan.ordered_names().len(), what) + &trials.unwrap_or_default()
 }
 
@@ -81,7 +82,7 @@ mod tests {
     #[test]
     fn a_checked_plan_says_what_a_subject_does() {
         let said = |name: &str| contents(&read(name).expect("a plan").0);
-        assert_eq!(said("fitts"), "5 resistances, 432 trials");
-        assert_eq!(said("perception"), "3 tests, at most 400 trials");
+        assert_eq!(said("fitts"), "5 resistances, 432 trials a subject");
+        assert_eq!(said("perception"), "3 tests, at most 400 trials a subject");
     }
 }
