@@ -9,19 +9,14 @@ use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
 pub(super) struct Subjects {
     /// Number of subjects, from 1 to 999; their codes are 01, 02, ...
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=999))]
-    #[arg(required_unless_present_any = ["codes", "subjects_file"], conflicts_with_all = ["codes", "subjects_file"])]
     subjects: Option<u32>,
 
     /// Codes of the subjects, as in --codes P1,P2,P3
-    #[arg(
-        long,
-        value_name = "CODE,...",
-        value_delimiter = ',',
-        conflicts_with = "subjects_file"
-    )]
+    #[arg(long, value_name = "CODE,...", value_delimiter = ',')]
     codes: Vec<String>,
 
     /// Table of the subjects: columns subject, order (optional), and free fields
@@ -64,13 +59,14 @@ mod tests {
         for verb in ["new", "run"] {
             let reads = |options: &[&str]| {
                 let words = ["haptic-ctl", "study", verb, "fitts", "--out", "x"];
-                Arguments::try_parse_from([&words, options].concat()).is_ok()
+                Arguments::try_parse_from([&words, options].concat()).map_err(|error| error.to_string())
             };
-            assert!(!reads(&[]), "{verb}: nobody");
+            let nobody = reads(&[]).expect_err("nobody takes part");
+            assert!(lists.iter().all(|[name, _]| nobody.contains(name)), "{verb}: {nobody}");
             for (place, list) in lists.iter().enumerate() {
-                assert!(reads(list), "{verb} {list:?}");
+                assert!(reads(list).is_ok(), "{verb} {list:?}");
                 for other in &lists[..place] {
-                    assert!(!reads(&[*list, *other].concat()), "{verb} {list:?} {other:?}");
+                    assert!(reads(&[*list, *other].concat()).is_err(), "{verb} {list:?} {other:?}");
                 }
             }
         }

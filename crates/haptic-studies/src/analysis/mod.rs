@@ -109,7 +109,7 @@ pub fn fitts(
     }
     let voided: u32 = trials.iter().map(|trial| trial.voided).sum();
     if voided > 0 {
-        notes.push(format!("{voided} attempts at trials were void, and done again"));
+        notes.push(format!("void attempts at trials, which were done again: {voided}"));
     }
     let screen = ScreenSummary::of(trials);
     notes.extend(screen.map(|screen| screen.to_string()));
