@@ -249,7 +249,8 @@ impl Conductor {
             Some(why) => {
                 let engage = sentence_case(engage(daemon));
                 return Stage::Held {
-                    why: format!("Interrupted: {why}. {engage} the rig again, then go on; the trial is done again"),
+                    // What to do is first: a narrow window cuts the end.
+                    why: format!("{engage} the rig again, then go on: the trial is done again. Interrupted: {why}"),
                     is_trouble: true,
                 };
             }

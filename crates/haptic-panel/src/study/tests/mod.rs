@@ -309,7 +309,12 @@ fn rows(study: &Path) -> Vec<FittsTrial> {
 }
 
 fn is_held(stage: &Stage) -> bool {
-    matches!(stage, Stage::Held { is_trouble: true, .. })
+    let begins = |why: &str| {
+        ["Reset, then engage", "Engage"]
+            .iter()
+            .any(|what| why.starts_with(what))
+    };
+    matches!(stage, Stage::Held { is_trouble: true, why } if begins(why))
 }
 
 #[test]
