@@ -28,7 +28,7 @@ pub fn fitts_files(
         pictures,
         &fitts_tables(analysis, PAGE),
         &fitts_data(analysis, subjects),
-        &[],
+        |_| Vec::new(),
     )
 }
 
@@ -43,7 +43,7 @@ pub fn perception_files(analysis: &PerceptionAnalysis, subjects: &SubjectTable, 
         pictures,
         &perception_tables(analysis),
         &perception_data(analysis, subjects),
-        &dashes(analysis),
+        |table| dashes(analysis, table),
     )
 }
 
@@ -65,21 +65,21 @@ fn pictures(charts: &[(&str, Vec<Chart>)]) -> Files {
     pictures
 }
 
-/// The files; `dashes` says why cells of the tables are empty.
+/// The files; `dashes` says why cells of a table are empty.
 fn files(
     page: &Page,
     pictures: Files,
     shown: &[(String, Table)],
     data: &[(String, Table)],
-    dashes: &[String],
+    dashes: impl Fn(&str) -> Vec<String>,
 ) -> Files {
     let mut files = vec![("analysis.html".to_owned(), page.html().into_bytes())];
     files.extend(pictures);
     for (name, table) in shown {
         files.push((format!("{name}.md"), table.markdown().into_bytes()));
         let has_dashes = table.rows.iter().flatten().any(|cell| cell == "-");
-        let notes = if has_dashes { dashes } else { &[] };
-        files.push((format!("{name}.tex"), table.latex(name, notes).into_bytes()));
+        let notes = if has_dashes { dashes(name) } else { Vec::new() };
+        files.push((format!("{name}.tex"), table.latex(name, &notes).into_bytes()));
     }
     files.extend(data.iter().map(|(name, table)| (format!("{name}.csv"), table.csv())));
     files

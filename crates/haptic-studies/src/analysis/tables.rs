@@ -296,34 +296,57 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
     marked(tables, analysis.operator)
 }
 
-/// Why cells of the tables of a perception test are empty.
-pub(super) fn dashes(analysis: &PerceptionAnalysis) -> Vec<String> {
-    let refused = analysis
-        .refused
-        .iter()
-        .map(|one| format!("{}: {}", one.what, one.reason));
-    let mut reasons: Vec<String> = refused.collect();
+/// Why cells of a table of a perception test are empty: a line a reason, with the cells behind it.
+pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> {
+    let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
+    let mut add = |reason: &str, cells: String| match reasons.iter_mut().find(|(known, _)| known == reason) {
+        Some((_, known)) => known.push(cells),
+        None => reasons.push((reason.to_owned(), vec![cells])),
+    };
+    const JUMP: &str = "neither interval nor width, as the answers jump at a level";
     for case in &analysis.cases {
-        let name = format!("case {:?}, {}", case.case, case.method.name());
-        if case.subjects.len() == 1 {
-            reasons.push(format!("{name}: one subject has no interval of a mean"));
-        }
-        for one in std::iter::once(&case.pooled).chain(&case.subjects) {
-            let of = one
-                .subject
-                .as_ref()
-                .map_or_else(|| "all answers".to_owned(), |code| format!("subject {code}"));
-            if one.fit.is_some() && one.intervals.is_none() {
-                reasons.push(format!(
-                    "{name}, {of}: neither interval nor width, as the answers jump at a level"
-                ));
+        let name = format!("{:?} {}", case.case, case.method.name());
+        let (own, of): (&[SubjectThreshold], _) = if table == "jnd" {
+            match case.jnd_n {
+                None => add("no subject's threshold is determined", name.clone()),
+                Some(mean) if mean.count == 1 => add("one subject has no interval of a mean", name.clone()),
+                Some(mean) if mean.interval.is_none() => add(JUMP, name.clone()),
+                Some(_) => {}
+            }
+            (std::slice::from_ref(&case.pooled), "pooled".to_owned())
+        } else {
+            (&case.subjects, String::new())
+        };
+        for one in own {
+            let cells = format!("{name}, {}", one.subject.as_ref().unwrap_or(&of));
+            if let Some(reason) = &one.refused {
+                add(without_advice(reason), cells);
+            } else if one.intervals.is_none() {
+                add(JUMP, cells);
             }
         }
         if case.method == Method::Constant {
-            reasons.push(format!("{name}: no staircase"));
+            add("no staircase", name);
+        } else if case.staircase_n.is_none() {
+            add("the reversals determine no threshold", name);
         }
     }
-    reasons.iter().map(|reason| format!("--: {reason}")).collect()
+    let lines = reasons
+        .iter()
+        .map(|(reason, cells)| format!("{reason}: {}", cells.join("; ")));
+    let mut lines: Vec<String> = lines.collect();
+    if let Some(first) = lines.first_mut() {
+        first.insert_str(0, "--: ");
+    }
+    lines
+}
+
+/// A reason without what to do about it, which stands at its end.
+fn without_advice(reason: &str) -> &str {
+    let advice = [": test ", "; test ", ": check "]
+        .iter()
+        .find_map(|words| reason.find(words));
+    advice.map_or(reason, |place| &reason[..place])
 }
 
 fn number(value: Option<f64>) -> String {

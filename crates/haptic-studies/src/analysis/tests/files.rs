@@ -79,6 +79,30 @@ fn bars_of_one_condition_stand_beside_one_another() {
 }
 
 #[test]
+fn notes_of_a_latex_table_are_of_its_own_cells_and_say_each_reason_once() {
+    let found = twice(&[(0.1, 15), (0.3, 20), (1.2, 20)]);
+    let files = perception_files(&found, &SubjectTable::default(), "Cases");
+    let notes = |name: &str| -> Vec<&str> {
+        let (_, bytes) = files.iter().find(|(found, _)| found == name).expect(name);
+        let text = std::str::from_utf8(bytes).expect("text");
+        let notes = text.split("\\footnotesize\n").last().expect("notes").split('\n');
+        notes
+            .take_while(|line| !line.starts_with("\\end"))
+            .map(|line| line.trim_end_matches("\\\\"))
+            .collect()
+    };
+    let reason = "the threshold is at the lowest tested level, 0.1, or below it";
+    let pooled = format!("{reason}: A constant, pooled");
+    let own = format!("--: {reason}: A constant, 01; A constant, 02");
+    let none = "no staircase: A constant";
+    assert_eq!(
+        notes("jnd.tex"),
+        ["--: no subject's threshold is determined: A constant", &*pooled, none]
+    );
+    assert_eq!(notes("subjects.tex"), [&*own, none]);
+}
+
+#[test]
 fn every_file_of_a_simulated_operator_says_so() {
     let mut trials = study();
     let mut heard = answers(
