@@ -47,8 +47,10 @@ pub struct RigMirror {
     pub state: RigState,
     /// Why it is faulted.
     pub fault: Option<String>,
-    /// The tick at which the state began, as far as it is known.
+    /// The tick at which the state began, or a later one.
     pub tick: u64,
+    /// Whether it is the tick at which it began: the client had heard of another state before.
+    pub is_begin_seen: bool,
 }
 
 /// The active scene, as the daemon last described it.
@@ -244,15 +246,16 @@ impl DaemonMirror {
         let before = known.map(|known| known.state);
         // An answer has no reason of a fault, the event after it has. A later statement does not move the beginning of
         // the state.
-        let (fault, begun) = match known.filter(|known| known.state == state) {
-            Some(known) => (fault.or_else(|| known.fault.clone()), known.tick),
-            None => (fault, tick),
+        let (fault, begun, is_begin_seen) = match known.filter(|known| known.state == state) {
+            Some(known) => (fault.or_else(|| known.fault.clone()), known.tick, known.is_begin_seen),
+            None => (fault, tick, known.is_some()),
         };
         let now = state;
         self.rig = Some(RigMirror {
             state,
             fault,
             tick: begun,
+            is_begin_seen,
         });
         Some(RigChange { before, now, tick })
     }
@@ -372,6 +375,12 @@ mod tests {
         assert_eq!(change.rig, Some(RigChange { before, now, tick: 9 }));
         let rig = mirror.rig().expect("a rig");
         assert_eq!((rig.fault.as_deref(), rig.tick), (Some("no sample"), 5));
+        assert!(rig.is_begin_seen);
+        // Who comes later has not seen it begin.
+        let mut later = connected();
+        later.take_event(&state(RigState::Faulted, Some("no sample"), 9, 1));
+        later.take_event(&state(RigState::Faulted, Some("no sample"), 10, 1));
+        assert!(!later.rig().expect("a rig").is_begin_seen);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::stop::button;
 use crate::stop::report::is_halted;
 use crate::theme::Palette;
 use crate::wording::shortened;
+use egui::text::LayoutJob;
 use egui::{Align, Button, Color32, Frame, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2, vec2};
 use haptic_ipc::RigState;
 
@@ -72,6 +73,8 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon) {
         _ => None,
     };
     let reports = [
+        // First: of the others the rest may be cut.
+        button::report(ui, &daemon.stop, daemon.rig()),
         lost.map(|why| (format!("Connection lost: {why}"), palette.error_text)),
         daemon
             .why_no_rig()
@@ -80,7 +83,6 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon) {
         daemon
             .refusal()
             .map(|why| (format!("Refused: {why}"), palette.error_text)),
-        button::report(ui, &daemon.stop, daemon.rig()),
     ];
     let reports: Vec<_> = reports.into_iter().flatten().collect();
     let letters: usize = reports.iter().map(|(text, _)| text.len()).sum();
@@ -97,9 +99,18 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon) {
     child.spacing_mut().item_spacing.y = 0.0;
     // A single report stands in the middle of the bar.
     child.add_space(if letters < MAX_LETTERS / 2 { 16.0 } else { 0.0 });
+    let font = style.resolve(child.style());
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few rows")]
+    let mut rows_left = (HEIGHT / child.text_style_height(&style)) as usize;
     for (text, color) in reports {
-        let label = RichText::new(&text).text_style(style.clone()).color(color);
-        child.add(Label::new(label).wrap()).on_hover_text(text);
+        let mut job = LayoutJob::simple(text.clone(), font.clone(), color, place.width());
+        (job.wrap.max_rows, job.halign) = (rows_left, Align::Max);
+        let lines = child.painter().layout_job(job);
+        rows_left = rows_left.saturating_sub(lines.rows.len());
+        child.add(Label::new(lines)).on_hover_text(text);
+        if rows_left == 0 {
+            break;
+        }
     }
 }
 

@@ -45,9 +45,7 @@ fn is_offered(model: &Model, page: Page) -> bool {
 /// What is said while no sample comes.
 fn silence_line(lasts: Duration) -> String {
     let s = lasts.as_secs_f64();
-    format!(
-        "No sample for {s:.1} s: nobody knows what the rig does. Stop is still sent; if in doubt, cut the motor's power"
-    )
+    format!("No sample for {s:.1} s: if in doubt, cut the motor's power. Stop is still sent")
 }
 
 /// Shows the row. Its height is the same with and without a message, so that nothing below it moves.

@@ -98,10 +98,11 @@ pub(crate) fn report(ui: &Ui, stop: &StopReport, rig: Option<&RigMirror>) -> Opt
     } else {
         "Zero force"
     };
+    let earlier = if rig.is_begin_seen { "" } else { " or earlier" };
     let text = match (confirmed, rig.state) {
         (Some(confirmed), _) => format!("{what}{confirmed} at tick {}", rig.tick),
-        (None, RigState::Stopped) => format!("Stopped at tick {}", rig.tick),
-        (None, _) => format!("Zero force since tick {}", rig.tick),
+        (None, RigState::Stopped) => format!("Stopped at tick {}", rig.tick) + earlier,
+        (None, _) => format!("Zero force since tick {}", rig.tick) + earlier,
     };
     Some((text, plain))
 }

@@ -166,6 +166,22 @@ fn a_fault_is_shown_with_its_reason_and_moves_nothing() {
 }
 
 #[test]
+fn beside_a_long_fault_the_outcome_of_a_stop_is_whole() {
+    let mut panel = connected(RigState::Engaged);
+    let mut event = state_event(RigState::Faulted, 200);
+    event.fault = Some("control_lost: no stop could be heard, ".repeat(8));
+    hear(&mut panel, Update::Event(Event::State(event)));
+    let outcome = panel.get_by_label_contains("Zero force since tick").rect();
+    let fault = panel.get_by_label_contains("Fault: control_lost").rect();
+    assert!(
+        outcome.top() >= 0.0 && outcome.bottom() <= fault.top() + 1.0,
+        "{outcome:?}, {fault:?}"
+    );
+    let pages = panel.get_by_label("Tune page").rect();
+    assert!(fault.bottom() <= pages.top(), "{fault:?}, {pages:?}");
+}
+
+#[test]
 fn panel_without_daemon_names_socket_and_disables_controls() {
     let mut panel = connected(RigState::Engaged);
     let lost = Update::Disconnected {
