@@ -404,10 +404,12 @@ fn take_pointer(ui: &Ui, tapes: &Tapes, scope: &mut Scope, shown: &PlotResponse<
     }
     if response.dragged() {
         let by_s = f64::from(response.drag_delta().x) / transform.dpos_dvalue_x();
-        match ui.data(|data| data.get_temp::<Option<usize>>(grabbed)).flatten() {
-            Some(cursor) => scope.cursors.at_s[cursor] += by_s,
-            None if by_s != 0.0 => scope.shift(-by_s, tapes),
-            None => {}
+        let cursor = ui.data(|data| data.get_temp::<Option<usize>>(grabbed)).flatten();
+        match (cursor, response.interact_pointer_pos()) {
+            // Not by the way of the pointer, which may have jumped in the frame of the press.
+            (Some(cursor), Some(pos)) => scope.cursors.at_s[cursor] = time_at(pos),
+            (None, _) if by_s != 0.0 => scope.shift(-by_s, tapes),
+            _ => {}
         }
     }
 }

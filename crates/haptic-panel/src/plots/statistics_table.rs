@@ -119,7 +119,10 @@ fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
     let values = [
         significant(statistics.least, DIGITS),
         significant(statistics.greatest, DIGITS),
-        significant(statistics.mean, DIGITS),
+        significant(
+            as_fine_as(statistics.mean, statistics.least, statistics.greatest),
+            DIGITS,
+        ),
         significant(statistics.rms, DIGITS),
         significant(statistics.peak_to_peak(), DIGITS),
         step.map_or_else(|| "none".to_owned(), |step| format!("{:.0} %", 100.0 * step.overshoot)),
@@ -144,6 +147,17 @@ fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
         );
         ui.label(RichText::new(text).small());
     }
+}
+
+/// A mean without the digits that its signal, of these ends, is shown without.
+fn as_fine_as(mean: f64, least: f64, greatest: f64) -> f64 {
+    let size = least.abs().max(greatest.abs());
+    if size == 0.0 {
+        return mean;
+    }
+    #[expect(clippy::cast_precision_loss, reason = "three")]
+    let grain = 10_f64.powf(size.log10().floor() + 1.0 - DIGITS as f64);
+    (mean / grain).round() * grain
 }
 
 fn cell(ui: &mut Ui, text: RichText) -> egui::Response {

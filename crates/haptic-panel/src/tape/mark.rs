@@ -44,8 +44,12 @@ impl TapeMark {
             Some(state) if state.after == RigState::Faulted => MarkKind::Trouble,
             Some(_) => MarkKind::State,
             None if !entry.changes.is_empty() => MarkKind::Scene,
-            None if matches!(entry.op.as_str(), "disconnected" | "connected" | "lease_lapsed") => MarkKind::Trouble,
-            None => return None,
+            // What nobody asked for comes without the change of state.
+            None => match entry.op.as_str() {
+                "fault" | "disconnected" | "connected" | "lease_lapsed" => MarkKind::Trouble,
+                "stop" | "release" => MarkKind::State,
+                _ => return None,
+            },
         };
         let by = entry
             .by
@@ -81,5 +85,25 @@ impl MarkKind {
             Self::State => |palette| palette.sliding,
             Self::Trouble => |palette| palette.error_text,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_nobody_asked_for_is_marked_too() {
+        let kind = |op: &str| {
+            let tick = Some(7);
+            let entry = JournalEntry {
+                tick,
+                ..JournalEntry::of(op)
+            };
+            TapeMark::of_journal(&entry).map(|mark| mark.kind)
+        };
+        let kinds = ["fault", "disconnected", "stop", "release", "scene.save"].map(kind);
+        let (trouble, state) = (Some(MarkKind::Trouble), Some(MarkKind::State));
+        assert_eq!(kinds, [trouble, trouble, state, state, None]);
     }
 }
