@@ -45,7 +45,7 @@ Only limits take effect: a higher force limit along the ramp of engaging (`ramp-
 larger force falls within that time, at most 200 ms. A wrong value in the file changes nothing. Options that need a \
 restart, and files of the library that hold no scene, are named.
 
-Files of the library that hold no scene are named. The active scene does not change.
+The active scene does not change.
 
 A SIGHUP to a daemon without a terminal does the same, as does `systemctl reload hapticd`.";
 
