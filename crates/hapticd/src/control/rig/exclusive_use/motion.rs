@@ -89,14 +89,12 @@ async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) 
         if let Some(why) = ended {
             return Err(why);
         }
-        if !matches!(state, RigState::Engaging | RigState::Engaged) {
-            return Err(match state {
-                RigState::Faulted => rig.faulted(),
-                state => format!("the rig is {state}"),
-            });
-        }
-        if condition(state) {
-            return Ok(());
+        match state {
+            RigState::Engaging | RigState::Engaged if condition(state) => return Ok(()),
+            // Where it comes from, its end says: a fault that lets the force down, or somebody's wish.
+            RigState::Engaging | RigState::Engaged | RigState::Releasing => {}
+            RigState::Faulted => return Err(rig.faulted()),
+            state => return Err(format!("the rig is {state}")),
         }
         if began.elapsed() > timeout {
             return Err(format!("it took longer than {:.1} s", timeout.as_secs_f64()));
