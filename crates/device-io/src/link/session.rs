@@ -32,11 +32,11 @@ const SEND_AGAIN_NS: u64 = 10_000_000;
 /// samples, and some more. A device's watchdog may be shorter.
 const MIN_IGNORED_NS: u64 = 25_000_000;
 
-/// Samples over which the mean time between them is taken.
-const PERIODS: u64 = 64;
-
 /// The same time for a device without a watchdog, or with one beyond what is allowed without an option, ns.
 const MAX_IGNORED_NS: u64 = 200_000_000;
+
+/// Samples over which the mean time between them is taken.
+const PERIODS: u64 = 64;
 
 /// Why incoming bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -79,10 +79,10 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
             } else {
                 Task::Serial
             };
-            let plan = plan.as_ref().and_then(|plan| match plan {
-                Plan::Fitts(plan) => Some(plan),
-                Plan::Perception(_) => None,
-            });
+            let plan = match &plan {
+                Some(Plan::Fitts(plan)) => Some(plan),
+                _ => None,
+            };
             let baseline = plan.map_or(analysis::BASELINE, |plan| &plan.baseline);
             let mut found = analysis::fitts(&trials, baseline, &Thresholds::PAPER, task).map_err(in_source)?;
             if let Some(plan) = plan {
@@ -110,10 +110,10 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
         }
         Trials::Perception(trials) => {
             let bar = progress::busy("drawing answers for the intervals");
-            let plan = plan.as_ref().and_then(|plan| match plan {
-                Plan::Perception(plan) => Some(plan),
-                Plan::Fitts(_) => None,
-            });
+            let plan = match &plan {
+                Some(Plan::Perception(plan)) => Some(plan),
+                _ => None,
+            };
             let mut found = analysis::perception(&trials, plan, SEED).map_err(in_source)?;
             bar.finish_and_clear();
             if let Some(plan) = plan {

@@ -21,7 +21,8 @@ pub struct Sequence {
     pub condition: String,
     /// Number of movements.
     pub trials: usize,
-    /// Share of the movements with an invalid click, or with an end more than half the target's width beside its centre.
+    /// Share of the movements with an invalid click, or with an end more than half the target's width beside its
+    /// centre.
     pub error_rate: f64,
     /// Effective amplitude, m.
     pub effective_amplitude_m: f64,

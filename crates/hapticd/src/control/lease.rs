@@ -180,7 +180,7 @@ fn publish(rig: &RigHandle) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::rig::Known;
+    use crate::control::rig::ReadAfter;
     use crate::control::rig::fixture::rig;
     use tokio::task::{LocalSet, yield_now};
 
@@ -226,7 +226,7 @@ mod tests {
         // Its client is there again, and has taken another lease.
         rig.leases.renew(session);
         lease(&rig, by, 1000);
-        let refused = rig.engage(true, Known { stops, lapses }, by).await;
+        let refused = rig.engage(true, ReadAfter { stops, lapses }, by).await;
         let refused = refused.expect_err("its lease has lapsed since");
         assert!(refused.message.contains("lease"), "{}", refused.message);
     }

@@ -156,7 +156,7 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
         );
     }
     is_wrong.then_some(
-        "the handle moved against the force: the motor or the encoder is wired the other way, or its firmware has it so (or somebody held the \
-         handle); nothing is stored",
+        "the handle moved against the force: the motor or the encoder is wired the other way, or its firmware \
+         has it so (or somebody held the handle); nothing is stored",
     )
 }

@@ -159,8 +159,8 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
         done.last = report;
     }
     (end == Some(ExcitationEnd::WrongWay)).then_some(
-        "the handle moved against the force: the motor or the encoder is wired the other way, or its firmware has it so (or somebody moved the \
-         handle)",
+        "the handle moved against the force: the motor or the encoder is wired the other way, or its firmware \
+         has it so (or somebody moved the handle)",
     )
 }
 

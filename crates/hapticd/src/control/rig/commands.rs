@@ -12,9 +12,9 @@ use haptic_core::limiter::Limits;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
 
-/// What had happened when a request was read.
+/// What had happened before a request was read: what comes later wins over it.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::control) struct Known {
+pub(in crate::control) struct ReadAfter {
     /// Stops, with the request's own.
     pub(in crate::control) stops: u64,
     /// Times that the lease of its client had lapsed.
@@ -87,7 +87,7 @@ impl RigHandle {
     }
 
     /// Engages the rig for a client: with a scene that would chatter only if it is to be `anyway`. A stop or a lapse of
-    /// the client's lease that is not `known` is later than the request, and wins over it.
+    /// the client's lease since the request was read wins over it.
     ///
     /// # Errors
     /// The rig's state does not allow it, its scene would chatter, the lease of the client has expired meanwhile, or
@@ -95,7 +95,7 @@ impl RigHandle {
     pub(in crate::control) async fn engage(
         &self,
         anyway: bool,
-        known: Known,
+        read_after: ReadAfter,
         by: Requester<'_>,
     ) -> Result<Outcome, WireError> {
         let admission = admission::admit(self, Purpose::Scene).await?;
@@ -103,11 +103,11 @@ impl RigHandle {
         if !anyway {
             self.refuse_chatter().await?;
         }
-        if self.leases.lapses(by.session) != known.lapses {
+        if self.leases.lapses(by.session) != read_after.lapses {
             let message = "cannot engage: the lease of this client has expired since it asked";
             return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
         }
-        self.carry_out(Command::Engage, admission, known.stops, Asked::By(by.peer))
+        self.carry_out(Command::Engage, admission, read_after.stops, Asked::By(by.peer))
             .await
     }
 

@@ -14,7 +14,7 @@ pub(crate) mod loop_channel;
 mod scenes;
 pub(super) mod schedule;
 
-pub(in crate::control) use commands::{Asked, Known};
+pub(in crate::control) use commands::{Asked, ReadAfter};
 pub(in crate::control) use scenes::Compiled;
 
 use crate::control::facts::Facts;

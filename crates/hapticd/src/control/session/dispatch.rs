@@ -4,7 +4,7 @@ use super::{Answer, Client};
 use crate::control::change::{self, PendingChange};
 use crate::control::peer::Requester;
 use crate::control::places::MAX_CLIENTS;
-use crate::control::rig::Known;
+use crate::control::rig::ReadAfter;
 use crate::control::rig::commission_record::Findings;
 use crate::control::schedule::ScheduleOptions;
 use crate::control::{
@@ -20,7 +20,7 @@ const DEFAULT_LOG_LIMIT: usize = 100;
 
 impl Client {
     /// Carries out a request; a change of scene is only begun.
-    pub(super) async fn dispatch(&self, envelope: Envelope, known: Known) -> Answer {
+    pub(super) async fn dispatch(&self, envelope: Envelope, read_after: ReadAfter) -> Answer {
         let id = Some(envelope.id);
         let (rig, by) = (&*self.rig, self.by());
         // What the client was sent is in what it reads, and all that is read here is of one moment.
@@ -28,7 +28,7 @@ impl Client {
         if let Some(refusal) = self.refusal(&envelope.request) {
             return Answer::Now(answer::<()>(id, Err(refusal)));
         }
-        let command = async |command| rig.command(command, known.stops, by).await.map(reply);
+        let command = async |command| rig.command(command, read_after.stops, by).await.map(reply);
         let begun = |begun: Result<PendingChange, WireError>| match begun {
             Ok(change) => Answer::OnceRendered(envelope.id, change),
             Err(error) => Answer::Now(answer::<()>(id, Err(error))),
@@ -75,12 +75,12 @@ impl Client {
                 answer(id, schedule::schedule(rig, by, changes, options).await)
             }
             Request::ScheduleCancel { name } => answer(id, schedule::cancel(rig, by, name.as_deref())),
-            Request::Engage { anyway } => answer(id, rig.engage(anyway, known, by).await.map(reply)),
+            Request::Engage { anyway } => answer(id, rig.engage(anyway, read_after, by).await.map(reply)),
             Request::Release {} => answer(id, command(Command::Release).await),
             Request::Reset {} => answer(id, command(Command::Reset).await),
             // It was raised when its line was read.
             Request::Stop {} => {
-                let stopped = rig.stopped(known.stops).await;
+                let stopped = rig.stopped(read_after.stops).await;
                 answer(id, stopped.map(|(tick, state)| StateReply { state, tick }))
             }
             Request::Status {} => answer(id, Ok(status::status(rig).await)),

@@ -5,7 +5,7 @@ mod lines;
 
 use crate::control::change::PendingChange;
 use crate::control::places::Newcomer;
-use crate::control::rig::Known;
+use crate::control::rig::ReadAfter;
 use crate::control::session::dispatch::{answer, line};
 use crate::control::session::lines::{Lines, unreadable};
 use crate::control::{RigHandle, exclusive_use, lease};
@@ -128,7 +128,7 @@ struct QueuedLine {
 /// A line after it was parsed.
 enum ReceivedLine {
     /// A request.
-    Request { envelope: Envelope, known: Known },
+    Request { envelope: Envelope, read_after: ReadAfter },
     /// A line that is not a request.
     Refused { id: Option<u64>, error: WireError },
 }
@@ -196,12 +196,11 @@ impl Client {
         let unanswered = Arc::new(Semaphore::new(WAITING_BYTES));
         loop {
             while let Some(line) = lines.next() {
-                let lapses = self.rig.leases.lapses(self.session);
-                lease::renew(&self.rig, self.session);
                 let bytes = line.as_ref().map_or(0, String::len).max(MIN_LINE_BYTES);
-                let Some(incoming) = self.receive(line, lapses) else {
-                    continue;
-                };
+                let incoming = self.receive(line);
+                // Later: a lapse that comes to light by it wins over the line.
+                lease::renew(&self.rig, self.session);
+                let Some(incoming) = incoming else { continue };
                 // A stop is already raised, whether or not there is room.
                 let room = take(&unanswered, bytes).await;
                 let waiting = QueuedLine { incoming, room };
@@ -232,7 +231,7 @@ impl Client {
     }
 
     /// Parses a line and raises its stop; `None` for a blank line.
-    fn receive(&self, line: Result<String, LinesCodecError>, lapses: u64) -> Option<ReceivedLine> {
+    fn receive(&self, line: Result<String, LinesCodecError>) -> Option<ReceivedLine> {
         let line = match line {
             Ok(line) if line.trim().is_empty() => return None,
             Ok(line) => line,
@@ -243,12 +242,12 @@ impl Client {
         };
         Some(match Envelope::parse(&line) {
             Ok(envelope) => ReceivedLine::Request {
-                known: Known {
+                read_after: ReadAfter {
                     stops: match envelope.request {
                         Request::Stop {} => self.raise_stop(),
                         _ => self.rig.channel.stops(),
                     },
-                    lapses,
+                    lapses: self.rig.leases.lapses(self.session),
                 },
                 envelope,
             },
@@ -272,7 +271,7 @@ impl Client {
         };
         loop {
             while let Some(line) = lines.next() {
-                drop(self.receive(line, 0));
+                drop(self.receive(line));
                 // Other clients have their turn here too.
                 tokio::task::yield_now().await;
             }
@@ -317,11 +316,11 @@ impl Client {
                 return;
             };
             let reply = match incoming {
-                ReceivedLine::Request { envelope, known } => {
+                ReceivedLine::Request { envelope, read_after } => {
                     if !is_change(&envelope.request) && self.settle(&mut pending).await.is_err() {
                         return;
                     }
-                    match self.dispatch(envelope, known).await {
+                    match self.dispatch(envelope, read_after).await {
                         Answer::Now(reply) => Some(reply),
                         Answer::OnceRendered(id, change) => {
                             pending.push_back((id, change));
