@@ -13,13 +13,12 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=$(realpath -m "${1:-aluminium-on-teflon}")
 if [ -z "${HAPTICD_BIN:-}" ]; then
-    cargo build --quiet --release --bin hapticd --bin haptic-ctl
+    cargo build --quiet --release --bin hapticd --bin haptic-ctl --bin fake-rig
     HAPTICD_BIN=target/release
 fi
 socket=$(mktemp -d)
 ctl() { "$HAPTICD_BIN/haptic-ctl" --socket "$socket/control.sock" "$@"; }
-daemon=
-trap '[ -z "$daemon" ] || kill "$daemon"; rm -rf "$socket"' EXIT
+trap 'kill $(jobs -p) 2>/dev/null || true; rm -rf "$socket"' EXIT
 mkdir -p "$out"
 
 echo "1. A lab records the real surface: a force sensor with 0.1 N of noise, an encoder of 10 um"
@@ -30,8 +29,10 @@ ctl identify "$out/real.csv" --model karnopp --out "$out/scene.toml" --plot "$ou
 ctl identify "$out/real.csv" --model karnopp --json >"$out/identified.json"
 
 echo "3. hapticd renders them to a hand that repeats the motion, and every tick is recorded"
+"$HAPTICD_BIN/fake-rig" --pty "$socket/rig" --hand "$out/hand.csv" >/dev/null &
+until [ -e "$socket/rig" ]; do sleep 0.02; done
 # shellcheck disable=SC2086 # several options
-"$HAPTICD_BIN/hapticd" --device fake --hand "file:$out/hand.csv" --scene "$out/scene.toml" \
+"$HAPTICD_BIN/hapticd" --device "serial:$socket/rig" --uncommissioned --scene "$out/scene.toml" \
     --socket "$socket/control.sock" --scene-dir "$socket" --state-dir "$socket" ${HAPTICD_OPTIONS:-} 2>"$out/hapticd.log" &
 daemon=$!
 until [ -S "$socket/control.sock" ]; do

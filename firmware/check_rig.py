@@ -586,19 +586,25 @@ def pushes(rig, force_n):
     for axis in range(axes):
         # What it moves by itself shows no direction, nor does the last count of the encoder.
         clear = max(4, 2 * abs(steps(rest[0].count[axis], rest[-1].count[axis])))
-        moved = {}
+        moved, seen, fault = {}, [], None
         for sign in (1, -1):
-            rig.enable()
-            samples = [m for m in rig.hold(0.15, round(sign * force_n * 1000), axis) if isinstance(m, Sample)]
-            rig.enable(False)
-            if rig.error or not all(s.enabled for s in samples):
-                ways = [(abs(steps(a.count[axis], b.count[axis])), elapsed_ms(a, b)) for a, b in zip(samples, samples[1:])]
+            samples = []
+            try:
+                rig.enable()
+                samples = [m for m in rig.hold(0.15, round(sign * force_n * 1000), axis) if isinstance(m, Sample)]
+                expect(samples, "no samples while it pushes")
+                seen += samples
+                rig.enable(False)
+                rig.hold(0.5)
+            except Fault as why:
+                fault = why
+            if fault or rig.error or not all(s.enabled for s in samples):
+                ways = [(abs(steps(a.count[axis], b.count[axis])), elapsed_ms(a, b)) for a, b in zip(seen, seen[1:])]
                 speed = max((1000 * way / ms for way, ms in ways if ms > 0), default=0) / rig.hello.counts_per_metre[axis]
                 advice = f": it runs at {speed:.1f} {rig.hello.unit}/s, push less" if speed > FAST else ""
                 watchdog = " by its watchdog" if any(s.bitten for s in samples) else ""
-                raise Fault(f"the motor went off{watchdog}{advice}")
+                raise Fault(f"{fault or 'the motor went off' + watchdog}{advice}")
             moved[sign] = [steps(first, last) for first, last in zip(samples[0].count, samples[-1].count)]
-            rig.hold(0.5)
         shown = ", ".join(f"{sign * force_n:+g} N: {counts[axis]:+} counts" for sign, counts in moved.items())
         if axes > 1:
             shown = f"axis {axis + 1}, {shown}"

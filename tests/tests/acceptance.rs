@@ -57,13 +57,11 @@ fn run(damping_ns_per_m: f64, hand: Hand, ticks: u64) -> Vec<Tick> {
 
 /// A hand that goes at a steady speed for some seconds.
 fn steady(speed_mps: f64, seconds: f64) -> Motion {
-    let samples: Vec<(f64, f64)> = (0..=1000)
-        .map(|k| {
-            let t = seconds * f64::from(k) / 1000.0;
-            (t, speed_mps * t)
-        })
-        .collect();
-    let recording = Recording::new("steady", &samples, 1.0, device_io::fake::EndBehaviour::Hold).expect("a motion");
+    let samples = (0..=1000).map(|k| {
+        let t = seconds * f64::from(k) / 1000.0;
+        (t, speed_mps * t)
+    });
+    let recording = Recording::new("steady", samples).expect("a motion");
     Motion::Recorded(Arc::new(recording))
 }
 

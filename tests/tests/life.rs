@@ -105,7 +105,6 @@ fn what_cannot_be_run_is_refused_by_its_name() {
         "nan.toml",
         &include_str!("../../scenes/simulated-friction.toml").replace("mass = 0.5", "mass = nan"),
     );
-    let motion = format!("file:{}", file("motion.csv", "t_s,position_m\n0,0\n1,x\n"));
     for (arguments, parts) in [
         (vec![], vec!["--device fake", "--demo"]),
         (
@@ -120,10 +119,6 @@ fn what_cannot_be_run_is_refused_by_its_name() {
         (
             vec!["--device", "fake", "--scene", &nan],
             vec!["nan.toml", "mass", "NaN", "kg"],
-        ),
-        (
-            vec!["--device", "fake", "--hand", &motion],
-            vec!["motion.csv", "line 3", "position_m", "x"],
         ),
     ] {
         let (code, said) = refused(&arguments);

@@ -3,7 +3,22 @@
 
 use haptic_ipc::{ChangeReply, Event, Request, RigState, StateReply, Timing, Topic};
 use std::sync::mpsc;
+use system_tests::fake_rig::FakeRig;
 use system_tests::{Daemon, machine_record, subscribe, wait_for_state};
+
+/// The times and half the positions of a record.
+fn halved(record: &str) -> String {
+    let rows = record.lines().skip(1).map(|line| {
+        let (t_s, rest) = line.split_once(',').expect("two columns");
+        let position_m: f64 = rest
+            .split(',')
+            .next()
+            .and_then(|cell| cell.parse().ok())
+            .expect("a number");
+        format!("{t_s},{}\n", 0.5 * position_m)
+    });
+    format!("t_s,position_m\n{}", rows.collect::<String>())
+}
 
 #[test]
 fn every_tick_of_real_motion_reaches_subscriber() {
@@ -11,8 +26,11 @@ fn every_tick_of_real_motion_reaches_subscriber() {
         test_run::skip("emps-pulses.csv", "the real machine's record, in ../shared/data");
         return;
     };
-    let hand = format!("file:{}", path.display());
-    let daemon = Daemon::start(&["--hand", &hand, "--hand-scale", "0.5"]);
+    let directory = tempfile::tempdir().expect("a directory");
+    let hand = directory.path().join("hand.csv");
+    std::fs::write(&hand, halved(&std::fs::read_to_string(path).expect("text"))).expect("written");
+    let rig = FakeRig::start(&["--hand", hand.to_str().expect("a plain path")]);
+    let daemon = Daemon::start_on(&rig.address(), &[]);
     let mut subscriber = daemon.client();
     subscribe(&mut subscriber, &[Topic::Samples]);
     // What waits for a reader is dropped after a while, and a change may take longer on a busy machine.

@@ -11,9 +11,9 @@ use system_tests::{
     Daemon, be_patient, binary, ctl_offline, journal, process, status, until, wait_for, wait_for_state,
 };
 
-/// A hand that soon moves steadily (from rest, as every motion of a file begins), so that the paper's block slides
-/// and the force is its kinetic friction, 3.5 N.
-const STEADY: &str = "t_s,position_m\n0,0\n1,0.05\n2,0.1\n1000,50\n";
+/// A hand that moves for 50 s one way with next to no acceleration, so that the paper's block soon slides and the force
+/// is its kinetic friction, 3.5 N.
+const STEADY: [&str; 4] = ["--hand-amplitude-m", "1", "--hand-frequency-hz", "0.01"];
 
 /// A daemon without a terminal and with a configuration file, whose hand moves steadily.
 struct Reloaded {
@@ -25,8 +25,6 @@ struct Reloaded {
 impl Reloaded {
     fn start(configuration: &str) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
-        let motion = directory.path().join("steady.csv");
-        fs::write(&motion, STEADY).expect("written");
         let file = directory.path().join("hapticd.toml");
         fs::write(&file, configuration).expect("written");
         let mut command = Command::new("setsid");
@@ -34,8 +32,7 @@ impl Reloaded {
             .arg(binary("hapticd"))
             .args(["--device", "fake", "--encoder-resolution-m", "0", "--config"])
             .arg(&file)
-            .arg("--hand")
-            .arg(format!("file:{}", motion.display()))
+            .args(STEADY)
             .arg("--scene-dir")
             .arg(directory.path().join("scenes"));
         let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));

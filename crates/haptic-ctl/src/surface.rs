@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "REAL.csv")]
     out: PathBuf,
 
-    /// Output: motion of the hand that drives the mass, for `hapticd --hand file:`
+    /// Output: motion of the hand that drives the mass, for `fake-rig --hand`
     #[arg(long, value_name = "HAND.csv")]
     hand: Option<PathBuf>,
 

@@ -105,38 +105,25 @@ impl fmt::Display for Motion {
             } => write!(f, "sine of {} mm at {frequency_hz} Hz", amplitude_m * 1e3),
             Self::Recorded(recording) => write!(
                 f,
-                "{} ({} samples, {:.3} s, {})",
+                "{} ({} samples, {:.3} s, looped)",
                 recording.path.display(),
                 recording.samples.len(),
                 recording.duration(),
-                match recording.after_end {
-                    EndBehaviour::Hold => "then held",
-                    EndBehaviour::Loop => "looped",
-                }
             ),
         }
     }
 }
 
-/// What a recorded motion does after its last sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EndBehaviour {
-    /// It stays there.
-    Hold,
-    /// It goes back to the beginning within [`RETURN_S`] seconds, smoothly, and starts again.
-    Loop,
-}
-
 /// Duration of the way back in a loop, s.
-pub const RETURN_S: f64 = 1.0;
+const RETURN_S: f64 = 1.0;
 
 /// A recorded motion. Between samples it is a cubic through both, with slopes from their
-/// neighbours, so that its velocity has no steps.
+/// neighbours, so that its velocity has no steps. After the last it goes back to the first within
+/// a second, smoothly, and starts again.
 #[derive(Clone, Debug)]
 pub struct Recording {
     path: PathBuf,
     samples: Vec<Sample>,
-    after_end: EndBehaviour,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -157,39 +144,31 @@ pub struct TooShort {
 }
 
 impl Recording {
-    /// Takes samples of time (s), which grows, and position (m) from a file at `path`. Positions are
-    /// multiplied by `scale`, and times counted from the first sample.
+    /// Takes samples of time (s), which grows, and position (m) from a file at `path`; times are counted from the first.
     ///
     /// # Errors
     /// There are too few.
-    pub fn new(
-        path: impl Into<PathBuf>,
-        samples: &[(f64, f64)],
-        scale: f64,
-        after_end: EndBehaviour,
-    ) -> Result<Self, TooShort> {
+    pub fn new(path: impl Into<PathBuf>, samples: impl Iterator<Item = (f64, f64)>) -> Result<Self, TooShort> {
         let path = path.into();
+        let mut samples: Vec<Sample> = samples
+            .map(|(t_s, position_m)| Sample {
+                t_s,
+                position_m,
+                velocity_mps: 0.0,
+            })
+            .collect();
         if samples.len() < 2 {
             return Err(TooShort {
                 path,
                 samples: samples.len(),
             });
         }
-        let (begin_s, _) = samples[0];
-        let mut samples: Vec<Sample> = samples
-            .iter()
-            .map(|(t_s, position_m)| Sample {
-                t_s: t_s - begin_s,
-                position_m: position_m * scale,
-                velocity_mps: 0.0,
-            })
-            .collect();
+        let begin_s = samples[0].t_s;
+        for sample in &mut samples {
+            sample.t_s -= begin_s;
+        }
         set_slopes(&mut samples);
-        Ok(Self {
-            path,
-            samples,
-            after_end,
-        })
+        Ok(Self { path, samples })
     }
 
     /// Time of the last sample, s after the first.
@@ -202,9 +181,6 @@ impl Recording {
         let (first, last) = (self.samples[0], self.samples[self.samples.len() - 1]);
         let mut t = t_s.max(0.0);
         if t >= last.t_s {
-            if self.after_end == EndBehaviour::Hold {
-                return (last.position_m, 0.0);
-            }
             t %= last.t_s + RETURN_S;
             if t >= last.t_s {
                 let back = Sample {
@@ -256,27 +232,32 @@ fn between(a: Sample, b: Sample, t_s: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    fn recording(samples: &[(f64, f64)], scale: f64, after_end: EndBehaviour) -> Recording {
-        Recording::new("m.csv", samples, scale, after_end).expect("a motion")
+    fn recording(samples: &[(f64, f64)]) -> Recording {
+        Recording::new("m.csv", samples.iter().copied()).expect("a motion")
     }
 
     #[test]
-    fn a_recording_is_followed_scaled_and_held() {
-        let samples = [(10.0, 0.0), (10.1, 0.1), (10.3, 0.3), (10.4, 0.4)];
-        let recording = recording(&samples, 0.5, EndBehaviour::Hold);
-        for (t, want) in [(0.0, 0.0), (0.1, 0.05), (0.2, 0.1), (0.3, 0.15), (0.4, 0.2), (9.0, 0.2)] {
+    fn a_recording_is_followed_and_repeats() {
+        let recording = recording(&[(10.0, 0.0), (10.1, 0.1), (10.3, 0.3), (10.4, 0.4)]);
+        for (t, want) in [
+            (0.0, 0.0),
+            (0.1, 0.1),
+            (0.2, 0.2),
+            (0.3, 0.3),
+            (0.4, 0.4),
+            (1.4, 0.0),
+            (1.6, 0.2),
+        ] {
             let (position, _) = recording.at(t);
             assert!((position - want).abs() < 1e-12, "{t}: {position} for {want}");
         }
         // In the middle of a straight line the slope is the line's.
-        assert!((recording.at(0.2).1 - 0.5).abs() < 1e-9);
-        assert_eq!(recording.at(9.0).1, 0.0);
+        assert!((recording.at(0.2).1 - 1.0).abs() < 1e-9);
     }
 
     #[test]
     fn position_and_velocity_agree_and_a_loop_has_no_jump() {
-        let samples = [(0.0, 0.0), (0.2, 0.02), (0.5, 0.01), (1.0, 0.05)];
-        let recording = recording(&samples, 1.0, EndBehaviour::Loop);
+        let recording = recording(&[(0.0, 0.0), (0.2, 0.02), (0.5, 0.01), (1.0, 0.05)]);
         let h = 1e-5;
         let mut t = h;
         while t < 5.0 {
@@ -294,8 +275,7 @@ mod tests {
 
     #[test]
     fn uneven_samples_are_not_overshot() {
-        let samples = [(0.0, 0.0), (1.0, 0.0), (1.001, 0.05), (3.0, 0.05)];
-        let recording = recording(&samples, 1.0, EndBehaviour::Hold);
+        let recording = recording(&[(0.0, 0.0), (1.0, 0.0), (1.001, 0.05), (3.0, 0.05)]);
         for k in 0..3000 {
             let (position, _) = recording.at(f64::from(k) * 1e-3);
             assert!((0.0..=0.05 + 1e-12).contains(&position), "{position} m at {k} ms");
@@ -305,7 +285,7 @@ mod tests {
     #[test]
     fn two_samples_are_the_fewest() {
         for samples in [&[][..], &[(0.0, 0.0)]] {
-            let error = Recording::new("m.csv", samples, 1.0, EndBehaviour::Hold).expect_err("too short");
+            let error = Recording::new("m.csv", samples.iter().copied()).expect_err("too short");
             let count = samples.len();
             assert_eq!(
                 error.to_string(),

@@ -1,6 +1,6 @@
 //! The way of a hand in the plane.
 
-use super::hand::{EndBehaviour, Motion, Recording};
+use super::hand::{Motion, Recording};
 use haptic_core::planar::Plane;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -9,9 +9,6 @@ use std::sync::Arc;
 
 /// Time in which the lines of a zigzag climb from the bottom to the top, in turns of the hand.
 const ZIGZAG_CLIMB: f64 = 4.0;
-
-/// Columns of a file.
-const COLUMNS: &str = "t_s,x,y";
 
 /// The figure that a hand draws again and again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,14 +50,8 @@ impl Path {
     /// # Errors
     /// The file cannot be read; or a line of it, by its number.
     pub fn open(file: &FilePath) -> Result<Self, String> {
-        let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
-        let rows = rows(&text).map_err(|why| format!("{}: {why}", file.display()))?;
-        let motion = |axis: usize| {
-            let samples: Vec<(f64, f64)> = rows.iter().map(|row| (row[0], row[axis])).collect();
-            Recording::new(file, &samples, 1.0, EndBehaviour::Loop)
-                .map(|recording| Motion::Recorded(Arc::new(recording)))
-                .map_err(|error| error.to_string())
-        };
+        let rows = rows_of(file, "t_s,x,y")?;
+        let motion = |axis: usize| recorded(file, rows.iter().map(|row: &[f64; 3]| (row[0], row[axis])));
         Ok(Self::Recorded {
             x: motion(1)?,
             y: motion(2)?,
@@ -137,22 +128,45 @@ fn triangle(turns: f64) -> (f64, f64) {
     }
 }
 
-/// The rows of a file: times, s, that grow, and positions, m.
-fn rows(text: &str) -> Result<Vec<[f64; 3]>, String> {
+/// Reads a motion on a line from a file with the columns `t_s,position_m` (s and m); it repeats.
+///
+/// # Errors
+/// The file cannot be read; or a line of it, by its number.
+pub(super) fn motion_of(file: &FilePath) -> Result<Motion, String> {
+    recorded(
+        file,
+        rows_of(file, "t_s,position_m")?
+            .iter()
+            .map(|[t_s, position_m]| (*t_s, *position_m)),
+    )
+}
+
+fn recorded(file: &FilePath, samples: impl Iterator<Item = (f64, f64)>) -> Result<Motion, String> {
+    let recording = Recording::new(file, samples).map_err(|error| error.to_string())?;
+    Ok(Motion::Recorded(Arc::new(recording)))
+}
+
+/// The rows of a file with these columns: times, s, that grow, and positions, m.
+fn rows_of<const N: usize>(file: &FilePath, columns: &str) -> Result<Vec<[f64; N]>, String> {
+    let named = |why: &dyn fmt::Display| format!("{}: {why}", file.display());
+    rows(&std::fs::read_to_string(file).map_err(|error| named(&error))?, columns).map_err(|why| named(&why))
+}
+
+fn rows<const N: usize>(text: &str, columns: &str) -> Result<Vec<[f64; N]>, String> {
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
     let header = lines.next().map_or("", |(_, line)| line.trim());
-    if header != COLUMNS {
+    if header != columns {
         return Err(format!(
-            "its columns are `{header}`, and must be `{COLUMNS}`, in s and m"
+            "its columns are `{header}`, and must be `{columns}`, in s and m"
         ));
     }
-    let mut rows: Vec<[f64; 3]> = Vec::new();
+    let mut rows: Vec<[f64; N]> = Vec::new();
     for (number, line) in lines {
         let values: Vec<f64> = line.split(',').map_while(|cell| cell.trim().parse().ok()).collect();
-        let row = <[f64; 3]>::try_from(values)
+        let row = <[f64; N]>::try_from(values)
             .ok()
-            .filter(|row| row.iter().all(|value| value.is_finite()) && line.split(',').count() == 3)
-            .ok_or_else(|| format!("line {number}: `{line}` must be three numbers, in s and m"))?;
+            .filter(|row| row.iter().all(|value| value.is_finite()) && line.split(',').count() == N)
+            .ok_or_else(|| format!("line {number}: `{line}` must be {N} numbers, in s and m"))?;
         if let Some(last) = rows.last().filter(|last| row[0] <= last[0]) {
             return Err(format!(
                 "line {number}: t_s = {} s must be more than {} s before it",
@@ -205,18 +219,12 @@ mod tests {
                 "t,x,y\n0,0,0\n",
                 "its columns are `t,x,y`, and must be `t_s,x,y`, in s and m",
             ),
-            (
-                "t_s,x,y\n0,0,0\n1,0\n",
-                "line 3: `1,0` must be three numbers, in s and m",
-            ),
+            ("t_s,x,y\n0,0,0\n1,0\n", "line 3: `1,0` must be 3 numbers, in s and m"),
             (
                 "t_s,x,y\n0,0,0\n1,0,nan\n",
-                "line 3: `1,0,nan` must be three numbers, in s and m",
+                "line 3: `1,0,nan` must be 3 numbers, in s and m",
             ),
-            (
-                "t_s,x,y\n0,0,0,7\n",
-                "line 2: `0,0,0,7` must be three numbers, in s and m",
-            ),
+            ("t_s,x,y\n0,0,0,7\n", "line 2: `0,0,0,7` must be 3 numbers, in s and m"),
             (
                 "t_s,x,y\n1,0,0\n1,0,0\n",
                 "line 3: t_s = 1 s must be more than 1 s before it",

@@ -3,7 +3,7 @@
 use super::fault::TimedFault;
 use super::faulty_line::FaultyLine;
 use super::hand::{Hand, Motion};
-use super::path::{Figure, Path};
+use super::path::{Figure, Path, motion_of};
 use super::port::Place;
 use haptic_core::planar::Plane;
 use std::io;
@@ -14,11 +14,12 @@ use std::str::FromStr;
 /// The options of every fake, but for its faults: each has its own.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ProgramOptions {
-    /// Hand on the handle: sine, arm or free; of a rig in the plane circle, eight, zigzag, free or a
-    /// file [default: sine, circle]
+    /// Hand on the handle: sine, arm, free or a file; in the plane circle, eight, zigzag, free or a file
+    /// [default: sine, circle]
     ///
-    /// `sine` moves to and fro, whatever the force. `arm` does so through a spring (500 N/m) and a damper (5 N s/m), as
-    /// all hands of a plane do. `free` is no hand. A file has the columns t_s,x,y, in s and m, and repeats.
+    /// `sine` moves to and fro, whatever the force, and a file of one axis likewise. `arm` does so through a spring
+    /// (500 N/m) and a damper (5 N s/m), as all hands of a plane do. `free` is no hand. A file has the columns
+    /// t_s,position_m, in the plane t_s,x,y, in s and m, and repeats.
     #[arg(long, value_name = "HAND")]
     hand: Option<HandName>,
 
@@ -48,7 +49,7 @@ impl ProgramOptions {
     /// The hand that was asked for, on a line.
     ///
     /// # Errors
-    /// It is the hand of a plane.
+    /// It is the hand of a plane, or its file cannot be read.
     pub fn hand(&self) -> Result<Hand, String> {
         let motion = Motion::Sine {
             amplitude_m: self.hand_amplitude_m,
@@ -62,9 +63,8 @@ impl ProgramOptions {
                 motion,
             }),
             Some(HandName::Free) => Ok(Hand::Free),
-            Some(HandName::Figure(_) | HandName::File(_)) => {
-                Err("--hand of a rig on a line is sine, arm or free".to_owned())
-            }
+            Some(HandName::File(file)) => motion_of(file).map(Hand::Prescribed),
+            Some(HandName::Figure(_)) => Err("--hand of a rig on a line is sine, arm, free or a file".to_owned()),
         }
     }
 

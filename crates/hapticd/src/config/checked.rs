@@ -377,7 +377,6 @@ impl Options {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::options::MotionName;
     use clap::{CommandFactory, Parser};
 
     fn options(arguments: &[&str]) -> Options {
@@ -432,7 +431,6 @@ mod tests {
                     "metrics-beyond-this-machine",
                 ],
             ),
-            (vec!["--hand", "file:/nowhere.csv"], vec!["/nowhere.csv"]),
             (vec!["--scene", "/nowhere.toml"], vec!["/nowhere.toml"]),
         ] {
             let message = options(&[vec!["--device", "fake"], arguments].concat())
@@ -471,16 +469,13 @@ mod tests {
 
     #[test]
     fn hands_are_read() {
-        assert_eq!(
-            "arm:file:m.csv".parse(),
-            Ok(HandName::Arm(MotionName::File("m.csv".into())))
-        );
-        assert_eq!(
-            "file:m.csv".parse(),
-            Ok(HandName::Prescribed(MotionName::File("m.csv".into())))
-        );
         assert_eq!("mouse".parse(), Ok(HandName::Mouse));
-        assert!("file:".parse::<HandName>().is_err());
-        assert!("wave".parse::<HandName>().is_err());
+        for (text, part) in [
+            ("wave", "expected sine"),
+            ("file:m.csv", "fake-rig --pty LINK --hand FILE"),
+        ] {
+            let refused = text.parse::<HandName>().expect_err("no such hand");
+            assert!(refused.contains(part), "{refused}");
+        }
     }
 }

@@ -1,10 +1,8 @@
 //! Refusals of options, with name, value, limits and unit.
 
 use device_boards::Address;
-use device_io::fake::TooShort;
 use haptic_core::SceneError;
 use haptic_ipc::regular_file::{self, with_short_lines};
-use haptic_motion::MotionError;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -26,10 +24,6 @@ pub(crate) enum ConfigError {
     Scene { path: PathBuf, source: SceneError },
     #[error(transparent)]
     StartScene(SceneError),
-    #[error("{}", of_motion(.0))]
-    Motion(#[from] MotionError),
-    #[error(transparent)]
-    ShortMotion(#[from] TooShort),
     #[error(
         "{}",
         format!("{name} = {value} {unit} is out of range: it must be from {min} to {max} {unit}")
@@ -128,13 +122,5 @@ pub(super) fn within(
             max,
             unit,
         })
-    }
-}
-
-/// Why a motion is not read. No option names the columns of a table.
-fn of_motion(error: &MotionError) -> String {
-    match error {
-        MotionError::Table(error) => error.by_heading(),
-        error => error.to_string(),
     }
 }

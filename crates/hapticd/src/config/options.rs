@@ -230,8 +230,8 @@ pub(crate) struct Options {
     /// circle]
     ///
     /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `free` lets it go,
-    /// `mouse` pulls it through the arm to the pointer in haptic-gui. `file:MOTION` follows a recording or table, and
-    /// `arm:file:MOTION` pulls along it. `circle` and `eight` draw through the arm.
+    /// `mouse` pulls it through the arm to the pointer in haptic-gui. `circle` and `eight` draw through the arm.
+    /// For a motion from a file see `fake-rig --help`.
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
     pub(super) hand: Option<Named<HandName>>,
 
@@ -254,21 +254,6 @@ pub(crate) struct Options {
         hide_short_help = true
     )]
     pub(super) hand_frequency_hz: Option<f64>,
-
-    /// Factor on the positions of a recorded motion [default: 1]
-    #[arg(
-        long,
-        value_name = "FACTOR",
-        help_heading = "Fake rig",
-        allow_hyphen_values = true,
-        hide_short_help = true
-    )]
-    pub(super) hand_scale: Option<f64>,
-
-    /// Behaviour after the end of a recorded motion: `hold` the last position, or `loop` [default:
-    /// hold]
-    #[arg(long, value_name = "ACTION", help_heading = "Fake rig", hide_short_help = true)]
-    pub(super) hand_after_end: Option<AfterEndName>,
 
     /// Stiffness of the arm, N/m [default: 500]
     #[arg(
@@ -337,56 +322,39 @@ impl<'de, T: FromStr<Err: std::fmt::Display>> Deserialize<'de> for Named<T> {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum AfterEndName {
-    Hold,
-    Loop,
-}
-
-/// `sine`, `arm`, `free`, `mouse`, `file:PATH` or `arm:file:PATH`; in the plane `circle` or `eight`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// `sine`, `arm`, `free` or `mouse`; in the plane `circle` or `eight`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HandName {
     Free,
-    Prescribed(MotionName),
-    Arm(MotionName),
+    Sine,
+    Arm,
     Mouse,
     Figure(Figure),
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum MotionName {
-    Sine,
-    File(PathBuf),
 }
 
 impl FromStr for HandName {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let file = |path: &str| {
-            if path.is_empty() {
-                return Err(format!("`{text}` lacks a file: write file:MOTION"));
+        Ok(match text {
+            "free" => Self::Free,
+            "sine" => Self::Sine,
+            "arm" => Self::Arm,
+            "mouse" => Self::Mouse,
+            "circle" => Self::Figure(Figure::Circle),
+            "eight" => Self::Figure(Figure::Eight),
+            _ if text.contains("file:") => {
+                return Err(format!(
+                    "unknown hand `{text}`: a motion from a file is fake-rig's, as in `fake-rig --pty LINK --hand FILE`"
+                ));
             }
-            Ok(MotionName::File(path.into()))
-        };
-        match text {
-            "free" => Ok(Self::Free),
-            "mouse" => Ok(Self::Mouse),
-            "circle" => Ok(Self::Figure(Figure::Circle)),
-            "eight" => Ok(Self::Figure(Figure::Eight)),
-            "sine" => Ok(Self::Prescribed(MotionName::Sine)),
-            "arm" | "arm:sine" => Ok(Self::Arm(MotionName::Sine)),
-            _ => match (text.strip_prefix("file:"), text.strip_prefix("arm:file:")) {
-                (Some(path), _) => file(path).map(Self::Prescribed),
-                (_, Some(path)) => file(path).map(Self::Arm),
-                _ => Err(format!(
-                    "unknown hand `{text}`{} expected sine, arm, free, mouse, file:MOTION or arm:file:MOTION, and of two axes \
-                     circle or eight",
+            _ => {
+                return Err(format!(
+                    "unknown hand `{text}`{} expected sine, arm, free or mouse, and of two axes circle or eight",
                     meant_or_semicolon(text, &["sine", "arm", "free", "mouse", "circle", "eight"])
-                )),
-            },
-        }
+                ));
+            }
+        })
     }
 }
 
@@ -486,8 +454,6 @@ options_of_the_file!(
     hand,
     hand_amplitude_m,
     hand_frequency_hz,
-    hand_scale,
-    hand_after_end,
     arm_stiffness_n_per_m,
     arm_damping_ns_per_m,
     rig_mass_kg,

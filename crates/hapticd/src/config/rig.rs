@@ -1,20 +1,14 @@
 //! The rig that the options name.
 
 use super::error::{ConfigError, within};
-use super::options::{AfterEndName, HandName, MotionName, Options};
+use super::options::{HandName, Options};
 use device_io::fake::Path as PlanarPath;
 use device_io::fake::{
-    EndBehaviour, FakeRig, Figure, Hand, Motion, PlanarFake, PlanarProperties, PlanarRig, PointerArm, Recording,
-    RigProperties,
+    FakeRig, Figure, Hand, Motion, PlanarFake, PlanarProperties, PlanarRig, PointerArm, RigProperties,
 };
 use device_io::kinematics::Kinematics;
 use device_io::link::Connector;
 use haptic_core::compensation::MAX_SHARE;
-use haptic_ipc::regular_file;
-use haptic_motion::table::TableOptions;
-use haptic_motion::{MotionError, Rows};
-use std::path::Path;
-use std::sync::Arc;
 
 /// The rig: simulated, or behind a link.
 #[derive(Debug)]
@@ -72,7 +66,7 @@ impl Options {
             ..usual
         };
         let (stiffness_n_per_m, damping_ns_per_m) = self.arm()?;
-        let hand = match self.hand_or(&HandName::Prescribed(MotionName::Sine)) {
+        let hand = match self.hand_or(HandName::Sine) {
             HandName::Figure(_) => {
                 return Err(ConfigError::HandOfAnotherSpace(
                     "circle and eight are",
@@ -80,19 +74,19 @@ impl Options {
                 ));
             }
             HandName::Free => Hand::Free,
-            HandName::Prescribed(motion) => Hand::Prescribed(self.motion(motion)?),
-            HandName::Arm(motion) => Hand::Arm {
+            HandName::Sine => Hand::Prescribed(self.motion()?),
+            HandName::Arm => Hand::Arm {
                 stiffness_n_per_m,
                 damping_ns_per_m,
-                motion: self.motion(motion)?,
+                motion: self.motion()?,
             },
             HandName::Mouse => Hand::Pointer(PointerArm::new(stiffness_n_per_m, damping_ns_per_m)),
         };
         Ok(FakeRig::new(properties, hand))
     }
 
-    fn hand_or<'a>(&'a self, usual: &'a HandName) -> &'a HandName {
-        self.hand.as_ref().map_or(usual, |name| &name.0)
+    fn hand_or(&self, usual: HandName) -> HandName {
+        self.hand.as_ref().map_or(usual, |name| name.0)
     }
 
     /// Stiffness, N/m, and damping, N s/m, of the arm.
@@ -118,12 +112,12 @@ impl Options {
 
     /// The fake rig of two axes, whose hand draws through its arm.
     pub(super) fn fake_plane(&self, kinematics: Kinematics) -> Result<PlanarFake, ConfigError> {
-        let figure = match self.hand_or(&HandName::Figure(Figure::Circle)) {
-            HandName::Figure(figure) => Some(*figure),
+        let figure = match self.hand_or(HandName::Figure(Figure::Circle)) {
+            HandName::Figure(figure) => Some(figure),
             HandName::Free => None,
             _ => {
                 return Err(ConfigError::HandOfAnotherSpace(
-                    "sine, arm, mouse and files are",
+                    "sine, arm and mouse are",
                     "one axis; of two there are circle, eight and free",
                 ));
             }
@@ -167,38 +161,13 @@ impl Options {
         ))
     }
 
-    fn motion(&self, name: &MotionName) -> Result<Motion, ConfigError> {
-        match name {
-            MotionName::Sine => {
-                let (amplitude_m, frequency_hz) = self.oscillation()?;
-                Ok(Motion::Sine {
-                    amplitude_m,
-                    frequency_hz,
-                })
-            }
-            MotionName::File(path) => {
-                let scale = within("hand-scale", self.hand_scale, 1.0, -1e3, 1e3, "")?;
-                let after_end = match self.hand_after_end {
-                    Some(AfterEndName::Loop) => EndBehaviour::Loop,
-                    Some(AfterEndName::Hold) | None => EndBehaviour::Hold,
-                };
-                let recording = Recording::new(path, &samples_of(path)?, scale, after_end)?;
-                Ok(Motion::Recorded(Arc::new(recording)))
-            }
-        }
+    fn motion(&self) -> Result<Motion, ConfigError> {
+        let (amplitude_m, frequency_hz) = self.oscillation()?;
+        Ok(Motion::Sine {
+            amplitude_m,
+            frequency_hz,
+        })
     }
-}
-
-/// Times (s) and positions (m) of a motion file.
-fn samples_of(path: &Path) -> Result<Vec<(f64, f64)>, MotionError> {
-    let path = &haptic_motion::file_of(path);
-    let file = regular_file::open(path).map_err(|source| MotionError::Open {
-        path: path.to_path_buf(),
-        source,
-    })?;
-    Rows::new(path, file, &TableOptions::default())?
-        .map(|row| row.map(|row| (row.t_s, row.position_m)))
-        .collect()
 }
 
 /// Checks of a device that the configuration waives.
