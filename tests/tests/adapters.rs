@@ -201,6 +201,7 @@ fn the_papers_scene_is_felt_on_every_board() {
     });
 }
 
+// hazard: F5
 #[test]
 fn a_daemon_that_is_killed_leaves_no_force() {
     timed("a killed daemon on boards of others", || {

@@ -136,29 +136,6 @@ fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
     renders_the_scene(&daemon, &mut client);
 }
 
-// hazard: F20
-#[test]
-fn hand_taking_handle_away_feels_at_most_the_force_limit() {
-    // It moves 30 mm to and fro whatever the motor does.
-    let daemon = Daemon::start(&["--hand=sine", "--ramp-ms=20"]);
-    let mut identifier = begun(&daemon);
-    let ticks = Ticks::of(&daemon);
-    excite(&mut identifier);
-    let reply = after_it(&mut identifier);
-    without_force(&mut identifier);
-    ticks.until("a force", |row| row.command_force_n != 0.0);
-    let rows = ticks.until("the end", is_over);
-    let felt_n = rows.iter().map(|row| row.command_force_n.abs()).fold(0.0, f64::max);
-    assert!(felt_n > 0.0 && felt_n <= 3.0 + 1e-3, "{felt_n} N");
-    assert!(
-        matches!(
-            reply.last.as_ref().map(|last| last.end),
-            Some(ExcitationEnd::Lag | ExcitationEnd::Travel | ExcitationEnd::WrongWay | ExcitationEnd::Speed)
-        ),
-        "{reply:?}"
-    );
-}
-
 #[test]
 fn identify_reply_gives_handle_position_and_travel_limit() {
     let mut rig = FakeRig::start(&["--hand", "free"]);

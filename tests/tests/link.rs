@@ -137,18 +137,6 @@ fn rig_stopped_while_unplugged_returns_stopped() {
     });
 }
 
-#[test]
-fn a_daemon_that_is_killed_leaves_the_motor_off() {
-    timed("a daemon that is killed, and the rig's watchdog", || {
-        let _one = crate::one_of_two();
-        let (mut rig, daemon, mut client) = connected(&[], &[]);
-        pull(&mut rig, &mut client);
-        drop(daemon);
-        until("the force stays", || rig.force().now_n == 0.0);
-        assert!(rig.force().watchdog, "the firmware's own watchdog has done that");
-    });
-}
-
 /// Asks to engage, with a reset where it faulted meanwhile, until this comes of it.
 fn engage_until(client: &mut Client, wanted: Option<ErrorCode>) {
     until(&format!("waited in vain for {wanted:?}"), || {
