@@ -148,6 +148,7 @@ proptest! {
             bench.inbox.post(ramp.expect("both are valid"));
             let after = bench.tick_at_once(position);
             prop_assert_eq!(after.revision, revision);
+            prop_assert_eq!(bench.records.answers().applied(revision), Some(after.tick));
             prop_assert!(
                 (after.command_force - before.command_force).abs() <= STEP_N,
                 "{} N, then {} N", before.command_force, after.command_force

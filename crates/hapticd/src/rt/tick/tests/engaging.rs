@@ -170,29 +170,3 @@ fn nothing_of_the_force_before_a_stop_is_left_after_it() {
     let first = bench.tick();
     assert!(first.command_force.abs() < 0.1, "force begins again: {first:?}");
 }
-
-#[test]
-fn a_new_scene_lands_between_two_ticks_without_a_step_of_force() {
-    for changes in [
-        vec![("K", 3000.0)],
-        vec![("B", 0.0), ("M", 2.0)],
-        vec![("K", 0.0), ("B", 30.0)],
-    ] {
-        let mut bench = bench(ramp());
-        bench.ticks(SETTLE);
-        bench.command(Command::Engage);
-        bench.ticks(200);
-        let before = bench.tick();
-        let changes: Vec<_> = changes
-            .iter()
-            .map(|(name, value)| (name.parse().expect("a parameter"), *value))
-            .collect();
-        let scene = Scene::paper().with(&changes).expect("a valid scene");
-        bench.inbox.post(compiled(&scene, 2));
-        let after = bench.tick();
-        assert_eq!((before.revision, after.revision), (1, 2));
-        assert_eq!(bench.records.answers().applied(2), Some(after.tick));
-        let step = (after.command_force - before.command_force).abs();
-        assert!(step < 1.0, "{changes:?}: {step} N");
-    }
-}
