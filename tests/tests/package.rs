@@ -189,6 +189,13 @@ fn removed_and_purged_it_leaves_nothing() {
     }
 }
 
+/// Both packages; a skip where they cannot be built.
+fn both_packages() -> Option<[&'static Path; 2]> {
+    let built = package::hapticd().and_then(|hapticd| Ok([hapticd, package::haptic_gui()?]));
+    let skipped = |(need, remedy): (&str, String)| test_run::skip(need, &remedy);
+    built.map_err(skipped).ok()
+}
+
 #[test]
 fn lintian_finds_no_error() {
     if !test_run::is_long_for("the packages under lintian") {
@@ -197,10 +204,8 @@ fn lintian_finds_no_error() {
     if !test_run::has(&["lintian"]) {
         return;
     }
-    let built = package::hapticd().and_then(|hapticd| Ok([hapticd, package::haptic_gui()?]));
-    let built: [&Path; 2] = match built {
-        Ok(built) => built,
-        Err((need, remedy)) => return test_run::skip(need, &remedy),
+    let Some(built) = both_packages() else {
+        return;
     };
     // What ran before an upgrade is started again although it is not enabled, which deb-systemd-invoke would not do.
     let output = Command::new("lintian")
@@ -222,10 +227,8 @@ fn apt_finds_all_that_the_packages_need() {
     if !test_run::is_long_for("the packages' dependencies") {
         return;
     }
-    let built = package::hapticd().and_then(|hapticd| Ok([hapticd, package::haptic_gui()?]));
-    let built: [&Path; 2] = match built {
-        Ok(built) => built,
-        Err((need, remedy)) => return test_run::skip(need, &remedy),
+    let Some(built) = both_packages() else {
+        return;
     };
     let listed = Command::new("apt-cache").args(["show", "libegl1"]).output();
     if !listed.is_ok_and(|listed| listed.status.success()) {

@@ -22,7 +22,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 use system_tests::measure::{percentile, us};
-use system_tests::screen::{Picture, Screen};
+use system_tests::screen::{Panel, Picture, Screen};
 use system_tests::study_screen::{self, open_subjects_window, wait_until_open};
 use system_tests::{Daemon, PATIENCE, bring_to, status, until, wait_for, wait_for_state};
 
@@ -253,6 +253,29 @@ fn studies() -> tempfile::TempDir {
     folder
 }
 
+/// A panel that shows a page, with a recording or a study where the page has one.
+fn page_shown(
+    screen: &Screen,
+    (daemon, client): (&Daemon, &mut Client),
+    studies: &Path,
+    theme: &str,
+    page: &str,
+) -> Panel {
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recording-of-0.1.0.mcap");
+    let mut arguments = vec!["--theme", theme, "--page", page];
+    if page == "record" {
+        arguments.extend(["--open", recording]);
+    }
+    let study = studies.join(page);
+    if study.exists() {
+        arguments.extend(["--study", study.to_str().expect("a name")]);
+    }
+    let panel = screen.panel(daemon.socket(), &arguments);
+    wait_for(client, "the panel", |status| status.clients == 3);
+    wait_until_drawn(screen);
+    panel
+}
+
 /// Every page in both themes in the smallest, the usual and a large window. The pictures are to be looked at: with
 /// `HAPTIC_UPDATE_PICTURES` they are in `target/tmp/panel`.
 #[test]
@@ -261,7 +284,6 @@ fn every_page_has_stop_in_both_themes_at_three_sizes() {
     if !is_wanted && !test_run::is_long_for("the panel's pages in windows of three sizes") {
         return;
     }
-    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recording-of-0.1.0.mcap");
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
     client.request::<StateReply>(Request::engage()).expect("it engages");
@@ -272,17 +294,7 @@ fn every_page_has_stop_in_both_themes_at_three_sizes() {
         };
         for theme in ["dark", "light"] {
             for page in PAGES {
-                let mut arguments = vec!["--theme", theme, "--page", page];
-                if page == "record" {
-                    arguments.extend(["--open", recording.to_str().expect("a name")]);
-                }
-                let study = studies.path().join(page);
-                if study.exists() {
-                    arguments.extend(["--study", study.to_str().expect("a name")]);
-                }
-                let panel = screen.panel(daemon.socket(), &arguments);
-                wait_for(&mut client, "the panel", |status| status.clients == 3);
-                wait_until_drawn(&screen);
+                let panel = page_shown(&screen, (&daemon, &mut client), studies.path(), theme, page);
                 if is_wanted {
                     // Until the plots are full.
                     std::thread::sleep(std::time::Duration::from_secs(6));
@@ -306,22 +318,11 @@ fn a_key_stops_soon_on_every_page_and_in_the_subjects_window() {
     let Some(screen) = Screen::open() else {
         return;
     };
-    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recording-of-0.1.0.mcap");
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
     let studies = studies();
     for page in PAGES {
-        let mut arguments = vec!["--theme", "dark", "--page", page];
-        if page == "record" {
-            arguments.extend(["--open", recording.to_str().expect("a name")]);
-        }
-        let study = studies.path().join(page);
-        if study.exists() {
-            arguments.extend(["--study", study.to_str().expect("a name")]);
-        }
-        let panel = screen.panel(daemon.socket(), &arguments);
-        wait_for(&mut client, "the panel", |status| status.clients == 3);
-        wait_until_drawn(&screen);
+        let panel = page_shown(&screen, (&daemon, &mut client), studies.path(), "dark", page);
         screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
         press_stop(&screen, &mut client, page);
         if page == "task" {
