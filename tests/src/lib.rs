@@ -341,6 +341,12 @@ pub fn ctl_offline(arguments: &[&str]) -> Output {
     output
 }
 
+/// Runs haptic-ctl for something that needs no daemon, which must succeed, and returns what it printed as JSON.
+pub fn ctl_offline_json(arguments: &[&str]) -> serde_json::Value {
+    let output = ctl_offline(&[arguments, &["--json"]].concat());
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
 /// Runs haptic-ctl for something that needs no daemon, which must end with this code and say all of this on standard
 /// error; returns what it said.
 pub fn ctl_offline_refused(arguments: &[&str], code: i32, parts: &[&str]) -> String {
@@ -356,6 +362,11 @@ pub fn is_refused(what: &str, output: &Output, code: i32, parts: &[&str]) -> Str
         assert!(said.contains(part), "{what}: `{said}` lacks `{part}`");
     }
     said
+}
+
+/// A path as an argument.
+pub fn plain(path: &Path) -> &str {
+    path.to_str().expect("a plain path")
 }
 
 /// Bytes that a program printed, as text.

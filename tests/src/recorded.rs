@@ -4,6 +4,11 @@ use crate::until;
 use haptic_recording::{Entry, Mark, Reader, Recording};
 use std::path::Path;
 
+/// A recording that can be read.
+pub fn read(file: &Path) -> Recording {
+    haptic_recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
+}
+
 /// Rows on the disk.
 pub fn rows(file: &Path) -> usize {
     let found = haptic_recording::open_any(file).and_then(Reader::into_recording);

@@ -96,7 +96,7 @@ fn a_labs_record_becomes_a_scene_that_the_daemon_renders() {
     assert!(written.starts_with("# Identified from"), "{written}");
     let daemon = Daemon::start(&[]);
     daemon.ctl_ok(&["scene", "load", scene]);
-    let rendered: Value = serde_json::from_str(&daemon.ctl_ok(&["get", "--json"])).expect("JSON");
+    let rendered = daemon.ctl_json(&["get"]);
     let mass = rendered["scene"]["block"]["mass"].as_f64().expect("a mass");
     assert!((mass - 0.5).abs() < 0.005, "{rendered}");
 

@@ -4,17 +4,13 @@ use haptic_ipc::RigState;
 use haptic_recording::{Ending, Mark, Recording};
 use rustix::process::Signal;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use system_tests::fake_rig::FakeRig;
 use system_tests::process::end;
-use system_tests::recorded::{wait_for_more_rows, wait_for_rows};
+use system_tests::recorded::{read, wait_for_more_rows, wait_for_rows};
 use system_tests::terminal::Terminal;
 use system_tests::{Daemon, binary, ctl_offline_refused, is_refused, status, stderr, until, wait_for_state};
-
-fn read(file: &Path) -> Recording {
-    haptic_recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
-}
 
 fn somewhere(ending: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");

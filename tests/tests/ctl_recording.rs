@@ -1,25 +1,14 @@
 //! `haptic-ctl recording`: what it says of a recording that a daemon has made, and what it makes of one. That every
 //! format holds the same, and what a cut and a repair keep, the tests of haptic-recording show.
 
-use haptic_recording::{Ending, Mark, Recording};
+use haptic_recording::{Ending, Mark};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary, ctl_offline, ctl_offline_refused, process, text, until};
-
-fn read(file: &Path) -> Recording {
-    haptic_recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
-}
-
-fn offline_ok(arguments: &[&str]) -> String {
-    text(&ctl_offline(arguments).stdout)
-}
-
-fn plain(path: &Path) -> &str {
-    path.to_str().expect("a plain path")
-}
+use system_tests::recorded::read;
+use system_tests::{Daemon, binary, ctl_offline, ctl_offline_json, ctl_offline_refused, plain, process, text, until};
 
 /// A recording of two scenes and the way to force, with a marker before and one after each change.
 fn session(folder: &Path) -> PathBuf {
@@ -55,7 +44,7 @@ fn info_tells_what_a_recording_holds() {
     let folder = tempfile::tempdir().expect("a directory");
     let file = session(folder.path());
     let found = read(&file);
-    let told: Value = serde_json::from_str(&offline_ok(&["recording", "info", plain(&file), "--json"])).expect("JSON");
+    let told = ctl_offline_json(&["recording", "info", plain(&file)]);
     assert_eq!(told["rows"], found.rows.len());
     let [first, last] = [0, found.rows.len() - 1].map(|index| found.rows[index]);
     assert_eq!(told["ticks"], json!([first.tick, last.tick]));
@@ -80,7 +69,7 @@ fn info_tells_what_a_recording_holds() {
         let at = found.rows.iter().find(|row| Some(row.tick) >= tick).unwrap_or(&last);
         assert!((at.t_s - first.t_s - t_s).abs() < 0.05, "{event}");
     }
-    let told = offline_ok(&["recording", "info", plain(&file)]);
+    let told = text(&ctl_offline(&["recording", "info", plain(&file)]).stdout);
     for part in [
         "two scenes",
         "marker",
@@ -121,12 +110,8 @@ fn a_part_is_cut_by_markers_and_times() {
         ),
         (["--from", "3ms", "--to", "12ms"], at(0.003)..at(0.012)),
     ] {
-        let cut = [
-            &["recording", "cut", path, plain(&out), "--force", "--json"],
-            &arguments[..],
-        ]
-        .concat();
-        let told: Value = serde_json::from_str(&offline_ok(&cut)).expect("JSON");
+        let cut = [&["recording", "cut", path, plain(&out), "--force"], &arguments[..]].concat();
+        let told = ctl_offline_json(&cut);
         let part = read(&out);
         assert_eq!(part.rows, whole.rows[rows.clone()], "{arguments:?}");
         assert_eq!((&told["rows"], part.ending), (&rows.len().into(), Ending::Complete));
@@ -173,7 +158,7 @@ fn what_can_be_read_is_kept_by_a_repair() {
         assert!(!Path::new(out).exists(), "half of a recording is not one");
     }
     ctl_offline_refused(&["replay", broken], 1, &["recording repair"]);
-    let told: Value = serde_json::from_str(&offline_ok(&["recording", "repair", broken, out, "--json"])).expect("JSON");
+    let told = ctl_offline_json(&["recording", "repair", broken, out]);
     assert!(told["dropped_bytes"].as_u64().is_some_and(|bytes| bytes > 50), "{told}");
     let found = read(Path::new(out));
     assert_eq!(

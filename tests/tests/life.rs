@@ -6,7 +6,7 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use system_tests::{
-    Daemon, be_patient, binary, copy_binary, real_time_thread, status, stderr, wait_for, wait_for_state,
+    Daemon, be_patient, binary, copy_binary, process, real_time_thread, status, stderr, wait_for, wait_for_state,
 };
 
 /// Runs hapticd with arguments with which it cannot run; returns its exit code and what it said.
@@ -212,8 +212,7 @@ fn a_daemon_that_ends_lets_force_out_and_not_in() {
     let mut client = daemon.client();
     let _: StateReply = client.request(Request::engage()).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
-    let pid = rustix::process::Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("not zero");
-    rustix::process::kill_process(pid, Signal::TERM).expect("it runs");
+    process::signal(daemon.pid(), Signal::TERM);
     wait_for_state(&mut client, RigState::Releasing);
     let refused = client
         .request::<StateReply>(Request::engage())
@@ -248,9 +247,7 @@ fn a_demo_whose_output_nobody_reads_goes_on_and_ends_in_order() {
     // Long enough for further status lines.
     wait_for(&mut client, "2500 ticks", |status| status.tick > 2500);
     assert_eq!(status(&mut client).state, RigState::Engaged);
-    let pid = rustix::process::Pid::from_child(&demo);
-    rustix::process::kill_process(pid, Signal::INT).expect("it runs");
-    let output = demo.wait_with_output().expect("it ends");
+    let output = process::end(demo, Signal::INT);
     let said = stderr(&output);
     assert!(output.status.success() && !said.contains("panicked"), "{said}");
 }

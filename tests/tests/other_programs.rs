@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
-use system_tests::{ctl, ctl_offline, ctl_offline_refused, stderr, text};
+use system_tests::{ctl, ctl_offline, ctl_offline_json, ctl_offline_refused, stderr, text};
 
 /// A record of time (s), position (m) and force (N), as every table below holds it.
 pub(crate) struct Base {
@@ -78,8 +78,7 @@ fn odd_but_legal_tables_hold_the_same_record() {
     );
     let real = base.put("plain.csv", &plain);
     let same = |path: &str| {
-        let said = ctl_offline(&["compare", &real, path, "--json", "--align", "time"]);
-        let found: Value = serde_json::from_slice(&said.stdout).expect("JSON");
+        let found = ctl_offline_json(&["compare", &real, path, "--align", "time"]);
         let rms = found["force_rms_difference_N"].as_f64().expect("a number");
         assert!(rms < 0.01, "{path}: {found}");
     };

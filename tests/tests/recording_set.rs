@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
-use system_tests::{ctl, ctl_offline, is_refused};
+use system_tests::{ctl, ctl_offline, is_refused, plain};
 
 /// All files of a set, by their places in it.
 fn files(set: &Path) -> Vec<String> {
@@ -33,14 +33,19 @@ fn recordings_are_collected_by_rig_and_date_never_replaced() {
     let fixture = fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures")).expect("the fixtures");
     let mut fixtures: Vec<PathBuf> = fixture.map(|entry| entry.expect("a file").path()).collect();
     fixtures.sort();
-    drop(ctl_offline(&["recording", "export", path(&fixtures[0]), path(&first)]));
+    drop(ctl_offline(&[
+        "recording",
+        "export",
+        plain(&fixtures[0]),
+        plain(&first),
+    ]));
     let before = haptic_recording::read(&first).expect("a recording");
     let collect = |more: &[&str]| -> Output {
-        let arguments = [&["recording", "collect", path(&set)], more].concat();
+        let arguments = [&["recording", "collect", plain(&set)], more].concat();
         ctl(Path::new("/nonexistent"), &arguments)
     };
-    assert!(collect(&["--as", "left", path(&first)]).status.success());
-    assert!(collect(&["--as", "right", path(&first)]).status.success());
+    assert!(collect(&["--as", "left", plain(&first)]).status.success());
+    assert!(collect(&["--as", "right", plain(&first)]).status.success());
     let names = files(&set);
     assert_eq!(names.len(), 2, "{names:?}");
     for (name, rig) in names.iter().zip(["left", "right"]) {
@@ -57,11 +62,11 @@ fn recordings_are_collected_by_rig_and_date_never_replaced() {
     // By default its rig is the device. None is written where one of them is there already.
     let new = directory.path().join("new.csv");
     fs::copy(&first, &new).expect("copied");
-    let refused = collect(&["--as", "left", path(&new), path(&first)]);
+    let refused = collect(&["--as", "left", plain(&new), plain(&first)]);
     is_refused("left", &refused, 2, &["nothing of a set is replaced"]);
-    is_refused("twice", &collect(&[path(&new), path(&new)]), 2, &[]);
+    is_refused("twice", &collect(&[plain(&new), plain(&new)]), 2, &[]);
     assert_eq!(files(&set), names);
-    let said = collect(&["--json", path(&new)]);
+    let said = collect(&["--json", plain(&new)]);
     let said: Vec<serde_json::Value> = serde_json::from_slice(&said.stdout).expect("a list");
     assert_eq!(said[0]["rows"], before.rows.len());
     assert_eq!(
@@ -72,10 +77,6 @@ fn recordings_are_collected_by_rig_and_date_never_replaced() {
     );
 
     for rig in ["a/b", ""] {
-        is_refused(rig, &collect(&["--as", rig, path(&new)]), 2, &["rig"]);
+        is_refused(rig, &collect(&["--as", rig, plain(&new)]), 2, &["rig"]);
     }
-}
-
-fn path(path: &Path) -> &str {
-    path.to_str().expect("a plain path")
 }

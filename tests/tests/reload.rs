@@ -8,7 +8,7 @@ use std::process::Command;
 use system_tests::recorded::wait_for_more_rows;
 use system_tests::terminal::Terminal;
 use system_tests::{
-    Daemon, be_patient, binary, ctl_offline, journal, process, status, until, wait_for, wait_for_state,
+    Daemon, be_patient, binary, ctl_offline_json, journal, plain, process, status, until, wait_for, wait_for_state,
 };
 
 /// A hand that moves for 50 s one way with next to no acceleration, so that the paper's block soon slides and the force
@@ -117,8 +117,7 @@ fn limit_change_under_hand_makes_no_step_and_replays_exactly() {
         let most_n = FASTEST_N_PER_S * elapsed_s + OWN_STEP_N;
         assert!(step_n <= most_n, "{step_n} N in tick {}", pair[1].tick);
     }
-    let replayed = ctl_offline(&["replay", file.to_str().expect("a plain path"), "--json"]);
-    let report: serde_json::Value = serde_json::from_slice(&replayed.stdout).expect("JSON");
+    let report = ctl_offline_json(&["replay", plain(&file)]);
     assert_eq!(report["differing"], 0, "{report}");
     assert!(report["with_force"].as_u64() > Some(300), "{report}");
 }

@@ -50,7 +50,7 @@ fn fixtures() -> Vec<PathBuf> {
 /// is rendered.
 fn schedule(daemon: &Daemon, file: &Path) -> [u64; 4] {
     let file = file.with_extension("json");
-    let now: Value = serde_json::from_str(&daemon.ctl_ok(&["status", "--json"])).expect("JSON");
+    let now = daemon.ctl_json(&["status"]);
     // No machine is slower to start haptic-ctl.
     let first = now["tick"].as_u64().expect("a number") + 3000;
     let ticks = [first, first + 7, first + 150, first + 190];

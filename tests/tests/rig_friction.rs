@@ -3,7 +3,9 @@
 use haptic_ipc::{AdviceReply, Client, ErrorCode, LossSource, Request, RigState, Status, Topic, WireError};
 use std::path::Path;
 use std::process::Command;
-use system_tests::{Daemon, binary, ctl_offline, engage, is_refused, refused, status, subscribe, text, wait_for};
+use system_tests::{
+    Daemon, binary, ctl_offline_json, engage, is_refused, plain, refused, status, subscribe, text, wait_for,
+};
 
 /// Leaves what was identified of a rig in a state directory, as the daemon does.
 fn identified(directory: &Path, key: &str, firmware: &str, friction: &str) {
@@ -179,8 +181,7 @@ fn the_share_is_felt_told_and_recorded() {
     );
     // A replay computes it too.
     assert!(recorder.wait().expect("it ends").success());
-    let output = ctl_offline(&["replay", file.to_str().expect("a plain path"), "--json"]);
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let report = ctl_offline_json(&["replay", plain(&file)]);
     assert_eq!(report["differing"], 0, "{report}");
     assert!(report["compared"].as_u64() > Some(500), "{report}");
 }

@@ -5,11 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use system_tests::{binary, ctl, ctl_offline, ctl_offline_refused, is_refused, process, stderr, text};
-
-fn plain(path: &Path) -> &str {
-    path.to_str().expect("a plain path")
-}
+use system_tests::{binary, ctl, ctl_offline, ctl_offline_refused, is_refused, plain, process, stderr, text};
 
 /// The program's own targeting task, of two conditions, two resistances and so many trials a segment.
 pub(crate) fn small_plan(folder: &Path, trials: u32) -> PathBuf {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use std::path::Path;
-use system_tests::{ctl_offline, ctl_offline_refused};
+use system_tests::{ctl_offline, ctl_offline_json, ctl_offline_refused};
 
 const HEADING: &str = "subject,block,resistance,condition,trial,amplitude_m,width_m,end_error_m,movement_time_s,errors";
 
@@ -35,17 +35,12 @@ fn file(directory: &Path, name: &str, heading: &str, rows: &[String]) -> String 
     path.display().to_string()
 }
 
-fn json(arguments: &[&str]) -> Value {
-    let output = ctl_offline(&[arguments, &["--json"]].concat());
-    serde_json::from_slice(&output.stdout).expect("JSON")
-}
-
 #[test]
 fn foreign_trials_give_hand_computed_throughput_in_any_order() {
     let directory = tempfile::tempdir().expect("a directory");
     let mut all = rows("x", "drag");
     let name = file(directory.path(), "trials.csv", HEADING, &all);
-    let found = json(&["study", "analyse", &name]);
+    let found = ctl_offline_json(&["study", "analyse", &name]);
     for (field, by_hand, within) in [
         ("effective_amplitude_m", 0.306, 1e-9),
         ("effective_width_m", 0.044_387_371, 1e-8),
@@ -64,7 +59,7 @@ fn foreign_trials_give_hand_computed_throughput_in_any_order() {
     assert_eq!(found["error_rate"], 0.125);
     all.reverse();
     let reversed = file(directory.path(), "reversed.csv", HEADING, &all);
-    assert_eq!(json(&["study", "analyse", &reversed]), found);
+    assert_eq!(ctl_offline_json(&["study", "analyse", &reversed]), found);
 }
 
 #[test]
@@ -142,14 +137,14 @@ fn a_folder_under_way_is_analysed_as_far_as_it_goes() {
         .join("data/subject-02/session-01/subject-02_session-01_task-fitts_data.csv");
     let text = std::fs::read_to_string(&last).expect("rows");
     std::fs::write(&last, format!("{text}02,1,drag,c,9,0.3,0.0")).expect("written");
-    let found = json(&["study", "analyse", &directory.path().display().to_string()]);
+    let found = ctl_offline_json(&["study", "analyse", &directory.path().display().to_string()]);
     assert_eq!(
         (&found["trials"], &found["subject_count"]),
         (&Value::from(16), &Value::from(2))
     );
     let of_others = ["1,20-29", "2,30-39"].map(str::to_owned);
     file(directory.path(), "subjects.csv", "subject,age_band", &of_others);
-    let found = json(&["study", "analyse", &directory.path().display().to_string()]);
+    let found = ctl_offline_json(&["study", "analyse", &directory.path().display().to_string()]);
     let notes = found["notes"].to_string();
     assert!(
         notes.contains("no row of subject 01, 02, whose fields are empty"),
@@ -181,8 +176,11 @@ fn simulated_study_analysis_shows_movement_per_resistance() {
         page.matches("A movement under each resistance: subject 01").count(),
         2 * 2
     );
-    let found = json(&["study", "analyse", &study]);
+    let found = ctl_offline_json(&["study", "analyse", &study]);
     assert_eq!(found["comparisons"][0]["resistances"][0], "real", "{found}");
     assert_eq!(found["comparisons"][0]["rows"].as_array().map(Vec::len), Some(2));
-    assert_eq!(json(&["study", "analyse", &format!("{study}/trials.parquet")]), found);
+    assert_eq!(
+        ctl_offline_json(&["study", "analyse", &format!("{study}/trials.parquet")]),
+        found
+    );
 }
