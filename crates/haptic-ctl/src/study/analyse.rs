@@ -168,8 +168,8 @@ fn show(
         output::text(&table.caption)?;
         output::line(&format!("{}\n", output::table(&table.rows)))?;
     }
-    for Refusal { what, reason } in refused {
-        output::text(&format!("not found: {what}: {reason}"))?;
+    for Refusal { what, why } in refused {
+        output::text(&format!("not found: {what}: {why}"))?;
     }
     for note in notes {
         output::text(&format!("note: {note}"))?;

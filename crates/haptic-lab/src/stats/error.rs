@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why a statistic cannot be computed.
+/// Why a statistic cannot be computed. [`advice`](Self::advice) is what to do about it.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StatsError {
@@ -67,15 +67,13 @@ pub enum StatsError {
         correct: u32,
     },
     /// Every answer is correct.
-    #[error("all {trials} answers are correct: the threshold is below every level; test smaller differences")]
+    #[error("all {trials} answers are correct: the threshold is below every level")]
     AllCorrect {
         /// How many answers there are.
         trials: u32,
     },
     /// Every answer is wrong.
-    #[error(
-        "all {trials} answers are wrong, where guessing gets half of them right: check which answer counts as correct"
-    )]
+    #[error("all {trials} answers are wrong, where guessing gets half of them right")]
     AllWrong {
         /// How many answers there are.
         trials: u32,
@@ -84,26 +82,38 @@ pub enum StatsError {
     #[error("answers do not get better with the level, so there is no threshold")]
     NoRise,
     /// The threshold is at the lowest level, or below.
-    #[error("the threshold is at the lowest tested level, {lowest}, or below it: test lower levels")]
+    #[error("the threshold is at the lowest tested level, {lowest}, or below it")]
     AtLowestLevel {
         /// The lowest level.
         lowest: f64,
     },
     /// The threshold is at the highest level, or above.
-    #[error("the threshold is at the highest tested level, {highest}, or above it: test higher levels")]
+    #[error("the threshold is at the highest tested level, {highest}, or above it")]
     AtHighestLevel {
         /// The highest level.
         highest: f64,
     },
     /// Answers jump from chance to the ceiling between two levels.
-    #[error(
-        "answers jump from chance to the ceiling without a level in between, near {threshold:.4}: test levels about \
-         there"
-    )]
+    #[error("answers jump from chance to the ceiling without a level in between, near {threshold:.4}")]
     Jump {
         /// Where they jump, about.
         threshold: f64,
     },
+}
+
+impl StatsError {
+    /// What to do about it, in the imperative; absent where the reason says all.
+    #[must_use]
+    pub const fn advice(&self) -> Option<&'static str> {
+        match self {
+            Self::AllCorrect { .. } => Some("test smaller differences"),
+            Self::AllWrong { .. } => Some("check which answer counts as correct"),
+            Self::AtLowestLevel { .. } => Some("test lower levels"),
+            Self::AtHighestLevel { .. } => Some("test higher levels"),
+            Self::Jump { .. } => Some("test levels about there"),
+            _ => None,
+        }
+    }
 }
 
 /// Refuses values that are not finite.

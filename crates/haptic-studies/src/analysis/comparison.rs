@@ -206,10 +206,11 @@ pub(super) fn differences(segments: &[Segment<'_>], baseline: &str, refused: &mu
         if trials != expected {
             refused.push(Refusal {
                 what: format!("comparison of {}", segment.name()),
-                reason: format!(
+                why: format!(
                     "it has {trials} trials, and the baseline (block {}) has {expected}",
                     baseline.block
-                ),
+                )
+                .into(),
             });
             continue;
         }

@@ -1,6 +1,6 @@
 //! Fitts's law by resistance: movement time against the paper's index of difficulty.
 
-use super::error::Refusal;
+use super::error::{Reason, Refusal};
 use super::segments::Segment;
 use haptic_lab::stats::mean::clustered_mean;
 use haptic_lab::stats::regression::{Line, line};
@@ -31,7 +31,7 @@ pub struct DifficultyLine {
     pub line: Option<Line>,
     /// Why there is no line.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub refused: Option<String>,
+    pub refused: Option<Reason>,
     /// The means by condition, the easiest first.
     pub points: Vec<Point>,
 }
@@ -71,18 +71,18 @@ pub(super) fn by_resistance(
                 .iter()
                 .map(|point| [point.difficulty_bit, point.movement_time_s])
                 .collect();
-            let (line, reason) = match line(&through) {
+            let (line, why) = match line(&through) {
                 Ok(line) => (Some(line), None),
-                Err(error) => (None, Some(error.to_string())),
+                Err(error) => (None, Some(Reason::from(error))),
             };
-            refused.extend(reason.clone().map(|reason| Refusal {
+            refused.extend(why.clone().map(|why| Refusal {
                 what: format!("regression of {resistance}"),
-                reason,
+                why,
             }));
             DifficultyLine {
                 resistance: resistance.clone(),
                 line,
-                refused: reason,
+                refused: why,
                 points,
             }
         })

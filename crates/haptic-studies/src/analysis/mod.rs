@@ -20,7 +20,7 @@ pub use super::store::{Trials, read_file, read_folder};
 pub use comparison::{BASELINE, Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
 pub use data::{fitts_data, perception_data};
 pub use difficulty::{DifficultyLine, Point};
-pub use error::{AnalysisError, Refusal};
+pub use error::{AnalysisError, Reason, Refusal};
 pub use outputs::{fitts_files, perception_files};
 pub use paper::BesidePaper;
 pub use perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, perception};
@@ -97,7 +97,7 @@ pub fn fitts(
         let reason = format!("no subject has a segment of `{baseline}` and one of another resistance in one condition");
         refused.push(Refusal {
             what: "comparison with the baseline".to_owned(),
-            reason,
+            why: reason.into(),
         });
     }
     let operator = trials[0].operator;

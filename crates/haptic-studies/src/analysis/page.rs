@@ -78,7 +78,7 @@ pub(super) fn perception_page(analysis: &PerceptionAnalysis, charts: Vec<Chart>,
 fn page(title: &str, charts: Vec<Chart>, tables: Vec<(String, Table)>, refused: &[Refusal], notes: &[String]) -> Page {
     let refused = refused
         .iter()
-        .map(|one| format!("Not found: {}: {}", one.what, one.reason));
+        .map(|one| format!("Not found: {}: {}", one.what, one.why));
     Page {
         title: title.to_owned(),
         paragraphs: notes.iter().cloned().chain(refused).collect(),

@@ -1,10 +1,9 @@
 //! Just noticeable differences by case.
 
-use super::error::{AnalysisError, Refusal};
+use super::error::{AnalysisError, Reason, Refusal};
 use super::paper;
 use crate::plan::{PerceptionPlan, Staircase};
 use crate::trial::{Case, Method, Operator, PerceptionTrial};
-use haptic_lab::stats::StatsError;
 use haptic_lab::stats::mean::{Mean, clustered_mean};
 use haptic_lab::stats::psychometric::{Bootstrap, Level, MAX_LAPSE, Psychometric, bootstrap_clusters, by_level, fit};
 use haptic_lab::stats::staircase::{StaircaseEstimate, staircase};
@@ -31,7 +30,7 @@ pub struct SubjectThreshold {
     pub fit: Option<Psychometric>,
     /// Why there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub refused: Option<String>,
+    pub refused: Option<Reason>,
     /// Its intervals, N. Absent where the answers jump at a level: they are as far apart as the levels, however many
     /// answers there are.
     pub intervals: Option<Bootstrap>,
@@ -208,28 +207,28 @@ fn analysed(
     seed: u64,
     refused: &mut Vec<Refusal>,
 ) -> CaseAnalysis {
-    let mut refuse = |what: &str, of: String, reason: String| {
+    let mut refuse = |what: &str, of: &str, why: Reason| {
         refused.push(Refusal {
             what: format!("{what} of {of}, case {case:?}"),
-            reason,
+            why,
         });
     };
     let everything: Vec<Vec<&PerceptionTrial>> = subjects.values().map(of_subject).collect();
-    let (pooled, error) = threshold(None, &everything, seed);
-    if let Some(error) = error {
-        refuse("threshold", "all subjects together".to_owned(), error.to_string());
+    let pooled = threshold(None, &everything, seed);
+    if let Some(why) = &pooled.refused {
+        refuse("threshold", "all subjects together", why.clone());
     }
     let own = subjects.iter().map(|(subject, trials)| {
-        let of = || format!("subject {subject}");
-        let (mut found, error) = threshold(Some(subject), &[of_subject(trials)], seed);
-        if let Some(error) = error {
-            refuse("threshold", of(), error.to_string());
+        let of = format!("subject {subject}");
+        let mut found = threshold(Some(subject), &[of_subject(trials)], seed);
+        if let Some(why) = &found.refused {
+            refuse("threshold", &of, why.clone());
         }
         if method == Method::Staircase {
             let own: Vec<&PerceptionTrial> = of_subject(trials);
             match mean_of_reversals(&own, range) {
                 Ok(estimate) => found.staircase = Some(estimate),
-                Err(reason) => refuse("staircase", of(), reason),
+                Err(why) => refuse("staircase", &of, why),
             }
         }
         found
@@ -273,13 +272,13 @@ fn no_surer([low, high]: [f64; 2], mean: f64, subjects: &[SubjectThreshold]) -> 
 }
 
 /// The mean level at which the staircase of a subject turned, or why it has none.
-fn mean_of_reversals(trials: &[&PerceptionTrial], range: Option<&Staircase>) -> Result<StaircaseEstimate, String> {
+fn mean_of_reversals(trials: &[&PerceptionTrial], range: Option<&Staircase>) -> Result<StaircaseEstimate, Reason> {
     /// Levels are rounded to a millionth of a newton.
     const SAME_N: f64 = 1e-6;
     let turns = trials.iter().filter(|one| one.reversal);
     let turns: Vec<(f64, bool)> = turns.map(|one| (one.level_n, one.correct)).collect();
     let levels: Vec<f64> = turns.iter().map(|(level_n, _)| *level_n).collect();
-    let estimate = staircase(&levels, DROPPED_REVERSALS).map_err(|error| error.to_string())?;
+    let estimate = staircase(&levels, DROPPED_REVERSALS)?;
     let ends = range.map(|range| {
         [
             // A correct answer turns it at the top, a wrong one at the bottom.
@@ -294,10 +293,13 @@ fn mean_of_reversals(trials: &[&PerceptionTrial], range: Option<&Staircase>) -> 
         let all = here.clone().count();
         let held = here.filter(|(level_n, _)| (level_n - end_n).abs() < SAME_N).count();
         if held > 0 && 2 * held >= all {
-            return Err(format!(
-                "{held} of the {all} reversals at the {place} are at {field} = {end_n} N, where the staircase could \
-                 not go on: test {wanted} levels"
-            ));
+            return Err(Reason {
+                reason: format!(
+                    "{held} of the {all} reversals at the {place} are at {field} = {end_n} N, where the staircase could \
+                     not go on"
+                ),
+                advice: Some(format!("test {wanted} levels")),
+            });
         }
     }
     Ok(estimate)
@@ -308,19 +310,15 @@ fn of_subject<'a>(trials: &BTreeMap<(u32, u32), &'a PerceptionTrial>) -> Vec<&'a
 }
 
 /// The threshold of the answers of some subjects, or why they have none.
-fn threshold(
-    subject: Option<&str>,
-    subjects: &[Vec<&PerceptionTrial>],
-    seed: u64,
-) -> (SubjectThreshold, Option<StatsError>) {
+fn threshold(subject: Option<&str>, subjects: &[Vec<&PerceptionTrial>], seed: u64) -> SubjectThreshold {
     let own = |trial: &&PerceptionTrial| (trial.level_n, trial.correct);
     let levels = by_level(subjects.iter().flatten().map(own));
-    let (fit, error) = match fit(&levels) {
+    let (fit, refused) = match fit(&levels) {
         Ok(fit) => (Some(fit), None),
-        Err(error) => (None, Some(error)),
+        Err(error) => (None, Some(error.into())),
     };
     let by_subject = || -> Vec<Vec<Level>> { subjects.iter().map(|trials| by_level(trials.iter().map(own))).collect() };
-    let found = SubjectThreshold {
+    SubjectThreshold {
         subject: subject.map(str::to_owned),
         trials: subjects.iter().map(Vec::len).sum(),
         intervals: fit
@@ -328,8 +326,7 @@ fn threshold(
             .map(|fit| bootstrap_clusters(&by_subject(), &fit, DRAWS, seed)),
         levels,
         fit,
-        refused: error.as_ref().map(StatsError::to_string),
+        refused,
         staircase: None,
-    };
-    (found, error)
+    }
 }

@@ -72,7 +72,7 @@ pub(super) fn sequences(segments: &[Segment<'_>], task: Task, refused: &mut Vec<
             Ok(sequence) => sequences.push(sequence),
             Err(error) => refused.push(Refusal {
                 what: format!("throughput of {}", segment.name()),
-                reason: error.to_string(),
+                why: error.into(),
             }),
         }
     }

@@ -296,7 +296,7 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
     marked(tables, analysis.operator)
 }
 
-/// Why cells of a table of a perception test are empty: a line a reason, with the cells behind it.
+/// Why cells of a table of a perception test are empty: a line a reason, without advice, with the cells behind it.
 pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> {
     let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
     let mut add = |reason: &str, cells: String| match reasons.iter_mut().find(|(known, _)| known == reason) {
@@ -319,8 +319,8 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
         };
         for one in own {
             let cells = format!("{name}, {}", one.subject.as_ref().unwrap_or(&of));
-            if let Some(reason) = &one.refused {
-                add(without_advice(reason), cells);
+            if let Some(why) = &one.refused {
+                add(&why.reason, cells);
             } else if one.intervals.is_none() {
                 add(JUMP, cells);
             }
@@ -339,14 +339,6 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
         first.insert_str(0, "--: ");
     }
     lines
-}
-
-/// A reason without what to do about it, which stands at its end.
-fn without_advice(reason: &str) -> &str {
-    let advice = [": test ", "; test ", ": check "]
-        .iter()
-        .find_map(|words| reason.find(words));
-    advice.map_or(reason, |place| &reason[..place])
 }
 
 fn number(value: Option<f64>) -> String {

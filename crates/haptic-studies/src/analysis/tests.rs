@@ -290,7 +290,7 @@ fn fittss_line_goes_through_the_means_of_the_conditions() {
         .iter()
         .find(|one| one.what == "regression of real")
         .expect("refused");
-    assert!(refused.reason.contains("2; at least 3"), "{refused:?}");
+    assert!(refused.why.reason.contains("2; at least 3"), "{refused:?}");
 }
 
 #[test]
@@ -356,8 +356,8 @@ fn what_a_segment_cannot_tell_is_refused_and_the_rest_stands() {
             .iter()
             .find(|one| one.what == name)
             .expect("refused")
-            .reason
-            .clone()
+            .why
+            .to_string()
     };
     assert_eq!(reason("throughput"), "movements: 1; at least 2 are needed");
     assert_eq!(
@@ -505,7 +505,7 @@ fn answers_that_jump_at_an_outermost_level_are_refused() {
     ] {
         let found = twice(&levels);
         assert_eq!((found.cases[0].jnd_n, found.refused.len()), (None, 3), "{found:?}");
-        let is_named = |refusal: &Refusal| refusal.reason.contains(at);
+        let is_named = |refusal: &Refusal| refusal.why.reason.contains(at);
         assert!(found.refused.iter().all(is_named), "{:?}", found.refused);
     }
 }

@@ -88,7 +88,9 @@ fn what_has_no_threshold_is_refused_by_name() {
                 correct: *correct,
             })
             .collect();
-        fit(&levels).expect_err("refused").to_string()
+        let error = fit(&levels).expect_err("refused");
+        let advice = error.advice().map_or_else(String::new, |advice| format!("; {advice}"));
+        error.to_string() + &advice
     };
     assert_eq!(refused(&[12, 18]), "levels: 2; at least 3 are needed");
     assert!(refused(&[20, 20, 20]).starts_with("all 60 answers are correct"));
@@ -96,8 +98,8 @@ fn what_has_no_threshold_is_refused_by_name() {
     assert!(refused(&[18, 15, 12]).starts_with("answers do not get better"));
     assert!(refused(&[14, 14, 14]).starts_with("answers do not get better"));
     // Nobody answered on the one side of an outermost level at which they jump.
-    let lowest = "the threshold is at the lowest tested level, 1, or below it: test lower levels";
-    let highest = "the threshold is at the highest tested level, 3, or above it: test higher levels";
+    let lowest = "the threshold is at the lowest tested level, 1, or below it; test lower levels";
+    let highest = "the threshold is at the highest tested level, 3, or above it; test higher levels";
     for (correct, reason) in [
         ([19, 20, 20], lowest),
         ([15, 20, 20], lowest),

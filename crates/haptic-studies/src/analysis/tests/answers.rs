@@ -75,7 +75,7 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
             .iter()
             .filter(|one| one.what.starts_with("staircase of subject"));
         assert!(
-            reasons.clone().count() == 2 && reasons.clone().all(|one| one.reason == why),
+            reasons.clone().count() == 2 && reasons.clone().all(|one| one.why.to_string() == why),
             "{found:?}"
         );
     }
@@ -83,4 +83,41 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
     let once = climbed(&[[0.6, 0.8].repeat(5), vec![0.5, 0.8, 0.6, 0.8]].concat());
     let mean = once.cases[0].staircase_n.expect("a staircase");
     assert!((mean.value - 0.69).abs() < 1e-9 && mean.interval.is_none(), "{mean:?}");
+}
+
+#[test]
+fn reason_and_advice_are_two_fields_and_one_text() {
+    for (correct, reason, advice, text) in [
+        (
+            true,
+            "all 3 answers are correct: the threshold is below every level",
+            "test smaller differences",
+            "all 3 answers are correct: the threshold is below every level; test smaller differences",
+        ),
+        (
+            false,
+            "all 3 answers are wrong, where guessing gets half of them right",
+            "check which answer counts as correct",
+            "all 3 answers are wrong, where guessing gets half of them right: check which answer counts as correct",
+        ),
+    ] {
+        let same = [0.1, 0.2, 0.3].map(|level| (level, correct, false));
+        let found = perception(&answers(Case::A, Method::Constant, &same), None, 1).expect("an analysis");
+        let json = serde_json::to_value(&found).expect("JSON");
+        for why in [&json["refused"][0], &json["cases"][0]["pooled"]["refused"]] {
+            assert_eq!(
+                (&why["reason"], &why["advice"]),
+                (&reason.into(), &advice.into()),
+                "{json}"
+            );
+        }
+        let files = perception_files(&found, &SubjectTable::default(), "Cases");
+        for (name, is_whole) in [("jnd.csv", true), ("psychometric.svg", true), ("jnd.tex", false)] {
+            let (_, bytes) = files.iter().find(|(found, _)| found == name).expect(name);
+            // A figure breaks its lines.
+            let file = String::from_utf8_lossy(bytes);
+            let has = |text: &str| text.split(' ').all(|word| file.contains(word));
+            assert!(has(reason) && has(text) == is_whole, "{name}: {file}");
+        }
+    }
 }
