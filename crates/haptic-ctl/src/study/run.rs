@@ -6,7 +6,9 @@ use crate::failure::Failure;
 use crate::{output, progress};
 use clap::{Args, ValueEnum};
 use haptic_ipc::quoted;
+use haptic_studies::operator;
 use haptic_studies::pace::time_left;
+use haptic_studies::plan::Plan;
 use haptic_studies::run::{self, Progress, RunError};
 use haptic_studies::store::{StoreError, Study, StudyDescription};
 use haptic_studies::trial;
@@ -133,6 +135,10 @@ fn people(study: &Study, as_json: bool) -> Result<(), Failure> {
 async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure> {
     let subjects = study.about().subjects.len();
     let trials = trials(&study)?;
+    let extent = trials.and_then(|(done, of)| extent(study.plan(), of - done));
+    if let Some(extent) = extent.filter(|_| !as_json && !output::is_quiet()) {
+        output::text(&format!("{}, operator: simulated: {extent}", folder.display()))?;
+    }
     let progress = Arc::new(Progress::default());
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut interrupt = signal(SignalKind::interrupt())?;
@@ -175,6 +181,21 @@ fn trials(study: &Study) -> Result<Option<(usize, usize)>, Failure> {
         sum = (sum.0 + done, sum.1 + of);
     }
     Ok(Some(sum))
+}
+
+/// What so many trials are; how long they take at most, where the plan says it. Nothing where none is left.
+fn extent(plan: &Plan, trials: usize) -> Option<String> {
+    let counted = output::count(trials as u64, "trial");
+    let extent = match plan {
+        Plan::Fitts(_) => counted,
+        Plan::Perception(plan) => {
+            let trial_s = operator::trial_s(plan);
+            #[expect(clippy::cast_precision_loss, reason = "a count of trials")]
+            let all_min = (trials as f64 * trial_s / 60.0).ceil();
+            format!("at most {counted} of {trial_s:.1} s, {all_min} min; simulated faster")
+        }
+    };
+    (trials > 0).then_some(extent)
 }
 
 /// What stands behind the position of a run: trials of all of them, or subjects where that is not known.
@@ -226,4 +247,20 @@ fn report(progress: &Progress, folder: &Path, is_finished: bool, took_s: f64, as
         "The study is interrupted; continue with `haptic-ctl study resume {}`.",
         quoted(folder)
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_says_first_how_long_it_takes_at_most() {
+        let said = |name: &str, trials| extent(&plan::read(name).expect("a plan").0, trials);
+        assert_eq!(
+            said("perception", 808).as_deref(),
+            Some("at most 808 trials of 7.5 s, 102 min; simulated faster")
+        );
+        assert_eq!(said("fitts", 880).as_deref(), Some("880 trials"));
+        assert_eq!(said("perception", 0), None);
+    }
 }

@@ -14,7 +14,7 @@ mod rig;
 pub use rig::{PERIOD_S, setup};
 
 use super::fitts::Segment;
-use super::plan::{Resistance, RigMapping};
+use super::plan::{PerceptionPlan, Resistance, RigMapping};
 use super::random::{Purpose, Random};
 use super::session::{FinishedTrial, News, Phase, Session, Settings, Task};
 use super::subject::Subject;
@@ -60,6 +60,12 @@ fn mounted(resistance: &Resistance) -> Load {
         static_n: mounted.static_force_n,
         dynamic_n: mounted.dynamic_force_n,
     })
+}
+
+/// Time of the rig that a trial of a perception test takes, s: it engages, and renders two surfaces, each after a gap.
+#[must_use]
+pub fn trial_s(plan: &PerceptionPlan) -> f64 {
+    rig::ENGAGED_S + 2.0 * (plan.gap_s + plan.interval_s)
 }
 
 /// A session of a simulated operator that continues where the task is, without files.

@@ -18,7 +18,11 @@ pub const PERIOD_S: f64 = 1e-3;
 const PERIOD_NS: u64 = 1_000_000;
 
 /// The tick in which the rig engages. A replay needs some tenths of a second without force before it.
-const ENGAGE_TICK: u64 = 300;
+const ENGAGE_TICK: u32 = 300;
+/// Time over which its force rises then, s.
+const RAMP_S: f64 = 0.2;
+/// Time until it is engaged, s.
+pub(super) const ENGAGED_S: f64 = (ENGAGE_TICK + 1) as f64 * PERIOD_S + RAMP_S;
 
 /// What a hand moves beside itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,7 +42,7 @@ pub fn setup() -> ServoSetup {
     ServoSetup {
         settings: Settings {
             period_s: PERIOD_S,
-            ramp_s: 0.2,
+            ramp_s: RAMP_S,
             limits: Limits::default(),
             losses: RigLosses {
                 damping: properties.damping_ns_per_m,
@@ -160,7 +164,7 @@ impl Rig {
             device_resolution_m: resolution_m,
             device_force_limit_n: f64::INFINITY,
             events: Events::default(),
-            command: (self.tick == ENGAGE_TICK).then_some(Command::Engage),
+            command: (self.tick == u64::from(ENGAGE_TICK)).then_some(Command::Engage),
         };
         let arriving = self.arriving.take();
         let word = InputWord::new(&inputs, arriving.is_some());

@@ -126,6 +126,7 @@ fn a_surface_with_much_more_friction_is_told_apart() {
         }
     }
     let subject = Subject::numbered(1);
+    let expected_s = trial_s(&plan);
     let mut session = new_session(&Plan::Perception(plan), &subject);
     let mut cases = Vec::new();
     while !session.is_done() {
@@ -135,6 +136,8 @@ fn a_surface_with_much_more_friction_is_told_apart() {
             };
             assert!(trial.correct, "{trial:?}");
             let ticks = finished.ticks.expect("its ticks");
+            let took_s = ticks.rows.len() as f64 * PERIOD_S;
+            assert!((took_s - expected_s).abs() < 1e-6, "{took_s} s, not {expected_s} s");
             if cases.is_empty() {
                 assert!(ticks.marks.iter().any(|mark| matches!(mark, Mark::Scene { .. })));
                 replays(&ticks.scene, &ticks.rows, &ticks.marks);
