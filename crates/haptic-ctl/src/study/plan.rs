@@ -27,7 +27,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// What a subject does by a plan.
 fn contents(plan: &Plan) -> String {
-    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let what = match plan.task() {
         Task::Fitts => "resistance",
         Task::Perception => "test",
@@ -36,8 +35,8 @@ fn contents(plan: &Plan) -> String {
     let most = if ends_early { "at most " } else { "" };
     let trials = plan
         .trials()
-        .map(|trials| format!(", {most}{} a subject", counted(trials, "trial")));
-    counted(plan.ordered_names().len(), what) + &trials.unwrap_or_default()
+        .map(|trials| format!(", {most}{} a subject", output::count(trials as u64, "trial")));
+    output::count(plan.ordered_names().len() as u64, what) + &trials.unwrap_or_default()
 }
 
 /// The task whose own plan has a name.

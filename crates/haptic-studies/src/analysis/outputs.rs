@@ -2,7 +2,7 @@
 
 use super::FittsAnalysis;
 use super::data::{fitts_data, perception_data};
-use super::page::{fitts_charts, fitts_page, perception_charts, perception_page};
+use super::page::{fitts_charts, page, perception_charts};
 use super::perception::PerceptionAnalysis;
 use super::tables::{PAGE, dashes, fitts_tables, perception_tables};
 use super::trajectories::Trajectory;
@@ -22,14 +22,11 @@ pub fn fitts_files(
 ) -> Files {
     let charts = fitts_charts(analysis, trajectories);
     let pictures = pictures(&charts);
-    let page = fitts_page(analysis, all(charts), title);
-    files(
-        &page,
-        pictures,
-        &fitts_tables(analysis, PAGE),
-        &fitts_data(analysis, subjects),
-        |_| Vec::new(),
-    )
+    let tables = fitts_tables(analysis, PAGE);
+    let page = page(title, all(charts), &tables, &analysis.refused, &analysis.notes);
+    files(&page, pictures, &tables, &fitts_data(analysis, subjects), |_| {
+        Vec::new()
+    })
 }
 
 /// Names and contents of the files of a perception test.
@@ -37,14 +34,10 @@ pub fn fitts_files(
 pub fn perception_files(analysis: &PerceptionAnalysis, subjects: &SubjectTable, title: &str) -> Files {
     let charts = perception_charts(analysis);
     let pictures = pictures(&charts);
-    let page = perception_page(analysis, all(charts), title);
-    files(
-        &page,
-        pictures,
-        &perception_tables(analysis),
-        &perception_data(analysis, subjects),
-        |table| dashes(analysis, table),
-    )
+    let tables = perception_tables(analysis);
+    let page = page(title, all(charts), &tables, &analysis.refused, &analysis.notes);
+    let data = perception_data(analysis, subjects);
+    files(&page, pictures, &tables, &data, |table| dashes(analysis, table))
 }
 
 fn all(charts: Vec<(&str, Vec<Chart>)>) -> Vec<Chart> {

@@ -1,7 +1,7 @@
 //! The analysis as a page: tables, quadrant plots, Fitts's law, trajectories, psychometric functions.
 
 use super::perception::{CaseAnalysis, PerceptionAnalysis};
-use super::tables::{PAGE, SIMULATED, decimals, fitts_tables, perception_tables};
+use super::tables::{SIMULATED, decimals};
 use super::trajectories::Trajectory;
 use super::{Difference, FittsAnalysis, Refusal};
 use crate::trial::Operator;
@@ -53,29 +53,14 @@ pub(super) fn perception_charts(analysis: &PerceptionAnalysis) -> Vec<(&'static 
     marked(vec![("psychometric", charts)], analysis.operator)
 }
 
-/// The page of a targeting task.
-pub(super) fn fitts_page(analysis: &FittsAnalysis, charts: Vec<Chart>, title: &str) -> Page {
-    page(
-        title,
-        charts,
-        fitts_tables(analysis, PAGE),
-        &analysis.refused,
-        &analysis.notes,
-    )
-}
-
-/// The page of a perception test.
-pub(super) fn perception_page(analysis: &PerceptionAnalysis, charts: Vec<Chart>, title: &str) -> Page {
-    page(
-        title,
-        charts,
-        perception_tables(analysis),
-        &analysis.refused,
-        &analysis.notes,
-    )
-}
-
-fn page(title: &str, charts: Vec<Chart>, tables: Vec<(String, Table)>, refused: &[Refusal], notes: &[String]) -> Page {
+/// The page of an analysis.
+pub(super) fn page(
+    title: &str,
+    charts: Vec<Chart>,
+    tables: &[(String, Table)],
+    refused: &[Refusal],
+    notes: &[String],
+) -> Page {
     let refused = refused
         .iter()
         .map(|one| format!("Not found: {}: {}", one.what, one.why));
@@ -83,7 +68,7 @@ fn page(title: &str, charts: Vec<Chart>, tables: Vec<(String, Table)>, refused: 
         title: title.to_owned(),
         paragraphs: notes.iter().cloned().chain(refused).collect(),
         charts,
-        tables: tables.into_iter().map(|(_, table)| table).collect(),
+        tables: tables.iter().map(|(_, table)| table.clone()).collect(),
     }
 }
 
