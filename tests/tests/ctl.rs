@@ -120,6 +120,7 @@ fn refusals_name_what_was_typed_and_what_was_meant() {
         ("fly", 2, "fly"),
         ("stauts", 2, "'status'"),
         ("scene lod", 2, "'load'"),
+        ("load mine", 2, "'scene load'"),
         ("scene", 2, "subcommand"),
         ("log --rate all", 2, "--follow"),
         ("log -f sampels", 2, "'samples'"),

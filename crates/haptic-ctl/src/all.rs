@@ -3,8 +3,8 @@
 use crate::command_line::Command;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{output, stop};
-use haptic_ipc::socket_path::{Environment, NamedSocket};
+use crate::{hint, output, stop};
+use haptic_ipc::socket_path::{Environment, NamedSocket, is_rig_name};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -155,7 +155,12 @@ impl RigAnswer {
             Ok((cells, _)) => cells.clone(),
             Err(failure) => vec![failure.to_string()],
         };
-        [vec![self.socket.name.clone()], cells].concat()
+        let name = &self.socket.name;
+        let cells = cells.into_iter().map(|cell| match is_rig_name(name) {
+            true => hint::for_rig(&cell, name),
+            false => cell,
+        });
+        std::iter::once(name.clone()).chain(cells).collect()
     }
 
     fn as_json(&self, key: &str) -> Value {
@@ -163,6 +168,28 @@ impl RigAnswer {
         match &self.answer {
             Ok((_, answer)) => json!({ "rig": name, "socket": path, key: answer }),
             Err(failure) => json!({ "rig": name, "socket": path, "error": failure.as_json() }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_advises_commands_for_its_own_rig() {
+        for (name, advice) in [
+            ("left", "`haptic-ctl --rig left reset`"),
+            ("/x/control.sock", "`haptic-ctl reset`"),
+        ] {
+            let answered = RigAnswer {
+                socket: NamedSocket {
+                    name: name.to_owned(),
+                    path: "/x/control.sock".into(),
+                },
+                answer: Ok((vec!["`haptic-ctl reset`".to_owned()], Value::Null)),
+            };
+            assert_eq!(answered.row(), [name, advice]);
         }
     }
 }

@@ -3,8 +3,8 @@
 use crate::change::ChangeArguments;
 use crate::failure::Failure;
 use crate::{
-    accuracy, advise, change, commission, compare, describe, devices, drive, generated, get, identify, lease, log, raw,
-    record, recording, replay, scene, schedule, set, simulate, study, surface, wait,
+    accuracy, advise, change, commission, compare, describe, devices, drive, generated, get, hint, identify, lease,
+    log, raw, record, recording, replay, scene, schedule, set, simulate, study, surface, wait,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;
@@ -194,7 +194,8 @@ pub(crate) fn command_line() -> clap::Command {
             let hide = option.is_hide_set() || option.get_help_heading() == Some(GLOBAL);
             option.hide(hide)
         });
-        let before = command.get_after_help().map(|before| format!("{before}\n\n"));
+        let before = command.get_after_help().map(ToString::to_string);
+        let before = before.map(|before| format!("{}\n\n", hint::addressed(&before)));
         let after = before.unwrap_or_default() + COMMON_OPTIONS;
         command.after_help(after).mut_subcommands(without_common_options)
     }

@@ -1,6 +1,7 @@
 //! Asks the person before each step.
 
 use crate::failure::Failure;
+use crate::hint;
 use clap::builder::styling::{AnsiColor, Style};
 use std::io::{BufRead, IsTerminal, Write};
 use tokio::sync::mpsc;
@@ -41,7 +42,7 @@ impl Console {
 
     /// Prints a line; a closed output is ignored.
     pub(crate) fn say(&self, text: &str) {
-        drop(writeln!(std::io::stderr().lock(), "{text}"));
+        drop(writeln!(std::io::stderr().lock(), "{}", hint::addressed(text)));
     }
 
     pub(crate) fn prompt(&self, question: &str, choices: &str) {

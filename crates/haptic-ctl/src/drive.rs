@@ -118,7 +118,7 @@ pub(crate) async fn reload(daemon: &mut Daemon, request: Request, json: bool) ->
     }
     output::unless_quiet(&reply.to_string().replace("; ", "\n"))?;
     match &reply.changed_scene {
-        Some(name) => output::unless_quiet(&format!("to feel it: haptic-ctl scene load {}", quoted(name))),
+        Some(name) => output::unless_quiet(&format!("to feel it: `haptic-ctl scene load {}`", quoted(name))),
         None => Ok(()),
     }
 }

@@ -1,5 +1,6 @@
 //! How a command can end badly, and with which exit code.
 
+use crate::hint;
 use haptic_ipc::{ClientError, ErrorCode, WireError};
 use std::io;
 use std::path::Path;
@@ -135,6 +136,32 @@ impl Failure {
         }
     }
 
+    fn message(&self) -> String {
+        match self {
+            Self::Client(ClientError::Refused(error)) => in_options(error),
+            Self::Client(error) => error.to_string(),
+            Self::Usage(message)
+            | Self::TimedOut(message)
+            | Self::Halted(message)
+            | Self::File(message)
+            | Self::NoDevice(message)
+            | Self::BadRig(message)
+            | Self::NotComparable(message)
+            | Self::BadRecording(message) => message.clone(),
+            // While a motor pulls, advice on starting a daemon is of no use.
+            Self::CannotStop(failure) => match &**failure {
+                Self::Client(ClientError::NoDaemon { path, source }) => {
+                    format!("{CUT_THE_POWER} (no daemon at {}: {source})", path.display())
+                }
+                other => format!("{CUT_THE_POWER} ({other})"),
+            },
+            Self::NoAnswer(after) => format!("the daemon has not answered for {:.1} s", after.as_secs_f64()),
+            Self::Interrupted => "interrupted".to_owned(),
+            Self::Output(error) => format!("cannot write: {error}"),
+            Self::Silent(code) => format!("exit code {code}"),
+        }
+    }
+
     /// Says what went wrong on standard error, and gives the exit code.
     pub(crate) fn report(&self, json: bool) -> ExitCode {
         let exit = self.exit_code();
@@ -151,29 +178,7 @@ impl Failure {
 
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Client(ClientError::Refused(error)) => f.write_str(&in_options(error)),
-            Self::Client(error) => error.fmt(f),
-            Self::Usage(message)
-            | Self::TimedOut(message)
-            | Self::Halted(message)
-            | Self::File(message)
-            | Self::NoDevice(message)
-            | Self::BadRig(message)
-            | Self::NotComparable(message)
-            | Self::BadRecording(message) => f.write_str(message),
-            // While a motor pulls, advice on starting a daemon is of no use.
-            Self::CannotStop(failure) => match &**failure {
-                Self::Client(ClientError::NoDaemon { path, source }) => {
-                    write!(f, "{CUT_THE_POWER} (no daemon at {}: {source})", path.display())
-                }
-                other => write!(f, "{CUT_THE_POWER} ({other})"),
-            },
-            Self::NoAnswer(after) => write!(f, "the daemon has not answered for {:.1} s", after.as_secs_f64()),
-            Self::Interrupted => f.write_str("interrupted"),
-            Self::Output(error) => write!(f, "cannot write: {error}"),
-            Self::Silent(code) => write!(f, "exit code {code}"),
-        }
+        f.write_str(&hint::addressed(&self.message()))
     }
 }
 

@@ -240,7 +240,7 @@ impl Printer {
             .collect();
         self.left -= shown as u64;
         // One write a batch keeps up with every tick of a fast loop.
-        output::line(&lines?.join("\n"))
+        output::exact(&lines?.join("\n"))
     }
 }
 

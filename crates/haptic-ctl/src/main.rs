@@ -18,6 +18,7 @@ mod drive;
 mod failure;
 mod generated;
 mod get;
+mod hint;
 mod identify;
 mod lease;
 mod log;
@@ -70,13 +71,18 @@ fn main() -> ExitCode {
                 Err(error) => Failure::from(error).report(json),
             };
         }
-        // The help is made only where it is shown: it takes most of the time that the program takes to start.
-        Err(_) => parse(command_line()),
-        parsed => parsed,
+        parsed => {
+            hint::choose(&words);
+            // The help is made only where it is shown: it takes most of the time that the program takes to start.
+            parsed.or_else(|_| parse(command_line()))
+        }
     };
     let arguments = match parsed {
         Ok(arguments) => arguments,
-        Err(error) => return words::end(&error),
+        Err(mut error) => {
+            words::suggest(&mut error, &Arguments::command());
+            return words::end(&error);
+        }
     };
     let json = arguments.json;
     output::choose(arguments.quiet);

@@ -1,6 +1,7 @@
 //! Writing to standard output. A reader that goes away is an error to pass on, not a panic.
 
 use crate::failure::Failure;
+use crate::hint;
 use haptic_core::Directional;
 use haptic_ipc::quantity;
 use jiff::tz::TimeZone;
@@ -28,18 +29,24 @@ pub(crate) fn unless_quiet(text: &str) -> Result<(), Failure> {
     if is_quiet() { Ok(()) } else { line(text) }
 }
 
-/// Writes a text and a newline.
+/// Writes a text for people and a newline.
 pub(crate) fn line(text: &str) -> Result<(), Failure> {
+    exact(&hint::addressed(text))
+}
+
+/// Writes data and a newline.
+pub(crate) fn exact(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     writeln!(out, "{text}")?;
     Ok(out.flush()?)
 }
 
-/// Writes a text for people and a newline. A terminal gets its lines broken at words.
+/// The same; a terminal gets its lines broken at words.
 pub(crate) fn text(text: &str) -> Result<(), Failure> {
+    let text = hint::addressed(text);
     match terminal_columns() {
-        Some(columns) => line(&wrapped(text, columns)),
-        None => line(text),
+        Some(columns) => exact(&wrapped(&text, columns)),
+        None => exact(&text),
     }
 }
 
@@ -96,7 +103,7 @@ pub(crate) fn count(number: u64, what: &str) -> String {
 
 /// Writes a value as one line of JSON.
 pub(crate) fn json<T: Serialize>(value: &T) -> Result<(), Failure> {
-    line(&json_text(value)?)
+    exact(&json_text(value)?)
 }
 
 /// The same as a text.

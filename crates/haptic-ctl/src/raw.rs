@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
 
 /// Prints the schema of the protocol.
 pub(crate) fn schema() -> Result<(), Failure> {
-    output::line(&format!("{:#}", haptic_ipc::schema::protocol()))
+    output::exact(&format!("{:#}", haptic_ipc::schema::protocol()))
 }
 
 pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments) -> Result<(), Failure> {
@@ -53,7 +53,7 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments) -> Result<
     }
     if arguments.follow {
         loop {
-            output::line(&conversation.next().await?)?;
+            output::exact(&conversation.next().await?)?;
         }
     }
     match conversation.worst {
@@ -97,7 +97,7 @@ impl Conversation {
         writer.write_all(sent.as_bytes()).await.map_err(ClientError::Io)?;
         loop {
             let answer = self.next().await?;
-            output::line(&answer)?;
+            output::exact(&answer)?;
             if let ServerLine::Answer { result, .. } = ServerLine::parse(&answer).map_err(ClientError::BadAnswer)? {
                 if let Err(error) = result
                     && self.worst == 0

@@ -3,6 +3,8 @@
 
 use crate::failure::Failure;
 use clap::Command;
+use clap::error::{ContextKind, ContextValue};
+use haptic_ipc::socket_path::is_rig_name;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -44,6 +46,18 @@ pub(crate) fn in_order(words: Vec<OsString>) -> Vec<OsString> {
     before
 }
 
+/// The rig that a line in order names: its options come first.
+pub(crate) fn rig(words: &[OsString]) -> Option<String> {
+    let mut words = words.iter().skip(1).map(|word| word.to_string_lossy());
+    let word = words.by_ref().find(|word| word != "--all")?;
+    let name = match word.strip_prefix("--rig=") {
+        Some(name) => name.to_owned(),
+        None if word == "--rig" => words.next()?.into_owned(),
+        None => return None,
+    };
+    is_rig_name(&name).then_some(name)
+}
+
 /// Whether a line that cannot be parsed means a stop: `stop` is its subcommand, or stands where none is.
 pub(crate) fn mean_a_stop(words: &[OsString], commands: &Command) -> bool {
     let words: Vec<String> = words
@@ -64,6 +78,21 @@ pub(crate) fn mean_a_stop(words: &[OsString], commands: &Command) -> bool {
         .first()
         .is_some_and(|word| *word != "stop" && commands.find_subcommand(word).is_some());
     !is_other && words.iter().any(|word| word == "stop")
+}
+
+/// Names the subcommands of others that an unknown subcommand is called like, as in `scene load` for `load`.
+pub(crate) fn suggest(error: &mut clap::Error, commands: &Command) {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else {
+        return;
+    };
+    let groups = commands.get_subcommands().filter(|group| !group.is_hide_set());
+    let meant = groups.filter_map(|group| Some((group, group.find_subcommand(word)?)));
+    let meant: Vec<String> = meant
+        .map(|(group, one)| format!("{} {}", group.get_name(), one.get_name()))
+        .collect();
+    if !meant.is_empty() {
+        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(meant));
+    }
 }
 
 /// Ends with an error of the command line, or with its help.
@@ -114,6 +143,27 @@ mod tests {
             ("c stop --rig", "c --rig stop"),
         ] {
             assert_eq!(in_order(split(given)), split(ordered), "{given}");
+            let names_left = ordered.contains("--rig left ") || ordered.contains("--rig=left");
+            assert_eq!(
+                rig(&split(ordered)).is_some_and(|rig| rig == "left"),
+                names_left,
+                "{given}"
+            );
+        }
+    }
+
+    #[test]
+    fn word_of_a_group_is_taken_for_its_subcommand() {
+        for (line, tip) in [
+            ("c load mine", "a similar subcommand exists: 'scene load'"),
+            ("c run fitts", "a similar subcommand exists: 'study run'"),
+            ("c scene info", "a similar subcommand exists: 'recording info'"),
+            ("c stauts", "'study', 'status'"),
+            ("c scene lod", "'load'"),
+        ] {
+            let mut error = Arguments::command().try_get_matches_from(split(line)).expect_err(line);
+            suggest(&mut error, &Arguments::command());
+            assert!(error_text(&error).contains(tip), "{line}: {}", error_text(&error));
         }
     }
 

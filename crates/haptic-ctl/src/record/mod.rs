@@ -13,7 +13,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::recording::summary::Summary;
 use crate::units::duration;
-use crate::{complete, output, progress, recording, units};
+use crate::{complete, hint, output, progress, recording, units};
 use clap::ValueHint;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, Topic, regular_file};
@@ -340,7 +340,7 @@ impl Session<'_> {
                 None
             }
             Input::OtherKey => {
-                bar.set_prefix(person::OTHER_KEY);
+                bar.set_prefix(hint::addressed(person::OTHER_KEY));
                 None
             }
             Input::End => Some(End::Interrupted),

@@ -197,7 +197,7 @@ async fn show(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), F
         return output::json(&reply.scene);
     }
     let text = toml::to_string(&reply.scene).map_err(std::io::Error::other)?;
-    output::line(text.trim_end())
+    output::exact(text.trim_end())
 }
 
 #[cfg(test)]
