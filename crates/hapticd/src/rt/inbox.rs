@@ -204,6 +204,17 @@ mod tests {
     }
 
     #[test]
+    fn ring_holds_all_scenes_all_that_is_scheduled_and_16_more() {
+        let (mut sender, _receiver) = inbox();
+        for revision in 1..=MAX_SCENES as u64 {
+            sender.post(compiled(&Scene::paper(), revision));
+        }
+        let others = MAX_SCHEDULED_CHANGES as u64 + 16;
+        assert!(sender.waiting.is_none() && sender.send_all((0..others).map(limits).collect()));
+        assert!(!sender.send(limits(others)));
+    }
+
+    #[test]
     fn a_command_engages_the_device_it_names_or_any() {
         let admits = |connection| {
             let sent = SentCommand {

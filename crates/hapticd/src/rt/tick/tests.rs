@@ -5,6 +5,7 @@ mod behind_a_link;
 mod changes;
 mod engaging;
 mod happenings;
+mod rooms;
 mod samples;
 mod stopping;
 mod timing;

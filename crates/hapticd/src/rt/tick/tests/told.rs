@@ -44,7 +44,7 @@ fn a_loop_that_may_stand_still_does_not_fault_by_it() {
 }
 
 /// Schedules a scene; what becomes of it.
-fn schedule(bench: &mut Bench, at_tick: u64, revision: u64) -> Arc<Claim> {
+pub(super) fn schedule(bench: &mut Bench, at_tick: u64, revision: u64) -> Arc<Claim> {
     let claim = Arc::new(Claim::new());
     let scene = Some(compiled(&Scene::paper(), revision).into());
     let change = ScheduledScene {
@@ -66,6 +66,7 @@ fn a_scheduled_scene_is_rendered_in_its_tick_unless_the_rig_halts() {
     let revisions: Vec<u64> = (0..5).map(|_| bench.tick().revision).collect();
     assert_eq!(revisions, [1, 1, 1, 7, 7]);
     assert_eq!(claim.state(), ClaimState::Rendered(next + 3));
+    assert_eq!(bench.records.answers().decided, 1);
 
     let claim = schedule(&mut bench, next + 100, 8);
     bench.tick();
@@ -73,6 +74,7 @@ fn a_scheduled_scene_is_rendered_in_its_tick_unless_the_rig_halts() {
     bench.shared.stop();
     bench.ticks(2);
     assert_eq!(claim.state(), ClaimState::Halted);
+    assert_eq!(bench.records.answers().decided, 2);
     assert_eq!(bench.tick().revision, 7);
 }
 
