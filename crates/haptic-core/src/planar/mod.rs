@@ -16,3 +16,6 @@ pub use renderer::PlanarRenderer;
 pub use vector::Plane;
 pub use velocity::PlanarEstimator;
 pub use workspace::Workspace;
+
+#[cfg(test)]
+mod tests;

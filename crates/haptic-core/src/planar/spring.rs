@@ -169,11 +169,10 @@ impl DraggedSpring {
         (self.position, self.velocity) = (position, velocity);
     }
 
-    /// Where it is loaded; anywhere without force.
+    /// Where a slide goes on; anywhere while it is stuck, as nothing comes of no way.
     fn facing(&self) -> Plane {
         match self.state {
             State::Sliding { away } => away,
-            State::Stuck { force } if force != Plane::ZERO => force.pointing(1.0),
             State::Stuck { .. } => Plane::new(1.0, 0.0),
         }
     }
