@@ -95,7 +95,7 @@ def plant(tree, root, mutants, originals):
 
 
 def build(tree, root, package, target, mutants):
-    """The tests' program, with all mutants that compile."""
+    """The tests' programs, with all mutants that compile."""
     files = {mutant["file"] for mutant in mutants} | {root}
     originals = {file: (tree / file).read_text() for file in files}
     while True:
@@ -104,7 +104,7 @@ def build(tree, root, package, target, mutants):
         answer = subprocess.run(command, cwd=tree, capture_output=True, text=True)
         said = [json.loads(line) for line in answer.stdout.splitlines() if line.startswith("{")]
         if answer.returncode == 0:
-            return next(one["executable"] for one in said if one.get("executable") and one["profile"]["test"])
+            return [one["executable"] for one in said if one.get("executable") and one["profile"]["test"]]
         wrong = {
             belongs[span["file_name"]][span["line_start"] - 1]
             for one in said
@@ -119,15 +119,19 @@ def build(tree, root, package, target, mutants):
                 mutant["end"] = "unviable"
 
 
-def hold(program, folder, number, timeout_s, tests):
+def hold(programs, folder, number, timeout_s, tests):
     """Runs the tests with one mutant; says how that ended."""
     environment = os.environ | {"HAPTICD_MUTANT": str(number), "CARGO_MANIFEST_DIR": str(folder)}
-    try:
-        ended = subprocess.run([program, *tests], cwd=folder, env=environment, timeout=timeout_s, capture_output=True)
-    except subprocess.TimeoutExpired as late:
-        # A test that saw it may have been quicker than the one that it holds up.
-        return "caught" if b" ... FAILED" in (late.stdout or b"") else "timeout"
-    return "caught" if ended.returncode else "missed"
+    for program in programs:
+        command = [program, *tests]
+        try:
+            ended = subprocess.run(command, cwd=folder, env=environment, timeout=timeout_s, capture_output=True)
+        except subprocess.TimeoutExpired as late:
+            # A test that saw it may have been quicker than the one that it holds up.
+            return "caught" if b" ... FAILED" in (late.stdout or b"") else "timeout"
+        if ended.returncode:
+            return "caught"
+    return "missed"
 
 
 def by_itself(tree, out, package, mutants, timeout_s, target, tests):
@@ -154,7 +158,7 @@ def main():
     parser.add_argument("--out", type=Path, required=True, help="folder for the results")
     parser.add_argument("--package", required=True)
     parser.add_argument("--files", nargs="+", required=True, help="from the clone's folder on")
-    parser.add_argument("--integration", help="an integration test to hold them against, not the crate's own tests")
+    parser.add_argument("--integration", help="an integration test to hold them against after the crate's own")
     parser.add_argument("tests", nargs="*", help="after `--`: what the tests' program gets")
     given = parser.parse_args()
     given.tree, given.out = given.tree.resolve(), given.out.resolve()
@@ -162,20 +166,20 @@ def main():
     is_library = (given.tree / source / "lib.rs").exists()
     target = ["--lib"] if is_library else ["--bins"]
     if given.integration:
-        target = ["--test", given.integration]
+        target += ["--test", given.integration]
     root = f"{source}/{'lib' if is_library else 'main'}.rs"
     timeout_s = int(os.environ.get("HAPTICD_MUTANTS_TIMEOUT_S", "120"))
 
     mutants = listed(given.tree, given.package, given.files)
-    program = build(given.tree, root, given.package, target, mutants)
+    programs = build(given.tree, root, given.package, target, mutants)
     folder = given.tree / "crates" / given.package
-    if hold(program, folder, 0, timeout_s, given.tests) != "missed":
+    if hold(programs, folder, 0, timeout_s, given.tests) != "missed":
         sys.exit("the tests fail without any change")
     # One at a time: two at once would make each other's timings fail, and a mutant caught by that
     # alone is not caught.
     for mutant in mutants:
         if mutant["end"] == "planted":
-            mutant["end"] = hold(program, folder, mutant["number"], timeout_s, given.tests)
+            mutant["end"] = hold(programs, folder, mutant["number"], timeout_s, given.tests)
     constant = [mutant for mutant in mutants if mutant["end"] == "constant"]
     if constant:
         by_itself(given.tree, given.out, given.package, constant, timeout_s, target, given.tests)

@@ -155,6 +155,7 @@ proptest! {
         prop_assert!((Rendering::stiffness(&line) - plane.stiffness()).abs() < 1e-9 * plane.stiffness().max(1.0));
         line.start_at(0.0, begin_mps);
         plane.start_at(Plane::ZERO, along * begin_mps);
+        prop_assert_eq!(plane.shown().contact == Contact::Stuck, line.shown().contact == Contact::Stuck);
         let mut place = 0.0;
         for (index, steps) in steps.into_iter().enumerate() {
             if index == 1 {
