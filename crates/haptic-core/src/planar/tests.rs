@@ -149,7 +149,8 @@ proptest! {
         steps in [prop::collection::vec(step(), 1..80), prop::collection::vec(step(), 1..40)],
     ) {
         let along = Plane::new(f64::cos(angle), f64::sin(angle));
-        let [mut line, mut other_line] = scenes.each_ref().map(|s| Renderer::new(s, Scheme::Exact, T).expect("a scene"));
+        let [mut line, mut other_line] =
+            scenes.each_ref().map(|s| Renderer::new(s, Scheme::Exact, T).expect("a scene"));
         let [mut plane, mut other_plane] =
             scenes.each_ref().map(|s| PlanarRenderer::new(s, Scheme::Exact, T).expect("a scene"));
         prop_assert!((Rendering::stiffness(&line) - plane.stiffness()).abs() < 1e-9 * plane.stiffness().max(1.0));
