@@ -37,7 +37,9 @@ pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
             Some(fields) => page.push_str(&format!("Answer:\n\n{}", types.body(fields, 0, &NOTHING))),
             None => page.push_str(&format!("Answer: {}.\n", types.name(answer))),
         }
-        if let Some((asked, answered)) = examples.get(op) {
+        // Without fields, and with an answer of a shared type, it would repeat another one's example.
+        let is_plain = asked.is_empty() && types.inlined(answer).is_none();
+        if let Some((asked, answered)) = examples.get(op).filter(|_| !is_plain) {
             page.push_str(&format!("\n```text\nC {}\nS {}\n```\n", cut(asked), cut(answered)));
         }
     }
@@ -273,7 +275,11 @@ impl<'a> Types<'a> {
             kind => format!(" ({kind})"),
         };
         let about = unit.map_or_else(|| about.to_owned(), |unit| without_unit(about, unit));
-        let mut drawn = format!("{indent}- `{name}`{presence}{kind}: {about}\n");
+        let about = match repeats(&about, &format!("{name} {kind}")) {
+            true => String::new(),
+            false => format!(": {about}"),
+        };
+        let mut drawn = format!("{indent}- `{name}`{presence}{kind}{about}\n");
         if let Some(inner) = self.inlined(schema) {
             drawn.push_str(&self.body(inner, depth + 1, outer));
         }
@@ -320,7 +326,10 @@ impl<'a> Types<'a> {
         };
         match kind {
             "integer" | "number" => format!("{kind}{range}"),
-            "array" if schema["items"].is_object() => format!("list of {}", self.name(&schema["items"])),
+            "array" if schema["items"].is_object() => match self.name(&schema["items"]) {
+                plain if plain.chars().all(char::is_alphabetic) => format!("{plain}s"),
+                other => format!("list of {other}"),
+            },
             "array" => "list".to_owned(),
             "object" if schema["additionalProperties"].is_object() => {
                 format!("object of {}", self.name(&schema["additionalProperties"]))
@@ -399,6 +408,18 @@ fn without_unit(about: &str, unit: &str) -> String {
     }
 }
 
+/// Whether a description has no word that the name and the type of its field lack.
+fn repeats(about: &str, field: &str) -> bool {
+    let field = field.to_lowercase();
+    let mut words = about
+        .split(|end: char| !end.is_alphanumeric())
+        .filter(|word| !word.is_empty());
+    words.all(|word| {
+        let word = word.to_lowercase();
+        ["a", "an", "the", "its", "of"].contains(&word.as_str()) || field.contains(&word)
+    })
+}
+
 /// For each operation the first request of a transcript that was answered `ok`, and its answer.
 fn examples(transcripts: &[Transcript]) -> BTreeMap<String, (String, String)> {
     let mut found = BTreeMap::new();
@@ -445,4 +466,15 @@ fn text(value: &Value) -> &str {
 
 fn list(value: &Value) -> &[Value] {
     value.as_array().expect("a list")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::repeats;
+
+    #[test]
+    fn only_what_name_and_type_lack_is_described() {
+        assert!(repeats("State of the rig.", "state [RigState](#rigstate)"));
+        assert!(!repeats("State of the daemon.", "state [RigState](#rigstate)"));
+    }
 }
