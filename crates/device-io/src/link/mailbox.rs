@@ -137,6 +137,8 @@ mod tests {
             loop {
                 // The poster's end goes last.
                 let last_look = taker.is_abandoned();
+                // As rtrb says of `is_abandoned`: without it the last posts may not be seen yet.
+                std::sync::atomic::fence(std::sync::atomic::Ordering::Acquire);
                 let taken = Newest::take(&mut taker);
                 if let Some(message) = taken.enable {
                     let acknowledged = firmware.receive(message, 0);
