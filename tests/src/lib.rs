@@ -497,6 +497,12 @@ pub fn bring_to(client: &mut Client, state: RigState) {
 /// Engages a rig, which is reset first if it is faulted. Anyway: on a busy machine a link is late, and what its scene
 /// would do on a light rig behind a late link is no matter of those who only need force.
 pub fn engage(client: &mut Client) {
+    let engaged = try_to_engage(client);
+    assert_eq!(engaged.state, RigState::Engaged, "{:?}", engaged.fault);
+}
+
+/// The same, to its end, which a busy machine may make a fault.
+pub fn try_to_engage(client: &mut Client) -> Status {
     let before = wait_for(client, "a rig at rest", |status| {
         matches!(status.state, RigState::Idle | RigState::Faulted | RigState::Engaged)
     });
@@ -506,10 +512,9 @@ pub fn engage(client: &mut Client) {
     if before.state != RigState::Engaged {
         let _: StateReply = client.request(Request::Engage { anyway: true }).expect("it is idle");
     }
-    let engaged = wait_for(client, "the end of its ramp", |status| {
+    wait_for(client, "the end of its ramp", |status| {
         !matches!(status.state, RigState::Idle | RigState::Engaging)
-    });
-    assert_eq!(engaged.state, RigState::Engaged, "{:?}", engaged.fault);
+    })
 }
 
 /// Engages a rig and waits until it pulls, as somebody who can look at its motor says.

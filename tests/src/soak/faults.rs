@@ -322,7 +322,7 @@ fn block_log(rig: &mut Rig, look: Meanwhile<'_>) {
         drop(rig.client.request::<serde_json::Value>(Request::Reset {}));
         assert!(began.elapsed() < PATIENCE, "the log does not fill up");
     }
-    rig.pull();
+    while !rig.pull() {}
     rig.begin();
     rig.stop();
     look(rig);

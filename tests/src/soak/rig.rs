@@ -5,7 +5,7 @@ use super::disk::Disk;
 use super::output::Output;
 use super::pressure::Group;
 use crate::fake_rig::FakeRig;
-use crate::{Daemon, PATIENCE, pull_until, status, wait_for, wait_for_state};
+use crate::{Daemon, PATIENCE, pull_until, status, try_to_engage, wait_for, wait_for_state};
 use haptic_ipc::{Client, JournalEntry, LogReply, Request, RigState, StateReply, Status, Timing};
 use std::time::{Duration, Instant};
 
@@ -151,8 +151,8 @@ impl Rig {
         Some(force.now_n)
     }
 
-    /// Engages until it pulls.
-    pub(super) fn pull(&mut self) {
+    /// Engages until it pulls; false if it faults before.
+    pub(super) fn pull(&mut self) -> bool {
         let Self {
             client, fake, force, ..
         } = self;
@@ -160,6 +160,9 @@ impl Rig {
         wait_for(client, "a rig that may be engaged", |status| {
             status.device.engage_refused.is_empty()
         });
+        if try_to_engage(client).state != RigState::Engaged {
+            return false;
+        }
         pull_until(client, |status| match fake {
             Some(fake) => {
                 let now = fake.force();
@@ -168,6 +171,7 @@ impl Rig {
             }
             None => status.command_force_n.abs() > PULLS_N,
         });
+        true
     }
 
     /// What takes the force away begins now.

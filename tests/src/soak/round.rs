@@ -89,12 +89,18 @@ pub(super) fn run(plan: &Plan, rig: &mut Rig, occurrences: &mut Vec<Occurrence>)
 
 /// Brings a fault about once.
 fn occur(fault: &Fault, rig: &mut Rig) -> End {
-    // A busy machine may fault it before the journal is looked at.
+    // A busy machine may fault it before it pulls, or before the journal is looked at.
     let after = loop {
-        rig.pull();
+        let before = rig.newest_entry();
+        let pulls = rig.pull();
         let after = rig.newest_entry();
-        if status(&mut rig.client).state == RigState::Engaged {
+        if pulls && status(&mut rig.client).state == RigState::Engaged {
             break after;
+        }
+        let entries = rig.journal(Some(before));
+        let mut faults = entries.iter().filter_map(|entry| entry.fault.as_deref());
+        if let Some(code) = faults.find(|code| !OF_A_BUSY_MACHINE.contains(code)) {
+            return End::Wrong(format!("before it pulled, it faulted with {code}"));
         }
     };
     let held_up = rig.held_up();
