@@ -41,7 +41,8 @@ until [ -S "$socket/control.sock" ]; do
 done
 # The lab's hand held the mass by a sensor of 5 N/mm; the motion begins with a rest of 2 s.
 ctl set K=5N/mm B=30Ns/m >/dev/null
-ctl engage --wait >/dev/null
+# Nobody has identified this rig, and its hand holds whatever comes.
+ctl engage --wait --anyway >/dev/null
 ctl record "$out/rendered.mcap" --force --for 25s
 
 echo "4. The rendered surface is compared with the real one"
