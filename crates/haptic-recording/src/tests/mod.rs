@@ -1,7 +1,7 @@
 use super::columns::columns;
 use super::*;
 use haptic_core::Scene;
-use haptic_ipc::{RigState, Sample, SampleY};
+use haptic_ipc::{Event, RigState, Sample, SampleY, SamplesEvent, StateEvent};
 use std::path::Path;
 
 mod copies;
@@ -52,6 +52,30 @@ pub(crate) fn sample(tick: u64) -> Sample {
         device_round_trip_ns: 0,
         ..Sample::default()
     }
+}
+
+pub(crate) fn state(tick: u64, state: RigState, revision: u64) -> Event {
+    Event::State(StateEvent {
+        state,
+        fault: None,
+        tick,
+        revision,
+        scene: "another".into(),
+        law: "karnopp".into(),
+        params: haptic_ipc::params_of(&scene()),
+        undo_depth: 0,
+        redo_depth: 0,
+        arrival: None,
+    })
+}
+
+pub(crate) fn samples(ticks: std::ops::Range<u64>, dropped: u64) -> Event {
+    Event::Samples(SamplesEvent {
+        seq: 0,
+        dropped,
+        rows: ticks.map(sample).collect(),
+        ..SamplesEvent::default()
+    })
 }
 
 /// A directory where there is no disk to wait for.

@@ -1,37 +1,13 @@
 //! What becomes of events.
 
 use super::*;
-use haptic_ipc::{Event, JournalEntry, SamplesEvent, StateEvent};
-
-fn state(tick: u64, state: RigState, revision: u64) -> Event {
-    Event::State(StateEvent {
-        state,
-        fault: None,
-        tick,
-        revision,
-        scene: "another".into(),
-        law: "karnopp".into(),
-        params: haptic_ipc::params_of(&scene()),
-        undo_depth: 0,
-        redo_depth: 0,
-        arrival: None,
-    })
-}
+use haptic_ipc::{Event, JournalEntry};
 
 fn log(tick: Option<u64>) -> Event {
     Event::Log(Box::new(JournalEntry {
         tick,
         ..JournalEntry::of("engage")
     }))
-}
-
-fn samples(ticks: std::ops::Range<u64>, dropped: u64) -> Event {
-    Event::Samples(SamplesEvent {
-        seq: 0,
-        dropped,
-        rows: ticks.map(sample).collect(),
-        ..SamplesEvent::default()
-    })
 }
 
 #[test]

@@ -1,4 +1,4 @@
-use super::super::tests::{metadata, sample};
+use super::super::tests::{metadata, samples, state};
 use super::super::{Format, Reader};
 use super::*;
 use haptic_ipc::RigState;
@@ -8,30 +8,6 @@ use std::process::Command;
 use std::sync::mpsc;
 
 const SMALL: Room = Room { rows: 20, changes: 3 };
-
-fn samples(ticks: std::ops::Range<u64>) -> Event {
-    Event::Samples(SamplesEvent {
-        seq: 0,
-        dropped: 0,
-        rows: ticks.map(sample).collect(),
-        ..SamplesEvent::default()
-    })
-}
-
-fn scene(tick: u64, revision: u64) -> Event {
-    Event::State(StateEvent {
-        state: RigState::Engaged,
-        fault: None,
-        tick,
-        revision,
-        scene: "another".into(),
-        law: "karnopp".into(),
-        params: haptic_ipc::params_of(&haptic_core::Scene::paper()),
-        undo_depth: 0,
-        redo_depth: 0,
-        arrival: None,
-    })
-}
 
 fn marker(tick: u64) -> Mark {
     Mark::Marker {
@@ -73,24 +49,24 @@ fn recording_into(path: PathBuf) -> (RecordingThread, mpsc::Receiver<io::Result<
 fn hanging_disk_losses_are_counted_and_newest_scene_is_kept() {
     let (_directory, pipe) = hanging();
     let (recording, ended) = recording_into(pipe.clone());
-    assert_eq!(recording.event(&samples(1..11)), Enqueued::Yes);
-    assert_eq!(recording.event(&samples(11..21)), Enqueued::Yes);
+    assert_eq!(recording.event(&samples(1..11, 0)), Enqueued::Yes);
+    assert_eq!(recording.event(&samples(11..21, 0)), Enqueued::Yes);
     let no = |lost_rows, lost_changes| Enqueued::No {
         lost_rows,
         lost_changes,
     };
-    assert_eq!(recording.event(&samples(21..24)), no(3, 0), "twenty rows wait");
+    assert_eq!(recording.event(&samples(21..24, 0)), no(3, 0), "twenty rows wait");
     assert_eq!(
-        recording.event(&scene(24, 8)),
+        recording.event(&state(24, RigState::Engaged, 8)),
         Enqueued::Yes,
         "there is room for changes"
     );
     assert_eq!(recording.mark(marker(24)), Enqueued::Yes);
-    assert_eq!(recording.event(&scene(25, 9)), Enqueued::Yes);
+    assert_eq!(recording.event(&state(25, RigState::Engaged, 9)), Enqueued::Yes);
     assert_eq!(recording.mark(marker(26)), no(3, 1), "three changes wait");
-    assert_eq!(recording.event(&scene(27, 10)), no(3, 2));
-    assert_eq!(recording.event(&scene(28, 11)), no(3, 3));
-    assert_eq!(recording.event(&samples(28..31)), no(6, 3));
+    assert_eq!(recording.event(&state(27, RigState::Engaged, 10)), no(3, 2));
+    assert_eq!(recording.event(&state(28, RigState::Engaged, 11)), no(3, 3));
+    assert_eq!(recording.event(&samples(28..31, 0)), no(6, 3));
     recording.flush();
     recording.finish();
     // Now the disk works again.
@@ -146,13 +122,13 @@ fn row_after_a_gap_follows_the_loss_and_the_newest_scene() {
     };
     let recording = RecordingThread::with(SMALL, write).expect("a thread");
     for revision in 8..14 {
-        recording.event(&scene(revision, revision));
+        recording.event(&state(revision, RigState::Engaged, revision));
     }
     let reader = std::thread::spawn(move || std::fs::read(&pipe).expect("it is written to its end"));
     begin.send(()).expect("it waits");
     // The thread makes room as it takes the changes.
     let mut tick = 14;
-    while recording.event(&samples(tick..tick + 1)) != Enqueued::Yes {
+    while recording.event(&samples(tick..tick + 1, 0)) != Enqueued::Yes {
         tick += 1;
         std::thread::yield_now();
     }
@@ -181,11 +157,11 @@ fn a_full_disk_ends_it_and_nothing_is_kept_any_more() {
     }
     let (recording, ended) = recording_into("/dev/full".into());
     // The heading alone may fail, or the first rows that are passed on.
-    recording.event(&samples(1..11));
+    recording.event(&samples(1..11, 0));
     recording.flush();
     let error = ended.recv().expect("it ends").expect_err("nothing fits there");
     assert_eq!(error.kind(), io::ErrorKind::StorageFull);
-    while recording.event(&samples(11..12)) != Enqueued::Ended {
+    while recording.event(&samples(11..12, 0)) != Enqueued::Ended {
         std::thread::yield_now();
     }
     assert_eq!(recording.mark(marker(12)), Enqueued::Ended);
@@ -195,7 +171,7 @@ fn a_full_disk_ends_it_and_nothing_is_kept_any_more() {
 fn one_that_is_dropped_has_what_waited_and_no_end() {
     let (_directory, pipe) = hanging();
     let (recording, ended) = recording_into(pipe.clone());
-    recording.event(&samples(1..11));
+    recording.event(&samples(1..11, 0));
     drop(recording);
     let bytes = std::fs::read(&pipe).expect("it is written to its end");
     assert_eq!(ended.recv().expect("it ends").expect("written").rows, 10);
