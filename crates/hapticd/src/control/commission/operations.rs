@@ -6,8 +6,8 @@ use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::{Findings, Record};
-use crate::control::rig::exclusive_use::state::{Commissioning, Work};
-use crate::control::rig::exclusive_use::{self, end_if_over, largest_force_n, resting_device};
+use crate::control::rig::exclusive_use::state::{Commissioning, ExclusiveUse, Work};
+use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
 use crate::control::rig_files::Origin;
 use crate::control::{RigHandle, judge};
 use crate::telemetry::motion::Motion;
@@ -63,17 +63,9 @@ pub(in crate::control) async fn begin(
 /// # Errors
 /// This client is not commissioning the rig.
 pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
-    end_if_over(rig);
+    let doing = "commissioning the rig: `commission.begin`";
+    let (current, found) = exclusive_use::of_client(rig, by, ExclusiveUse::commissioning_of, doing)?;
     let feed = rig.feed();
-    let exclusive_use = rig.exclusive_use().borrow();
-    let found = exclusive_use.as_ref().and_then(|current| {
-        let found = current.commissioning_of(by.session)?;
-        Some((current, found))
-    });
-    let Some((current, found)) = found else {
-        let message = "this client is not commissioning the rig: `commission.begin` comes first";
-        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-    };
     let motion = feed.motion.as_ref();
     // Along two directions positions and steps are not of one line.
     let on_a_line = motion.filter(|_| found.motor.is_none());

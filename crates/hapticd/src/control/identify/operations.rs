@@ -7,8 +7,8 @@ use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::CommissionState;
-use crate::control::rig::exclusive_use::state::{Identification, Work};
-use crate::control::rig::exclusive_use::{self, end_if_over, largest_force_n, resting_device};
+use crate::control::rig::exclusive_use::state::{ExclusiveUse, Identification, Work};
+use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
 use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::motion::Motion;
@@ -70,17 +70,9 @@ pub(in crate::control) async fn begin(
 /// # Errors
 /// This client is not identifying the rig.
 pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
-    end_if_over(rig);
+    let doing = "identifying the rig: `identify.begin`";
+    let (current, work) = exclusive_use::of_client(rig, by, ExclusiveUse::identification_of, doing)?;
     let feed = rig.feed();
-    let exclusive_use = rig.exclusive_use().borrow();
-    let found = exclusive_use.as_ref().and_then(|current| {
-        let work = current.identification_of(by.session)?;
-        Some((current, work))
-    });
-    let Some((current, work)) = found else {
-        let message = "this client is not identifying the rig: `identify.begin` comes first";
-        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-    };
     let position_m = feed.motion.as_ref().map_or(work.middle_m, Motion::position_m);
     let (_, force_limit_n) = largest_force_n(rig, &current.device);
     Ok(IdentificationReply {
@@ -92,7 +84,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<I
         force_limit_n,
         range_m: work.range_m,
         middle_m: work.middle_m,
-        travel_limit_m: travel_limit_m(work, position_m),
+        travel_limit_m: travel_limit_m(&work, position_m),
         friction_n: work.friction_n,
         friction: rig
             .frictions()

@@ -16,6 +16,7 @@ use crate::control::peer::Requester;
 use crate::control::rig::exclusive_use::state::{ExclusiveUse, MAX_SHARE, Work};
 use crate::telemetry::motion::Motion;
 use haptic_ipc::{ErrorCode, JournalEntry, MAX_COMMISSION_LEASE_MS, Peer, RigState, WireError};
+use std::cell::Ref;
 
 /// Gives a client the rig to itself, for some work with the device that is connected.
 ///
@@ -93,14 +94,39 @@ fn begin_observing(rig: &RigHandle, resolution_m: f64) {
     feed.motion = Some(motion);
 }
 
+/// The newest exclusive use, which has ended if it is over.
+fn newest(rig: &RigHandle) -> Ref<'_, Option<ExclusiveUse>> {
+    end_if_over(rig);
+    rig.exclusive_use().borrow()
+}
+
+/// The exclusive use of a client and its work, which `of` finds; `doing` names that in the refusal.
+///
+/// # Errors
+/// The client does no such work.
+pub(in crate::control) fn of_client<'a, W>(
+    rig: &'a RigHandle,
+    by: Requester<'_>,
+    of: impl Fn(&ExclusiveUse, u64) -> Option<&W>,
+    doing: &str,
+) -> Result<(Ref<'a, ExclusiveUse>, Ref<'a, W>), WireError> {
+    let found = Ref::filter_map(newest(rig), Option::as_ref).ok();
+    let work = found
+        .as_ref()
+        .and_then(|found| Ref::filter_map(Ref::clone(found), |found| of(found, by.session)).ok());
+    found.zip(work).ok_or_else(|| {
+        let message = format!("this client is not {doing} comes first");
+        WireError::new(ErrorCode::WrongState, message).about("state")
+    })
+}
+
 /// The device of the current exclusive use, if that is active and has no motion under way.
 ///
 /// # Errors
 /// It has ended, or a motion is under way.
 pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDevice, WireError> {
-    end_if_over(rig);
+    let exclusive_use = newest(rig);
     let state = rig.channel.state();
-    let exclusive_use = rig.exclusive_use().borrow();
     let Some(current) = exclusive_use.as_ref() else {
         return Err(WireError::new(ErrorCode::WrongState, "no exclusive session is active").about("state"));
     };
@@ -160,8 +186,7 @@ pub(in crate::control) fn end(rig: &RigHandle, session: u64, why: &str) {
 
 /// The client that has the rig to itself.
 pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
-    end_if_over(rig);
-    let exclusive_use = rig.exclusive_use().borrow();
+    let exclusive_use = newest(rig);
     let active = exclusive_use.as_ref().filter(|exclusive_use| exclusive_use.is_active());
     active.map(|exclusive_use| exclusive_use.by.clone())
 }
@@ -171,8 +196,7 @@ pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
 /// # Errors
 /// A client has the rig to itself; the error says which.
 pub(in crate::control) fn refuse_others(rig: &RigHandle, what: &str) -> Result<(), WireError> {
-    end_if_over(rig);
-    let exclusive_use = rig.exclusive_use().borrow();
+    let exclusive_use = newest(rig);
     let Some(active) = exclusive_use.as_ref().filter(|exclusive_use| exclusive_use.is_active()) else {
         return Ok(());
     };
