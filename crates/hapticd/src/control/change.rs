@@ -1,7 +1,7 @@
 //! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered
 //! it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
-use crate::control::history::{Drag, FIRST_REVISION, Move};
+use crate::control::history::{Drag, FIRST_REVISION, History, Move};
 use crate::control::peer::Requester;
 use crate::control::rig::Compiled;
 use crate::control::rig::schedule::NewChange;
@@ -91,15 +91,9 @@ pub(super) async fn undo(
     by: Requester<'_>,
     options: ChangeOptions,
 ) -> Result<PendingChange, WireError> {
-    no_tick("undo", options)?;
-    let prepare = |_: &Scene| {
-        let before = rig.history().undo_scene().cloned().ok_or_else(|| {
-            let message = "nothing to undo: no change is left in the history";
-            WireError::new(ErrorCode::NothingToUndo, message)
-        })?;
-        Ok(Step::to(before, Move::Undo))
-    };
-    begin(rig, by, "undo", options, prepare).await
+    let nothing = (ErrorCode::NothingToUndo, "no change is left in the history");
+    let step = |history: &History| Some(Step::to(Rc::clone(history.undo_scene()?), Move::Undo));
+    retrace(rig, by, "undo", options, step, nothing).await
 }
 
 /// Begins to redo the change that was undone last.
@@ -111,15 +105,27 @@ pub(super) async fn redo(
     by: Requester<'_>,
     options: ChangeOptions,
 ) -> Result<PendingChange, WireError> {
-    no_tick("redo", options)?;
-    let prepare = |_: &Scene| {
-        let after = rig.history().redo_scene().cloned().ok_or_else(|| {
-            let message = "nothing to redo: no change was undone, or the scene was changed since";
-            WireError::new(ErrorCode::NothingToRedo, message)
-        })?;
-        Ok(Step::to(after, Move::Redo))
-    };
-    begin(rig, by, "redo", options, prepare).await
+    let nothing = (
+        ErrorCode::NothingToRedo,
+        "no change was undone, or the scene was changed since",
+    );
+    let step = |history: &History| Some(Step::to(Rc::clone(history.redo_scene()?), Move::Redo));
+    retrace(rig, by, "redo", options, step, nothing).await
+}
+
+/// Begins a step along the history, or says why there is none.
+async fn retrace(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    op: &str,
+    options: ChangeOptions,
+    step: impl Fn(&History) -> Option<Step>,
+    (code, why): (ErrorCode, &str),
+) -> Result<PendingChange, WireError> {
+    no_tick(op, options)?;
+    let prepare =
+        |_: &Scene| step(&rig.history()).ok_or_else(|| WireError::new(code, format!("nothing to {op}: {why}")));
+    begin(rig, by, op, options, prepare).await
 }
 
 /// Gives the scene that the daemon began with the coupling of the rig, once that is known: where its file leaves it to
