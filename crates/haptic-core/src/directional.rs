@@ -84,6 +84,9 @@ impl From<f64> for Directional {
 }
 
 #[cfg(feature = "serde")]
+pub(crate) use wire::NumberOrPair;
+
+#[cfg(feature = "serde")]
 mod wire {
     use super::Directional;
     use core::fmt;
@@ -105,34 +108,49 @@ mod wire {
 
     impl<'de> Deserialize<'de> for Directional {
         fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-            deserializer.deserialize_any(NumberOrPair)
+            Ok(match NumberOrPair::deserialize(deserializer)? {
+                NumberOrPair::Number(value) => Self::both(value),
+                NumberOrPair::Pair(pair) => pair,
+            })
         }
     }
 
-    struct NumberOrPair;
+    /// As it was written: a pair may be of equal numbers.
+    pub(crate) enum NumberOrPair {
+        Number(f64),
+        Pair(Directional),
+    }
 
-    impl<'de> Visitor<'de> for NumberOrPair {
-        type Value = Directional;
+    impl<'de> Deserialize<'de> for NumberOrPair {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            deserializer.deserialize_any(Written)
+        }
+    }
+
+    struct Written;
+
+    impl<'de> Visitor<'de> for Written {
+        type Value = NumberOrPair;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             f.write_str("a number, or a pair { positive, negative } of numbers")
         }
 
-        fn visit_f64<E: de::Error>(self, value: f64) -> Result<Directional, E> {
-            Ok(Directional::both(value))
+        fn visit_f64<E: de::Error>(self, value: f64) -> Result<NumberOrPair, E> {
+            Ok(NumberOrPair::Number(value))
         }
 
         #[expect(clippy::cast_precision_loss, reason = "no limit in use is near 2^53")]
-        fn visit_i64<E: de::Error>(self, value: i64) -> Result<Directional, E> {
-            Ok(Directional::both(value as f64))
+        fn visit_i64<E: de::Error>(self, value: i64) -> Result<NumberOrPair, E> {
+            Ok(NumberOrPair::Number(value as f64))
         }
 
         #[expect(clippy::cast_precision_loss, reason = "no limit in use is near 2^53")]
-        fn visit_u64<E: de::Error>(self, value: u64) -> Result<Directional, E> {
-            Ok(Directional::both(value as f64))
+        fn visit_u64<E: de::Error>(self, value: u64) -> Result<NumberOrPair, E> {
+            Ok(NumberOrPair::Number(value as f64))
         }
 
-        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Directional, A::Error> {
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<NumberOrPair, A::Error> {
             #[derive(Deserialize)]
             #[serde(deny_unknown_fields)]
             struct Pair {
@@ -140,7 +158,7 @@ mod wire {
                 negative: f64,
             }
             let pair = Pair::deserialize(de::value::MapAccessDeserializer::new(map))?;
-            Ok(Directional::new(pair.positive, pair.negative))
+            Ok(NumberOrPair::Pair(Directional::new(pair.positive, pair.negative)))
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Reads a scene's friction field by field, so that a value of the wrong kind is reported where it
 //! stands: a law is named by its tag, for which a table is read whole first, without its places.
 
+use crate::directional::{Directional, NumberOrPair};
 use crate::friction::{Friction, LAWS};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -35,7 +36,7 @@ impl<'de> Visitor<'de> for Fields {
             } else if WORDS.contains(&key.as_str()) {
                 Field::Word(map.next_value()?)
             } else {
-                map.next_value()?
+                Field::Value(map.next_value()?)
             };
             fields.push((key, field));
         }
@@ -55,7 +56,10 @@ impl<'de> DeserializeSeed<'de> for Key<'_> {
         let key = String::deserialize(deserializer)?;
         let Some(law) = self.law else { return Ok(key) };
         // What else is wrong is told of the whole.
-        let alone = [("law", Field::Word(law.into())), (&key, Field::Number(0.0))];
+        let alone = [
+            ("law", Field::Word(law.into())),
+            (&key, Field::Value(NumberOrPair::Number(0.0))),
+        ];
         let found = Friction::deserialize(MapDeserializer::<_, de::value::Error>::new(alone.into_iter()));
         match found.map_err(|error| error.to_string()) {
             Err(error) if error.starts_with("unknown field") => Err(de::Error::custom(error)),
@@ -82,46 +86,7 @@ impl<'de> DeserializeSeed<'de> for Law {
 /// A value as it was written.
 enum Field {
     Word(String),
-    Number(f64),
-    Pair(Vec<(String, f64)>),
-}
-
-impl<'de> Deserialize<'de> for Field {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(NumberOrPair)
-    }
-}
-
-struct NumberOrPair;
-
-impl<'de> Visitor<'de> for NumberOrPair {
-    type Value = Field;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number, or a pair { positive, negative } of numbers")
-    }
-
-    fn visit_f64<E: de::Error>(self, value: f64) -> Result<Field, E> {
-        Ok(Field::Number(value))
-    }
-
-    #[expect(clippy::cast_precision_loss, reason = "no limit in use is near 2^53")]
-    fn visit_i64<E: de::Error>(self, value: i64) -> Result<Field, E> {
-        Ok(Field::Number(value as f64))
-    }
-
-    #[expect(clippy::cast_precision_loss, reason = "no limit in use is near 2^53")]
-    fn visit_u64<E: de::Error>(self, value: u64) -> Result<Field, E> {
-        Ok(Field::Number(value as f64))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Field, A::Error> {
-        let mut pair = Vec::new();
-        while let Some(entry) = map.next_entry()? {
-            pair.push(entry);
-        }
-        Ok(Field::Pair(pair))
-    }
+    Value(NumberOrPair),
 }
 
 impl<'de, E: de::Error> IntoDeserializer<'de, E> for Field {
@@ -140,8 +105,11 @@ impl<'de, E: de::Error> Deserializer<'de> for FieldDeserializer<E> {
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, E> {
         match self.0 {
             Field::Word(word) => StrDeserializer::new(&word).deserialize_any(visitor),
-            Field::Number(number) => visitor.visit_f64(number),
-            Field::Pair(pair) => visitor.visit_map(MapDeserializer::new(pair.into_iter())),
+            Field::Value(NumberOrPair::Number(number)) => visitor.visit_f64(number),
+            Field::Value(NumberOrPair::Pair(Directional { positive, negative })) => {
+                let pair = [("positive", positive), ("negative", negative)];
+                visitor.visit_map(MapDeserializer::new(pair.into_iter()))
+            }
         }
     }
 
