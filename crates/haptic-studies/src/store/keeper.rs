@@ -52,8 +52,8 @@ impl Table {
             heading,
         } = subject_files::rows::<T>(&path)?;
         let mut length = whole as u64;
-        if whole > 0 && heading != T::COLUMNS {
-            if let Some(column) = heading.iter().find(|column| !T::COLUMNS.contains(&column.as_str())) {
+        if whole > 0 && !T::names().eq(heading.iter()) {
+            if let Some(column) = heading.iter().find(|column| !T::names().any(|name| name == *column)) {
                 let column = column.clone();
                 return Err(StoreError::Column { path, column });
             }

@@ -276,8 +276,8 @@ fn description(plan: &Plan, about: &StudyDescription) -> Result<String, StoreErr
         Operator::Simulated => "a simulated operator, and no people",
     };
     let columns = match about.task {
-        Task::Fitts => FittsTrial::COLUMNS,
-        Task::Perception => PerceptionTrial::COLUMNS,
+        Task::Fitts => FittsTrial::names().collect::<Vec<_>>(),
+        Task::Perception => PerceptionTrial::names().collect(),
     };
     let description = serde_json::json!({
         "@context": "https://schema.org/",

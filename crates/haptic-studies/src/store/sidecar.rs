@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 pub(super) fn of_trials(name: &str, trials: &[FittsTrial]) -> Option<Value> {
     let screen = ScreenSummary::of(trials)?;
     let mut variables: Vec<Value> = Vec::new();
-    for column in FittsTrial::COLUMNS {
-        let (value, unit, what) = match *column {
+    for column in FittsTrial::names() {
+        let (value, unit, what) = match column {
             "cursor_latency_s" => (Some(screen.cursor_latency_s), "s", "median of the trials' medians"),
             "cursor_latency_p95_s" => (
                 Some(screen.cursor_latency_p95_s),

@@ -1,6 +1,6 @@
 //! A trial of the targeting task.
 
-use super::row::{Operator, OutOfRange, Trial, check, first_session, length, named, not_negative};
+use super::row::{Column, Operator, OutOfRange, Trial, check, first_session, length, named, not_negative};
 use serde::{Deserialize, Serialize};
 
 /// A valid click of the Fitts task, and the invalid ones before it.
@@ -70,43 +70,30 @@ pub struct FittsTrial {
 }
 
 impl Trial for FittsTrial {
-    const COLUMNS: &'static [&'static str] = &[
-        "operator",
-        "subject",
-        "session",
-        "block",
-        "resistance",
-        "condition",
-        "trial",
-        "direction",
-        "amplitude_m",
-        "width_m",
-        "cursor_diameter_m",
-        "end_error_m",
-        "movement_time_s",
-        "errors",
-        "error_size_m",
-        "start_tick",
-        "end_tick",
-        "scene_revision",
-        "voided",
-        "cursor_latency_s",
-        "cursor_latency_p95_s",
-        "frame_rate_hz",
-        "recording",
-    ];
-
-    const REQUIRED: &'static [&'static str] = &[
-        "subject",
-        "block",
-        "resistance",
-        "condition",
-        "trial",
-        "amplitude_m",
-        "width_m",
-        "end_error_m",
-        "movement_time_s",
-        "errors",
+    const COLUMNS: &'static [Column] = &[
+        Column::optional("operator"),
+        Column::required("subject"),
+        Column::optional("session"),
+        Column::required("block"),
+        Column::required("resistance"),
+        Column::required("condition"),
+        Column::required("trial"),
+        Column::optional("direction"),
+        Column::required("amplitude_m"),
+        Column::required("width_m"),
+        Column::optional("cursor_diameter_m"),
+        Column::required("end_error_m"),
+        Column::required("movement_time_s"),
+        Column::required("errors"),
+        Column::optional("error_size_m"),
+        Column::optional("start_tick"),
+        Column::optional("end_tick"),
+        Column::optional("scene_revision"),
+        Column::optional("voided"),
+        Column::optional("cursor_latency_s"),
+        Column::optional("cursor_latency_p95_s"),
+        Column::optional("frame_rate_hz"),
+        Column::optional("recording"),
     ];
 
     fn check(&self) -> Result<(), OutOfRange> {

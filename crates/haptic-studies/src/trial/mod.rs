@@ -10,7 +10,7 @@ mod table;
 
 pub use fitts::FittsTrial;
 pub use perception::{Case, Method, PerceptionTrial};
-pub use row::{Operator, OutOfRange, Trial, VoidedTrial};
+pub use row::{Column, Operator, OutOfRange, Trial, VoidedTrial};
 pub use table::{TrialError, line, read, write};
 pub(crate) use table::{cells, heading};
 

@@ -1,6 +1,6 @@
 //! A trial of the perception tests.
 
-use super::row::{Operator, OutOfRange, Trial, check, first_session, named, not_negative};
+use super::row::{Column, Operator, OutOfRange, Trial, check, first_session, named, not_negative};
 use serde::{Deserialize, Serialize};
 
 /// What a perception test changes of the base surface.
@@ -94,44 +94,27 @@ pub struct PerceptionTrial {
 }
 
 impl Trial for PerceptionTrial {
-    const COLUMNS: &'static [&'static str] = &[
-        "operator",
-        "subject",
-        "session",
-        "case",
-        "method",
-        "trial",
-        "base_static_N",
-        "base_dynamic_N",
-        "comparison_static_N",
-        "comparison_dynamic_N",
-        "level_N",
-        "comparison_first",
-        "answer",
-        "correct",
-        "response_time_s",
-        "reversal",
-        "start_tick",
-        "end_tick",
-        "voided",
-        "recording",
-    ];
-
-    const TRUTHS: &'static [&'static str] = &["comparison_first", "correct", "reversal"];
-
-    const REQUIRED: &'static [&'static str] = &[
-        "subject",
-        "case",
-        "method",
-        "trial",
-        "base_static_N",
-        "base_dynamic_N",
-        "comparison_static_N",
-        "comparison_dynamic_N",
-        "level_N",
-        "comparison_first",
-        "answer",
-        "correct",
+    const COLUMNS: &'static [Column] = &[
+        Column::optional("operator"),
+        Column::required("subject"),
+        Column::optional("session"),
+        Column::required("case"),
+        Column::required("method"),
+        Column::required("trial"),
+        Column::required("base_static_N"),
+        Column::required("base_dynamic_N"),
+        Column::required("comparison_static_N"),
+        Column::required("comparison_dynamic_N"),
+        Column::required("level_N"),
+        Column::required("comparison_first").of_truth(),
+        Column::required("answer"),
+        Column::required("correct").of_truth(),
+        Column::optional("response_time_s"),
+        Column::optional("reversal").of_truth(),
+        Column::optional("start_tick"),
+        Column::optional("end_tick"),
+        Column::optional("voided"),
+        Column::optional("recording"),
     ];
 
     fn check(&self) -> Result<(), OutOfRange> {

@@ -5,20 +5,51 @@ use serde::{Deserialize, Serialize};
 
 /// A row that can be read and written.
 pub trait Trial: Serialize + DeserializeOwned {
-    /// The columns that are written.
-    const COLUMNS: &'static [&'static str];
-
-    /// The columns that a file must have.
-    const REQUIRED: &'static [&'static str];
-
-    /// The columns of yes and no.
-    const TRUTHS: &'static [&'static str] = &[];
+    /// The columns that are written, in their order.
+    const COLUMNS: &'static [Column];
 
     /// Checks the values.
     ///
     /// # Errors
     /// A value is out of its range.
     fn check(&self) -> Result<(), OutOfRange>;
+
+    /// The names of the columns.
+    fn names() -> impl Iterator<Item = &'static str> + Clone {
+        Self::COLUMNS.iter().map(|column| column.name)
+    }
+}
+
+/// A column of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Its name, with the unit.
+    pub name: &'static str,
+    /// Whether a file from elsewhere must have it.
+    pub is_required: bool,
+    /// Whether it is of yes and no.
+    pub is_truth: bool,
+}
+
+impl Column {
+    pub(super) const fn required(name: &'static str) -> Self {
+        Self {
+            name,
+            is_required: true,
+            is_truth: false,
+        }
+    }
+
+    pub(super) const fn optional(name: &'static str) -> Self {
+        Self {
+            is_required: false,
+            ..Self::required(name)
+        }
+    }
+
+    pub(super) const fn of_truth(self) -> Self {
+        Self { is_truth: true, ..self }
+    }
 }
 
 /// A value of a row that is out of its range.
@@ -102,9 +133,15 @@ pub struct VoidedTrial {
 }
 
 impl Trial for VoidedTrial {
-    const COLUMNS: &'static [&'static str] = &["operator", "subject", "session", "practice", "row", "tick", "reason"];
-
-    const REQUIRED: &'static [&'static str] = Self::COLUMNS;
+    const COLUMNS: &'static [Column] = &[
+        Column::required("operator"),
+        Column::required("subject"),
+        Column::required("session"),
+        Column::required("practice"),
+        Column::required("row"),
+        Column::required("tick"),
+        Column::required("reason"),
+    ];
 
     fn check(&self) -> Result<(), OutOfRange> {
         named("subject", &self.subject)?;

@@ -60,8 +60,9 @@ pub fn read<T: Trial>(bytes: &[u8]) -> Result<Vec<T>, TrialError> {
     if header.iter().all(str::is_empty) {
         return Err(TrialError::Empty);
     }
-    for column in T::REQUIRED {
-        if !header.iter().any(|found| found == *column) {
+    for column in T::COLUMNS.iter().filter(|column| column.is_required) {
+        let column = column.name;
+        if !header.iter().any(|found| found == column) {
             let found = header.iter().find(|found| is_other_unit(column, found));
             let found = found.map(str::to_owned);
             return Err(TrialError::NoColumn { column, found });
@@ -72,7 +73,7 @@ pub fn read<T: Trial>(bytes: &[u8]) -> Result<Vec<T>, TrialError> {
         let record = record?;
         let line = record.position().map_or(0, csv::Position::line);
         let cells = header.iter().zip(&record).map(|(column, cell)| {
-            if T::TRUTHS.contains(&column) {
+            if T::COLUMNS.iter().any(|known| known.is_truth && known.name == column) {
                 truth(cell)
             } else if separator == b',' {
                 cell.to_owned()
