@@ -28,7 +28,7 @@ HOST_HELLO, COMMAND, ENABLE = 0x11, 0x12, 0x13
 # By kind, with one axis; and what a second axis appends.
 LENGTHS = {HELLO: 48, SAMPLE: 20, WIDE_SAMPLE: 28, ACKNOWLEDGE: 8, ERROR: 8}
 SECOND_AXIS = {HELLO: 8, SAMPLE: 4, WIDE_SAMPLE: 12}
-LONGEST_FRAME = 62
+MAX_FRAME = 62
 # The host refuses a device whose clock is further off than this over 100 ms, and a stamp that is further off than that
 # from where it should be.
 CLOCK_TOLERANCE = 0.05
@@ -169,7 +169,7 @@ class Line:
         return [message for message in map(self.open, filter(None, frames)) if message is not None]
 
     def open(self, stuffed):
-        message = unstuff(stuffed) if len(stuffed) < LONGEST_FRAME else None
+        message = unstuff(stuffed) if len(stuffed) < MAX_FRAME else None
         if message is None or len(message) < 6 or zlib.crc32(message[:-4]) != struct.unpack("<I", message[-4:])[0]:
             self.damaged += 1
             return None

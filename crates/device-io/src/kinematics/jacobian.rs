@@ -72,7 +72,7 @@ impl Jacobian {
     /// lightest, which is told, and across it, where it is the heaviest. `M = J^-T diag(I) J^-1`.
     pub(super) fn masses_kg(&self, inertias: [f64; 2]) -> ([f64; 2], Plane) {
         // The eigenvalues of its inverse are the squares of the gains of `J diag(I)^-1/2`.
-        let columns = [0, 1].map(|motor| self.columns[motor] * (1.0 / inertias[motor].max(LEAST_INERTIA).sqrt()));
+        let columns = [0, 1].map(|motor| self.columns[motor] * (1.0 / inertias[motor].max(MIN_INERTIA).sqrt()));
         let scaled = Self { columns };
         let (least, largest) = scaled.gains();
         let [first, second] = columns;
@@ -84,4 +84,4 @@ impl Jacobian {
 }
 
 /// An inertia that counts as none, kg or kg m^2.
-const LEAST_INERTIA: f64 = 1e-12;
+const MIN_INERTIA: f64 = 1e-12;

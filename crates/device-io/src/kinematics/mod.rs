@@ -31,7 +31,7 @@ pub use workspace::Worst;
 
 /// Least gain in the worst direction, as a share of the gain in the best, and of the length of a proximal link. A
 /// condition alone is not enough: elsewhere a five-bar has 3 mm a radian at a condition of 4.
-const LEAST_GAIN: f64 = 0.25;
+const MIN_GAIN: f64 = 0.25;
 
 /// The geometry of a rig, its workspace, and its home pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,7 +158,7 @@ impl Geometry {
             Self::Linear(_) => 0.0,
             Self::FiveBar(five_bar) => five_bar.proximal_m,
         };
-        LEAST_GAIN * largest.max(length)
+        MIN_GAIN * largest.max(length)
     }
 }
 

@@ -39,7 +39,7 @@ const DOT_RADIUS: f32 = 5.0;
 const NARROWEST_MM: f64 = 20.0;
 
 /// Least radius of the plot of the force, N.
-const LEAST_FORCE_N: f64 = 1.0;
+const MIN_FORCE_N: f64 = 1.0;
 
 /// Room around the circles, as a multiple of their radius.
 const ROOM: f64 = 1.15;
@@ -239,7 +239,7 @@ fn force(model: &Model, parts: usize) -> Chart {
     let radius_n = |parameter| Some(scene?.value(parameter)?.positive).filter(|force_n| *force_n > 0.0);
     let (static_n, dynamic_n) = (radius_n(Parameter::StaticForce), radius_n(Parameter::DynamicForce));
     let lengths = points.iter().map(|[x, y]| x.hypot(*y));
-    let widest_n = lengths.chain(static_n).chain(dynamic_n).fold(LEAST_FORCE_N, f64::max) * ROOM;
+    let widest_n = lengths.chain(static_n).chain(dynamic_n).fold(MIN_FORCE_N, f64::max) * ROOM;
     let limit_n = limits::force_limit_n(daemon, tapes, scope);
     let circles = [
         ("Fs", static_n, Ink::solid(|palette| palette.law, 2.0)),

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 /// Least cosine between the ways on which two motors carry the hand, from which on it shows a mass at the hand: below,
 /// a motor hardly takes the other along, wherever the mass is.
-const LEAST_COSINE: f64 = 0.2;
+const MIN_COSINE: f64 = 0.2;
 
 /// A pulse of one motor alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,7 +75,7 @@ impl Alone {
     /// The mass at the hand, kg, by how the other motor goes along; `None` where that does not show it. `other` is the
     /// other motor, and `inertia` what it has to overcome.
     fn mass_at_hand_kg(&self, other: &Self, inertia: f64) -> Option<f64> {
-        if self.product.abs() < LEAST_COSINE * (self.own_squared * self.other_squared).sqrt() {
+        if self.product.abs() < MIN_COSINE * (self.own_squared * self.other_squared).sqrt() {
             return None;
         }
         let of_mass = self.product + self.other_way * (self.other_squared - other.by_mass());
@@ -257,7 +257,7 @@ mod tests {
             let motors = kinematics.motors(hand).expect("within reach");
             let jacobian = kinematics.reading(motors).pose().expect("a pose").jacobian;
             let [own, other] = [0, 1].map(|motor| jacobian.column(motor));
-            if own.dot(other).abs() > 1.01 * LEAST_COSINE * own.length() * other.length() {
+            if own.dot(other).abs() > 1.01 * MIN_COSINE * own.length() * other.length() {
                 prop_assert!((there / lightest.value - 1.0).abs() < 1e-6, "{} kg for {:?}", there, lightest);
             } else {
                 prop_assert!(lightest.value <= 1.0001 * there, "{} kg for {:?}", there, lightest);
