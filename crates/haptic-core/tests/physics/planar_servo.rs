@@ -424,7 +424,7 @@ fn forces_out_and_back(scene: &Scene, along_y: bool) -> Vec<(Plane, Plane)> {
 
 // hazard: H34
 #[test]
-fn force_goes_outside_the_workspace_and_comes_back_without_a_step() {
+fn force_ends_outside_the_workspace_and_returns_without_a_step() {
     let paper = Scene {
         coupling: Some(Coupling {
             stiffness: 5000.0,

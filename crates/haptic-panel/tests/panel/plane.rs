@@ -144,7 +144,7 @@ fn second_axis_is_drawn_beside_the_first_or_both_as_length() {
 }
 
 #[test]
-fn force_whose_length_is_at_the_limit_is_marked_in_the_plot_of_both_axes() {
+fn force_clipped_by_its_length_is_marked_in_the_plot() {
     // 20 N long, which is the rig's limit; neither axis alone is there at the end.
     for (force_n, is_marked) in [(5.0, false), (20.0, true)] {
         let mut panel = connected(RigState::Engaged);

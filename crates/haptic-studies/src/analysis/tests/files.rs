@@ -79,7 +79,7 @@ fn bars_of_one_condition_stand_beside_one_another() {
 }
 
 #[test]
-fn notes_of_a_latex_table_are_of_its_own_cells_and_say_each_reason_once() {
+fn notes_of_a_latex_table_say_each_reason_once() {
     let found = twice(&[(0.1, 15), (0.3, 20), (1.2, 20)]);
     let files = perception_files(&found, &SubjectTable::default(), "Cases");
     let notes = |name: &str| -> Vec<&str> {

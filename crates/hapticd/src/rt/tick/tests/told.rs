@@ -57,7 +57,7 @@ pub(super) fn schedule(bench: &mut Bench, at_tick: u64, revision: u64) -> Arc<Cl
 }
 
 #[test]
-fn a_scheduled_scene_is_rendered_in_its_tick_unless_the_rig_halts() {
+fn scheduled_scene_is_rendered_in_its_tick_unless_the_rig_halts() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
     bench.engage();
