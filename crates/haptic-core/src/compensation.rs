@@ -37,19 +37,19 @@ pub const MAX_SHARE: f64 = 0.8;
 /// rest on that one too.
 pub const ASSURED_SHARE: f64 = 0.4;
 
-/// Way over which the identified friction fills the account, m: far less than a stroke.
+/// Distance over which the identified friction fills the account, m: far less than a stroke.
 const RESERVE_M: f64 = 1e-3;
 
 /// Speed for which the account has room where friction is viscous alone, m/s: a hand that explores.
 const RESERVE_SPEED_MPS: f64 = 0.1;
 
-/// Counts of the encoder within which a position moves without any way.
+/// Counts of the encoder by which a position may change without a movement.
 const SLACK_COUNTS: f64 = 2.0;
 
 /// The same, m: the noise of an encoder that counts more finely than it measures.
 const MIN_SLACK_M: f64 = 10e-6;
 
-/// Time without a way after which the handle rests, s.
+/// Time without movement after which the handle counts as at rest, s.
 const REST_S: f64 = 0.1;
 
 /// Speed up to which nothing is compensated, in counts a sample: the noise of an estimated velocity.
@@ -153,7 +153,7 @@ pub struct Compensator {
     reserve_j: f64,
     account_j: f64,
     before: Option<Before>,
-    /// Time without a way, s.
+    /// Time without movement, s.
     still_s: f64,
     /// Time between the last two samples, s: a slow device's force stays for as long.
     sample_s: f64,

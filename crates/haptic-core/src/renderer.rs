@@ -220,7 +220,7 @@ impl Renderer {
     /// Takes over the motion of the renderer that this one replaces, so that the hand feels no
     /// jerk.
     ///
-    /// The block keeps its position and velocity, but for what a stiffer grip would make a kick of,
+    /// The block keeps its position and velocity, but is slowed where a stiffer coupling would raise the force,
     /// and its contact goes on with what it [remembers](crate::block::ContactMemory): its deflection, its
     /// slide, its rest. Where the coupling itself changed, the block is re-seated so that the force in the coupling,
     /// which is what the hand feels, stays as it was. What the new scene cannot hold, as a coupling
@@ -231,9 +231,9 @@ impl Renderer {
         match (self.held, old.held) {
             (Some((mass, now)), Some((old_mass, was))) => {
                 let velocity = state.velocity;
-                // In a stiffer grip, or with more mass, the same motion against the hand would make a
+                // In a stiffer coupling, or with more mass, the same motion against the hand would make a
                 // larger force, |v - w| sqrt(B^2 + K M): it is slowed to what it would have come to. A
-                // stuck block does not move, and is pulled as the new grip pulls.
+                // stuck block does not move, and is pulled as the new coupling pulls.
                 let impedance = |held: Coupling, mass: f64| sqrt(held.damping * held.damping + held.stiffness * mass);
                 let share = impedance(was, old_mass) / impedance(now, mass);
                 if matches!(state.contact, Contact::Sliding(_)) && share < 1.0 {

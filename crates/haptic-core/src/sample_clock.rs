@@ -1,4 +1,4 @@
-//! The time between two samples of a device, held against our own clock before anything is made of it.
+//! The time between two samples of a device, checked against the host's clock before it is used.
 //!
 //! Three measures of that time are at hand: the device's time stamps, its sequence numbers times
 //! the sampling period, and our own clock. The stamps are the best of them, as neither the link's

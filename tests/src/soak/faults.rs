@@ -36,8 +36,8 @@ impl std::fmt::Display for Ending {
     }
 }
 
-/// Looks on while a fault lasts.
-pub(super) type Meanwhile<'a> = &'a mut dyn FnMut(&mut Rig);
+/// Watches the rig while a fault lasts.
+pub(super) type Watch<'a> = &'a mut dyn FnMut(&mut Rig);
 
 /// Something that goes wrong.
 #[derive(Clone, Copy)]
@@ -49,8 +49,8 @@ pub(super) struct Fault {
     pub(super) ends_in: Ending,
     /// Time by which the motor gives no force, ms; none where force goes on.
     pub(super) zero_within_ms: Option<u64>,
-    /// Begins it on a rig that pulls, looks on, and ends it.
-    pub(super) act: fn(&mut Rig, Meanwhile<'_>),
+    /// Begins it on a rig that pulls, watches, and ends it.
+    pub(super) act: fn(&mut Rig, Watch<'_>),
 }
 
 /// The rigs on which a fault can be brought about.
@@ -78,7 +78,7 @@ impl Fault {
     }
 }
 
-const fn goes_on(name: &'static str, rows: &'static str, on: On, act: fn(&mut Rig, Meanwhile<'_>)) -> Fault {
+const fn goes_on(name: &'static str, rows: &'static str, on: On, act: fn(&mut Rig, Watch<'_>)) -> Fault {
     Fault {
         name,
         rows,
@@ -95,7 +95,7 @@ const fn ends(
     on: On,
     ends_in: Ending,
     zero_within_ms: u64,
-    act: fn(&mut Rig, Meanwhile<'_>),
+    act: fn(&mut Rig, Watch<'_>),
 ) -> Fault {
     Fault {
         name,
@@ -127,9 +127,9 @@ pub(super) const ALL: &[Fault] = &[
         On::Link,
         Ending::Disconnected,
         WATCHDOG_MS,
-        |rig, look| {
+        |rig, watch| {
             fake(rig, "hang-up 0.3");
-            look(rig);
+            watch(rig);
         },
     ),
     ends(
@@ -138,9 +138,9 @@ pub(super) const ALL: &[Fault] = &[
         On::Link,
         Ending::Faulted("stale"),
         STALE_MS + 5,
-        |rig, look| {
+        |rig, watch| {
             fake(rig, "corrupt 1");
-            look(rig);
+            watch(rig);
             fake(rig, "corrupt 0");
         },
     ),
@@ -150,26 +150,26 @@ pub(super) const ALL: &[Fault] = &[
         On::Link,
         Ending::Faulted("stale"),
         STALE_MS + 5,
-        |rig, look| {
+        |rig, watch| {
             fake(rig, "stall 0.3");
-            look(rig);
+            watch(rig);
         },
     ),
-    lying("clock runs backwards", |rig, look| lie(rig, "clock-backwards", look)),
-    lying("clock stands still", |rig, look| lie(rig, "clock-stop", look)),
-    lying("clock at half speed", |rig, look| lie(rig, "clock-half", look)),
-    lying("clock a fifth fast", |rig, look| lie(rig, "clock-speed 1.2", look)),
-    lying("clock jumps 60 ms", |rig, look| lie(rig, "clock-jump 60", look)),
-    lying("stamps of 16 bits", |rig, look| lie(rig, "clock-wrap16", look)),
+    lying("clock runs backwards", |rig, watch| lie(rig, "clock-backwards", watch)),
+    lying("clock stands still", |rig, watch| lie(rig, "clock-stop", watch)),
+    lying("clock at half speed", |rig, watch| lie(rig, "clock-half", watch)),
+    lying("clock a fifth fast", |rig, watch| lie(rig, "clock-speed 1.2", watch)),
+    lying("clock jumps 60 ms", |rig, watch| lie(rig, "clock-jump 60", watch)),
+    lying("stamps of 16 bits", |rig, watch| lie(rig, "clock-wrap16", watch)),
     ends(
         "encoder jumps",
         "F9",
         On::Link,
         Ending::Faulted("jump"),
         5,
-        |rig, look| {
+        |rig, watch| {
             fake(rig, "jump 4000");
-            look(rig);
+            watch(rig);
         },
     ),
     ends(
@@ -178,9 +178,9 @@ pub(super) const ALL: &[Fault] = &[
         On::Link,
         Ending::Faulted("device"),
         5,
-        |rig, look| {
+        |rig, watch| {
             fake(rig, "error 2 7");
-            look(rig);
+            watch(rig);
         },
     ),
     ends(
@@ -189,21 +189,21 @@ pub(super) const ALL: &[Fault] = &[
         On::Link,
         Ending::Stopped,
         5,
-        |rig, look| {
+        |rig, watch| {
             fake(rig, "button 1 on");
-            look(rig);
+            watch(rig);
             fake(rig, "button 1 off");
         },
     ),
-    goes_on("one wrong sample", "H6", On::Link, |rig, look| {
+    goes_on("one wrong sample", "H6", On::Link, |rig, watch| {
         fake(rig, "position-spike 1");
-        look(rig);
+        watch(rig);
     }),
-    goes_on("bad line", "H16", On::Link, |rig, look| {
+    goes_on("bad line", "H16", On::Link, |rig, watch| {
         for fault in ["loss 0.03", "double 0.05", "corrupt 0.03"] {
             fake(rig, fault);
         }
-        look(rig);
+        watch(rig);
         for fault in ["loss 0", "double 0", "corrupt 0"] {
             fake(rig, fault);
         }
@@ -214,11 +214,11 @@ pub(super) const ALL: &[Fault] = &[
         On::Any,
         Ending::Faulted("stalled"),
         WATCHDOG_MS,
-        |rig, look| {
+        |rig, watch| {
             let pid = rig.daemon.pid();
             signal(pid, Signal::STOP);
             let began = Instant::now();
-            look(rig);
+            watch(rig);
             // Longer than a sample may be old, as it must be to be noticed.
             while began.elapsed() < Duration::from_millis(2 * STALE_MS) {
                 crate::pause();
@@ -233,15 +233,15 @@ pub(super) const ALL: &[Fault] = &[
         On::Any,
         Ending::Faulted("control_lost"),
         1050,
-        |rig, look| {
+        |rig, watch| {
             let hung = HungThread::control(rig.daemon.pid(), Hang::Spinning);
-            look(rig);
+            watch(rig);
             drop(hung);
         },
     ),
-    ends("stop by a client", "H12", On::Any, Ending::Stopped, 5, |rig, look| {
+    ends("stop by a client", "H12", On::Any, Ending::Stopped, 5, |rig, watch| {
         rig.stop();
-        look(rig);
+        watch(rig);
     }),
     ends(
         "client with a lease dies",
@@ -249,12 +249,12 @@ pub(super) const ALL: &[Fault] = &[
         On::Any,
         Ending::Released,
         RELEASE_MS,
-        |rig, look| {
+        |rig, watch| {
             let mut holder = rig.daemon.raw();
             let answer = holder.ask(r#"{"id":1,"op":"lease","timeout_ms":2000}"#);
             assert!(answer["ok"].is_object(), "{answer}");
             drop(holder);
-            look(rig);
+            watch(rig);
         },
     ),
     ends(
@@ -263,11 +263,11 @@ pub(super) const ALL: &[Fault] = &[
         On::Any,
         Ending::Released,
         LEASE_MS + RELEASE_MS,
-        |rig, look| {
+        |rig, watch| {
             let mut holder = rig.daemon.raw();
             let answer = holder.ask(&format!(r#"{{"id":1,"op":"lease","timeout_ms":{LEASE_MS}}}"#));
             assert!(answer["ok"].is_object(), "{answer}");
-            look(rig);
+            watch(rig);
         },
     ),
     ends(
@@ -285,17 +285,17 @@ pub(super) const ALL: &[Fault] = &[
         On::SteppedClock,
         step_clock,
     ),
-    goes_on("no memory left", "F5", On::ScarceMemory, |rig, look| {
+    goes_on("no memory left", "F5", On::ScarceMemory, |rig, watch| {
         let pid = rig.daemon.pid();
         let Ok(group) = &rig.memory else { return };
         group.take(pid);
         group.exhaust();
         group.release(pid);
-        look(rig);
+        watch(rig);
     }),
 ];
 
-const fn lying(name: &'static str, act: fn(&mut Rig, Meanwhile<'_>)) -> Fault {
+const fn lying(name: &'static str, act: fn(&mut Rig, Watch<'_>)) -> Fault {
     ends(name, "H3", On::Link, Ending::Faulted("device_clock"), 205, act)
 }
 
@@ -305,14 +305,14 @@ fn fake(rig: &mut Rig, fault: &str) {
     }
 }
 
-fn lie(rig: &mut Rig, lie: &str, look: Meanwhile<'_>) {
+fn lie(rig: &mut Rig, lie: &str, watch: Watch<'_>) {
     fake(rig, lie);
-    look(rig);
+    watch(rig);
     fake(rig, "honest");
 }
 
 /// Nobody reads what the daemon says, until nothing more fits; then it is stopped.
-fn block_log(rig: &mut Rig, look: Meanwhile<'_>) {
+fn block_log(rig: &mut Rig, watch: Watch<'_>) {
     let before = rig.output.bytes();
     rig.output.hold(true);
     let began = Instant::now();
@@ -325,7 +325,7 @@ fn block_log(rig: &mut Rig, look: Meanwhile<'_>) {
     while !rig.pull() {}
     rig.begin();
     rig.stop();
-    look(rig);
+    watch(rig);
     rig.output.hold(false);
     // What waited is read, and the daemon has not given its log up.
     while rig.output.bytes() == before {
@@ -335,7 +335,7 @@ fn block_log(rig: &mut Rig, look: Meanwhile<'_>) {
 }
 
 /// The disk is full: a scene is not saved, and a recording ends with what it has.
-fn fill_disk(rig: &mut Rig, look: Meanwhile<'_>) {
+fn fill_disk(rig: &mut Rig, watch: Watch<'_>) {
     let pid = rig.daemon.pid();
     let file = rig.disk.seen_by(pid).join("full.csv");
     // It says little, which its pipes hold.
@@ -350,7 +350,7 @@ fn fill_disk(rig: &mut Rig, look: Meanwhile<'_>) {
         replace: true,
     };
     let saved = rig.client.request::<SceneSaveReply>(save.clone());
-    look(rig);
+    watch(rig);
     let ended = until_some("the recording continues without a disk", || {
         recorder.try_wait().expect("it is ours")
     });
@@ -368,12 +368,12 @@ fn fill_disk(rig: &mut Rig, look: Meanwhile<'_>) {
 }
 
 /// The wall clock steps: entries of the journal show it, and nothing else does.
-fn step_clock(rig: &mut Rig, look: Meanwhile<'_>) {
+fn step_clock(rig: &mut Rig, watch: Watch<'_>) {
     for ahead_s in [3600_i32, -3600, 0] {
         let Ok(clock) = &rig.clock else { return };
         clock.set(ahead_s.into());
         let after = rig.newest_entry();
-        look(rig);
+        watch(rig);
         // The clients go on changing the scene, and what they changed before may be entered late.
         let began = Instant::now();
         loop {

@@ -233,7 +233,7 @@ impl Rendering<Plane> for PlanarRenderer {
             (Surface::Block(now), Surface::Block(was)) => {
                 let velocity = state.velocity;
                 let share = was.impedance() / now.impedance();
-                // As on a line: what a stiffer grip would make a kick of is taken off.
+                // As on one axis: the block is slowed where a stiffer coupling would raise the force.
                 if state.contact != Contact::Stuck && share < 1.0 {
                     state.velocity = state.device_velocity + (state.velocity - state.device_velocity) * share;
                 }
