@@ -8,14 +8,10 @@ mod series;
 mod spring;
 mod stiff;
 mod vector;
-mod velocity;
-mod workspace;
 
 pub use block::{IsotropicKarnopp, PlanarBlock, PlanarState};
 pub use renderer::PlanarRenderer;
-pub use vector::Plane;
-pub use velocity::PlanarEstimator;
-pub use workspace::Workspace;
+pub use vector::{PlanarEstimator, Plane, Workspace};
 
 #[cfg(test)]
 mod tests;

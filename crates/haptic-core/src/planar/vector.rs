@@ -1,11 +1,11 @@
-//! A point, a velocity or a force in the plane.
+//! A point, a velocity or a force in the plane, the estimator of a velocity there, and where force may flow.
 
 use super::renderer::PlanarRenderer;
-use super::velocity::PlanarEstimator;
-use super::workspace::Workspace;
 use crate::compensation::NoCompensator;
 use crate::math::{flush, sqrt};
+use crate::snapshot::Archive;
 use crate::vector::Vector;
+use crate::velocity::{Estimating, Estimator, Method};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A vector of the plane, in SI units.
@@ -187,5 +187,63 @@ impl Div<f64> for Plane {
     type Output = Self;
     fn div(self, divisor: f64) -> Self {
         Self::new(self.x / divisor, self.y / divisor)
+    }
+}
+
+/// Two estimators of velocity, one an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanarEstimator {
+    x: Estimator,
+    y: Estimator,
+}
+
+impl Estimating<Plane> for PlanarEstimator {
+    fn new(method: Method, period_s: f64, resolution_m: f64) -> Self {
+        let axis = Estimator::new(method, period_s, resolution_m);
+        Self { x: axis, y: axis }
+    }
+
+    fn reset(&mut self) {
+        self.x.reset();
+        self.y.reset();
+    }
+
+    fn update(&mut self, elapsed_s: f64, position: Plane) -> Plane {
+        Plane::new(
+            self.x.update(elapsed_s, position.x),
+            self.y.update(elapsed_s, position.y),
+        )
+    }
+
+    fn archive(&mut self, archive: &mut Archive<'_>) {
+        archive.part("velocity", |archive| self.x.archive(archive));
+        archive.part("velocity_y", |archive| self.y.archive(archive));
+    }
+}
+
+/// Where force may flow in the plane: a rectangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Workspace {
+    /// Its ends along x, m.
+    pub x_m: [f64; 2],
+    /// Its ends along y, m.
+    pub y_m: [f64; 2],
+}
+
+impl Workspace {
+    /// Whether a position, m, lies inside.
+    #[must_use]
+    pub fn contains(&self, position: Plane) -> bool {
+        let within = |[low, high]: [f64; 2], value: f64| (low..=high).contains(&value);
+        within(self.x_m, position.x) && within(self.y_m, position.y)
+    }
+
+    /// Its middle, m.
+    #[must_use]
+    pub fn middle(&self) -> Plane {
+        let middle = |[low, high]: [f64; 2]| 0.5 * (low + high);
+        Plane::new(middle(self.x_m), middle(self.y_m))
     }
 }
