@@ -1,9 +1,9 @@
 //! The fake rig as a device in this process.
 
 use super::hand::Hand;
+use super::mechanics::RigTime;
 use super::plant::{Plant, RigProperties};
 use super::pointer::Pointer;
-use super::rig_time::RigTime;
 use crate::device::{Device, DeviceBounds, DeviceError, Measurement, Written};
 
 /// A rig in the same process. It has no clock: between two reads it lives through the time that the

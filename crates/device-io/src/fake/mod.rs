@@ -17,7 +17,6 @@ mod plant;
 mod pointer;
 mod port;
 mod program;
-mod rig_time;
 
 pub use fake_rig::FakeRig;
 pub use fault::{Channel, Fault, Quality, TimedFault};

@@ -1,8 +1,8 @@
 //! A rig of two motors and the hand on it: a mass in the plane that an arm drags along a path. The motors' efforts
 //! become a force on the hand, and its position the motors' positions, through the rig's kinematics.
 
+use super::mechanics::{RigTime, sub_steps};
 use super::path::Path;
-use super::rig_time::{RigTime, sub_steps};
 use crate::kinematics::{Kinematics, Reading};
 use haptic_core::planar::Plane;
 

@@ -6,7 +6,7 @@
 //! carriage truly rests when it rests. Elementary functions are those of `libm`, the same on every machine.
 
 use super::hand::Hand;
-use super::rig_time::sub_steps;
+use super::mechanics::sub_steps;
 use std::f64::consts::TAU;
 
 /// Longest step of the integration, s.
