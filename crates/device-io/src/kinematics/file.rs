@@ -1,8 +1,8 @@
 //! The file that describes a rig's geometry, in TOML.
 
 use super::five_bar::FiveBar;
-use super::linear::Linear;
-use super::{Geometry, Kinematics, KinematicsProblem};
+use super::geometry::{Geometry, Linear};
+use super::{Kinematics, KinematicsProblem};
 use haptic_core::BoundError;
 use haptic_core::planar::Workspace;
 use serde::Deserialize;

@@ -12,26 +12,20 @@
 mod dual;
 mod file;
 mod five_bar;
+mod geometry;
 mod jacobian;
-mod linear;
 mod workspace;
 
-use dual::Dual;
-use five_bar::FiveBar;
+use geometry::{Geometry, Linear};
 use haptic_core::BoundError;
 use haptic_core::planar::Plane;
 pub use haptic_core::planar::Workspace;
 pub use jacobian::Jacobian;
-use linear::Linear;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 use workspace::Survey;
 pub use workspace::Worst;
-
-/// Least gain in the worst direction, as a share of the gain in the best, and of the length of a proximal link. A
-/// condition alone is not enough: elsewhere a five-bar has 3 mm a radian at a condition of 4.
-const MIN_GAIN: f64 = 0.25;
 
 /// The geometry of a rig, its workspace, and its home pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,12 +34,6 @@ pub struct Kinematics {
     workspace: Option<Workspace>,
     survey: Survey,
     home: Option<[f64; 2]>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Geometry {
-    Linear(Linear),
-    FiveBar(FiveBar),
 }
 
 /// A position of the hand, and the way that it moves with the motors there.
@@ -97,69 +85,6 @@ pub fn within_limits(efforts: [f64; 2], limits: [f64; 2]) -> ([f64; 2], bool) {
     // Without effort the share is infinite, or not a number, and shrinks nothing.
     let least = 1.0_f64.min(share(0)).min(share(1));
     (efforts.map(|effort| effort * least), least < 1.0)
-}
-
-impl Geometry {
-    fn are_rotary(&self) -> bool {
-        matches!(self, Self::FiveBar(_))
-    }
-
-    fn reading(&self, motors: [f64; 2]) -> Reading {
-        let motors = Dual::of_motors(motors);
-        let hand = match self {
-            Self::Linear(linear) => Some(linear.hand(motors)),
-            Self::FiveBar(five_bar) => five_bar.hand(motors),
-        };
-        let Some([x, y]) = hand else {
-            return Reading::CannotClose;
-        };
-        let pose = Pose {
-            position: Plane::new(x.value, y.value),
-            jacobian: Jacobian {
-                columns: [0, 1].map(|motor| Plane::new(x.slopes[motor], y.slopes[motor])),
-            },
-        };
-        if !(x.value.is_finite() && y.value.is_finite()) {
-            return Reading::CannotClose;
-        }
-        let (least, largest) = pose.jacobian.gains();
-        // A derivative that is not a number is not enough.
-        if least >= self.least_allowed_gain(largest) && largest.is_finite() {
-            Reading::Position(pose)
-        } else {
-            Reading::Singular(pose)
-        }
-    }
-
-    fn motors(&self, hand: Plane) -> Option<[f64; 2]> {
-        match self {
-            Self::Linear(linear) => Some(linear.motors(hand)),
-            Self::FiveBar(five_bar) => five_bar.motors(hand),
-        }
-    }
-
-    /// Whether the links close at motor angles, rad, with the elbows outside and the hand on the same side of the
-    /// motors as a place, m: swapped angles put it on the other.
-    fn closes(&self, motors: [f64; 2], place: Plane) -> bool {
-        let Some(pose) = self.reading(motors).pose() else {
-            return false;
-        };
-        let apart = |motor: usize, other: f64| 1.0 - libm::cos(motors[motor] - other);
-        // A ten-thousandth of a radian, in any turn.
-        pose.position.y * place.y >= 0.0
-            && self
-                .motors(pose.position)
-                .is_some_and(|[first, second]| apart(0, first).max(apart(1, second)) < 0.5e-8)
-    }
-
-    /// Least gain in the worst direction at which force may flow, by the gain in the best.
-    fn least_allowed_gain(&self, largest: f64) -> f64 {
-        let length = match self {
-            Self::Linear(_) => 0.0,
-            Self::FiveBar(five_bar) => five_bar.proximal_m,
-        };
-        MIN_GAIN * largest.max(length)
-    }
 }
 
 impl Kinematics {

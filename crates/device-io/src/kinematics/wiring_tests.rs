@@ -1,5 +1,6 @@
 //! Which motor carries the hand tells how motors and encoders are wired.
 
+use super::five_bar::FiveBar;
 use super::tests::{five_bar, pose};
 use super::*;
 use crate::fake::{Figure, Path, PlanarProperties, PlanarRig};
