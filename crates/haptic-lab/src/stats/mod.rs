@@ -15,11 +15,9 @@
 //! assert!((sequence.effective_amplitude_m - 0.3035).abs() < 1e-9);
 //! ```
 
-pub mod difficulty;
 mod error;
 pub mod exact;
 pub mod mean;
-pub mod proportion;
 pub mod psychometric;
 pub mod regression;
 pub mod staircase;

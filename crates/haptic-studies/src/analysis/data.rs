@@ -8,7 +8,7 @@ use super::tables::file;
 use crate::subject_table::{SUBJECT, SubjectTable};
 use crate::trial::Operator;
 use haptic_lab::drawing::Table;
-use haptic_lab::stats::proportion::share_interval;
+use haptic_lab::stats::mean::share_interval;
 
 /// A column: its name, and its cell of a row.
 type Column<T> = (&'static str, fn(&T) -> String);

@@ -6,7 +6,7 @@ use super::trajectories::Trajectory;
 use super::{Difference, FittsAnalysis, Refusal};
 use crate::trial::Operator;
 use haptic_lab::drawing::{Chart, Observation, Page, Table, Trace};
-use haptic_lab::stats::proportion::share_interval;
+use haptic_lab::stats::mean::share_interval;
 use std::collections::BTreeSet;
 
 /// Height of the smaller charts, px.

@@ -3,7 +3,7 @@
 use super::error::AnalysisError;
 use super::paper;
 use crate::trial::FittsTrial;
-use haptic_lab::stats::difficulty::index_of_difficulty;
+use haptic_lab::stats::throughput::index_of_difficulty;
 use std::collections::BTreeMap;
 
 /// A segment; its trials by their numbers.
