@@ -8,7 +8,7 @@ use crate::rt::handoff::{ControlSide, hand_over};
 use crate::rt::lateness::Lateness;
 use crate::rt::outbox::RECORDS;
 use crate::rt::privileges;
-use crate::rt::thread_settings::{Policy, ThreadSettings};
+use crate::rt::thread::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use device_io::Device;
 use device_io::kinematics::Kinematics;

@@ -6,7 +6,7 @@ use super::rig::{EngageRules, FrictionOptions, RigChoice};
 use super::source::Configuration;
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, default_cpu};
-use crate::rt::thread_settings::Policy;
+use crate::rt::thread::Policy;
 use device_boards::Address;
 use device_io::kinematics::Kinematics;
 

@@ -24,7 +24,6 @@ pub(crate) mod space;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod stall_tests;
 pub(crate) mod thread;
-pub(crate) mod thread_settings;
 pub(crate) mod tick;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod tick_budget_tests;

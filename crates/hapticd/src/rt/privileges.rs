@@ -4,7 +4,7 @@
 //! Whatever cannot be had is reported with the exact way to get it, and the loop runs without.
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
 
-use crate::rt::thread_settings::{Policy, ThreadSettings};
+use crate::rt::thread::{Policy, ThreadSettings};
 use crate::threads::block_signals;
 use haptic_ipc::{Problem, RealTimeStatus};
 use rustix::mm::{MlockAllFlags, mlockall};

@@ -13,7 +13,7 @@ use crate::rt::lateness::{LatePolicy, Lateness};
 use crate::rt::outbox::{RECORDS, TickRecord};
 use crate::rt::space::Space;
 use crate::rt::thread::{self, RunningLoop};
-use crate::rt::thread_settings::{Policy, ThreadSettings};
+use crate::rt::thread::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use crate::rt::tick::tests::servo;
 use device_io::fake::{
