@@ -63,11 +63,11 @@ describe() {
         ;;
     # Not its series, for which references are the judge.
     plane)
-        package=haptic-core files=(planar/{vector,workspace,renderer,spring,velocity}.rs) integration=physics
+        package=haptic-core files=(planar/{vector,renderer,spring}.rs) integration=physics
         tests=(planar_servo planar::{a_line,references,tests,without})
         ;;
     kinematics)
-        package=device-io files=(kinematics/{dual,five_bar,linear,mod,workspace}.rs link/planar_link.rs)
+        package=device-io files=(kinematics/{dual,five_bar,geometry,mod,workspace}.rs link/planar_link.rs)
         tests=(kinematics link::planar)
         ;;
     session)
@@ -78,9 +78,9 @@ describe() {
     # Without a property that takes a second for each (what breaks it, others see) and the count of instructions, which
     # the planted changes raise.
     rt)
-        package=hapticd files=(rt/{clock,inbox,lateness,outbox,schedule,shared,thread_settings,tick}.rs)
+        package=hapticd files=(rt/{clock,inbox,lateness,outbox,schedule,shared,tick}.rs)
         tests=(
-            rt::{clock,handoff,inbox,lateness,outbox,schedule,thread_settings,tick}
+            rt::{clock,handoff,inbox,lateness,outbox,schedule,tick}
             --skip force_stays_within --skip tick_budget
         )
         ;;
