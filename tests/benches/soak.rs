@@ -12,7 +12,7 @@ use system_tests::soak::{self, Options};
 /// otherwise. A busy machine fails nothing: missed periods are told, and a fault that it brings about itself is tried
 /// again.
 #[derive(Parser)]
-#[command(name = "soak.sh", max_term_width = 110)]
+#[command(name = "soak.sh", max_term_width = 80)]
 struct Arguments {
     #[command(flatten)]
     options: Options,

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 /// Controls a running hapticd: shows and changes how the rig feels.
 #[derive(Debug, Parser)]
-#[command(name = "haptic-ctl", version, max_term_width = 110, after_long_help = EXIT_CODES, disable_help_subcommand = true)]
+#[command(name = "haptic-ctl", version, max_term_width = 80, after_long_help = EXIT_CODES, disable_help_subcommand = true)]
 pub(crate) struct Arguments {
     /// Control socket [default: $HAPTICD_SOCKET, else the first hapticd/control.sock in the user's runtime directory,
     /// ~/.local/state and /run]

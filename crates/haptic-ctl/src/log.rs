@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 pub(crate) const HELP: &str = "\
 Examples:
   haptic-ctl log -n 5                        the newest 5 entries of the journal
-  haptic-ctl log -n 20 --follow              the newest 20, and then entries and states as they come
+  haptic-ctl log -n 20 --follow              the newest 20, then all that come
   haptic-ctl log --follow samples --rate 100  a table of samples
   haptic-ctl log --follow samples --rate all --json | head
 

@@ -15,7 +15,7 @@ use std::process::ExitCode;
 /// Faults are lines such as `loss 0.05` or `at 2.5 hang-up 0.3`, from --fault, from a script, or on
 /// standard input while it runs. There `force` prints the motor's force, and `quit` ends the program.
 #[derive(Debug, Parser)]
-#[command(name = "fake-board", version, max_term_width = 110)]
+#[command(name = "fake-board", version, max_term_width = 80)]
 struct Options {
     /// Kind of board
     kind: BoardKind,

@@ -25,7 +25,7 @@ also after a crash.
 Data of a simulated operator (operator = simulated in each row) say nothing about people.
 
 Example:
-  haptic-ctl study run perception --operator simulated --subjects 2 --seed 1 --out study";
+  haptic-ctl study run perception --operator simulated --subjects 2 --out study";
 
 /// Who takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

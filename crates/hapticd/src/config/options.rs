@@ -19,7 +19,7 @@ use std::str::FromStr;
 /// A pinned real-time thread renders the block; haptic-ctl and haptic-gui control it over the
 /// control socket. Try it without hardware: `hapticd --demo`.
 #[derive(Clone, Debug, Default, PartialEq, Parser, Deserialize)]
-#[command(name = "hapticd", version, max_term_width = 110)]
+#[command(name = "hapticd", version, max_term_width = 80)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 pub(crate) struct Options {
     /// TOML file of options, named as here without the dashes: `rate = 2000`. The command line wins

@@ -24,7 +24,7 @@ use std::time::Duration;
 /// It speaks the link protocol as a microcontroller does. Faults are lines such as `loss 0.05` or
 /// `at 2.5 hang-up 0.3`, from --fault, from a script, or on standard input while it runs.
 #[derive(Debug, Parser)]
-#[command(name = "fake-rig", version, max_term_width = 110)]
+#[command(name = "fake-rig", version, max_term_width = 80)]
 struct Options {
     #[command(flatten)]
     place: PlaceOptions,
