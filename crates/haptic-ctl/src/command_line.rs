@@ -57,11 +57,11 @@ not_comparable, no_device and cannot_write (1). docs/reference/exit-codes.md has
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Show the state of the rig, the scene, the device and the real-time thread
+    /// Show the state of the rig, scene, device and real-time thread
     Status,
     /// Show the rig live, with keys to stop, engage and release it
     Top,
-    /// Show the parameters of a scene or law: units, ranges, what each feels like
+    /// Show the parameters of a scene or law: units, ranges, feel
     Describe(describe::Arguments),
     /// Show the active scene, or another
     Get(get::Arguments),
@@ -78,7 +78,7 @@ pub(crate) enum Command {
     /// Change the scene at given ticks, by a list in a file
     #[command(after_help = schedule::HELP)]
     Schedule(schedule::Arguments),
-    /// Show who changed what, and when; with --follow states and samples live
+    /// Show who changed what and when; --follow shows states and samples
     #[command(after_help = log::HELP)]
     Log(log::Arguments),
     /// Ramp the force up
@@ -96,7 +96,7 @@ pub(crate) enum Command {
     /// Reload the limits from the configuration; force flows on
     #[command(after_help = drive::RELOAD_HELP)]
     Reload,
-    /// Find and store the rig's direction, range and friction by small pulses
+    /// Find the rig's direction, range and friction by small pulses
     ///
     /// A rig engages only after that.
     #[command(after_help = commission::HELP)]
@@ -116,7 +116,7 @@ pub(crate) enum Command {
     /// Show, repair, convert and cut recordings; needs no daemon
     #[command(subcommand)]
     Recording(recording::Command),
-    /// Recompute a recording's forces and compare them bit by bit; needs no daemon
+    /// Recompute a recording's forces bit by bit; needs no daemon
     #[command(after_help = replay::HELP)]
     Replay(replay::Arguments),
     /// Show how well the loop keeps time
@@ -127,7 +127,7 @@ pub(crate) enum Command {
     /// List the devices that are plugged in; needs no daemon
     #[command(after_help = "Example:\n  haptic-ctl devices --probe serial:/dev/ttyACM0")]
     Devices(devices::Arguments),
-    /// Check everything between you and the rig, with a fix for each problem
+    /// Check everything between you and the rig, and name the fixes
     ///
     /// Needs no daemon.
     Doctor,
@@ -138,7 +138,7 @@ pub(crate) enum Command {
     Simulate(simulate::Arguments),
     /// Measure cost and error of each scheme, on easy and hard scenes
     Accuracy(accuracy::Arguments),
-    /// Compare a recording of a rendered surface with a record of the real one
+    /// Compare the recording of a rendered surface with the real one
     #[command(after_help = compare::HELP)]
     Compare(compare::Arguments),
     /// Simulate a lab's record of a surface
