@@ -39,8 +39,17 @@ pub struct Identification {
     /// What was found.
     pub found: Identified,
     even: Even,
+    left: Left,
+}
+
+/// What a fit leaves beside its values.
+#[derive(Debug, Default)]
+struct Left {
     /// The path along which a law that gives way was fitted.
     path: Option<Path>,
+    /// The middle sample of each window, and the force under it that the fit does not explain, N. Their root mean square
+    /// is [`Identified::residual_rms_n`]; none where nothing was fitted.
+    residual: Vec<(usize, f64)>,
 }
 
 /// Identifies a record.
@@ -74,7 +83,7 @@ pub fn identify_with_progress(
     if let Some(drift) = &drift {
         even = Even::new(&without_drift(record, drift.ppm));
     }
-    let (mut found, path) = identify_on_steady_clocks(&even, options, progress)?;
+    let (mut found, left) = identify_on_steady_clocks(&even, options, progress)?;
     if options.clocks == Clocks::OneFile {
         found.notes.extend(other_shift(&even, options, found.mass_kg));
     }
@@ -87,7 +96,7 @@ pub fn identify_with_progress(
             interval[0], interval[1]
         ));
     }
-    Ok(Identification { found, even, path })
+    Ok(Identification { found, even, left })
 }
 
 /// What a shift of the clocks would change that fits better than none.
@@ -118,10 +127,10 @@ fn identify_on_steady_clocks(
     even: &Even,
     options: &Options,
     progress: &mut Progress<'_>,
-) -> Result<(Identified, Option<Path>), IdentifyError> {
+) -> Result<(Identified, Left), IdentifyError> {
     progress.at(0.0)?;
     match options.model {
-        ModelKind::Karnopp => Ok((karnopp::identify(even, options), None)),
+        ModelKind::Karnopp => Ok(karnopp::identify(even, options)),
         ModelKind::Dahl | ModelKind::Lugre => presliding::identify(even, options, progress),
         ModelKind::Auto => {
             let choice = choose::choose(even, options, &mut progress.part(0.0, CHOICE_SHARE))?;
@@ -129,9 +138,9 @@ fn identify_on_steady_clocks(
                 model: choice.model,
                 ..options.clone()
             };
-            let (mut found, path) = identify_on_steady_clocks(even, &options, &mut progress.part(CHOICE_SHARE, 1.0))?;
+            let (mut found, left) = identify_on_steady_clocks(even, &options, &mut progress.part(CHOICE_SHARE, 1.0))?;
             found.chosen_because = Some(choice.because);
-            Ok((found, path))
+            Ok((found, left))
         }
     }
 }

@@ -21,6 +21,7 @@ mod statics;
 pub(super) use motion::Motion;
 pub(super) use problem::{CALIBRATION_SHARE, SAMPLING_SHARE};
 
+use super::Left;
 use super::grid::Even;
 use super::options::{Clocks, Directions, Options};
 use super::result::{Identified, Interval, ModelKind};
@@ -51,7 +52,7 @@ pub(super) const ALIKE: &str = "friction is taken as alike in both directions; a
                                 look the same. Where the sensor's zero is known, give the offset";
 
 /// Identifies a record.
-pub(super) fn identify(even: &Even, options: &Options) -> Identified {
+pub(super) fn identify(even: &Even, options: &Options) -> (Identified, Left) {
     let grid = &even.grid;
     let mut found = Identified::empty(ModelKind::Karnopp);
     found.notes.clone_from(&grid.notes);
@@ -61,7 +62,7 @@ pub(super) fn identify(even: &Even, options: &Options) -> Identified {
         Ok(shape) => shape,
         Err(reason) => {
             refusal::refuse_all(&mut found, options, &reason);
-            return found;
+            return (found, Left::default());
         }
     };
     match put_on_one_clock(&mut problem, options, shape) {
@@ -69,7 +70,7 @@ pub(super) fn identify(even: &Even, options: &Options) -> Identified {
         Err(reason) => {
             refusal::refuse_shift(&mut found, &reason);
             refusal::refuse_all(&mut found, options, &reason);
-            return found;
+            return (found, Left::default());
         }
     }
     let slides = problem::choose_window(&problem, shape)
@@ -78,7 +79,7 @@ pub(super) fn identify(even: &Even, options: &Options) -> Identified {
         Ok(slides) => slides,
         Err(unfit) => {
             refusal::refuse_all(&mut found, options, &refusal::reason(&unfit, &problem));
-            return found;
+            return (found, Left::default());
         }
     };
     let slides = place::explained(&problem, slides, &mut found);
@@ -98,7 +99,9 @@ pub(super) fn identify(even: &Even, options: &Options) -> Identified {
     refusal::refuse_beside_offset(&mut found, &slides, options);
     refusal::floor_forces(&mut found);
     place::note_assumptions(&problem, &slides, &mut found);
-    found
+    let middles = slides.rows.rows.iter().map(|row| row.at);
+    let residual = middles.zip(slides.fit.found.residuals.iter().copied()).collect();
+    (found, Left { path: None, residual })
 }
 
 /// The shift that a delay of one of the columns would have, s, its interval, and the mass with it, kg; `None` where the

@@ -20,6 +20,7 @@ pub(super) use fit::{Estimate, Fit};
 pub(super) use laws::PathLaw;
 pub(super) use path::Path;
 
+use super::Left;
 use super::bootstrap::{Spread, World};
 use super::grid::Even;
 use super::karnopp;
@@ -59,7 +60,7 @@ pub(super) struct Found {
 /// Why there is none, and what to record instead.
 type NoFit = (String, &'static str);
 
-/// Identifies Dahl's law or LuGre's, and the path along which it was fitted.
+/// Identifies Dahl's law or LuGre's.
 ///
 /// # Errors
 /// The caller cancels.
@@ -67,7 +68,7 @@ pub(super) fn identify(
     even: &Even,
     options: &Options,
     progress: &mut Progress<'_>,
-) -> Result<(Identified, Option<Path>), IdentifyError> {
+) -> Result<(Identified, Left), IdentifyError> {
     let law = if options.model == ModelKind::Lugre {
         PathLaw::Lugre
     } else {
@@ -76,7 +77,13 @@ pub(super) fn identify(
     match find(even, law, options) {
         Ok(best) => {
             let found = report(&best, options, &mut progress.part(FIT_SHARE, 1.0))?;
-            Ok((found, Some(best.prepared.path)))
+            let rows = &best.prepared.rows;
+            let residual = best.fit.residual.iter().enumerate();
+            let left = Left {
+                residual: residual.map(|(row, left)| (rows.middle(row), *left)).collect(),
+                path: Some(best.prepared.path),
+            };
+            Ok((found, left))
         }
         Err((reason, instead)) => {
             let assumed = Assumptions::of(options, true);
@@ -84,7 +91,7 @@ pub(super) fn identify(
             for quantity in Quantity::of(law, &assumed) {
                 found.refuse(Refusal::new(quantity.parameter(), &reason, instead));
             }
-            Ok((found, None))
+            Ok((found, Left::default()))
         }
     }
 }

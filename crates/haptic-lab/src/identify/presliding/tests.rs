@@ -5,7 +5,8 @@ use crate::identify::presliding::Path;
 use crate::identify::study::cases::{Case, DAHL, LUGRE, cases, half_a_kilogram};
 use crate::identify::study::{Experiment, Judgement, Movement, Sensors};
 use crate::identify::{
-    Clocks, Identification, Identified, IdentifyError, ModelKind, Options, Record, identify, identify_with_progress,
+    Clocks, Identification, Identified, IdentifyError, Left, ModelKind, Options, Record, identify,
+    identify_with_progress,
 };
 use fastrand::Rng;
 use haptic_core::friction::{Dahl, Friction};
@@ -354,7 +355,10 @@ fn neither_force_is_drawn_across_a_gap() {
         let even = Even::new(&record);
         let identification = Identification {
             found: Identified { model, ..found.clone() },
-            path: Path::new(&even, 0.0),
+            left: Left {
+                path: Path::new(&even, 0.0),
+                residual: Vec::new(),
+            },
             even,
         };
         let (even, force) = identification.fitted();
