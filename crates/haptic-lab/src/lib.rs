@@ -6,6 +6,7 @@ pub mod accuracy;
 pub mod compare;
 pub mod cost;
 pub mod drawing;
+mod gaps;
 pub mod identify;
 pub mod motion;
 pub mod replay;

@@ -16,6 +16,7 @@ pub use error::{CompareError, Side};
 pub use levels::{Level, Levels};
 pub use plot::{page, summary, table};
 
+use crate::gaps;
 use crate::identify::{Interval, Record};
 use align::Alignment;
 use clocks::AlignedRecords;
@@ -135,7 +136,7 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
     };
     comparison.mass_kg = options.mass_kg;
     for (side, record) in [(Side::Real, real), (Side::Rendered, rendered)] {
-        comparison.notes.extend(gaps(side, record));
+        comparison.notes.extend(note_on_gaps(side, record));
     }
     if options.align.is_none() && !is_same {
         comparison.notes.push(format!(
@@ -183,16 +184,9 @@ fn note_clocks(comparison: &mut Comparison, aligned: &AlignedRecords) {
 }
 
 /// Says where samples are missing.
-fn gaps(side: Side, record: &Record) -> Option<String> {
-    let longest_s = 1.5 * median_period_s(record.t_s.iter().copied());
-    let steps = record.t_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let gaps = steps.filter(|step_s| *step_s > longest_s).count();
-    (gaps > 0).then(|| {
-        format!(
-            "gaps in the {side} record: {gaps}; where more than one sample is missing, they are bridged for the alignment \
-             alone"
-        )
-    })
+fn note_on_gaps(side: Side, record: &Record) -> Option<String> {
+    let gaps = gaps::gaps(&record.t_s).count();
+    (gaps > 0).then(|| format!("gaps in the {side} record: {gaps}, bridged for the alignment alone"))
 }
 
 fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Comparison {

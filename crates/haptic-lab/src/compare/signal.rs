@@ -1,7 +1,8 @@
 //! A record at even times, with the velocity and acceleration of its positions.
 
 use super::error::{CompareError, Side};
-use crate::identify::{GAP_PERIODS, Record};
+use crate::gaps::in_gaps;
+use crate::identify::Record;
 use crate::smoothing::{HALF_WINDOW_S, encoder_step, less_inertia, velocity};
 use haptic_motion::median::extent;
 
@@ -23,7 +24,7 @@ pub(super) struct Signal {
     pub(super) force_n: Vec<f64>,
     /// Force, less inertia where the mass is known, N.
     pub(super) friction_n: Vec<f64>,
-    /// Whether it says nothing of the surface: it, or one that its velocity is taken from, lies in a gap of the record.
+    /// Whether it says nothing of the surface: it lies in a gap of the record, or its velocity reaches into one.
     pub(super) is_in_gap: Vec<bool>,
 }
 
@@ -66,7 +67,7 @@ impl Signal {
             });
         }
         Ok(Self {
-            is_in_gap: in_gaps(&record.t_s, (0..count).map(times), period_s),
+            is_in_gap: in_gaps(&record.t_s, (0..count).map(times), HALF_WINDOW_S.max(2.0 * period_s)),
             start_s,
             period_s,
             step_m,
@@ -185,19 +186,6 @@ fn resampled(t_s: &[f64], values: &[f64], times: impl Iterator<Item = f64>) -> V
             let (from, to) = (after - 1, after);
             let share = ((t - t_s[from]) / (t_s[to] - t_s[from])).clamp(0.0, 1.0);
             values[from] + share * (values[to] - values[from])
-        })
-        .collect()
-}
-
-/// Which of the even times lie between samples that are far apart, or so near that a velocity is of both.
-fn in_gaps(t_s: &[f64], times: impl Iterator<Item = f64>, period_s: f64) -> Vec<bool> {
-    let beside_s = HALF_WINDOW_S.max(2.0 * period_s);
-    let gaps = t_s.windows(2).filter(|pair| pair[1] - pair[0] > GAP_PERIODS * period_s);
-    let mut gaps = gaps.map(|pair| (pair[0] - beside_s, pair[1] + beside_s)).peekable();
-    times
-        .map(|t| {
-            while gaps.next_if(|(_, end_s)| *end_s < t).is_some() {}
-            gaps.peek().is_some_and(|(begin_s, _)| *begin_s <= t)
         })
         .collect()
 }

@@ -3,15 +3,10 @@
 
 use super::karnopp::Motion;
 use super::options::Record;
+use crate::gaps::{self, SAME_SHARE, in_gaps};
 use crate::smoothing::{encoder_step, white_noise, whole};
 use haptic_motion::median::extent;
 use std::cell::OnceCell;
-
-/// A grid point farther than this from a sample of the record, in periods, lies in a gap.
-pub(crate) const GAP_PERIODS: f64 = 2.5;
-
-/// Samples whose times are even to this share of a period are taken as they are.
-const EVEN_SHARE: f64 = 1e-3;
 
 /// Standard deviations by which a single force must lie beyond both of its neighbours to be a glitch, where that is
 /// also more than half of what nine tenths of the forces span: at a low rate a breakaway is a single sample, too.
@@ -88,7 +83,7 @@ impl Grid {
         let is_even = t
             .iter()
             .enumerate()
-            .all(|(index, t_s)| (t_s - start_s - index as f64 * period_s).abs() <= EVEN_SHARE * period_s);
+            .all(|(index, t_s)| (t_s - start_s - index as f64 * period_s).abs() <= SAME_SHARE * period_s);
         let mut grid = if is_even {
             Self {
                 period_s,
@@ -120,13 +115,13 @@ impl Grid {
             position_m: Vec::with_capacity(count),
             force_n: Vec::with_capacity(count),
             is_valid: Vec::new(),
-            is_in_gap: Vec::with_capacity(count),
+            is_in_gap: Vec::new(),
             notes: Vec::new(),
             saturated_share: 0.0,
         };
+        let times = || (0..count).map(|index| start_s + index as f64 * period_s);
         let mut left = 0;
-        for index in 0..count {
-            let at = start_s + index as f64 * period_s;
+        for at in times() {
             while left + 2 < t.len() && t[left + 1] <= at {
                 left += 1;
             }
@@ -135,25 +130,19 @@ impl Grid {
             let f = &record.force_n;
             grid.force_n.push(f[left] + share * (f[left + 1] - f[left]));
             grid.position_m.push(cubic(t, &record.position_m, left, at));
-            grid.is_in_gap.push(width > GAP_PERIODS * period_s);
         }
+        grid.is_in_gap = in_gaps(t, times(), 0.0);
         grid.is_valid = grid.is_in_gap.iter().map(|is_in_gap| !is_in_gap).collect();
-        let gaps: Vec<f64> = t
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .filter(|width| *width > GAP_PERIODS * period_s)
-            .collect();
+        let gaps: Vec<f64> = gaps::gaps(t).map(|[before, after]| after - before).collect();
         if !gaps.is_empty() {
             grid.notes.push(format!(
-                "{} gaps, {:.3} s in all; the samples beside them are left out",
+                "{} gaps, {:.3} s in all, are left out",
                 gaps.len(),
                 gaps.iter().sum::<f64>()
             ));
         }
-        let jitter = t
-            .windows(2)
-            .map(|pair| (pair[1] - pair[0] - period_s).abs())
-            .filter(|jitter| *jitter < (GAP_PERIODS - 1.0) * period_s)
+        let jitter = steps_without_gaps(t)
+            .map(|step_s| (step_s - period_s).abs())
             .fold(0.0, f64::max);
         grid.notes.push(format!(
             "uneven times, up to {:.2} ms from the period of {:.3} ms: resampled",
@@ -258,12 +247,17 @@ fn is_stepwise(force_n: &[f64]) -> bool {
     between.len() as f64 <= MIN_BETWEEN * force_n.len() as f64 || held as f64 > MAX_HELD * between.len() as f64
 }
 
+/// The times between samples without the gaps, s.
+fn steps_without_gaps(t_s: &[f64]) -> impl Iterator<Item = f64> {
+    let longest_s = gaps::longest_step_s(t_s);
+    let steps = t_s.array_windows().map(|[before, after]| after - before);
+    steps.filter(move |step_s| *step_s <= longest_s)
+}
+
 /// The mean time between samples without the gaps, s.
 fn mean_period_s(t_s: &[f64]) -> f64 {
-    let mut periods: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mut periods: Vec<f64> = steps_without_gaps(t_s).collect();
     periods.sort_unstable_by(f64::total_cmp);
-    let longest = GAP_PERIODS * periods[periods.len() / 2];
-    periods.retain(|period| *period <= longest);
     periods.iter().sum::<f64>() / periods.len() as f64
 }
 

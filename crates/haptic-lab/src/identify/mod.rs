@@ -23,7 +23,6 @@ pub mod rig_itself;
 mod sensor;
 pub mod study;
 
-pub(crate) use grid::GAP_PERIODS;
 pub use options::{Clocks, Directions, IdentifyError, Options, Record};
 pub use result::{FoundValue, Identified, IdentifiedScene, Interval, ModelKind, Refusal, in_words};
 

@@ -107,10 +107,7 @@ fn plots(record: &Record, identified: &Identified, fitted_force: &[f64], residua
         of_velocity = of_velocity.with(Trace::line("fitted while sliding", law));
     }
     let title = match identified.residual_window_s {
-        Some(window_s) => format!(
-            "Measured less fitted, under each window of {:.0} ms",
-            1e3 * window_s
-        ),
+        Some(window_s) => format!("Measured less fitted, under each window of {:.0} ms", 1e3 * window_s),
         None => "Measured less fitted".to_owned(),
     };
     let fitted_name = format!("fitted, accelerations over {:.0} ms", 2e3 * half_s(period_s));
@@ -180,7 +177,12 @@ mod tests {
             viscous_ns_per_m: Some(Directional::both(3.0)),
             ..Identified::empty(ModelKind::Karnopp)
         };
-        let charts = plots(&record, &identified, &record.force_n, Trace::dots("residual", Vec::new()));
+        let charts = plots(
+            &record,
+            &identified,
+            &record.force_n,
+            Trace::dots("residual", Vec::new()),
+        );
         let [data, law] = &charts[0].traces[..] else {
             panic!("{:?}", charts[0].title)
         };
@@ -197,8 +199,8 @@ mod tests {
     /// The rms of what is drawn as residual, and the one that is printed, N.
     fn drawn_and_printed_n(experiment: &Experiment, model: ModelKind) -> (f64, f64) {
         let record = experiment.record(3).expect("the scene is sound");
-        let identification =
-            identify_with_progress(&record, &Options::new(model), &mut |_| ControlFlow::Continue(())).expect("a record");
+        let identification = identify_with_progress(&record, &Options::new(model), &mut |_| ControlFlow::Continue(()))
+            .expect("a record");
         let charts = identification.plots();
         let drawn = charts[3].traces[0].points.iter().map(|point| point[1]);
         let drawn: Vec<f64> = drawn.filter(|left| left.is_finite()).collect();
@@ -214,7 +216,12 @@ mod tests {
         });
         for (friction, model, movements, noises) in [
             (karnopp, ModelKind::Karnopp, None, &[0.0, 0.01, 0.1, 1.0][..]),
-            (Friction::Dahl(cases::DAHL), ModelKind::Dahl, Some([STROKES]), &[0.0, 0.1]),
+            (
+                Friction::Dahl(cases::DAHL),
+                ModelKind::Dahl,
+                Some([STROKES]),
+                &[0.0, 0.1],
+            ),
         ] {
             for (&force_noise_n, resolution_m) in noises.iter().flat_map(|noise| [(noise, 0.0), (noise, 1e-5)]) {
                 let mut experiment = Experiment::thorough(cases::half_a_kilogram(friction));

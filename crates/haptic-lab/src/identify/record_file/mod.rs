@@ -15,9 +15,8 @@
 
 mod from_recording;
 
-use super::grid::GAP_PERIODS;
 use super::options::Record;
-use haptic_motion::median::median_period_s;
+use crate::gaps::in_gaps;
 use haptic_motion::table::{self, Columns, Quantity, Table, TableError, TableOptions};
 use haptic_motion::{Opened, Place};
 use haptic_recording::Recording;
@@ -188,14 +187,14 @@ fn of_tables(source: &Source, file: Opened) -> Result<Loaded, RecordFileError> {
     let is_common: Vec<bool> = table.t_s.iter().map(|t| (begin..=end).contains(t)).collect();
     table.retain(&is_common);
     table.notes.append(&mut forces.notes);
-    let has_force = outside_gaps(&table.t_s, &forces.t_s);
-    let lacking = has_force.iter().filter(|has_force| !**has_force).count();
+    let is_in_gap = in_gaps(&forces.t_s, table.t_s.iter().copied(), 0.0);
+    let lacking = is_in_gap.iter().filter(|is_in_gap| **is_in_gap).count();
     if lacking > 0 {
         table.notes.push(format!(
             "{lacking} rows lie in gaps of {}: left out",
             force_path.display()
         ));
-        table.retain(&has_force);
+        table.retain(&is_in_gap.iter().map(|is_in_gap| !is_in_gap).collect::<Vec<bool>>());
     }
     let force_n = at_times(&table.t_s, &forces.t_s, &forces.values[0]);
     Ok(loaded(table, force_n))
@@ -222,19 +221,6 @@ fn common(a: &[f64], b: &[f64]) -> (f64, f64) {
     let of = |t: &[f64]| (t.first().copied().unwrap_or(0.0), t.last().copied().unwrap_or(0.0));
     let ((a_begin, a_end), (b_begin, b_end)) = (of(a), of(b));
     (a_begin.max(b_begin), a_end.min(b_end))
-}
-
-/// Which times lie on samples at `t_s`, or between two of them that are not farther apart than those around a gap.
-fn outside_gaps(times: &[f64], t_s: &[f64]) -> Vec<bool> {
-    let longest_s = GAP_PERIODS * median_period_s(t_s.iter().copied());
-    let is_near = |t: &f64| {
-        let before = t_s.partition_point(|other| other <= t).checked_sub(1);
-        let after = t_s.get(t_s.partition_point(|other| other < t));
-        before
-            .zip(after)
-            .is_some_and(|(before, after)| after - t_s[before] <= longest_s)
-    };
-    times.iter().map(is_near).collect()
 }
 
 /// Values at other times. Where several lie between two of those, their mean: a faster recorder's noise is
