@@ -8,6 +8,7 @@ use crate::simulate::{ContactChange, Row, Simulation, Start, TickCost, simulate,
 use haptic_core::block::Contact;
 use haptic_core::friction::Friction;
 use haptic_core::{Scene, SceneError, Scheme};
+use haptic_motion::median::median;
 
 /// A law under a hand, behind a block or on the device.
 #[derive(Clone, Debug)]
@@ -297,11 +298,10 @@ impl Tally {
     }
 
     fn into_errors(mut self, rest: ForceErrors) -> ForceErrors {
-        self.counted.sort_unstable_by(f64::total_cmp);
         ForceErrors {
             ticks: self.counted.len(),
-            median_n: self.counted.get(self.counted.len() / 2).copied().unwrap_or(0.0),
-            worst_n: self.counted.last().copied().unwrap_or(0.0),
+            median_n: median(&mut self.counted).unwrap_or(0.0),
+            worst_n: self.counted.iter().copied().fold(0.0, f64::max),
             at_bound: self.at_bound,
             at_bound_worst_n: self.at_bound_worst_n,
             ..rest

@@ -18,6 +18,7 @@ pub use plot::{page, summary, table};
 
 use crate::gaps;
 use crate::identify::{Interval, Record};
+use crate::stats::mean::rms;
 use align::Alignment;
 use clocks::AlignedRecords;
 use error::MIN_AGREEMENT;
@@ -211,9 +212,9 @@ fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Compariso
         position_agreement: alignment.agreement,
         overlap_s: real.length_s(),
         mass_kg: None,
-        force_rms_difference_n: rms(&differences),
+        force_rms_difference_n: rms(differences.iter().copied()),
         force_peak_difference_n: peak(&differences),
-        force_rms_n: rms(&outside().map(|index| real.force_n[index]).collect::<Vec<_>>()),
+        force_rms_n: rms(outside().map(|index| real.force_n[index])),
         sliding_force_n: sliding,
         breakaway_force_n: breakaway,
         notes: Vec::new(),
@@ -252,9 +253,9 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
         position_agreement: alignment.agreement,
         overlap_s: real.length_s().min(rendered.length_s()),
         mass_kg: None,
-        force_rms_difference_n: rms(&differences),
+        force_rms_difference_n: rms(differences.iter().copied()),
         force_peak_difference_n: peak(&differences),
-        force_rms_n: rms(&real.outside_gaps(&real.force_n).collect::<Vec<_>>()),
+        force_rms_n: rms(real.outside_gaps(&real.force_n)),
         sliding_force_n: levels::sliding_at_common_speeds(&curve),
         breakaway_force_n: levels::breakaway(real, rendered),
         notes: Vec::new(),
@@ -268,11 +269,6 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
             rendered: rendered.course(&rendered.is_in_gap),
         },
     })
-}
-
-#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// The value of the largest size, with its sign.

@@ -3,6 +3,7 @@
 use super::error::{CompareError, Side};
 use crate::gaps::in_gaps;
 use crate::identify::Record;
+use crate::interpolation::between;
 use crate::smoothing::{HALF_WINDOW_S, encoder_step, less_inertia, velocity};
 use haptic_motion::median::extent;
 
@@ -183,9 +184,9 @@ fn resampled(t_s: &[f64], values: &[f64], times: impl Iterator<Item = f64>) -> V
             while after + 1 < t_s.len() && t_s[after] < t {
                 after += 1;
             }
-            let (from, to) = (after - 1, after);
-            let share = ((t - t_s[from]) / (t_s[to] - t_s[from])).clamp(0.0, 1.0);
-            values[from] + share * (values[to] - values[from])
+            let from = after - 1;
+            let share = (t - t_s[from]) / (t_s[after] - t_s[from]);
+            between(values, (from, share.clamp(0.0, 1.0)))
         })
         .collect()
 }

@@ -58,11 +58,7 @@ impl Scale {
 
 /// The extent of values, with a margin. Values that are not finite do not count.
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
+    let (low, high) = haptic_motion::median::extent(values.filter(|value| value.is_finite()));
     if low > high {
         return (0.0, 1.0);
     }

@@ -9,6 +9,7 @@
 use super::options::Record;
 use super::result::Interval;
 use super::sensor::{counted, noise, samples_in};
+use crate::stats::mean::{deviation, mean};
 use fastrand::Rng;
 
 /// Length of the pieces of the residual that keep their place and get a sign by chance (Wu 1986), s: longer than noise
@@ -76,13 +77,10 @@ impl Spread {
         if fits < 10 {
             return None;
         }
-        let count = fits as f64;
-        let mean = |at: usize| estimates.iter().map(|estimate| estimate[at]).sum::<f64>() / count;
         let (bias, deviation) = (0..truth.len())
             .map(|at| {
-                let mean = mean(at);
-                let squares: f64 = estimates.iter().map(|estimate| (estimate[at] - mean).powi(2)).sum();
-                (mean - truth[at], (squares / (count - 1.0)).sqrt())
+                let values: Vec<f64> = estimates.iter().map(|estimate| estimate[at]).collect();
+                (mean(&values) - truth[at], deviation(&values))
             })
             .unzip();
         Some(Self { bias, deviation, fits })

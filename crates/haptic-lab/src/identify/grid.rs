@@ -4,8 +4,9 @@
 use super::karnopp::Motion;
 use super::options::Record;
 use crate::gaps::{self, SAME_SHARE, in_gaps};
+use crate::interpolation::{between, places};
 use crate::smoothing::{encoder_step, white_noise, whole};
-use haptic_motion::median::extent;
+use haptic_motion::median::{extent, span_of_nine_tenths};
 use std::cell::OnceCell;
 
 /// Standard deviations by which a single force must lie beyond both of its neighbours to be a glitch, where that is
@@ -120,16 +121,9 @@ impl Grid {
             saturated_share: 0.0,
         };
         let times = || (0..count).map(|index| start_s + index as f64 * period_s);
-        let mut left = 0;
-        for at in times() {
-            while left + 2 < t.len() && t[left + 1] <= at {
-                left += 1;
-            }
-            let width = t[left + 1] - t[left];
-            let share = ((at - t[left]) / width).clamp(0.0, 1.0);
-            let f = &record.force_n;
-            grid.force_n.push(f[left] + share * (f[left + 1] - f[left]));
-            grid.position_m.push(cubic(t, &record.position_m, left, at));
+        for (at, place) in times().zip(places(t, times())) {
+            grid.force_n.push(between(&record.force_n, place));
+            grid.position_m.push(cubic(t, &record.position_m, place.0, at));
         }
         grid.is_in_gap = in_gaps(t, times(), 0.0);
         grid.is_valid = grid.is_in_gap.iter().map(|is_in_gap| !is_in_gap).collect();
@@ -154,9 +148,7 @@ impl Grid {
 
     /// Puts single forces far from both neighbours between them: a glitch of the sensor or its wire.
     fn remove_glitches(&mut self) {
-        let mut sorted = self.force_n.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let half_span = 0.5 * (sorted[sorted.len() * 19 / 20] - sorted[sorted.len() / 20]);
+        let half_span = 0.5 * span_of_nine_tenths(&self.force_n);
         let limit = half_span.max(GLITCH_DEVIATIONS * white_noise(&self.force_n, &self.is_valid));
         let mut glitches = 0_u64;
         for at in 1..self.len() - 1 {
@@ -228,8 +220,7 @@ impl Grid {
                 let place = index as f64 / last as f64 - 0.5;
                 let at = (index as f64 + shift + growth * place).clamp(0.0, last as f64);
                 let left = whole(at).min(last - 1);
-                let share = at - left as f64;
-                self.force_n[left] + share * (self.force_n[left + 1] - self.force_n[left])
+                between(&self.force_n, (left, at - left as f64))
             })
             .collect()
     }

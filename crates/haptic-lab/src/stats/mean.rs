@@ -32,6 +32,14 @@ pub fn deviation(values: &[f64]) -> f64 {
     (squares / (values.len() as f64 - 1.0)).sqrt()
 }
 
+/// The root mean square; 0 where there are no values.
+pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (square, count) = values.into_iter().fold((0.0, 0_u32), |(square, count), value| {
+        (square + value * value, count + 1)
+    });
+    (square / f64::from(count.max(1))).sqrt()
+}
+
 /// Student's t that a share of [`CONFIDENCE`] does not exceed in size; not a number without a degree of freedom.
 #[must_use]
 pub fn student_t(degrees_of_freedom: f64) -> f64 {

@@ -2,7 +2,8 @@
 
 use crate::identify::grid::Grid;
 use crate::smoothing::{Window, encoder_step, slope, slope_noise, white_noise, whole};
-use haptic_motion::median::{extent, median};
+use crate::stats::mean::rms;
+use haptic_motion::median::{at_share, extent, median};
 use std::ops::Range;
 
 /// Longest time over which velocity is taken as even, s.
@@ -40,7 +41,7 @@ impl Motion {
         let fastest = rough.iter().fold(0.0_f64, |fastest, v| fastest.max(v.abs()));
         let moves: Vec<bool> = rough.iter().map(|v| v.abs() > 0.1 * fastest).collect();
         let noise_m = white_noise(x, &moves).max(step_m / 12.0_f64.sqrt());
-        let usual = (rough.iter().map(|v| v * v).sum::<f64>() / rough.len() as f64).sqrt();
+        let usual = rms(rough.iter().copied());
         // The shortest slope whose noise leaves directions certain from a fiftieth of the usual velocity on.
         let reach = (2..longest)
             .find(|reach| CERTAIN_DEVIATIONS * noise_m * slope_noise(*reach, period_s) <= 0.02 * usual)
@@ -106,8 +107,7 @@ const MAX_CREEP_S: f64 = 0.1;
 /// Leaves out where it creeps.
 fn leave_out_creeping(velocity: &[f64], sense: &mut [i8], longest: usize) {
     let mut speeds: Vec<f64> = velocity.iter().map(|v| v.abs()).collect();
-    speeds.sort_unstable_by(f64::total_cmp);
-    let limit = CREEP_SHARE * speeds[speeds.len() * 19 / 20];
+    let limit = CREEP_SHARE * at_share(&mut speeds, 19, 20).unwrap_or(0.0);
     let mut begin = 0;
     for run in velocity.chunk_by(|a, b| (a.abs() < limit) == (b.abs() < limit)) {
         if run[0].abs() < limit && run.len() > longest {

@@ -13,7 +13,7 @@ use crate::identify::result::Identified;
 use crate::robust_fit;
 use crate::robust_fit::Uncertainty;
 use crate::smoothing::{weighted, whole};
-use haptic_motion::median::extent;
+use haptic_motion::median::{at_share, extent};
 use nalgebra::DMatrix;
 
 /// Times its noise that a fit must leave before a force of the place is looked for: records without one leave 1.03 to
@@ -242,8 +242,7 @@ fn keeps_its_sign(problem: &Problem<'_>, slides: &Slides) -> Vec<bool> {
         })
         .collect();
     let mut sizes: Vec<f64> = predicted.iter().map(|force| force.abs()).collect();
-    sizes.sort_unstable_by(f64::total_cmp);
-    let least = LEFT * slides.fit.rms_n() + SHARE * sizes[sizes.len() * 9 / 10];
+    let least = LEFT * slides.fit.rms_n() + SHARE * at_share(&mut sizes, 9, 10).unwrap_or(0.0);
     let sign = |force: f64| i8::from(force > least) - i8::from(force < -least);
     let around = window.reach.div_ceil(*step);
     rows.rows

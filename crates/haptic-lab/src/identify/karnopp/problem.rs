@@ -9,7 +9,7 @@ use crate::identify::grid::Grid;
 use crate::identify::options::Options;
 use crate::robust_fit::{NORMAL_95, Unfit, robust_deviation};
 use crate::smoothing::white_noise;
-use haptic_motion::median::median;
+use haptic_motion::median::{median, span_of_nine_tenths};
 use nalgebra::DVector;
 
 /// A change from one sample to the next is a step beyond so many deviations of its noise, and this share of the forces'
@@ -117,9 +117,7 @@ impl<'a> Problem<'a> {
     /// hardly steps.
     pub(super) fn share_of_steps(&self) -> Option<f64> {
         let force = &self.force;
-        let mut sorted = force.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let span = sorted[sorted.len() * 19 / 20] - sorted[sorted.len() / 20];
+        let span = span_of_nine_tenths(force);
         let least = (STEP_DEVIATIONS * white_noise(force, &self.grid.is_valid)).max(STEP_SHARE * span);
         let steps: Vec<usize> = (1..force.len())
             .filter(|&at| self.motion.sense[at] != 0 && (force[at] - force[at - 1]).abs() > least)

@@ -11,7 +11,7 @@ use crate::identify::result::{Identified, Interval, Refusal};
 use crate::robust_fit::Unfit;
 use crate::two_clocks::NoShift;
 use haptic_core::Directional;
-use haptic_motion::median::extent;
+use haptic_motion::median::{at_share, extent};
 
 /// Fewest windows in a direction.
 const MIN_ROWS: usize = 12;
@@ -92,8 +92,7 @@ fn speeds(motion: &Motion) -> (f64, f64) {
         .filter(|(_, sense)| **sense != 0)
         .map(|(v, _)| v.abs())
         .collect();
-    speeds.sort_unstable_by(f64::total_cmp);
-    let at = |share: usize| speeds.get(speeds.len() * share / 10).copied().unwrap_or(0.0);
+    let mut at = |share| at_share(&mut speeds, share, 10).unwrap_or(0.0);
     (at(1), at(9))
 }
 

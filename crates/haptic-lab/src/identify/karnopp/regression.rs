@@ -4,6 +4,7 @@ use super::motion::Motion;
 use crate::identify::grid::Grid;
 use crate::robust_fit::{self, PARTS, RobustFit, Uncertainty, Unfit};
 use crate::smoothing::{Window, weighted, whole};
+use crate::stats::mean::rms;
 use haptic_motion::median::extent;
 use nalgebra::{DMatrix, DVector};
 
@@ -92,8 +93,7 @@ impl Rows {
 
     /// Root mean square of the accelerations, m/s^2.
     pub(super) fn acceleration_rms(&self) -> f64 {
-        let square: f64 = self.rows.iter().map(|row| row.acceleration.powi(2)).sum();
-        (square / self.rows.len().max(1) as f64).sqrt()
+        rms(self.rows.iter().map(|row| row.acceleration))
     }
 
     /// Those of the rows that are kept.
@@ -295,8 +295,7 @@ pub(super) struct Fit {
 impl Fit {
     /// Root mean square of what it leaves, N.
     pub(super) fn rms_n(&self) -> f64 {
-        let residuals = &self.found.residuals;
-        (residuals.iter().map(|each| each * each).sum::<f64>() / residuals.len() as f64).sqrt()
+        rms(self.found.residuals.iter().copied())
     }
 
     /// Where an unknown is among the values.

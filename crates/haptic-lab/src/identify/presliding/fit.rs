@@ -7,6 +7,8 @@ use super::errors::Errors;
 use super::laws::{Course, PathLaw};
 use super::path::Path;
 use super::weak::TestFunctions;
+use crate::stats::mean::rms;
+use haptic_motion::median::extent;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
@@ -37,9 +39,9 @@ impl Rows {
         let against: Vec<f64> = path.speed_mps.iter().map(|speed| speed.min(0.0)).collect();
         let moves: Vec<bool> = (0..functions.middles.len())
             .map(|row| {
-                let positions = || path.smooth_m[functions.samples(row)].iter().copied();
-                let reach = positions().fold(f64::MIN, f64::max) - positions().fold(f64::MAX, f64::min);
-                reach > STEPS_IN_SIGHT * path.resolution_m.max(1e-12)
+                let positions = path.smooth_m[functions.samples(row)].iter().copied();
+                let (low, high) = extent(positions);
+                high - low > STEPS_IN_SIGHT * path.resolution_m.max(1e-12)
             })
             .collect();
         Self {
@@ -89,12 +91,7 @@ impl Rows {
 
     /// Root mean square of the acceleration, m/s^2.
     pub(crate) fn acceleration_rms(&self) -> f64 {
-        let squares: f64 = self
-            .acceleration
-            .iter()
-            .map(|acceleration| acceleration * acceleration)
-            .sum();
-        (squares / self.len().max(1) as f64).sqrt()
+        rms(self.acceleration.iter().copied())
     }
 
     /// Root mean square of the force about its mean, N.

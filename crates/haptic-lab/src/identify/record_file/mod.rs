@@ -17,6 +17,7 @@ mod from_recording;
 
 use super::options::Record;
 use crate::gaps::in_gaps;
+use crate::interpolation::{between, places};
 use haptic_motion::table::{self, Columns, Quantity, Table, TableError, TableOptions};
 use haptic_motion::{Opened, Place};
 use haptic_recording::Recording;
@@ -226,11 +227,11 @@ fn common(a: &[f64], b: &[f64]) -> (f64, f64) {
 /// Values at other times. Where several lie between two of those, their mean: a faster recorder's noise is
 /// not taken for its signal.
 fn at_times(times: &[f64], t_s: &[f64], values: &[f64]) -> Vec<f64> {
-    let mut next = 0;
     times
         .iter()
+        .zip(places(t_s, times.iter().copied()))
         .enumerate()
-        .map(|(index, t)| {
+        .map(|(index, (t, place))| {
             let half = |other: Option<&f64>| other.map_or(0.0, |other| (other - t).abs() / 2.0);
             let before = half(index.checked_sub(1).and_then(|before| times.get(before)));
             let low = t_s.partition_point(|other| *other < t - before);
@@ -238,11 +239,7 @@ fn at_times(times: &[f64], t_s: &[f64], values: &[f64]) -> Vec<f64> {
             if high >= low + 2 {
                 return values[low..high].iter().sum::<f64>() / (high - low) as f64;
             }
-            while next + 2 < t_s.len() && t_s[next + 1] <= *t {
-                next += 1;
-            }
-            let share = ((t - t_s[next]) / (t_s[next + 1] - t_s[next])).clamp(0.0, 1.0);
-            values[next] + share * (values[next + 1] - values[next])
+            between(values, place)
         })
         .collect()
 }
