@@ -220,6 +220,8 @@ fn drawn_friction(law: &Friction, random: &mut Random) -> (Friction, f64) {
     // Beyond sigma1 T/M of 300 the adviser says no.
     let mass = random.decades(1e-3, 1.0);
     let damping = random.between(0.0, 200.0_f64.min(250.0 * mass / PERIOD_S));
+    let static_force = |velocity: f64| if velocity > 0.0 { held } else { dynamic_force };
+    let fall = |velocity: f64| velocity.min(1.0) * stribeck / 0.01;
     let friction = match *law {
         Friction::Karnopp(law) => Friction::Karnopp(Karnopp {
             static_force: held,
@@ -248,25 +250,17 @@ fn drawn_friction(law: &Friction, random: &mut Random) -> (Friction, f64) {
             viscous,
         }),
         Friction::Lugre(law) => Friction::Lugre(Lugre {
-            static_force: if law.stribeck_velocity > 0.0 {
-                held
-            } else {
-                dynamic_force
-            },
+            static_force: static_force(law.stribeck_velocity),
             dynamic_force,
-            stribeck_velocity: law.stribeck_velocity.min(1.0) * stribeck / 0.01,
+            stribeck_velocity: fall(law.stribeck_velocity),
             contact_stiffness: stiffness,
             contact_damping: damping,
             viscous,
         }),
         Friction::ElastoPlastic(law) => Friction::ElastoPlastic(ElastoPlastic {
-            static_force: if law.stribeck_velocity > 0.0 {
-                held
-            } else {
-                dynamic_force
-            },
+            static_force: static_force(law.stribeck_velocity),
             dynamic_force,
-            stribeck_velocity: law.stribeck_velocity.min(1.0) * stribeck / 0.01,
+            stribeck_velocity: fall(law.stribeck_velocity),
             contact_stiffness: stiffness,
             contact_damping: damping,
             elastic_fraction: fraction,
