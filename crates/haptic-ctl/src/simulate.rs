@@ -8,7 +8,7 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::{Scene, SceneError, Scheme, Vector};
 use haptic_lab::motion::{self, Motion, MotionError, MotionReader};
-use haptic_lab::simulate::{self, Cost, CostMeter, Row, Simulator, Start};
+use haptic_lab::simulate::{self, Cost, Row, Simulator, Start};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -177,7 +177,7 @@ fn render_along<V: Vector>(
     let start = start(arguments)?;
     let (first, period_s) = (motion.first(), motion.period_s());
     let mut simulator = Simulator::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
-    let mut meter = CostMeter::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
+    let mut meter = simulator.cost_meter(&first);
     let create = |path| TableFile::create(path, arguments.force);
     let mut rows_file = create(&arguments.out)?;
     let mut events_file = arguments.events.as_deref().map(create).transpose()?;

@@ -107,6 +107,17 @@ impl<V: Vector> Simulator<V> {
         })
     }
 
+    /// A meter of the ticks from here on, after `last`.
+    #[must_use]
+    pub fn cost_meter(&self, last: &DeviceSample<V>) -> CostMeter<V> {
+        CostMeter {
+            renderer: self.renderer.clone(),
+            last: *last,
+            batches: Vec::new(),
+            worst_ns: 0,
+        }
+    }
+
     /// The block after a sample; adds the changes of contact on the way. No time passes before the
     /// first sample: its row is the start.
     pub fn step(&mut self, sample: &DeviceSample<V>, events: &mut Vec<ContactChange>) -> Row<V> {
@@ -221,25 +232,6 @@ pub struct CostMeter<V: Vector = f64> {
 }
 
 impl<V: Vector> CostMeter<V> {
-    /// Begins as [`Simulator::new`] does.
-    ///
-    /// # Errors
-    /// The scene cannot be rendered at this rate.
-    pub fn new(
-        scene: &Scene,
-        scheme: Scheme,
-        period_s: f64,
-        first: &DeviceSample<V>,
-        start: Start<V>,
-    ) -> Result<Self, SceneError> {
-        Ok(Self {
-            renderer: renderer_at(scene, scheme, period_s, first, start)?,
-            last: *first,
-            batches: Vec::new(),
-            worst_ns: 0,
-        })
-    }
-
     /// Measures the ticks up to each sample of a stretch; the first sample of all has none.
     pub fn measure(&mut self, stretch: &[DeviceSample<V>]) {
         let tick = |renderer: &mut V::Renderer, last: &mut DeviceSample<V>, to: &DeviceSample<V>| {
@@ -286,7 +278,8 @@ impl<V: Vector> CostMeter<V> {
 /// The scene cannot be rendered at the rate of the motion.
 pub fn measure_cost(scene: &Scene, scheme: Scheme, motion: &[DeviceSample], start: Start) -> Result<Cost, SceneError> {
     let first = motion.first().copied().unwrap_or_default();
-    let mut meter = CostMeter::new(scene, scheme, median_period_s(motion), &first, start)?;
+    let simulator = Simulator::new(scene, scheme, median_period_s(motion), &first, start)?;
+    let mut meter = simulator.cost_meter(&first);
     meter.measure(motion);
     Ok(meter.cost())
 }
