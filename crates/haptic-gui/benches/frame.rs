@@ -46,7 +46,11 @@ fn connected() -> Model {
         rights: haptic_ipc::Rights::All,
     };
     let path = "/run/hapticd/control.sock".into();
-    model.apply(Update::Connected { path, hello });
+    model.apply(Update::Connected {
+        path,
+        hello,
+        ctl_options: None,
+    });
     model.apply(Update::Described(Description {
         laws: vec![],
         law: "karnopp".into(),

@@ -8,6 +8,7 @@
 //! A rig with a name has a service of its own, `hapticd@NAME`, and its socket in directories of that name instead of
 //! `hapticd`. The rig without one goes by the name of its service.
 
+use crate::quoted;
 use std::collections::HashSet;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -141,6 +142,33 @@ impl Environment {
             _ => self.of_service(&format!("{SERVICE}@{name}")),
         })
     }
+
+    /// The options with which haptic-ctl finds a socket in a shell without the variable; `None` where it needs none.
+    fn options_to(&self, socket: &Path) -> Option<String> {
+        let plain = Self {
+            variable: None,
+            ..self.clone()
+        };
+        if plain.for_client() == socket {
+            return None;
+        }
+        let rig = socket.parent().and_then(rig_of);
+        Some(match rig.filter(|name| self.for_rig(name) == socket) {
+            Some(name) => format!("--rig {name}"),
+            None => format!("--socket {}", quoted(socket)),
+        })
+    }
+}
+
+/// The name of the rig whose service has a directory.
+fn rig_of(directory: &Path) -> Option<&str> {
+    let service = directory.file_name()?.to_str()?;
+    let rig = service.strip_prefix(SERVICE)?;
+    match rig.strip_prefix('@') {
+        Some(name) if is_rig_name(name) => Some(name),
+        None if rig.is_empty() => Some(SERVICE),
+        _ => None,
+    }
 }
 
 /// The socket of a rig, and what the rig is called.
@@ -155,13 +183,7 @@ pub struct NamedSocket {
 impl NamedSocket {
     /// That of a service, by its directory.
     fn of_service(directory: &Path) -> Option<Self> {
-        let service = directory.file_name()?.to_str()?;
-        let rig = service.strip_prefix(SERVICE)?;
-        let name = match rig.strip_prefix('@') {
-            Some(name) if is_rig_name(name) => name,
-            None if rig.is_empty() => SERVICE,
-            _ => return None,
-        };
+        let name = rig_of(directory)?;
         let path = directory.join(SOCKET);
         may_exist(&path).then(|| Self {
             name: name.to_owned(),
@@ -273,6 +295,12 @@ pub fn for_client(given: Option<&Path>) -> PathBuf {
     given.map_or_else(|| Environment::of_process().for_client(), Path::to_path_buf)
 }
 
+/// The options with which haptic-ctl finds a socket in any shell of this user; `None` where it needs none.
+#[must_use]
+pub fn options_to(socket: &Path) -> Option<String> {
+    Environment::of_process().options_to(socket)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -317,6 +345,25 @@ mod tests {
         }
         for name in ["", "../x", "a/b", "a b", "é", &"x".repeat(65)] {
             assert!(!is_rig_name(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_command_names_the_socket_unless_it_finds_it_by_itself() {
+        let mut s = surroundings();
+        s.variable = Some("/srv/the rig.sock".into());
+        for (socket, options) in [
+            ("/run/user/1000/hapticd/control.sock", None),
+            ("/run/user/1000/hapticd@left/control.sock", Some("--rig left")),
+            // A shell may not have the variable.
+            ("/srv/the rig.sock", Some("--socket '/srv/the rig.sock'")),
+            // The name would lead to the session's rig.
+            (
+                "/run/hapticd@left/control.sock",
+                Some("--socket '/run/hapticd@left/control.sock'"),
+            ),
+        ] {
+            assert_eq!(s.options_to(Path::new(socket)).as_deref(), options, "{socket}");
         }
     }
 

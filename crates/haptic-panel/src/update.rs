@@ -25,6 +25,8 @@ pub enum Update {
         path: PathBuf,
         /// The greeting.
         hello: Hello,
+        /// The options with which haptic-ctl finds it; `None` where it needs none.
+        ctl_options: Option<String>,
     },
     /// There is no connection; the next attempt follows by itself.
     Disconnected {

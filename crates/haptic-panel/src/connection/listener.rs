@@ -9,7 +9,9 @@ use crate::stop::{Guide, Stops};
 use crate::study::StudyLink;
 use crate::update::{Answer, StopNews, Update};
 use crate::update_sender::{PanelGone, UpdateSender};
-use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, SceneShape, ServerLine, WireError};
+use haptic_ipc::{
+    Client, ClientError, ErrorCode, Event, Receiver, Request, SceneShape, ServerLine, WireError, socket_path,
+};
 use serde::de::DeserializeOwned;
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
@@ -134,6 +136,7 @@ impl Listener {
             let connected = Update::Connected {
                 path: path.to_path_buf(),
                 hello,
+                ctl_options: socket_path::options_to(path),
             };
             self.study.hear(&connected);
             self.updates.send(connected)?;

@@ -24,6 +24,8 @@ use std::time::Duration;
 pub(crate) struct Daemon {
     pub(crate) mirror: DaemonMirror,
     pub(crate) link: Link,
+    /// The options with which haptic-ctl finds it; `None` where it needs none.
+    ctl_options: Option<String>,
     /// Whether there was a daemon since the window opened.
     pub(crate) was_connected: bool,
     /// Whether the daemon before had a link to its rig.
@@ -145,8 +147,9 @@ impl Daemon {
         match update {
             Update::Connecting { path } => self.link = Link::Connecting { path: path.clone() },
             // What a former daemon stated is forgotten; the outcome of a stop stays.
-            Update::Connected { path, .. } => {
+            Update::Connected { path, ctl_options, .. } => {
                 *self = Self {
+                    ctl_options: ctl_options.clone(),
                     was_connected: true,
                     was_linked: self.has_link_line(),
                     link: Link::Connected { path: path.clone() },
@@ -183,6 +186,14 @@ impl Daemon {
             _ => {}
         }
         change
+    }
+
+    /// A haptic-ctl command, for this daemon.
+    pub(crate) fn addressed(&self, command: String) -> String {
+        match (command.strip_prefix("haptic-ctl "), &self.ctl_options) {
+            (Some(rest), Some(options)) => format!("haptic-ctl {options} {rest}"),
+            _ => command,
+        }
     }
 
     fn note_rig(&mut self, change: &MirrorChange) {

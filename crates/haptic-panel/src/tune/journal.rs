@@ -1,17 +1,20 @@
 //! The journal: who changed what, and when.
 
+use crate::daemon::Daemon;
 use egui::{Button, CollapsingHeader, Label, RichText, Ui};
-use haptic_ipc::{DaemonMirror, JournalEntry};
+use haptic_ipc::JournalEntry;
 
 /// Shows the changes, the newest first.
-pub(crate) fn show(ui: &mut Ui, daemon: &DaemonMirror) {
+pub(crate) fn show(ui: &mut Ui, daemon: &Daemon) {
+    let mirror = &daemon.mirror;
     CollapsingHeader::new("Changes").default_open(false).show(ui, |ui| {
-        if daemon.journal.is_empty() {
+        if mirror.journal.is_empty() {
             ui.label(RichText::new("No changes since the panel connected").small().weak());
         }
-        for entry in daemon.journal.iter().rev() {
+        for entry in mirror.journal.iter().rev() {
             ui.horizontal_top(|ui| {
-                show_copy(ui, entry.command(&daemon.library));
+                let command = entry.command(&mirror.library);
+                show_copy(ui, command.map(|command| daemon.addressed(command)));
                 ui.add(Label::new(RichText::new(line(entry)).small()).wrap());
             });
         }

@@ -38,7 +38,7 @@ fn show_list(ui: &mut Ui, daemon: &Daemon, tuning: &mut Tuning, intents: &mut Ve
         rows.begin(ui);
         show_parameters(ui, daemon, tuning, &mut rows);
         rows.show(ui, "library", |ui| library::show(ui, &daemon.mirror, tuning, intents));
-        rows.show(ui, "journal", |ui| journal::show(ui, &daemon.mirror));
+        rows.show(ui, "journal", |ui| journal::show(ui, daemon));
         rows.end(ui);
     });
 }
@@ -119,7 +119,7 @@ fn show_parameters(ui: &mut Ui, daemon: &Daemon, tuning: &mut Tuning, rows: &mut
             ui.label(RichText::new(sentence_case(group)).small().weak());
         }
         rows.show(ui, &about.name, |ui| {
-            parameter_row::show(ui, about, edits, &daemon.advised);
+            parameter_row::show(ui, about, edits, daemon);
         });
     }
     ui.spacing_mut().item_spacing.y = distance;

@@ -3,7 +3,8 @@
 
 use super::advice_lines;
 use super::edit::{Edit, Hand, Outcome, ParameterEdits};
-use crate::daemon::advice::{Advised, active_value};
+use crate::daemon::Daemon;
+use crate::daemon::advice::active_value;
 use crate::theme::Palette;
 use crate::wording::{sentence_case, spoken};
 use egui::accesskit::Action;
@@ -28,7 +29,7 @@ const KEY_STEP: f64 = 0.01;
 const FINE_KEY_STEP: f64 = 0.001;
 
 /// Shows the parameter, and takes the changes of the user.
-pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEdits, advised: &Advised) {
+pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEdits, daemon: &Daemon) {
     ui.spacing_mut().item_spacing.y = 0.0;
     let height = ui.spacing().interact_size.y;
     ui.spacing_mut().interact_size.y = TITLE_HEIGHT;
@@ -38,7 +39,7 @@ pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut Parame
         let title = ui.add(title);
         let symbol = ui.label(RichText::new(&about.symbol).italics().weak());
         let title = title.union(symbol).on_hover_text(explanation(about));
-        let command = set_command([(about.symbol.as_str(), about.value)]);
+        let command = daemon.addressed(set_command([(about.symbol.as_str(), about.value)]));
         title.context_menu(|ui| {
             if ui
                 .button("Copy as haptic-ctl command")
@@ -69,7 +70,7 @@ pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut Parame
         // A value for both, as a fix of the adviser sets it, has no row of its own.
         show_refusal(ui, edits.edit(None));
     }
-    advice_lines::show(ui, about, edits, advised);
+    advice_lines::show(ui, about, edits, &daemon.advised);
 }
 
 /// The outcome of the last change, beside the name.

@@ -101,6 +101,7 @@ pub(crate) fn greeted(session: &str) -> Update {
             session: session.into(),
             rights: haptic_ipc::Rights::All,
         },
+        ctl_options: Some("--rig left".into()),
     }
 }
 

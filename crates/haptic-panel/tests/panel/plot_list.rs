@@ -350,7 +350,7 @@ fn a_change_is_copied_as_a_command() {
     };
     hear(&mut panel, Update::Event(Event::Log(Box::new(set))));
     press(&mut panel, "Changes");
-    let command = "haptic-ctl set static_force+=5 static_force-=3 --ramp 200ms";
+    let command = "haptic-ctl --rig left set static_force+=5 static_force-=3 --ramp 200ms";
     let button = format!("copy {command}");
     panel.get_by_label(&button).scroll_to_me();
     panel.run();
@@ -361,5 +361,5 @@ fn a_change_is_copied_as_a_command() {
     panel.get_by_label("Mass").click_secondary();
     panel.run();
     panel.get_by_label("Copy as haptic-ctl command").click();
-    assert_eq!(copied(&mut panel).as_deref(), Some("haptic-ctl set M=0.5"));
+    assert_eq!(copied(&mut panel).as_deref(), Some("haptic-ctl --rig left set M=0.5"));
 }

@@ -132,7 +132,11 @@ impl Daemon {
     fn greet(&self) {
         let hello = serde_json::from_str(r#"{"protocol":1,"server":"hapticd","session":"1-1"}"#).expect("a greeting");
         let path = "s".into();
-        self.link.hear(&Update::Connected { path, hello });
+        self.link.hear(&Update::Connected {
+            path,
+            hello,
+            ctl_options: None,
+        });
         self.link.hear(&Update::Subscribed(Box::new(SubscribeReply {
             topics: Vec::new(),
             rate_hz: 1000.0,
