@@ -5,6 +5,9 @@ use haptic_core::friction::SUDDEN_FALL_MPS;
 use haptic_core::scene::SceneError;
 use serde::{Deserialize, Serialize};
 
+/// The end of a refusal of a scene that would chatter: how a command or a request accepts the scene.
+pub const ANYWAY: &str = "; `--anyway` (`\"anyway\":true`) does it all the same";
+
 /// Programs use the code. A refusal changes nothing, but a `stop` acts whatever its answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

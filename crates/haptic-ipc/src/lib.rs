@@ -48,7 +48,7 @@ pub use command_line::{quoted, set_command};
 pub use commission::{CommissionReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, UNKNOWN_MASS_KG};
 pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
-pub use error::{ErrorCode, WireError};
+pub use error::{ANYWAY, ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, ServoEvent, SnapshotEvent, StateEvent, SubscribeReply, Topic};
 pub use identification::{ExcitationEnd, ExcitationReport, IdentificationReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};

@@ -4,7 +4,7 @@ use crate::identify::Question;
 use crate::record::Listed;
 use crate::study::StudyCommand;
 use haptic_core::{Direction, Scene};
-use haptic_ipc::{ChangeOptions, Request, SceneRef, Topic};
+use haptic_ipc::{ANYWAY, ChangeOptions, Request, SceneRef, Topic, WireError};
 use haptic_recording::Metadata;
 use std::fmt;
 use std::path::PathBuf;
@@ -363,6 +363,19 @@ impl Intent {
     #[must_use]
     pub fn is_void_after_stop(&self) -> bool {
         matches!(self.itself(), Self::Engage | Self::Release | Self::Reset | Self::Stop)
+    }
+
+    /// A refusal of it in the words of the panel, which has a button for an option of the command line, or none.
+    pub(crate) fn refused(&self, mut refusal: WireError) -> WireError {
+        let button = match self {
+            Self::Engage => "; the button *Anyway* does it all the same",
+            Self::Set { .. } | Self::Load { .. } | Self::Try { .. } | Self::Undo | Self::Redo => {
+                "; the button *Change anyway*, below the parameters, does it all the same"
+            }
+            _ => "",
+        };
+        refusal.message = refusal.message.replace(ANYWAY, button);
+        refusal
     }
 
     /// The intent, whether or not it is to be carried out anyway.

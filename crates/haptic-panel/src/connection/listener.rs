@@ -248,6 +248,7 @@ impl Listener {
             ))),
             Asked::Stop(number) => Ok(self.stopped(number, result)),
             Asked::Intent(intent) => {
+                let result = result.map_err(|refusal| intent.refused(refusal));
                 let answer = match intent.itself() {
                     Intent::Set { .. }
                     | Intent::Load { .. }

@@ -7,7 +7,7 @@ mod stop;
 
 use daemon::{Bench, Daemon, advised, introduced, of_revision};
 use haptic_core::Scene;
-use haptic_ipc::{ErrorCode, Event, Request, params_of};
+use haptic_ipc::{ANYWAY, ErrorCode, Event, Request, WireError, params_of};
 use haptic_panel::connection::Patience;
 use haptic_panel::{Answer, Intent, RecordingNews, Update};
 use haptic_recording::{Ending, Format, Totals};
@@ -69,6 +69,34 @@ fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
     let (intent, result) = bench.until(answered);
     assert_eq!(intent, Intent::Release);
     assert_eq!(result.unwrap_err().message, "not now");
+}
+
+#[test]
+fn a_refusal_names_the_buttons_of_the_panel() {
+    let (bench, _listener, mut daemon) = introduced();
+    let scene = Box::new(Scene::paper());
+    for (intent, end) in [
+        (Intent::Engage, "; the button *Anyway* does it all the same"),
+        (
+            Intent::Undo,
+            "; the button *Change anyway*, below the parameters, does it all the same",
+        ),
+        (Intent::Foresee { scene }, ""),
+    ] {
+        bench.connection.send(intent);
+        let asked = daemon.hear();
+        let message = format!("it would chatter; K = 410 N/m would pass{ANYWAY}");
+        let refusal = serde_json::to_string(&WireError::new(ErrorCode::WouldChatter, message)).expect("writes");
+        daemon.say(&format!(r#"{{"id":{},"error":{refusal}}}"#, asked.id));
+        let refused = bench.until(|update| match update {
+            Update::Answered { result, .. } => result.err(),
+            _ => None,
+        });
+        assert_eq!(
+            refused.message,
+            format!("it would chatter; K = 410 N/m would pass{end}")
+        );
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::threads::{WorkError, Workers};
 use haptic_core::Scene;
 use haptic_core::scene::Coupling;
 use haptic_ipc::quantity::number;
-use haptic_ipc::{ErrorCode, Problem, WireError};
+use haptic_ipc::{ANYWAY, ErrorCode, Problem, WireError};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -227,7 +227,7 @@ fn remedy(gentler: Option<&Gentler>) -> String {
         )
     });
     let gentler = gentler.unwrap_or_else(|| "`haptic-ctl advise` has the bounds that it breaks".to_owned());
-    format!("{gentler}; `--anyway` (`\"anyway\":true`) does it all the same")
+    gentler + ANYWAY
 }
 
 #[cfg(test)]
