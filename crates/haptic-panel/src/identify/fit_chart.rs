@@ -1,6 +1,6 @@
 //! A chart of data and fit, thinned: an hour of samples has more dots than the window has pixels.
 
-use crate::tape::outline::outlines;
+use crate::tape::outline::{Span, outlines};
 use haptic_lab::drawing::{Chart, Form};
 
 /// Cells across and up in which one dot is kept: some ten to each dot that a window can show, for the zoom.
@@ -131,7 +131,11 @@ fn outlined(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
         return line.to_vec();
     }
     let column = ((line[line.len() - 1][0] - line[0][0]) / KEPT_COLUMNS).max(f64::MIN_POSITIVE);
-    let spans = line.iter().enumerate().map(|(index, [x, y])| (*x, (*y, index)));
+    let spans = line.iter().enumerate().map(|(index, [x, y])| Span {
+        first_s: *x,
+        follows_gap: false,
+        what: (*y, index),
+    });
     outlines(spans, 1, |span, _| [*span; 2], column, |index| line[index][0])
         .pop()
         .unwrap_or_default()

@@ -7,6 +7,7 @@ use super::axis::reach;
 use super::scope::TimeRange;
 use crate::plots::scope::value_axis::Reach;
 use crate::tape::Tape;
+use crate::tape::outline::BREAK;
 use crate::tape::plane::Component;
 use crate::tape::signal::Signal;
 use crate::theme::Palette;
@@ -119,6 +120,7 @@ pub(crate) struct Curve {
     pub(crate) name: Cow<'static, str>,
     /// What it is, for the hint of its name; may be empty.
     pub(crate) hint: &'static str,
+    /// With a [`BREAK`] where samples are missing.
     pub(crate) points: Vec<[f64; 2]>,
     pub(crate) ink: Ink,
 }
@@ -237,7 +239,10 @@ fn curves(tape: &Tape, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<
             .component(trace.component)
             .into_iter()
             .flat_map(|tape| tape.pairs_every(stride, with_force, (seen.from_s, seen.to_s)))
-            .map(|(before, sample)| [across.of(before, sample), trace.signal.of(before, sample)])
+            .map(|pair| {
+                let point = |(before, sample)| [across.of(before, sample), trace.signal.of(before, sample)];
+                pair.map_or(BREAK, point)
+            })
             .collect(),
     };
     let points: Vec<_> = traces.iter().map(points).collect();

@@ -10,6 +10,7 @@ use super::{legend, picture_taking};
 use crate::drop_down::{self, Item};
 use crate::plots::scope::against::{Against, Extent};
 use crate::tape::Tape;
+use crate::tape::outline::BREAK;
 use crate::tape::plane::{self, Component};
 use crate::tape::signal::{MM_PER_M, Quantity, Signal};
 use crate::tapes::Tapes;
@@ -129,7 +130,8 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>, referen
         .filter_map(|component| scope.tape(tapes).component(*component))
     {
         let mut last = None;
-        for (before, sample) in tape.pairs_every(stride, with_force, (drawn.from_s, drawn.to_s)) {
+        let samples = tape.pairs_every(stride, with_force, (drawn.from_s, drawn.to_s));
+        for (before, sample) in samples.flatten() {
             let value = across.of(before, sample);
             (low, high) = (low.min(value), high.max(value));
             last = Some([value, up.of(before, sample)]);
@@ -211,7 +213,8 @@ fn under(reference: &Reference, against: &Against, component: Component, drawn: 
     let tape = reference.tape.component(component)?;
     let stride = tape.count(from_s, to_s).div_ceil(MAX_DRAWN).max(1);
     let samples = tape.pairs_every(stride, against.shows_law(), (from_s, to_s));
-    let points = samples.map(|(before, sample)| [against.across.of(before, sample), against.up.of(before, sample)]);
+    let point = |(before, sample)| [against.across.of(before, sample), against.up.of(before, sample)];
+    let points = samples.map(|pair| pair.map_or(BREAK, point));
     Some(Curve {
         name: "Trail, reference".into(),
         hint: "The run that was kept with Compare",
@@ -441,6 +444,7 @@ fn on_trail(tapes: &Tapes, scope: &Scope, cursor: usize, pos: Pos2, transform: &
     let with_force = scope.against.shows_law();
     let samples = tape(tapes, scope)
         .pairs_every(stride, with_force, (drawn.from_s, drawn.to_s))
+        .flatten()
         .map(|(before, sample)| {
             let point = PlotPoint::new(across.of(before, sample), up.of(before, sample));
             (sample.t_s, transform.position_from_point(&point).distance(pos))

@@ -75,12 +75,16 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
     plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
     for overlay in &chart.overlays {
         if let Overlay::Curve(curve) = overlay {
-            plot.line(line(curve, palette));
+            for part in lines(curve, palette) {
+                plot.line(part);
+            }
         }
     }
     for curve in &chart.curves {
-        // A band would have gaps where one column of pixels lies wholly above the next.
-        plot.line(line(curve, palette).allow_band(false));
+        for part in lines(curve, palette) {
+            // A band would have gaps where one column of pixels lies wholly above the next.
+            plot.line(part.allow_band(false));
+        }
     }
     let scale = Scale {
         area: plot.response().rect,
@@ -140,14 +144,19 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
     }
 }
 
-fn line<'a>(curve: &Curve, palette: &Palette) -> Line<'a> {
-    let line = Line::new(curve.name.clone(), PlotPoints::new(curve.points.clone()));
+/// The parts of a curve between its breaks.
+fn lines(curve: &Curve, palette: &Palette) -> impl Iterator<Item = Line<'static>> {
     let style = if curve.ink.is_dashed {
         LineStyle::dashed_dense()
     } else {
         LineStyle::Solid
     };
-    line.color(curve.ink.color(palette)).width(curve.ink.width).style(style)
+    let is_break = |point: &[f64; 2]| point.iter().any(|value| value.is_nan());
+    let parts = curve.points.split(is_break).filter(|part| !part.is_empty());
+    parts.map(move |part| {
+        let line = Line::new(curve.name.clone(), PlotPoints::new(part.to_vec()));
+        line.color(curve.ink.color(palette)).width(curve.ink.width).style(style)
+    })
 }
 
 /// From values to points of the window. That of the plot itself is that of the frame before.
@@ -213,4 +222,28 @@ pub(super) fn zoom(ui: &Ui) -> Option<f64> {
     let (scroll, zoom) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
     let factor = zoom * (scroll / POINTS_PER_ZOOM).exp();
     ((factor - 1.0).abs() > f32::EPSILON).then(|| f64::from(factor))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plots::chart::Ink;
+    use crate::tape::outline::BREAK;
+    use egui_plot::{PlotGeometry, PlotItem};
+
+    #[test]
+    fn curve_with_a_break_is_drawn_in_two_lines() {
+        let curve = Curve {
+            name: "Force".into(),
+            hint: "",
+            points: vec![[0.0, 1.0], [1.0, 1.0], BREAK, [5.0, 1.0]],
+            ink: Ink::solid(|palette| palette.law, 1.0),
+        };
+        let parts = lines(&curve, Palette::for_paper());
+        let counts = parts.map(|line| match line.geometry() {
+            PlotGeometry::Points(points) => points.len(),
+            _ => 0,
+        });
+        assert_eq!(counts.collect::<Vec<_>>(), [2, 1]);
+    }
 }

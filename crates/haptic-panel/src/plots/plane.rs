@@ -131,13 +131,14 @@ fn vector_at(tape: &Tape, signal: Signal, t_s: f64) -> Option<[f64; 2]> {
     Some([along(Component::X)?, along(Component::Y)?])
 }
 
-/// The vectors from one time to another, s on the daemon's clock, in the unit of their signal.
+/// The vectors from one time to another, s on the daemon's clock, in the unit of their signal, with a break where
+/// samples are missing.
 fn vectors(tape: &Tape, signal: Signal, ends: (f64, f64)) -> Vec<[f64; 2]> {
     let stride = tape.count(ends.0, ends.1).div_ceil(MAX_DRAWN).max(1);
     let along = |component| {
         let pairs = tape.component(component).into_iter();
         let pairs = pairs.flat_map(move |tape| tape.pairs_every(stride, false, ends));
-        pairs.map(move |(before, sample)| signal.of(before, sample))
+        pairs.map(move |pair| pair.map_or(f64::NAN, |(before, sample)| signal.of(before, sample)))
     };
     let points = along(Component::X).zip(along(Component::Y)).map(|(x, y)| [x, y]);
     points.chain(vector_at(tape, signal, ends.1)).collect()

@@ -16,7 +16,7 @@ pub(crate) mod tests;
 use chunk::{Bucket, CHUNK, Chunk, Contacts, LEVELS};
 use haptic_ipc::{Sample, SampleY};
 use mark::TapeMark;
-use outline::{end_of_column, outlines};
+use outline::{Span, end_of_column, outlines};
 use plane::Plane;
 use signal::Signal;
 use std::collections::VecDeque;
@@ -43,6 +43,8 @@ pub(crate) struct Tape {
     chunks: VecDeque<Arc<Chunk>>,
     /// Samples of the first chunk that are too old to be shown.
     start: usize,
+    /// Ticks from one sample to the next where none is missing; 0 before the second.
+    stride: u64,
     /// What happened meanwhile, in the order of ticks.
     marks: Arc<Vec<TapeMark>>,
     /// The other tapes of a rig of two axes.
@@ -187,6 +189,10 @@ impl Tape {
     }
 
     fn append(&mut self, row: Sample) {
+        let step = self.last().map_or(0, |last| row.tick.saturating_sub(last.tick));
+        if step > 0 && (step < self.stride || self.stride == 0) {
+            self.stride = step;
+        }
         match self.chunks.back_mut().filter(|last| !last.is_full()) {
             // A shared chunk is copied first, so that a frozen tape does not change.
             Some(last) => Arc::make_mut(last).push(row),
@@ -279,16 +285,32 @@ impl Tape {
         self.pairs(self.places(from_s, to_s))
     }
 
-    /// One of `stride` samples, each with the one before it on the tape; or only those of them with force.
+    /// One of `stride` samples, each with the one before it on the tape; or only those of them with force. `None` stands
+    /// between two of them where others are missing.
     pub(crate) fn pairs_every(
         &self,
         stride: usize,
         with_force: bool,
         (from_s, to_s): (f64, f64),
-    ) -> impl Iterator<Item = (&Sample, &Sample)> {
+    ) -> impl Iterator<Item = Option<(&Sample, &Sample)>> {
         let places = self.places(from_s, to_s).step_by(stride);
         let pairs = places.filter_map(|place| self.pair(place));
-        pairs.filter(move |(_, sample)| !with_force || sample.state.is_live())
+        let pairs = pairs.filter(move |(_, sample)| !with_force || sample.state.is_live());
+        // As many as are drawn in the place of two, or more.
+        let gap = self.stride.saturating_mul(2 * stride as u64).max(1);
+        let mut next = u64::MAX;
+        pairs.flat_map(move |pair| {
+            let is_broken = pair.1.tick >= next;
+            next = pair.1.tick.saturating_add(gap);
+            is_broken.then_some(None).into_iter().chain([Some(pair)])
+        })
+    }
+
+    /// The time of the sample before a place, s, if samples are missing between them for longer than `shortest_s`.
+    fn gap_before(&self, place: usize, shortest_s: f64) -> Option<f64> {
+        let (before, sample) = self.pair(place)?;
+        let is_missing = sample.tick.saturating_sub(before.tick) > self.stride;
+        (is_missing && sample.t_s - before.t_s > shortest_s).then_some(before.t_s)
     }
 
     /// Every sample, and one more at either end.
@@ -312,6 +334,7 @@ impl Tape {
                 .cloned()
                 .collect(),
             start: if first == 0 { self.start } else { 0 },
+            stride: self.stride,
             marks: Arc::clone(&self.marks),
             plane: self.plane.as_ref().map(|plane| {
                 let (y, length) = (plane.y.part(from_s, to_s), plane.length.part(from_s, to_s));
@@ -337,13 +360,16 @@ impl Tape {
     }
 
     /// Lines of signals from one time to another, s on the daemon's clock, with columns of `column_s`.
-    /// They reach beyond both ends by a sample or a bucket, so that they touch the edges of the plot.
+    /// They reach beyond both ends by a sample or a bucket, so that they touch the edges of the plot, and are broken where
+    /// samples are missing.
     pub(crate) fn outlines(&self, signals: &[Signal], (from_s, to_s): (f64, f64), column_s: f64) -> Vec<Vec<[f64; 2]>> {
         let places = self.places_around(from_s, to_s);
         let level = level(samples_a_column(&places, (from_s, to_s), column_s));
-        let spans = self
-            .pieces(places, level)
-            .map(|(place, piece)| (piece.first_s(), (place, piece)));
+        let spans = self.pieces(places, level, column_s).map(|(place, piece)| Span {
+            first_s: piece.first_s(),
+            follows_gap: self.gap_before(place, column_s).is_some(),
+            what: (place, piece),
+        });
         let extremes = |&(place, piece): &(usize, Piece<'_>), line: usize| match piece {
             Piece::Sample(before, sample) => [(signals[line].of(before, sample), place); 2],
             Piece::Bucket(bucket) => {
@@ -365,11 +391,14 @@ impl Tape {
         let mut contacts: Vec<(f64, Contacts)> = Vec::new();
         let mut until_s = f64::NEG_INFINITY;
         let newest = places.end.checked_sub(1).and_then(|place| self.get(place));
-        for (_, piece) in self.pieces(places, level(density)) {
+        for (place, piece) in self.pieces(places, level(density), column_s) {
             let first_s = piece.first_s();
             match contacts.last_mut().filter(|_| first_s < until_s) {
                 Some((_, column)) => column.join(piece.contacts()),
                 None => {
+                    // Nobody knows what it did in between.
+                    let gap = self.gap_before(place, column_s).filter(|_| !contacts.is_empty());
+                    contacts.extend(gap.map(|from_s| (from_s, Contacts::default())));
                     contacts.push((first_s, piece.contacts()));
                     if density >= MANY_CONTACTS {
                         until_s = end_of_column(first_s, column_s);
@@ -385,18 +414,27 @@ impl Tape {
             .collect()
     }
 
-    /// The pieces in a range of places, each with its place: whole buckets of a level, and samples.
-    fn pieces(&self, places: Range<usize>, level: Option<usize>) -> impl Iterator<Item = (usize, Piece<'_>)> {
+    /// The pieces in a range of places, each with its place: whole buckets of a level, finer ones where those last longer
+    /// than a column because samples are missing in them, and samples.
+    fn pieces(
+        &self,
+        places: Range<usize>,
+        level: Option<usize>,
+        column_s: f64,
+    ) -> impl Iterator<Item = (usize, Piece<'_>)> {
         let mut place = places.start;
         std::iter::from_fn(move || {
             let chunk = self.chunks.get(place / CHUNK).filter(|_| place < places.end)?;
             let (here, within) = (place, place % CHUNK);
-            if let Some(level) = level
-                && here + LEVELS[level] <= places.end
-                && let Some(bucket) = chunk.bucket_at(level, within)
-            {
-                place += LEVELS[level];
-                return Some((here, Piece::Bucket(bucket)));
+            for level in (0..level.map_or(0, |level| level + 1)).rev() {
+                let size = LEVELS[level];
+                if here + size <= places.end
+                    && let Some(bucket) = chunk.bucket_at(level, within)
+                    && chunk.samples()[within + size - 1].t_s - bucket.first_s <= column_s
+                {
+                    place += size;
+                    return Some((here, Piece::Bucket(bucket)));
+                }
             }
             place += 1;
             let (before, sample) = chunk.pair(within)?;

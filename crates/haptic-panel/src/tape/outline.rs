@@ -8,14 +8,26 @@
 /// A value and the index on its tape of the sample that has it.
 pub(crate) type Extreme = (f64, usize);
 
+/// Between the points of a line, where it is broken because samples are missing.
+pub(crate) const BREAK: [f64; 2] = [f64::NAN; 2];
+
+/// A sample or a bucket.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span<S> {
+    /// Time of its first sample, s, which decides its column.
+    pub(crate) first_s: f64,
+    /// Samples are missing before it, for longer than a column.
+    pub(crate) follows_gap: bool,
+    pub(crate) what: S,
+}
+
 /// Points of `lines` lines through spans (samples or buckets) in the order of time, with columns of
 /// `column_s`.
 ///
-/// Each span comes with the time of its first sample, s, which decides its column. `extremes` gives
-/// the least and the greatest value of a line in a span, `time_of` the time of an index. All lines are
+/// `extremes` gives the least and the greatest value of a line in a span, `time_of` the time of an index. All lines are
 /// made in one pass: a minute of samples exceeds the processor's cache.
 pub(crate) fn outlines<S>(
-    spans: impl IntoIterator<Item = (f64, S)>,
+    spans: impl IntoIterator<Item = Span<S>>,
     lines: usize,
     extremes: impl Fn(&S, usize) -> [Extreme; 2],
     column_s: f64,
@@ -24,23 +36,29 @@ pub(crate) fn outlines<S>(
     let mut points = vec![Vec::new(); lines];
     let mut columns: Vec<Column> = Vec::with_capacity(lines);
     let mut until_s = f64::NEG_INFINITY;
-    let mut draw = |columns: &mut Vec<Column>| {
+    let mut draw = |columns: &mut Vec<Column>, then_breaks: bool| {
         for (column, line) in columns.drain(..).zip(&mut points) {
             column.draw(line, &time_of);
+            line.extend(then_breaks.then_some(BREAK));
         }
     };
-    for (first_s, span) in spans {
+    for Span {
+        first_s,
+        follows_gap,
+        what,
+    } in spans
+    {
         if first_s < until_s {
             for (line, column) in columns.iter_mut().enumerate() {
-                column.merge(extremes(&span, line));
+                column.merge(extremes(&what, line));
             }
         } else {
             until_s = end_of_column(first_s, column_s);
-            draw(&mut columns);
-            columns.extend((0..lines).map(|line| Column(extremes(&span, line))));
+            draw(&mut columns, follows_gap);
+            columns.extend((0..lines).map(|line| Column(extremes(&what, line))));
         }
     }
-    draw(&mut columns);
+    draw(&mut columns, false);
     points
 }
 
@@ -82,10 +100,11 @@ mod tests {
 
     /// A single line.
     fn outline(samples: &[(f64, f64)], column_s: f64) -> Vec<[f64; 2]> {
-        let spans = samples
-            .iter()
-            .enumerate()
-            .map(|(index, (t_s, value))| (*t_s, (*value, index)));
+        let spans = samples.iter().enumerate().map(|(index, (t_s, value))| Span {
+            first_s: *t_s,
+            follows_gap: false,
+            what: (*value, index),
+        });
         let mut lines = outlines(spans, 1, |span, _| [*span; 2], column_s, |index| samples[index].0);
         lines.remove(0)
     }

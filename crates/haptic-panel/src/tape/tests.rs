@@ -107,7 +107,7 @@ fn a_frame_of_an_hour_looks_at_no_more_than_its_pixels_ask_for() {
         let column_s = length_s / f64::from(columns);
         let places = tape.places_around(whole.0, whole.1);
         let level = level(samples_a_column(&places, whole, column_s));
-        let looked_at = tape.pieces(places, level).count();
+        let looked_at = tape.pieces(places, level, column_s).count();
         assert!(looked_at < 17 * 1600, "{columns} columns: {looked_at} pieces");
         let line = tape.outlines(&[Signal::COUPLING_FORCE], whole, column_s).remove(0);
         assert!(line.len() <= 2 * 1601, "{}", line.len());
@@ -121,8 +121,9 @@ fn a_frame_of_an_hour_looks_at_no_more_than_its_pixels_ask_for() {
         let span_s = share * length_s / 3600.0;
         let seen = (length_s / 2.0, length_s / 2.0 + span_s);
         let places = tape.places_around(seen.0, seen.1);
-        let level = level(samples_a_column(&places, seen, span_s / 1600.0));
-        let looked_at = tape.pieces(places, level).count();
+        let column_s = span_s / 1600.0;
+        let level = level(samples_a_column(&places, seen, column_s));
+        let looked_at = tape.pieces(places, level, column_s).count();
         assert!(looked_at < 66 * 1600, "{span_s} s: {looked_at} pieces");
     }
     let raw = tape.len() * size_of::<Sample>();
@@ -194,6 +195,55 @@ fn mark_lies_at_the_first_sample_from_its_tick_on() {
     tape.extend([72].map(row));
     assert_eq!(told(&tape, 0.0, 99.0), [(40.0, late)], "a minute is kept");
     assert_eq!(told(&frozen, 0.0, 11.0), [(10.0, early)], "a frozen tape keeps its own");
+}
+
+/// A sample a millisecond from each of these ticks up to another, in which the block sticks.
+fn with_gaps(runs: &[std::ops::Range<u32>]) -> Tape {
+    Tape::recorded(runs.iter().cloned().flatten().map(|tick| Sample {
+        tick: tick.into(),
+        ..at(f64::from(tick) * 1e-3)
+    }))
+}
+
+#[test]
+fn lines_are_broken_where_samples_are_missing() {
+    let tape = with_gaps(&[0..10_000, 10_001..20_000, 25_000..40_000]);
+    let ends = (0.0, 40.0);
+    // By samples, by small buckets and by large ones.
+    for (columns, missing) in [(80_000.0, 2), (1000.0, 1), (200.0, 1), (20.0, 1), (4.0, 0)] {
+        let column_s = 40.0 / columns;
+        let line = tape.outlines(&[Signal::COUPLING_FORCE], ends, column_s).remove(0);
+        let parts: Vec<_> = line.split(|[t_s, _]| t_s.is_nan()).collect();
+        assert_eq!(parts.len(), missing + 1, "{columns} columns");
+        let contacts = tape.contacts(ends, column_s);
+        if let [.., before, after] = parts[..] {
+            let ends = [before.last(), after.first()].map(|point| point.map(|[t_s, _]| *t_s));
+            assert_eq!(ends, [Some(19.999), Some(25.0)], "{columns} columns");
+            assert!(contacts.contains(&(19.999, None)), "{columns} columns");
+        } else {
+            assert!(contacts.iter().all(|(_, slides)| slides.is_some()), "{columns} columns");
+        }
+    }
+}
+
+fn ends_of(tape: &Tape) -> (f64, f64) {
+    (tape.oldest_s().unwrap_or(0.0), tape.newest_s().unwrap_or(0.0))
+}
+
+#[test]
+fn trail_is_broken_where_samples_are_missing() {
+    let breaks = |tape: &Tape, stride| {
+        let ends = ends_of(tape);
+        tape.pairs_every(stride, false, ends).filter(Option::is_none).count()
+    };
+    let tape = with_gaps(&[0..100, 101..200, 250..300]);
+    assert_eq!([1, 10, 100].map(|stride| breaks(&tape, stride)), [2, 1, 0]);
+    // Of every tenth tick none is missing.
+    let thinned = Tape::recorded((0..30u32).map(|count| Sample {
+        tick: (10 * count).into(),
+        ..at(f64::from(count))
+    }));
+    assert_eq!([1, 3].map(|stride| breaks(&thinned, stride)), [0, 0]);
 }
 
 proptest! {
