@@ -57,7 +57,7 @@ fn saved_scene_is_listed_and_starts_another_daemon() {
     let other = Daemon::start(&["--scene", &saved.path]);
     let started: SceneReply = other.client().request(Request::get()).expect("a scene");
     let mut expected = scene.scene;
-    expected.name = "changed from simulated friction".to_owned();
+    expected.name = "my rig evening".to_owned();
     assert_eq!(started.scene, expected);
     let files: Vec<_> = std::fs::read_dir(directory).expect("it is there").collect();
     assert_eq!(files.len(), 1, "nothing but the scene is left: {files:?}");

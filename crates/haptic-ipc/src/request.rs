@@ -137,7 +137,7 @@ operations! {
         /// The scene.
         scene: SceneRef,
     } with options -> crate::ChangeReply;
-    /// Save a scene in the library. A changed active scene gets the title `changed from TITLE`.
+    /// Save a scene in the library. One changed from another scene there gets its name as title.
     SceneSave "scene.save" {
         /// Its name there.
         name: String,

@@ -14,6 +14,11 @@ pub(crate) fn spoken(name: &str) -> String {
     name.replace('_', " ")
 }
 
+/// Whether a scene of the library has this title: its name there is that of a file.
+pub(crate) fn is_name_of(name: &str, title: &str) -> bool {
+    name.eq_ignore_ascii_case(&title.replace(' ', "-"))
+}
+
 /// What the value of a check is of, by its unit where that says it; empty for a check that this program
 /// does not know.
 pub(crate) fn subject(check: &str, unit: &str) -> &'static str {

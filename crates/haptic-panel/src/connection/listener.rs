@@ -198,6 +198,7 @@ impl Listener {
                     Some(Asked::Describe) => self.following.description.answered(&result),
                     Some(Asked::Intent(Intent::Save { .. })) if result.is_ok() => {
                         self.ask(Request::SceneList {}, Asked::Library);
+                        self.ask(Request::Status {}, Asked::Status);
                     }
                     _ => {}
                 }

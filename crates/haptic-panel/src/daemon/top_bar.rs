@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::stop::button;
 use crate::stop::report::is_halted;
 use crate::theme::Palette;
-use crate::wording::shortened;
+use crate::wording::{is_name_of, shortened};
 use egui::text::LayoutJob;
 use egui::{Align, Button, Color32, Frame, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2, vec2};
 use haptic_ipc::RigState;
@@ -169,9 +169,11 @@ fn scene_line(daemon: &Daemon) -> String {
     let status = daemon.mirror.status.as_ref();
     let origin = status.and_then(|status| status.library_scene.as_ref());
     let origin = origin.map(|origin| {
-        // A name in the library is that of a file.
-        let is_same = origin.name == scene.replace(' ', "-");
-        let name = if is_same { "library" } else { &origin.name };
+        let name = if is_name_of(&origin.name, scene) {
+            "library"
+        } else {
+            &origin.name
+        };
         let changed = if origin.changed { ", changed" } else { "" };
         format!(" ({name}{changed})")
     });

@@ -5,6 +5,7 @@ use crate::drop_down::{self, Item};
 use crate::intent::Intent;
 use crate::theme::Palette;
 use crate::typing::number_field;
+use crate::wording::is_name_of;
 use egui::{Button, CollapsingHeader, Id, Key, Label, RichText, TextEdit, Ui};
 use haptic_ipc::{DaemonMirror, Difference, ListedScene, SceneRef};
 
@@ -12,15 +13,11 @@ use haptic_ipc::{DaemonMirror, Difference, ListedScene, SceneRef};
 pub(crate) fn show_scenes(ui: &mut Ui, daemon: &DaemonMirror, tuning: &Tuning, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         ui.label("Scenes");
-        let shown = if daemon.scene.name.is_empty() {
-            "choose"
-        } else {
-            daemon.scene.name.as_str()
-        };
+        let name = name(daemon);
+        let shown = if name.is_empty() { "choose" } else { name };
         let usable = daemon.library.iter().filter(|listed| listed.problem.is_none());
         let item = |listed: &ListedScene| Item {
-            // The name in the library is that of a file.
-            is_active: listed.name == daemon.scene.name.replace(' ', "-"),
+            is_active: is_name_of(&listed.name, name),
             text: listed.name.clone(),
             hint: about(listed),
             what: listed.name.clone(),
@@ -32,6 +29,18 @@ pub(crate) fn show_scenes(ui: &mut Ui, daemon: &DaemonMirror, tuning: &Tuning, i
             intents.push(tuning.load(&name, SceneRef::Name(name.clone())));
         }
     });
+}
+
+/// The active scene: its name in the library where it was saved there and not changed since, else its title.
+fn name(daemon: &DaemonMirror) -> &str {
+    let title = &daemon.scene.name;
+    let status = daemon.status.as_ref();
+    let status = status.filter(|status| Some(status.revision) == daemon.scene.revision);
+    let origin = status.and_then(|status| status.library_scene.as_ref());
+    match origin.filter(|origin| !origin.changed && !is_name_of(&origin.name, title)) {
+        Some(origin) => &origin.name,
+        None => title,
+    }
 }
 
 /// What a scene of the library is.

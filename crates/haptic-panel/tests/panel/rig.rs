@@ -361,6 +361,23 @@ fn the_scene_of_the_library_is_named_and_that_it_was_changed() {
 }
 
 #[test]
+fn a_saved_scene_goes_by_the_name_under_which_it_was_saved() {
+    let mut panel = connected(RigState::Idle);
+    let shown = |panel: &Panel| panel.get_by_label("scenes").value();
+    for (name, changed, title) in [
+        ("sticky", false, "sticky"),
+        ("sticky", true, "paper"),
+        ("paper", false, "paper"),
+    ] {
+        let name = name.to_owned();
+        let mut status = status();
+        status.library_scene = Some(haptic_ipc::LibraryScene { name, changed });
+        hear(&mut panel, Update::Status(Ok(Box::new(status))));
+        assert_eq!(shown(&panel).as_deref(), Some(title));
+    }
+}
+
+#[test]
 fn numbers_beyond_any_rig_do_no_harm() {
     let mut panel = connected(RigState::Engaged);
     let mut rows = Vec::new();

@@ -15,9 +15,6 @@ pub(crate) const FIRST_REVISION: u64 = 1;
 /// Most scenes kept, and most steps that can be undone.
 const MAX_KEPT: usize = 1000;
 
-/// Before the title of the scene that a saved one was made from.
-const CHANGED_FROM: &str = "changed from ";
-
 /// A scene with its title and the two counts of its sharing.
 const SHARED_SCENE_BYTES: usize = size_of::<Scene>() + MAX_TITLE + 2 * size_of::<usize>();
 
@@ -38,6 +35,18 @@ const _: () = assert!(
 pub(crate) struct Origin {
     pub(crate) name: String,
     pub(crate) scene: Scene,
+}
+
+impl Origin {
+    /// Whether a scene differs from it by no more than the title.
+    fn feels_like(&self, scene: &Scene) -> bool {
+        let title = self.scene.name.clone();
+        self.scene
+            == Scene {
+                name: title,
+                ..scene.clone()
+            }
+    }
 }
 
 /// A scene, and the one of the library that it comes from.
@@ -282,37 +291,31 @@ impl History {
     pub(crate) fn library_scene(&self) -> Option<LibraryScene> {
         self.origin.as_ref().map(|origin| LibraryScene {
             name: origin.name.clone(),
-            changed: origin.scene != *self.newest().scene,
+            changed: !origin.feels_like(&self.newest().scene),
         })
     }
 
-    /// The title with which the newest scene is saved under a name: that of a scene of the library is not another's,
-    /// with other values.
+    /// The title with which the newest scene is saved under a name: its own, unless that is of a scene of the library
+    /// from which it was changed. No two scenes of one title have different values.
     pub(crate) fn title_to_save(&self, name: &str) -> String {
         let scene = &*self.newest().scene;
-        let title = &scene.name;
-        let is_others = |origin: &Origin| {
-            ![name, title.as_str()].contains(&&*origin.name) && origin.scene.name == *title && origin.scene != *scene
-        };
-        let changed = format!("{CHANGED_FROM}{title}");
-        if self.origin.as_deref().is_some_and(is_others)
-            && !title.starts_with(CHANGED_FROM)
-            && changed.len() <= MAX_TITLE
-        {
-            changed
-        } else {
-            title.clone()
+        match self.origin.as_deref() {
+            None => scene.name.clone(),
+            Some(origin) if origin.name == name || origin.feels_like(scene) => origin.scene.name.clone(),
+            Some(_) => name.to_owned(),
         }
     }
 
-    /// Notes that a scene was saved in the library; the newest one comes from there if it is the same.
+    /// Notes that a scene was saved in the library; the newest one comes from there if it is the same, perhaps but for
+    /// its title.
     pub(crate) fn saved(&mut self, name: &str, scene: &Scene) {
         self.forget_origin(name);
-        if *self.newest().scene == *scene {
-            self.origin = Some(Rc::new(Origin {
-                name: name.to_owned(),
-                scene: scene.clone(),
-            }));
+        let origin = Origin {
+            name: name.to_owned(),
+            scene: scene.clone(),
+        };
+        if origin.feels_like(&self.newest().scene) {
+            self.origin = Some(Rc::new(origin));
         }
     }
 
@@ -435,8 +438,24 @@ mod tests {
         history.saved("ice", &ice(2.0));
         assert_eq!(history.title_to_save("mine"), "thin ice", "nothing has changed");
         history.moved(Move::Forward, ice(3.0));
-        assert_eq!(history.title_to_save("mine"), "changed from thin ice");
+        assert_eq!(history.title_to_save("mine"), "mine");
         assert_eq!(history.title_to_save("ice"), "thin ice", "it replaces what it was");
+        let mine = Scene {
+            name: "mine".to_owned(),
+            ..heavy(3.0)
+        };
+        history.saved("mine", &mine);
+        let saved = |name: &str, changed| {
+            let name = name.to_owned();
+            Some(LibraryScene { name, changed })
+        };
+        assert_eq!(history.library_scene(), saved("mine", false), "it is what was saved");
+        assert_eq!(history.title_to_save("copy"), "mine", "a copy has the same title");
+        history.moved(Move::Forward, ice(4.0));
+        assert_eq!(history.library_scene(), saved("mine", true));
+        assert_eq!(history.title_to_save("mine"), "mine");
+        assert_eq!(history.title_to_save("yours"), "yours");
+        history.moved(Move::Undo, ice(3.0));
         history.moved(Move::Undo, ice(2.0));
         assert_eq!(history.title_to_save("mine"), "thin ice");
     }

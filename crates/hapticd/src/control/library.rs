@@ -311,10 +311,10 @@ pub(super) async fn save(
         Some(scene) => find_file(rig, scene).await?,
         None => Scene::clone(&rig.scene()).into(),
     };
-    let kept = scene.clone().on(rig.known.coupling());
     if is_active {
         scene.name = rig.history().title_to_save(&name);
     }
+    let kept = scene.clone().on(rig.known.coupling());
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
     let shown = path.clone();
     let write = move || {
