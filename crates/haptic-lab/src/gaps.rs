@@ -1,9 +1,9 @@
 //! Where samples of a record are missing, for all that read records.
 //!
-//! A gap lies between two neighbouring samples that are more than [`GAP_PERIODS`] of the record's median period apart, so
-//! that at least two are missing. The samples at its ends were recorded and do not belong to it; every time between them
-//! does. What is taken from a stretch about a time, as a velocity, is wrong up to half of that stretch beside a gap: who
-//! takes it gives that reach.
+//! A gap lies between two neighbouring samples that are more than [`GAP_PERIODS`] of the record's median period
+//! apart, so that two or more are missing. The samples at its ends were recorded and do not belong to it; every time
+//! between them does. What is taken from a stretch about a time, as a velocity, is wrong up to half of that stretch
+//! beside a gap: who takes it gives that reach.
 
 use haptic_motion::median::median_period_s;
 
@@ -78,7 +78,8 @@ mod tests {
                 Some(*t)
             }));
             let length_s = t_s[t_s.len() - 1] - 7.0;
-            let mut times: Vec<f64> = places.iter().map(|place| 7.0 + place * length_s).chain(t_s.iter().copied()).collect();
+            let inside = places.iter().map(|place| 7.0 + place * length_s);
+            let mut times: Vec<f64> = inside.chain(t_s.iter().copied()).collect();
             times.sort_by(f64::total_cmp);
             let beside_s = reach_s - SAME_SHARE * longest_step_s(&t_s) / GAP_PERIODS;
             let is_near = |t: &f64| gaps(&t_s).any(|[before, after]| before - beside_s < *t && *t < after + beside_s);

@@ -1,7 +1,7 @@
 //! Medians, other places in the order of values, and extents.
 
-/// The value that `share` of each `of` values lie below. `None` if there are no values, or all lie below. The values are
-/// reordered.
+/// The value that `share` of each `of` values lie below. `None` if there are no values, or all lie below.
+/// The values are reordered.
 pub fn at_share(values: &mut [f64], share: usize, of: usize) -> Option<f64> {
     let at = values.len() * share / of;
     (at < values.len()).then(|| *values.select_nth_unstable_by(at, f64::total_cmp).1)

@@ -46,8 +46,8 @@ pub struct Identification {
 struct Left {
     /// The path along which a law that gives way was fitted.
     path: Option<Path>,
-    /// The middle sample of each window, and the force under it that the fit does not explain, N. Their root mean square
-    /// is [`Identified::residual_rms_n`]; none where nothing was fitted.
+    /// The middle sample of each window, and the force under it that the fit does not explain, N. Their root mean
+    /// square is [`Identified::residual_rms_n`]; none where nothing was fitted.
     residual: Vec<(usize, f64)>,
 }
 

@@ -234,8 +234,8 @@ mod tests {
                 // A fit's freedom is less than its rows.
                 assert!(
                     (0.97..=1.000_001).contains(&(drawn_n / printed_n)),
-                    "{model:?}, noise of {force_noise_n} N, steps of {resolution_m} m: {drawn_n} N drawn, {printed_n} N \
-                     printed"
+                    "{model:?}, noise of {force_noise_n} N, steps of {resolution_m} m: {drawn_n} N drawn, \
+                     {printed_n} N printed"
                 );
             }
         }
