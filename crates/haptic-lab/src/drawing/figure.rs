@@ -43,15 +43,19 @@ fn figure(charts: &[Chart], columns: usize) -> String {
             style(charts, false)
         ),
     );
-    for (index, chart) in charts.iter().enumerate() {
-        let (x, y) = ((index % columns) as f64 * width, (index / columns) as f64 * row);
-        let fitted = Chart {
-            height_px: (row - head(chart, width) - BOTTOM).max(MIN_PLOT),
-            ..chart.clone()
-        };
-        add(&mut image, format_args!("<g transform=\"translate({x} {y})\">"));
-        draw(&mut image, &fitted, width, 0.0);
-        add(&mut image, format_args!("</g>"));
+    for (line, beside) in charts.chunks(columns).enumerate() {
+        // Plots beside one another are alike, whatever stands above them.
+        let tallest = beside.iter().map(|chart| head(chart, width)).fold(0.0, f64::max);
+        for (column, chart) in beside.iter().enumerate() {
+            let (x, y) = (column as f64 * width, line as f64 * row + tallest - head(chart, width));
+            let fitted = Chart {
+                height_px: (row - tallest - BOTTOM).max(MIN_PLOT),
+                ..chart.clone()
+            };
+            add(&mut image, format_args!("<g transform=\"translate({x} {y})\">"));
+            draw(&mut image, &fitted, width, 0.0);
+            add(&mut image, format_args!("</g>"));
+        }
     }
     image.push_str("</svg>\n");
     image
@@ -65,6 +69,36 @@ mod tests {
     fn number(image: &str, name: &str) -> f64 {
         let (_, rest) = image.split_once(&format!(" {name}=\"")).expect(name);
         rest.split('"').next().and_then(|text| text.parse().ok()).expect(name)
+    }
+
+    #[test]
+    fn plots_beside_one_another_have_one_height_and_edge() {
+        let charts = [0, 9, 3, 0].map(|traces| {
+            let chart = Chart::new("force", "mm", "N");
+            (0..traces).fold(chart, |chart, place| {
+                chart.with(Trace::line(
+                    format!("subject {place} of a long name"),
+                    vec![[0.0, 0.0], [1.0, 1.0]],
+                ))
+            })
+        });
+        let figure = &figures(&charts)[0];
+        let plots: Vec<[f64; 2]> = figure
+            .split("<g transform=\"translate(")
+            .skip(1)
+            .map(|chart| {
+                let (_, y) = chart
+                    .split(')')
+                    .next()
+                    .expect("a place")
+                    .split_once(' ')
+                    .expect("two numbers");
+                let frame = &chart[chart.find("class=\"frame\"").expect("a plot")..];
+                let y: f64 = y.parse().expect("a number");
+                [y + number(frame, "y"), number(frame, "height")]
+            })
+            .collect();
+        assert!(plots[0] == plots[1] && plots[2] == plots[3], "{plots:?}");
     }
 
     #[test]
