@@ -10,7 +10,7 @@ use crate::rt::clock::now_ns;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply, Peer};
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::mem::replace;
 use std::rc::Rc;
 use std::time::Duration;
@@ -23,6 +23,8 @@ pub(crate) struct Leases {
     held: RefCell<Vec<Lease>>,
     /// How often the lease of each client has lapsed, of those whose has.
     lapses: RefCell<BTreeMap<u64, u64>>,
+    /// The clients whose lease has lapsed, and that have not asked for another since.
+    lapsed: RefCell<BTreeSet<u64>>,
     changed: Notify,
 }
 
@@ -58,6 +60,7 @@ impl Leases {
     fn replace(&self, session: u64, by: &Peer, timeout_ms: u32) {
         let mut held = self.held.borrow_mut();
         held.retain(|lease| lease.session != session);
+        self.lapsed.borrow_mut().remove(&session);
         if timeout_ms != 0 {
             let timeout_ns = u64::from(timeout_ms) * 1_000_000;
             held.push(Lease {
@@ -82,6 +85,7 @@ impl Leases {
         let expired: Vec<Lease> = self.held.borrow_mut().extract_if(.., |lease| which(lease)).collect();
         for lease in &expired {
             *self.lapses.borrow_mut().entry(lease.session).or_default() += 1;
+            self.lapsed.borrow_mut().insert(lease.session);
         }
         expired
     }
@@ -91,9 +95,16 @@ impl Leases {
         self.lapses.borrow().get(&session).copied().unwrap_or(0)
     }
 
+    /// Whether the lease of a client has lapsed, and it has not asked for another since: it may not know that its silence
+    /// would let the rig go on.
+    pub(super) fn has_lapsed(&self, session: u64) -> bool {
+        self.lapsed.borrow().contains(&session)
+    }
+
     /// A client is gone, and will send nothing more.
     pub(super) fn forget(&self, session: u64) {
         self.lapses.borrow_mut().remove(&session);
+        self.lapsed.borrow_mut().remove(&session);
     }
 }
 
@@ -229,5 +240,25 @@ mod tests {
         let refused = rig.engage(true, ReadAfter { stops, lapses }, by).await;
         let refused = refused.expect_err("its lease has lapsed since");
         assert!(refused.message.contains("lease"), "{}", refused.message);
+    }
+
+    // hazard: F4
+    #[tokio::test]
+    async fn client_whose_lease_lapsed_engages_only_after_another() {
+        let (rig, _producer) = rig();
+        let (session, peer) = (1, Peer::default());
+        let by = Requester { session, peer: &peer };
+        lease(&rig, by, 1000);
+        drop(rig.leases.take(|_| true));
+        // It goes on as if nothing had happened.
+        rig.leases.renew(session);
+        let read_after = ReadAfter {
+            stops: rig.channel.stops(),
+            lapses: rig.leases.lapses(session),
+        };
+        let refused = rig.engage(true, read_after, by).await.expect_err("nothing guards it");
+        assert!(refused.message.contains("ask for `lease` again"), "{}", refused.message);
+        lease(&rig, by, 1000);
+        assert!(!rig.leases.has_lapsed(session), "it is guarded again");
     }
 }

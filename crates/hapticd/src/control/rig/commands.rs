@@ -107,6 +107,11 @@ impl RigHandle {
             let message = "cannot engage: the lease of this client has expired since it asked";
             return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
         }
+        if self.leases.has_lapsed(by.session) {
+            let message = "cannot engage: the lease of this client has lapsed: ask for `lease` again first, or for one of \
+                           timeout_ms = 0, which is none";
+            return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+        }
         self.carry_out(Command::Engage, admission, read_after.stops, Asked::By(by.peer))
             .await
     }
