@@ -41,7 +41,9 @@ Acknowledge = namedtuple("Acknowledge", "refused sequence")
 Error = namedtuple("Error", "version code detail")
 # Codes of an error: with the first the motor stays on; the others and what is wrong.
 BAD_MESSAGE = 1
-ERRORS = {2: "the position sensor", 3: "the motor or its amplifier", 255: "other"}
+ERRORS = {2: "the position sensor fails, or the handle moved faster than it can follow", 3: "the motor or its amplifier", 255: "other"}
+# What the quadrature encoder of the ATmega328P's firmware follows, counts a second.
+QUADRATURE_COUNTS_PER_S = 80_000
 # A handle that is faster under a push needs a smaller one, m/s or rad/s.
 FAST = 0.3
 
@@ -307,7 +309,9 @@ def says_who_it_is(rig):
         f"{counts:.0f} counts/{answer.unit}, {limit / (1000 if force == 'N' else 1e6)} {force}"
         for counts, limit in zip(answer.counts_per_metre, answer.force_limit_mn)
     ]
-    return f"{answer.firmware}: {', second axis '.join(shown)}, {answer.rate_hz} Hz"
+    fastest_mps = QUADRATURE_COUNTS_PER_S / answer.counts_per_metre[0]
+    follows = f", follows up to {fastest_mps:.2g} m/s" if answer.firmware.startswith("hapkit") and " quad" in answer.firmware else ""
+    return f"{answer.firmware}: {', second axis '.join(shown)}, {answer.rate_hz} Hz{follows}"
 
 
 def counts_its_samples(rig):

@@ -101,7 +101,8 @@ fn a_handle_too_fast_for_its_encoder_is_told() {
     let Some(rig) = SimulatedRig::start(Encoder::Quadrature, TMP, &light) else {
         return;
     };
-    let reported = "the device reports an error: code 2 (the position sensor), detail 0";
+    let reported = "the device reports an error: code 2 (the position sensor fails, or the handle moved \
+                    faster than it can follow), detail 0";
     for tries_left in (0..TRIES).rev() {
         let Some((passed, said)) = checked(rig.line(), &["--slow", "2", "--only", "says_who_it_is", "--push", "4"])
         else {

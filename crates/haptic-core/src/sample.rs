@@ -93,7 +93,7 @@ pub enum DeviceError {
 pub enum ErrorCode {
     /// A message whose kind, version or length it does not know.
     BadMessage = 1,
-    /// The position sensor fails.
+    /// The position sensor fails, or the handle moves faster than it can follow.
     Sensor = 2,
     /// The motor or its amplifier fails: too hot, too much current.
     Motor = 3,
@@ -118,7 +118,7 @@ impl fmt::Display for ErrorCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::BadMessage => "it was sent a message that it does not know",
-            Self::Sensor => "its position sensor fails",
+            Self::Sensor => "its position sensor fails, or the handle moved faster than its encoder can follow",
             Self::Motor => "its motor or amplifier fails",
             Self::Other => "it reports an error of its own",
         })
