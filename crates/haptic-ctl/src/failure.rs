@@ -198,6 +198,7 @@ fn in_options(error: &WireError) -> String {
     message
         .replace("`scene.list` lists", "`haptic-ctl scene list` lists")
         .replace("set `replace`", "use `--replace`")
+        .replace("give `range_m`", "give `--range-mm`")
 }
 
 #[cfg(test)]
@@ -215,6 +216,7 @@ mod tests {
             ("rate_hz = 9999 Hz is out of range", "--rate = 9999 Hz is out of range"),
             ("timeout_ms = 1 ms is out of range", "--timeout = 1 ms is out of range"),
             ("a scene `mine`: set `replace` to", "a scene `mine`: use `--replace` to"),
+            ("not known: give `range_m`, or", "not known: give `--range-mm`, or"),
             (
                 "no scene; `scene.list` lists all",
                 "no scene; `haptic-ctl scene list` lists all",

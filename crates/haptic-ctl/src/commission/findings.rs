@@ -54,6 +54,9 @@ pub(super) struct Findings {
     pub(super) friction_n: Pair,
     #[serde(flatten)]
     pub(super) mass: Option<Mass>,
+    /// As it was identified, which counts more, kg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) identified_mass_kg: Option<f64>,
     pub(super) range_m: Option<f64>,
     /// Between two counts, as the device says, m.
     resolution_m: f64,
@@ -106,6 +109,7 @@ impl Findings {
             breakaway_n: Pair::default(),
             friction_n: Pair::default(),
             mass: None,
+            identified_mass_kg: None,
             range_m: None,
             resolution_m: begun.resolution_m,
             step_m: None,
@@ -140,11 +144,6 @@ impl Findings {
                 step_m * 1e6
             ),
         };
-        let mass = match self.mass {
-            Some(Mass { kg, spread_kg }) => format!("{kg:.3} kg, within {spread_kg:.3} kg"),
-            None if self.motor.is_some() => "not known: the pulses do not tell it".to_owned(),
-            None => "not known: the pulses do not tell it (`haptic-ctl identify --rig` does)".to_owned(),
-        };
         let direction = match self.motor {
             None => "right: a positive force moves the handle in the positive direction",
             Some(_) => "right: a positive effort moves the motor's own encoder in the positive direction",
@@ -153,7 +152,7 @@ impl Findings {
             ("direction", direction.to_owned()),
             ("first moved at", self.breakaway_n.shown()),
             ("friction, drag", self.friction_n.shown()),
-            ("mass", mass),
+            ("mass", self.mass_for_people()),
         ];
         if self.motor.is_none() {
             rows.extend([("range", range), ("encoder step", step)]);
@@ -163,6 +162,26 @@ impl Findings {
             .map(|(name, value)| vec![format!("  {name}"), value])
             .collect();
         output::table(&rows)
+    }
+
+    fn mass_for_people(&self) -> String {
+        let by_pulses = self
+            .mass
+            .map(|Mass { kg, spread_kg }| format!("{kg:.3} kg, within {spread_kg:.3} kg"));
+        match (self.identified_mass_kg, by_pulses) {
+            (Some(kg), Some(by_pulses)) => return format!("{kg:.3} kg, as identified; by the pulses {by_pulses}"),
+            (Some(kg), None) => return format!("{kg:.3} kg, as identified; the pulses do not tell it"),
+            (None, Some(by_pulses)) => return by_pulses,
+            (None, None) => {}
+        }
+        let mut text = "not known: the pulses do not tell it".to_owned();
+        if self.motor.is_none() {
+            let range = self.range_m.map_or(" --range-mm MM", |_| "");
+            text.push_str(&format!(
+                " (`haptic-ctl identify --rig{range}` does: then commission again)"
+            ));
+        }
+        text
     }
 
     /// The stiffest grip, for people.
@@ -204,21 +223,47 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_grip_says_for_which_masses_it_holds() {
-        let begun: CommissionReply = serde_json::from_value(serde_json::json!({
+    fn begun() -> CommissionReply {
+        serde_json::from_value(serde_json::json!({
             "by": {"session": "ada", "uid": 0}, "rig": "fake", "firmware": "mine 1.0", "pulsing": false, "force_limit_N": 1.0,
             "rig_force_limit_N": 2.0, "resolution_m": 1e-5, "ramp_ms": 200.0, "pulses": 0, "positive_confirmed": false,
             "negative_confirmed": false, "position_m": 0.0,
         }))
-        .expect("a reply");
+        .expect("a reply")
+    }
+
+    #[test]
+    fn a_mass_that_pulses_do_not_tell_says_what_does() {
+        let mut found = Findings::new(&begun());
+        let unknown = found.mass_for_people();
+        assert!(
+            unknown.contains("`haptic-ctl identify --rig --range-mm MM`"),
+            "{unknown}"
+        );
+        found.range_m = Some(0.1);
+        let unknown = found.mass_for_people();
+        assert!(unknown.contains("`haptic-ctl identify --rig`"), "{unknown}");
+        found.identified_mass_kg = Some(0.05);
+        assert_eq!(
+            found.mass_for_people(),
+            "0.050 kg, as identified; the pulses do not tell it"
+        );
+        found.mass = Mass::of(&[0.06; 3]);
+        assert_eq!(
+            found.mass_for_people(),
+            "0.050 kg, as identified; by the pulses 0.060 kg, within 0.000 kg"
+        );
+    }
+
+    #[test]
+    fn a_grip_says_for_which_masses_it_holds() {
         let coupling = Coupling {
             stiffness: 500.0,
             damping: 2.0,
         };
         let known = Findings {
             coupling: Some(coupling),
-            ..Findings::new(&begun)
+            ..Findings::new(&begun())
         };
         let ends = "K = 500 N/m with B = 2 N s/m, which scenes with `coupling = \"rig\"` have";
         let told = |found: &Findings| found.grip().expect("a grip");

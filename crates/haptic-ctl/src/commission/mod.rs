@@ -208,6 +208,9 @@ impl Work<'_> {
         self.friction(&found);
         self.findings.step_m = found.step_m;
         self.findings.pulses = found.pulses;
+        let status: Status = self.daemon.ask(Request::Status {}).await?;
+        let identified = status.rig_friction.and_then(|friction| friction.identified);
+        self.findings.identified_mass_kg = identified.map(|friction| friction.mass);
         self.agree(&format!("Found:\n{}\nKeep this?", self.findings.table()))
             .await?;
         let stored: CommissionReply = self
@@ -221,7 +224,7 @@ impl Work<'_> {
         self.findings.path = stored.path;
         self.findings.coupling = stored.coupling;
         if stored.coupling.is_some() {
-            // It may be known otherwise than by these pulses.
+            // Its mass may be known otherwise than by these pulses.
             let advice: AdviceReply = self.daemon.ask(Request::Advise {}).await?;
             let is_unknown = advice.basis.is_some_and(|basis| basis.mass_kg.is_none());
             self.findings.coupling_masses_kg = is_unknown.then_some(UNKNOWN_MASS_KG);
