@@ -70,6 +70,9 @@ pub(super) struct Findings {
     /// The least and the greatest mass with which it bears that, where its own is not known, kg.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) coupling_masses_kg: Option<[f64; 2]>,
+    /// The revision since which the active scene has it, where this has changed that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) scene_revision: Option<u64>,
 }
 
 /// Mass of the moving part, as the pulses agree on it.
@@ -117,6 +120,7 @@ impl Findings {
             path: None,
             coupling: None,
             coupling_masses_kg: None,
+            scene_revision: None,
         }
     }
 
@@ -204,7 +208,12 @@ impl Findings {
         if let Some(path) = &self.path {
             text.push_str(&format!("\nkept in {path}"));
         }
-        text.extend(self.grip().map(|grip| format!("\n{grip}")));
+        if let Some(grip) = self.grip() {
+            text.push_str(&format!("\n{grip}"));
+        }
+        if let Some(revision) = self.scene_revision {
+            text.push_str(&format!("\nThe active scene has this grip, as revision {revision}"));
+        }
         output::line(&text)
     }
 }

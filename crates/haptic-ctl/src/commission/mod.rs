@@ -10,7 +10,7 @@ use crate::output;
 use findings::{Findings, Mass, mm};
 use haptic_ipc::{
     AdviceReply, CommissionReply, LeaseReply, MAX_COMMISSION_LEASE_MS, PulseEnd, PulseReport, Request, RigState,
-    StateReply, Status, UNKNOWN_MASS_KG,
+    SceneReply, StateReply, Status, UNKNOWN_MASS_KG,
 };
 use std::time::{Duration, Instant};
 
@@ -144,8 +144,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         work.steps(range).await
     };
     if done.is_ok() {
-        let _: CommissionReply = work.daemon.ask(Request::CommissionEnd {}).await?;
-        let _: LeaseReply = work.daemon.ask(Request::Lease { timeout_ms: 0 }).await?;
+        work.end().await?;
     }
     done?;
     if arguments.check {
@@ -209,7 +208,7 @@ impl Work<'_> {
         self.findings.step_m = found.step_m;
         self.findings.pulses = found.pulses;
         let status: Status = self.daemon.ask(Request::Status {}).await?;
-        let identified = status.rig_friction.and_then(|friction| friction.identified);
+        let identified = status.device.rig_friction.and_then(|friction| friction.identified);
         self.findings.identified_mass_kg = identified.map(|friction| friction.mass);
         self.agree(&format!("Found:\n{}\nKeep this?", self.findings.table()))
             .await?;
@@ -228,6 +227,18 @@ impl Work<'_> {
             let advice: AdviceReply = self.daemon.ask(Request::Advise {}).await?;
             let is_unknown = advice.basis.is_some_and(|basis| basis.mass_kg.is_none());
             self.findings.coupling_masses_kg = is_unknown.then_some(UNKNOWN_MASS_KG);
+        }
+        Ok(())
+    }
+
+    /// Gives the rig back, and sees whether the active scene has the grip from then on.
+    async fn end(&mut self) -> Result<(), Failure> {
+        let before: SceneReply = self.daemon.ask(Request::Get { scene: None }).await?;
+        let _: CommissionReply = self.daemon.ask(Request::CommissionEnd {}).await?;
+        let after: SceneReply = self.daemon.ask(Request::Get { scene: None }).await?;
+        let _: LeaseReply = self.daemon.ask(Request::Lease { timeout_ms: 0 }).await?;
+        if after.revision != before.revision && after.scene.coupling == self.findings.coupling {
+            self.findings.scene_revision = Some(after.revision);
         }
         Ok(())
     }

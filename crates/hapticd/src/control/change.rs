@@ -130,15 +130,16 @@ async fn retrace(
 
 /// Gives the scene that the daemon began with the coupling of the rig, once that is known: where its file leaves it to
 /// the rig, and where nobody has named a scene and the rig bears only a softer one. As long as nobody else has changed
-/// the scene, which is then of the revision `begun`, and no force may flow.
-pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
+/// the scene since, and no force may flow.
+pub(super) fn begin_on_the_rig(rig: &RigHandle) {
     let Some(file) = &rig.facts.first_scene else { return };
     let (newest, before) = rig.base(false);
-    if newest != *begun || rig.channel.may_have_force() || refuse_others(rig).is_err() {
+    let begun = rig.known.begun.get();
+    if newest != begun || rig.channel.may_have_force() || refuse_others(rig).is_err() {
         return;
     }
     // A delay is measured anew each time, and changes nothing twice.
-    let coupling = if *begun == FIRST_REVISION {
+    let coupling = if begun == FIRST_REVISION {
         rig.known.coupling()
     } else {
         rig.known.commissioned_coupling()
@@ -165,7 +166,7 @@ pub(super) fn begin_on_the_rig(rig: &RigHandle, begun: &mut u64) {
         message: Some("the coupling that this rig bears".to_owned()),
         ..JournalEntry::of("scene.load")
     };
-    *begun = rig.apply(scene, compiled, Move::Load(None), entry);
+    rig.known.begun.set(rig.apply(scene, compiled, Move::Load(None), entry));
 }
 
 /// Where a change leads from a scene.

@@ -9,7 +9,7 @@ use crate::control::rig::commission_record::{Findings, Record};
 use crate::control::rig::exclusive_use::state::{Commissioning, ExclusiveUse, Work};
 use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
 use crate::control::rig_files::Origin;
-use crate::control::{RigHandle, judge};
+use crate::control::{RigHandle, change, judge};
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
 use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, StateReply, WireError};
@@ -214,12 +214,16 @@ pub(in crate::control) async fn confirm(rig: &RigHandle, by: Requester<'_>) -> R
     })
 }
 
-/// Ends the commissioning.
+/// Ends the commissioning; the scene that the daemon began with has the grip that was found, before the answer.
 ///
 /// # Errors
 /// This client is not commissioning the rig.
 pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     status(rig, by)?;
     exclusive_use::end(rig, by.session, "its client has ended it");
-    status(rig, by)
+    let ended = status(rig, by)?;
+    if ended.path.is_some() {
+        change::begin_on_the_rig(rig);
+    }
+    Ok(ended)
 }

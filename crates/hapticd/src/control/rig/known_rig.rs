@@ -25,6 +25,7 @@ use haptic_core::rig_friction::RigFriction;
 use haptic_core::scene::Coupling;
 use haptic_core::servo::Settings;
 use haptic_ipc::{AdviceBasis, LossSource, RigFrictionStatus, WorstPlace};
+use std::cell::Cell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -53,6 +54,8 @@ pub(in crate::control) struct KnownRig {
     pub(in crate::control) verdicts: Verdicts,
     /// The bounds that the active scene broke, as they were last reckoned.
     pub(in crate::control) broken_bounds: BrokenBounds,
+    /// Revision of the scene that the daemon began with, as it was last made to suit the rig.
+    pub(in crate::control) begun: Cell<u64>,
     /// Workers that search for devices.
     pub(in crate::control) searches: Workers,
 }
@@ -108,6 +111,7 @@ impl KnownRig {
             frictions: RigFrictions::default(),
             verdicts: Verdicts::default(),
             broken_bounds: BrokenBounds::default(),
+            begun: Cell::new(FIRST_REVISION),
             searches: Workers::new("devices", MAX_SEARCHES),
         }
     }
@@ -325,7 +329,6 @@ impl KnownRig {
 pub(crate) async fn watch(rig: &RigHandle) {
     let mut pause = every(WATCH_PERIOD);
     let mut connected: Option<(u64, Instant)> = None;
-    let mut begun = FIRST_REVISION;
     loop {
         pause.tick().await;
         let Some(device) = rig.known.device() else {
@@ -334,7 +337,7 @@ pub(crate) async fn watch(rig: &RigHandle) {
         match connected {
             Some((connection, since)) if connection == device.connection => {
                 if since.elapsed() >= SETTLING {
-                    change::begin_on_the_rig(rig, &mut begun);
+                    change::begin_on_the_rig(rig);
                 }
             }
             _ => connected = Some((device.connection, Instant::now())),
