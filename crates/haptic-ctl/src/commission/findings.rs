@@ -182,7 +182,7 @@ impl Findings {
         if self.motor.is_none() {
             let range = self.range_m.map_or(" --range-mm MM", |_| "");
             text.push_str(&format!(
-                " (`haptic-ctl identify --rig{range}` does: then commission again)"
+                "; for a stiffer grip run `haptic-ctl identify --rig{range}`, then commission again"
             ));
         }
         text
