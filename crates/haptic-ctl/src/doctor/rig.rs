@@ -160,7 +160,7 @@ pub(super) fn devices(found: &DevicesReply) -> Vec<Check> {
             let state = match &device.problem {
                 Some(problem) => problem.what.as_str(),
                 None if device.in_use => "in use by the daemon",
-                None => "it can be opened",
+                None => "not in use, and can be opened",
             };
             let found = format!("{}, {}: {state}", device.address, device.description);
             match &device.problem {

@@ -147,7 +147,7 @@ impl MotionArguments {
         session
             .agree(&format!(
                 "The motor will move the handle for about {seconds:.0} s, with at most {:.2} N, at most {:.1} mm to \
-                 either side and at most {:.2} m/s. Go on?",
+                 either side and at most {:.2} m/s.",
                 bounds.force_n,
                 1e3 * greatest(|excitation| excitation.travel_limit_m),
                 greatest(|excitation| excitation.speed_limit_mps),

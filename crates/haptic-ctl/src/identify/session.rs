@@ -103,21 +103,21 @@ impl<'a> Session<'a> {
         self.console.say(text);
     }
 
-    /// Asks whether to continue.
-    pub(super) async fn agree(&mut self, question: &str) -> Result<(), Failure> {
-        if self.asked(question).await? {
+    /// Says what will be done, and asks whether to go on.
+    pub(super) async fn agree(&mut self, plan: &str) -> Result<(), Failure> {
+        if !self.console.asks() {
+            self.console.say(plan);
+            return Ok(());
+        }
+        if self.asked(&format!("{plan} Go on?")).await? {
             return Ok(());
         }
         self.console.say("Nothing was moved, nothing is kept.");
         Err(Failure::Interrupted)
     }
 
-    /// Asks a question, and renews the lease meanwhile. Where nobody is asked the answer is yes.
+    /// Asks a question, and renews the lease meanwhile.
     async fn asked(&mut self, question: &str) -> Result<bool, Failure> {
-        if !self.console.asks() {
-            self.console.say(question);
-            return Ok(true);
-        }
         self.console.prompt(question, "y/N");
         loop {
             tokio::select! {
