@@ -41,7 +41,9 @@ pub struct LinkCounters {
     pub steady_round_trip_ns: AtomicU64,
     /// Time between two samples by the device's clock: the mean of some before the newest, ns. 0 before the first mean.
     pub period_ns: AtomicU64,
-    /// Share of about the last hundred round trips that force may not have, parts in 1e6.
+    /// Newest round trip that force may not have, ns; 0 before the first.
+    pub late_round_trip_ns: AtomicU64,
+    /// Share of such of about the last hundred round trips, parts in 1e6.
     late_ppm: AtomicU64,
     /// The device confirms no command at present.
     is_ignoring: AtomicBool,
@@ -161,8 +163,11 @@ impl LinkCounters {
         self.steady_round_trip_ns.store(steady_ns.max(1), Relaxed);
     }
 
-    /// Notes whether a round trip is one that force may not have.
-    pub(crate) fn note_lateness(&self, is_late: bool) {
+    /// Notes whether a round trip, ns, is one that force may not have.
+    pub fn note_lateness(&self, round_trip_ns: u64, is_late: bool) {
+        if is_late {
+            self.late_round_trip_ns.store(round_trip_ns, Relaxed);
+        }
         let ppm = self.late_ppm.load(Relaxed);
         let news_ppm = if is_late { 1_000_000 / MEAN_OF } else { 0 };
         self.late_ppm.store(ppm - ppm / MEAN_OF + news_ppm, Relaxed);
@@ -236,6 +241,7 @@ impl LinkCounters {
         self.steady_round_trip_ns.store(0, Relaxed);
         self.period_ns.store(0, Relaxed);
         self.usual_age_ns.store(0, Relaxed);
+        self.late_round_trip_ns.store(0, Relaxed);
         self.late_ppm.store(0, Relaxed);
         self.is_ignoring.store(false, Relaxed);
         add(&self.connections, 1);

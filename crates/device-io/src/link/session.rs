@@ -244,7 +244,7 @@ impl Session {
         if let Some(round_trip_ns) = self.sent.round_trip_ns(sample.command, now_ns) {
             self.counters.note_round_trip(round_trip_ns);
             let is_late = round_trip_ns > self.late_round_trip_ns;
-            self.counters.note_lateness(is_late);
+            self.counters.note_lateness(round_trip_ns, is_late);
             if is_late {
                 self.force = self.force.and(Some(Err(DeviceError::CommandsLate)));
             }

@@ -181,12 +181,12 @@ fn not_delivered(counters: &LinkCounters) -> Option<Blocker> {
         Delivery::InTime => return None,
         Delivery::Late => {
             #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
-            let ms = counters.round_trip_ns.load(Relaxed) as f64 * 1e-6;
+            let ms = counters.late_round_trip_ns.load(Relaxed) as f64 * 1e-6;
             (
                 ErrorCode::CommandsLate,
                 format!(
-                    "commands take too long to the device and back, the newest {ms:.1} ms, which is more than stale-ms \
-                     and a sample period: the line or the device carries less than the loop sends"
+                    "commands take too long to the device and back, one of the last {ms:.1} ms, which is more than \
+                     stale-ms and a sample period: the line or the device carries less than the loop sends"
                 ),
                 "lower `rate`, or give the line and the device a higher baud rate (docs/device-protocol.md); `stale-ms` \
                  allows more delay",
@@ -340,6 +340,19 @@ mod tests {
         for watchdog_ms in [1, 50, 200] {
             assert!(no_watchdog(&device(1.0, Some(watchdog_ms)), strict).is_none());
         }
+    }
+
+    #[test]
+    fn a_refusal_for_late_commands_names_a_late_one() {
+        let counters = LinkCounters::default();
+        for _ in 0..20 {
+            for (round_trip_ns, is_late) in [(24_600_000, true), (2_000_000, false)] {
+                counters.note_round_trip(round_trip_ns);
+                counters.note_lateness(round_trip_ns, is_late);
+            }
+        }
+        let found = not_delivered(&counters).expect("in the way");
+        assert!(found.error.message.contains("24.6 ms"), "{}", found.error);
     }
 
     // hazard: H19
