@@ -155,7 +155,10 @@ fn engagement_queued_past_lease_expiry_is_refused() {
     assert!(message.contains("lease"), "{message}");
     assert_eq!(status(&mut daemon.client()).state, RigState::Idle);
     let refused = holder.ask(r#"{"id":4,"op":"engage"}"#);
-    assert_eq!(refused["error"]["code"], "wrong_state", "it has no lease now: {refused}");
+    assert_eq!(
+        refused["error"]["code"], "wrong_state",
+        "it has no lease now: {refused}"
+    );
     let leased = holder.ask(r#"{"id":5,"op":"lease","timeout_ms":60000}"#);
     assert!(leased["ok"].is_object(), "{leased}");
     let engaged = holder.ask(r#"{"id":6,"op":"engage"}"#);

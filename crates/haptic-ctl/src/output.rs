@@ -120,6 +120,17 @@ pub(crate) fn figure(value: f64) -> String {
     })
 }
 
+/// A value and the half width of its interval, with two digits of that, so that it never reads as zero: what is shown
+/// holds all of the interval.
+pub(crate) fn within(value: f64, half_width: f64, unit: &str) -> String {
+    #[expect(clippy::cast_possible_truncation, reason = "a small power of ten")]
+    let places = (1.0 - half_width.log10().floor()).clamp(0.0, 12.0) as i32;
+    // The value moves by up to half of its last digit.
+    let half_width = (half_width * 10_f64.powi(places) + 0.5).ceil() / 10_f64.powi(places);
+    let places = usize::try_from(places).unwrap_or(0);
+    format!("{value:.places$} {unit}, within {half_width:.places$} {unit}")
+}
+
 /// A time of the system's clock in a time zone, to the millisecond; `None` beyond what a calendar has.
 pub(crate) fn moment(unix_s: f64, zone: &TimeZone) -> Option<Zoned> {
     #[expect(clippy::cast_possible_truncation, reason = "whole milliseconds; the cast saturates")]
@@ -186,6 +197,19 @@ mod tests {
             (f64::INFINITY, "inf"),
         ] {
             assert_eq!(figure(value), text);
+        }
+    }
+
+    #[test]
+    fn what_is_shown_of_an_interval_holds_it() {
+        for (value, half_width, text) in [
+            (0.020_763, 0.000_31, "0.02076 kg, within 0.00032 kg"),
+            (0.020_763, 0.001_24, "0.0208 kg, within 0.0013 kg"),
+            (1.4, 0.099_9, "1.400 kg, within 0.101 kg"),
+            (1400.0, 120.0, "1400 kg, within 121 kg"),
+            (1.0, 0.0, "1.000000000000 kg, within 0.000000000001 kg"),
+        ] {
+            assert_eq!(within(value, half_width, "kg"), text);
         }
     }
 

@@ -96,6 +96,9 @@ pub struct PulseReport {
     /// Moved mass, kg, by the motor's work; absent where encoder, friction or a link of 5 ms hide it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
+    /// By how much the mass may differ from that, kg, by the encoder's steps and the delay of the link.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_within_kg: Option<f64>,
 }
 
 /// How a pulse ended.

@@ -80,7 +80,7 @@ pub(super) struct Findings {
 pub(super) struct Mass {
     #[serde(rename = "mass_kg")]
     pub(super) kg: f64,
-    /// Half of the range of what the pulses say, kg.
+    /// By how much it may differ: the interval holds those of all pulses, kg.
     #[serde(rename = "mass_spread_kg")]
     spread_kg: f64,
 }
@@ -92,12 +92,17 @@ impl Mass {
     /// Largest spread with which it is told, as a share of the mass.
     const MAX_SPREAD: f64 = 0.2;
 
-    /// What some pulses say, if they agree.
-    pub(super) fn of(masses_kg: &[f64]) -> Option<Self> {
-        let kg = mean(masses_kg)?;
-        let least_kg = masses_kg.iter().copied().fold(f64::INFINITY, f64::min);
-        let most_kg = masses_kg.iter().copied().fold(0.0, f64::max);
-        let spread_kg = 0.5 * (most_kg - least_kg);
+    /// What some pulses say, each with by how much it may differ, kg, if they agree.
+    pub(super) fn of(masses_kg: &[(f64, f64)]) -> Option<Self> {
+        let least_kg = masses_kg
+            .iter()
+            .map(|(kg, within_kg)| kg - within_kg)
+            .fold(f64::INFINITY, f64::min);
+        let most_kg = masses_kg
+            .iter()
+            .map(|(kg, within_kg)| kg + within_kg)
+            .fold(0.0, f64::max);
+        let (kg, spread_kg) = (0.5 * (least_kg + most_kg), 0.5 * (most_kg - least_kg));
         (masses_kg.len() >= Self::FEWEST && spread_kg <= Self::MAX_SPREAD * kg).then_some(Self { kg, spread_kg })
     }
 }
@@ -171,7 +176,7 @@ impl Findings {
     fn mass_for_people(&self) -> String {
         let by_pulses = self
             .mass
-            .map(|Mass { kg, spread_kg }| format!("{kg:.3} kg, within {spread_kg:.3} kg"));
+            .map(|Mass { kg, spread_kg }| output::within(kg, spread_kg, "kg"));
         match (self.identified_mass_kg, by_pulses) {
             (Some(kg), Some(by_pulses)) => return format!("{kg:.3} kg, as identified; by the pulses {by_pulses}"),
             (Some(kg), None) => return format!("{kg:.3} kg, as identified; the pulses do not tell it"),
@@ -232,6 +237,17 @@ pub(super) fn mean(values: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
 
+    #[test]
+    fn mass_holds_what_each_pulse_says() {
+        let pulses = [(0.0205, 0.0006), (0.0208, 0.0012), (0.0207, 0.0001)];
+        let mass = Mass::of(&pulses).expect("they agree");
+        for (kg, within_kg) in pulses {
+            assert!((mass.kg - kg).abs() + within_kg <= mass.spread_kg + 1e-12, "{mass:?}");
+        }
+        assert_eq!(Mass::of(&pulses[..2]), None, "too few");
+        assert_eq!(Mass::of(&[(0.02, 0.006); 3]), None, "too wide");
+    }
+
     fn begun() -> CommissionReply {
         serde_json::from_value(serde_json::json!({
             "by": {"session": "ada", "uid": 0}, "rig": "fake", "firmware": "mine 1.0", "pulsing": false, "force_limit_N": 1.0,
@@ -257,10 +273,10 @@ mod tests {
             found.mass_for_people(),
             "0.050 kg, as identified; the pulses do not tell it"
         );
-        found.mass = Mass::of(&[0.06; 3]);
+        found.mass = Mass::of(&[(0.06, 0.001); 3]);
         assert_eq!(
             found.mass_for_people(),
-            "0.050 kg, as identified; by the pulses 0.060 kg, within 0.000 kg"
+            "0.050 kg, as identified; by the pulses 0.0600 kg, within 0.0011 kg"
         );
     }
 

@@ -168,7 +168,8 @@ struct Work<'a> {
 struct Slide {
     sign: f64,
     friction_n: f64,
-    mass_kg: Option<f64>,
+    /// The mass, and by how much it may differ, kg.
+    mass_within_kg: Option<(f64, f64)>,
     /// Where the handle came to rest, m.
     to_m: f64,
 }
@@ -407,7 +408,7 @@ impl Work<'_> {
             self.slides.push(Slide {
                 sign,
                 friction_n,
-                mass_kg: report.mass_kg,
+                mass_within_kg: report.mass_kg.zip(report.mass_within_kg),
                 to_m,
             });
         }
@@ -435,7 +436,7 @@ impl Work<'_> {
             let friction_n: Vec<f64> = slides.map(|slide| slide.friction_n).collect();
             *self.findings.friction_n.of_mut(sign) = findings::mean(&friction_n);
         }
-        let masses: Vec<f64> = self.slides.iter().filter_map(|slide| slide.mass_kg).collect();
+        let masses: Vec<_> = self.slides.iter().filter_map(|slide| slide.mass_within_kg).collect();
         self.findings.mass = Mass::of(&masses);
     }
 

@@ -4,6 +4,7 @@ pub(crate) mod excitation;
 pub(crate) mod feed;
 pub(crate) mod link;
 pub(crate) mod motion;
+mod pulse_mass;
 mod stop_times;
 pub(crate) mod subscribers;
 pub(crate) mod timing;

@@ -1,11 +1,12 @@
 //! The motion of the handle while a rig is commissioned, from the records of all ticks.
 
+use super::pulse_mass::{Seen, mass_within};
 use crate::rt::outbox::TickRecord;
 use crate::rt::space::FIRST_AXIS;
 use haptic_core::planar::Plane;
 use haptic_core::{MotionEnd, PulseShape};
 use haptic_ipc::{PulseEnd, PulseReport, SampleY};
-use std::collections::VecDeque;
+use std::time::Duration;
 
 /// Time without a change of position after which the handle is at rest, ns.
 const REST_NS: u64 = 30_000_000;
@@ -19,13 +20,6 @@ const MIN_WAY: (f64, f64) = (20.0, 5e-4);
 
 /// Least travel that shows the direction of a force, in counts and m.
 const MIN_SIGN: (f64, f64) = (4.0, 2e-4);
-
-/// Window over which the speed is taken from which the mass is estimated, ns.
-const SPEED_WINDOW_NS: u64 = 10_000_000;
-
-/// Least way within that window, in counts, and least share of the motor's work that is in the motion then: below, the
-/// encoder or the friction says more than the mass.
-const MIN_OF_A_MASS: (f64, f64) = (20.0, 0.3);
 
 /// Way over which it is seen which motor of a linkage carries the hand, m: farther away it is another linkage, and the
 /// hand coasts as its friction lets it.
@@ -72,19 +66,7 @@ struct ObservedPulse {
     work_j: f64,
     path_m: f64,
     has_gaps: bool,
-    /// Times of the device, ns, and paths, m, of the newest window of time.
-    window: VecDeque<(u64, f64)>,
-    fastest: Fastest,
-}
-
-/// The window in which the handle was fastest so far, all of it under the pulse's full force.
-#[derive(Clone, Copy, Debug, Default)]
-struct Fastest {
-    way_m: f64,
-    time_ns: u64,
-    /// The motor's work and the path up to its middle, J and m.
-    work_j: f64,
-    path_m: f64,
+    ticks: Vec<Seen>,
 }
 
 impl Motion {
@@ -181,8 +163,7 @@ impl Motion {
             work_j: 0.0,
             path_m: 0.0,
             has_gaps: false,
-            window: VecDeque::new(),
-            fastest: Fastest::default(),
+            ticks: Vec::new(),
         });
     }
 
@@ -197,10 +178,10 @@ impl Motion {
         self.pulse.as_ref()?.hand
     }
 
-    /// Ends the observation of a pulse; returns its report.
-    pub(crate) fn end_pulse(&mut self, was_interrupted: bool) -> Option<PulseReport> {
+    /// Ends the observation of a pulse, whose force acted this long at most after its command; returns its report.
+    pub(crate) fn end_pulse(&mut self, was_interrupted: bool, delay: Duration) -> Option<PulseReport> {
         let pulse = self.pulse.take()?;
-        Some(pulse.report(self.resolution_m, was_interrupted))
+        Some(pulse.report(self.resolution_m, was_interrupted, delay))
     }
 
     /// Whether a pulse has moved the handle in its own direction, far enough to tell.
@@ -250,7 +231,12 @@ impl ObservedPulse {
         let force_n = last.map_or(0.0, |last| last.command_force);
         self.work_j += force_n * moved_m;
         self.path_m += moved_m.abs();
-        self.look_for_the_fastest(record.device_time_ns, force_n);
+        self.ticks.push(Seen {
+            began_ns: now_ns,
+            device_ns: record.device_time_ns,
+            moved_m,
+            force_n: record.command_force,
+        });
         if record.command_force != 0.0 {
             self.first_force_ns.get_or_insert(now_ns);
             self.last_force_ns = now_ns;
@@ -266,48 +252,6 @@ impl ObservedPulse {
         }
     }
 
-    /// Takes in how fast the handle is now, by the device's own time, ns.
-    fn look_for_the_fastest(&mut self, at_ns: u64, force_n: f64) {
-        // Near its end a pulse falls, and a delay of the motor would count for more.
-        if force_n.abs() < self.largest_force_n.abs() {
-            self.window.clear();
-            return;
-        }
-        self.window.push_back((at_ns, self.path_m));
-        while let Some(&(from_ns, from_m)) = self.window.front() {
-            let time_ns = at_ns.saturating_sub(from_ns);
-            if time_ns < SPEED_WINDOW_NS {
-                return;
-            }
-            let way_m = self.path_m - from_m;
-            if way_m > self.fastest.way_m {
-                self.fastest = Fastest {
-                    way_m,
-                    time_ns,
-                    work_j: self.work_j - 0.5 * force_n.abs() * way_m,
-                    path_m: self.path_m - 0.5 * way_m,
-                };
-            }
-            self.window.pop_front();
-        }
-    }
-
-    /// The mass that had the speed of the fastest window, kg, where the motor's work less that of a friction, N, tells.
-    fn mass_kg(&self, friction_n: f64, resolution_m: f64) -> Option<f64> {
-        let Fastest {
-            way_m,
-            time_ns,
-            work_j,
-            path_m,
-        } = self.fastest;
-        let (counts, share) = MIN_OF_A_MASS;
-        let motion_j = work_j - friction_n * path_m;
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a window")]
-        let speed_mps = way_m / (time_ns as f64 * 1e-9);
-        (way_m >= counts * resolution_m && way_m > 0.0 && motion_j >= share * work_j)
-            .then(|| 2.0 * motion_j / (speed_mps * speed_mps))
-    }
-
     fn is_over(&self) -> bool {
         let Some((_, from_ns)) = self.from else { return false };
         self.end.is_some() && (self.rests() || self.now_ns - from_ns > MAX_NS)
@@ -319,7 +263,7 @@ impl ObservedPulse {
     }
 
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a pulse")]
-    fn report(&self, resolution_m: f64, was_interrupted: bool) -> PulseReport {
+    fn report(&self, resolution_m: f64, was_interrupted: bool, delay: Duration) -> PulseReport {
         let shape = &self.shape;
         let moved_m = self.from.map_or(0.0, |(from_m, _)| self.position_m - from_m);
         let end = match self.end {
@@ -337,6 +281,10 @@ impl ObservedPulse {
             && moved_m.abs() >= at_least(MIN_WAY, resolution_m)
             && self.path_m <= STRAIGHT * moved_m.abs();
         let friction_n = is_sound.then(|| self.work_j / self.path_m);
+        let mass = friction_n.and_then(|_| {
+            let delay_ns = delay.as_nanos().try_into().unwrap_or(u64::MAX);
+            mass_within(&self.ticks, delay_ns, resolution_m)
+        });
         let force_ns = self.first_force_ns.map_or(0, |first_ns| self.last_force_ns - first_ns);
         PulseReport {
             motors_moved: None,
@@ -349,7 +297,8 @@ impl ObservedPulse {
             backward_m: self.backward_m,
             largest_speed_mps: self.largest_speed_mps,
             friction_n,
-            mass_kg: friction_n.and_then(|friction_n| self.mass_kg(friction_n, resolution_m)),
+            mass_kg: mass.map(|(kg, _)| kg),
+            mass_within_kg: mass.map(|(_, half_width_kg)| half_width_kg),
         }
     }
 }
@@ -405,7 +354,7 @@ mod tests {
             }
         }
         assert!(over.is_some_and(|tick| tick > 210), "{over:?}");
-        let report = motion.end_pulse(false).expect("it was watched");
+        let report = motion.end_pulse(false, Duration::ZERO).expect("it was watched");
         (motion, report)
     }
 

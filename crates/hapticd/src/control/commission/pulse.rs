@@ -128,9 +128,13 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
     let mut feed = rig.feed();
     let motion = feed.motion.as_mut()?;
     let hand = motion.pushed_hand();
-    let mut report = motion.end_pulse(was_interrupted)?;
-    if rig.facts.steady_delay_s() > MAX_DELAY_S {
-        report.mass_kg = None;
+    let delay_s = rig.facts.steady_delay_s();
+    let mut report = motion.end_pulse(
+        was_interrupted,
+        Duration::from_secs_f64(delay_s.clamp(0.0, MAX_DELAY_S)),
+    )?;
+    if delay_s > MAX_DELAY_S {
+        (report.mass_kg, report.mass_within_kg) = (None, None);
     }
     let mut confirmed = motion.is_confirmed_by(&report);
     let is_wrong = report.end == PulseEnd::WrongWay;
