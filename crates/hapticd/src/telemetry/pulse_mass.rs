@@ -52,7 +52,10 @@ fn with_delay(ticks: &[Seen], delay_ns: u64, resolution_m: f64) -> Option<(f64, 
     for (last, seen) in ticks.iter().zip(&ticks[1.min(ticks.len())..]) {
         // The force that acted between the two.
         let acts_since_ns = last.began_ns.saturating_sub(delay_ns);
-        while ticks[delayed + 1].began_ns <= acts_since_ns {
+        while ticks
+            .get(delayed + 1)
+            .is_some_and(|next| next.began_ns <= acts_since_ns)
+        {
             delayed += 1;
         }
         let is_before_the_first = ticks[delayed].began_ns > acts_since_ns;
