@@ -87,7 +87,7 @@ fn measured(properties: RigProperties) -> RigItself {
         record_s > least_s,
         "no motion has ended early: {record_s} s of {least_s} s"
     );
-    rig_itself::measure(&rig.record, &sweep).expect("a usable record")
+    rig_itself::measure(&rig.record, &sweep, 0.0).expect("a usable record")
 }
 
 /// A rig of 20 N with 100 mm of range.

@@ -44,13 +44,14 @@ pub(super) async fn run(
     let excited = arguments.excite(&mut session, true).await?;
     let ticks = std::mem::take(&mut session.ticks);
     let (resolution_m, period_s) = (session.begun.resolution_m, session.period_s);
+    let longest_delay_s = session.longest_delay_s().await?;
     let measured = session
         .compute(move || {
             let record = ticks.record(excited.first_tick, excited.last_tick, resolution_m);
             let sweep = excited
                 .sweep
                 .map(|(from, to)| at_speed(&ticks.sweep(from, to), period_s));
-            rig_itself::measure(&record, &sweep.unwrap_or_default())
+            rig_itself::measure(&record, &sweep.unwrap_or_default(), longest_delay_s)
         })
         .await?;
     let mut measured = measured.map_err(|error| Failure::BadRig(error.to_string()))?;

@@ -10,8 +10,8 @@ use crate::record::{self, RecordingUnderWay};
 use haptic_core::Excitation;
 use haptic_core::rig_friction::RigFriction;
 use haptic_ipc::{
-    Event, ExcitationEnd, ExcitationReport, IdentificationReply, LeaseReply, MAX_COMMISSION_LEASE_MS, Request,
-    RigState, Status, Topic,
+    AdviceReply, Event, ExcitationEnd, ExcitationReport, IdentificationReply, LeaseReply, MAX_COMMISSION_LEASE_MS,
+    Request, RigState, Status, Topic,
 };
 use indicatif::ProgressBar;
 use std::path::Path;
@@ -96,6 +96,17 @@ impl<'a> Session<'a> {
         let Some(file) = file else { return Ok(()) };
         self.recorder = Some(RecordingUnderWay::create(file, &metadata, replace)?);
         Ok(())
+    }
+
+    /// From a command to its force, s, at most; none of a rig in the daemon.
+    pub(super) async fn longest_delay_s(&mut self) -> Result<f64, Failure> {
+        let status: Status = self.daemon.ask(Request::Status {}).await?;
+        if status.link.is_none() {
+            return Ok(0.0);
+        }
+        let advice: AdviceReply = self.daemon.ask(Request::Advise {}).await?;
+        // A tick later the newest command is in the motor.
+        Ok(advice.basis.map_or(0.0, |basis| 1e-6 * basis.delay_us) + self.period_s)
     }
 
     /// Says something to the person.

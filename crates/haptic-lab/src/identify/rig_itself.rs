@@ -3,7 +3,7 @@
 
 use super::cogging::{FoundCogging, SweepSample, cogging};
 use super::identify;
-use super::options::{Directions, IdentifyError, Options, Record};
+use super::options::{Clocks, Directions, IdentifyError, Options, Record};
 use super::result::{Identified, ModelKind, Refusal};
 use haptic_core::Directional;
 use haptic_core::rig_friction::{Cogging, RigFriction};
@@ -17,11 +17,12 @@ pub struct RigItself {
     pub cogging: Option<FoundCogging>,
 }
 
-/// Measures a rig.
+/// Measures a rig whose motor's force acts within `longest_delay_s`, s, of the command that the record has.
 ///
 /// # Errors
 /// The record is unusable.
-pub fn measure(record: &Record, sweep: &[SweepSample]) -> Result<RigItself, IdentifyError> {
+pub fn measure(record: &Record, sweep: &[SweepSample], longest_delay_s: f64) -> Result<RigItself, IdentifyError> {
+    let identified_beside = |record: &Record, found| identified_beside(record, found, longest_delay_s);
     let roughly = identified_beside(record, cogging(sweep, 0.0))?;
     // What the mass takes of the sweep is known only now.
     match roughly.identified.mass_kg {
@@ -31,7 +32,11 @@ pub fn measure(record: &Record, sweep: &[SweepSample]) -> Result<RigItself, Iden
 }
 
 /// Mass and friction beside cogging, or beside the reason why there is none.
-fn identified_beside(record: &Record, found: Result<FoundCogging, String>) -> Result<RigItself, IdentifyError> {
+fn identified_beside(
+    record: &Record,
+    found: Result<FoundCogging, String>,
+    longest_delay_s: f64,
+) -> Result<RigItself, IdentifyError> {
     let mut record = record.clone();
     if let Ok(found) = &found {
         without_cogging(&mut record, &found.cogging);
@@ -42,7 +47,7 @@ fn identified_beside(record: &Record, found: Result<FoundCogging, String>) -> Re
         directions: Directions::Separate,
         ..Options::new(ModelKind::Karnopp)
     };
-    let mut identified = identify(&record, &options)?;
+    let mut identified = with_delay(&record, &options, longest_delay_s)?;
     if let Err(why) = &found {
         let instead = "a sweep over more travel, if the poles of the motor are farther apart";
         identified.refuse(Refusal::new("cogging", why, instead));
@@ -51,6 +56,39 @@ fn identified_beside(record: &Record, found: Result<FoundCogging, String>) -> Re
         identified,
         cogging: found.ok(),
     })
+}
+
+/// Mass and friction beside a delay of the force. Where the record does not determine that, their intervals hold those
+/// of no delay and of the longest.
+fn with_delay(record: &Record, options: &Options, longest_delay_s: f64) -> Result<Identified, IdentifyError> {
+    let with = |clocks| {
+        let options = Options {
+            clocks,
+            ..options.clone()
+        };
+        identify(record, &options)
+    };
+    if longest_delay_s <= 0.0 {
+        return with(Clocks::One);
+    }
+    let delayed = with(Clocks::Delayed)?;
+    if delayed.mass_kg.is_some() {
+        return Ok(delayed);
+    }
+    // The stamps of a force that acts later are too early.
+    let (mut at_once, late) = (with(Clocks::One)?, with(Clocks::Shifted(-longest_delay_s))?);
+    for (name, [least, most]) in &mut at_once.intervals {
+        let Some([late_least, late_most]) = late.intervals.get(name) else {
+            continue;
+        };
+        (*least, *most) = (least.min(*late_least), most.max(*late_most));
+    }
+    at_once.notes.push(format!(
+        "the record does not determine by how much the force acts after its command: the intervals hold for 0 to \
+         {:.1} ms",
+        1e3 * longest_delay_s
+    ));
+    Ok(at_once)
 }
 
 /// Takes cogging out of the forces of a record.
@@ -81,7 +119,47 @@ impl RigItself {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::Interval;
+    use crate::identify::study::{Experiment, Sensors, Truth};
+    use haptic_core::friction::{Friction, Karnopp};
     use haptic_core::rig_friction::{COGGING_HARMONICS, Harmonic};
+
+    /// The intervals of a rig's mass and dynamic friction, from a chirp whose force acts so many samples of 1 ms after
+    /// its command.
+    fn intervals(mass_kg: f64, friction_n: f64, delay: usize, longest_delay_s: f64) -> [Interval; 2] {
+        let experiment = Experiment {
+            sensors: Sensors {
+                force_noise_n: 0.005,
+                ..Sensors::USUAL
+            },
+            ..Experiment::thorough(Truth {
+                mass_kg,
+                friction: Friction::Karnopp(Karnopp::new(1.1 * friction_n, friction_n)),
+                offset_n: 0.0,
+            })
+        };
+        let mut record = experiment.record(7 + delay as u64).expect("a valid scene");
+        record.force_n.rotate_left(delay);
+        let found = measure(&record, &[], longest_delay_s)
+            .expect("a usable record")
+            .identified;
+        ["mass_kg", "dynamic_force_N.positive"].map(|name| found.intervals[name])
+    }
+
+    #[test]
+    fn intervals_hold_whatever_the_delay_of_the_force() {
+        for (mass_kg, friction_n) in [(0.05, 0.2), (0.5, 1.0)] {
+            for delay in [0, 1, 3, 6, 10] {
+                let found = intervals(mass_kg, friction_n, delay, 0.015);
+                for (truth, [least, most]) in [mass_kg, friction_n].into_iter().zip(found) {
+                    assert!(
+                        least <= truth && truth <= most,
+                        "{truth} by {delay} ms: {least} to {most}"
+                    );
+                }
+            }
+        }
+    }
 
     #[test]
     fn cogging_is_taken_out_by_the_position() {
