@@ -152,8 +152,7 @@ impl Environment {
         if plain.for_client() == socket {
             return None;
         }
-        let rig = socket.parent().and_then(rig_of);
-        Some(match rig.filter(|name| self.for_rig(name) == socket) {
+        Some(match rig_at(socket).filter(|name| self.for_rig(name) == socket) {
             Some(name) => format!("--rig {name}"),
             None => format!("--socket {}", quoted(socket)),
         })
@@ -169,6 +168,20 @@ fn rig_of(directory: &Path) -> Option<&str> {
         None if rig.is_empty() => Some(SERVICE),
         _ => None,
     }
+}
+
+/// The name of the rig whose service has this socket; `hapticd` is the rig without one.
+#[must_use]
+pub fn rig_at(socket: &Path) -> Option<&str> {
+    rig_of(socket.parent()?).filter(|_| socket.ends_with(SOCKET))
+}
+
+/// What a person calls the rig of a socket: `Rig left`, or the path where the rig has no name.
+#[must_use]
+pub fn label(socket: &Path) -> String {
+    rig_at(socket)
+        .filter(|name| *name != SERVICE)
+        .map_or_else(|| socket.display().to_string(), |name| format!("Rig {name}"))
 }
 
 /// The socket of a rig, and what the rig is called.
@@ -398,6 +411,20 @@ mod tests {
                 ("hapticd", &*own)
             ]
         );
+    }
+
+    #[test]
+    fn label_is_the_rig_or_the_socket() {
+        for (socket, said) in [
+            ("/run/hapticd@left/control.sock", "Rig left"),
+            ("/run/user/1000/hapticd@left/control.sock", "Rig left"),
+            // The session's rig and the machine's both go without a name.
+            ("/run/hapticd/control.sock", "/run/hapticd/control.sock"),
+            ("/run/hapticd-watch/left.sock", "/run/hapticd-watch/left.sock"),
+            ("/run/hapticd@left/other.sock", "/run/hapticd@left/other.sock"),
+        ] {
+            assert_eq!(label(Path::new(socket)), said);
+        }
     }
 
     // hazard: H29

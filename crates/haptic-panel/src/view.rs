@@ -20,6 +20,8 @@ use std::path::PathBuf;
 #[derive(Debug)]
 pub(crate) struct View {
     pub(crate) page: Page,
+    /// The title of the window, as it was set last.
+    pub(crate) title: String,
     /// The view of the live rig.
     pub(crate) scope: Scope,
     /// The view of the opened recording.
@@ -146,6 +148,7 @@ pub(crate) struct PlotLayout {
 impl Default for View {
     fn default() -> Self {
         Self {
+            title: String::new(),
             page: Page::default(),
             scope: Scope::default(),
             recorded: Scope::of_recording(),

@@ -16,7 +16,7 @@ use haptic_core::{Scene, adviser};
 use haptic_ipc::{DaemonMirror, ErrorCode, Event, MirrorChange, RigMirror, RigState, StateReply, WireError};
 use haptic_recording::{Metadata, recorded_by};
 use std::cell::OnceCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// What the panel knows of the daemon and its rig.
@@ -51,6 +51,15 @@ pub(crate) enum Link {
     Connecting { path: PathBuf },
     Connected { path: PathBuf },
     Lost { path: PathBuf, reason: String },
+}
+
+impl Link {
+    /// The socket of the rig that Stop is for.
+    pub(crate) fn path(&self) -> &Path {
+        match self {
+            Self::Connecting { path } | Self::Connected { path } | Self::Lost { path, .. } => path,
+        }
+    }
 }
 
 impl Default for Link {

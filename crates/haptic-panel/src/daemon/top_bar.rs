@@ -9,6 +9,7 @@ use crate::wording::{is_name_of, shortened};
 use egui::text::LayoutJob;
 use egui::{Align, Button, Color32, Frame, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2, vec2};
 use haptic_ipc::RigState;
+use haptic_ipc::socket_path::label;
 
 /// Size for the longest name of a state.
 const BADGE_SIZE: Vec2 = vec2(136.0, 36.0);
@@ -137,18 +138,14 @@ fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
         Link::Connected { path } => {
             let hint = path.display().to_string();
             (
-                format!("Connected to {}", daemon.mirror.server),
+                format!("{}, {}", label(path), daemon.mirror.server),
                 scene_line(daemon),
                 hint,
             )
         }
         Link::Lost { path, .. } if daemon.was_connected => {
             let hint = "The panel keeps trying and connects by itself".to_owned();
-            (
-                "Trying to connect".to_owned(),
-                format!("Socket: {}", path.display()),
-                hint,
-            )
+            (label(path), "Trying to connect".to_owned(), hint)
         }
         _ => return,
     };

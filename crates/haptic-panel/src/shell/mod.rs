@@ -14,7 +14,8 @@ use crate::stop::button;
 use crate::study::subject;
 use crate::view::View;
 use crate::{page, record, theme, tune};
-use egui::{Panel, Ui};
+use egui::{Panel, Ui, ViewportCommand};
+use haptic_ipc::socket_path::label;
 use std::time::Instant;
 
 /// Draws the panel into the whole of `ui` and returns the user's intents, a stop always first.
@@ -25,6 +26,7 @@ use std::time::Instant;
 #[must_use = "an intent that is not sent has no effect"]
 pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     let mut intents = Vec::new();
+    show_title(ui, model);
     if let Some(wait) = model.expire_messages(now) {
         ui.ctx().request_repaint_after(wait);
     }
@@ -90,6 +92,16 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         ui.ctx().request_repaint_after(wait);
     }
     intents
+}
+
+/// The title of the window names the rig first: two panels differ in it, also where it is cut.
+fn show_title(ui: &Ui, model: &mut Model) {
+    let path = model.daemon.link.path();
+    let title = format!("{} - Haptic panel", label(path));
+    if title != model.view.title && !path.as_os_str().is_empty() {
+        ui.ctx().send_viewport_cmd(ViewportCommand::Title(title.clone()));
+        model.view.title = title;
+    }
 }
 
 /// A file that is dropped on the window is opened, or identified on that page.

@@ -1,8 +1,8 @@
 //! The rig: its state, its commands, its samples and its timing.
 
 use crate::bench::{
-    Hands as _, Panel, SOCKET, answer, asked, at_page, connected, hear, in_state, is_enabled, lose_the_daemon, press,
-    refuse, sample, state_event,
+    Hands as _, Panel, SOCKET, answer, asked, at_page, connected, greeted, hear, in_state, is_enabled, lose_the_daemon,
+    press, refuse, sample, state_event,
 };
 use crate::plots::{feel, rows, timing};
 use egui::{Key, Modifiers, ViewportCommand, ViewportEvent, ViewportId};
@@ -17,7 +17,7 @@ use std::time::Duration;
 #[test]
 fn the_rig_is_engaged_released_and_reset_by_buttons() {
     let mut panel = connected(RigState::Idle);
-    panel.get_by_label("Connected to hapticd 0.1.0");
+    panel.get_by_label(&format!("{SOCKET}, hapticd 0.1.0"));
     panel.click_on("Engage");
     hear(&mut panel, in_state(RigState::Engaged, 150));
     panel.click_on("Release");
@@ -26,6 +26,38 @@ fn the_rig_is_engaged_released_and_reset_by_buttons() {
     assert!(!is_enabled(&panel, "Engage"), "a stopped rig cannot be engaged");
     panel.click_on("Reset");
     assert_eq!(asked(&mut panel), [Intent::Engage, Intent::Release, Intent::Reset]);
+}
+
+// hazard: H26
+#[test]
+fn header_and_title_name_the_rig_that_stop_is_for() {
+    let mut panel = connected(RigState::Engaged);
+    for (socket, name) in [
+        ("/run/hapticd@left/control.sock", "Rig left"),
+        ("/srv/x.sock", "/srv/x.sock"),
+    ] {
+        let Update::Connected { hello, .. } = greeted("1-1") else {
+            unreachable!()
+        };
+        let update = Update::Connected {
+            path: socket.into(),
+            hello,
+            ctl_options: None,
+        };
+        panel.state_mut().model.apply(update);
+        panel.step();
+        let titled = ViewportCommand::Title(format!("{name} - Haptic panel"));
+        let commands = &panel.output().viewport_output[&ViewportId::ROOT].commands;
+        assert!(commands.contains(&titled), "{commands:?}");
+        panel.run();
+        panel.get_by_label(&format!("{name}, hapticd 0.1.0"));
+        let lost = Update::Disconnected {
+            path: socket.into(),
+            reason: "it died".into(),
+        };
+        hear(&mut panel, lost);
+        panel.get_by_label(name);
+    }
 }
 
 // hazard: H27
