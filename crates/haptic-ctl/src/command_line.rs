@@ -8,7 +8,7 @@ use crate::{
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use haptic_ipc::Request;
-use haptic_ipc::socket_path::is_rig_name;
+use haptic_ipc::socket_path::rig_name;
 use std::path::PathBuf;
 
 /// Controls a running hapticd: shows and changes how the rig feels.
@@ -206,14 +206,6 @@ pub(crate) fn command_line() -> clap::Command {
         .mut_subcommands(without_common_options)
         .mut_args(|option| option.hide_short_help(true))
         .after_help("Options, and exit codes: haptic-ctl --help")
-}
-
-/// Reads the name of a rig.
-pub(crate) fn rig_name(given: &str) -> Result<String, String> {
-    if is_rig_name(given) {
-        return Ok(given.to_owned());
-    }
-    Err("the name of a rig has 1 to 64 letters, digits, `_`, `.` and `-`".to_owned())
 }
 
 #[cfg(test)]

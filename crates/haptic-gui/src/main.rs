@@ -4,7 +4,7 @@ mod window;
 mod x11_keys;
 
 use clap::{CommandFactory, Parser};
-use haptic_ipc::socket_path;
+use haptic_ipc::socket_path::{self, Environment};
 use haptic_panel::connection::{Connection, Patience};
 use haptic_panel::{App, Files, Page, Settings, Theme, theme};
 use std::path::PathBuf;
@@ -23,6 +23,10 @@ struct Arguments {
     /// ~/.local/state/hapticd/control.sock and /run/hapticd/control.sock.
     #[arg(long, value_name = "PATH")]
     socket: Option<PathBuf>,
+
+    /// Rig of this name: of the service hapticd@NAME, or of hapticd itself
+    #[arg(long, value_name = "NAME", value_parser = socket_path::rig_name, conflicts_with = "socket")]
+    rig: Option<String>,
 
     /// Recording to open; this needs no daemon.
     #[arg(long, value_name = "FILE")]
@@ -76,16 +80,20 @@ fn main() -> ExitCode {
             ctx.set_theme(arguments.theme.or(known.theme).unwrap_or(Theme::System));
             theme::install(&ctx);
             let in_software = is_drawn_in_software(creation);
-            let socket = arguments.socket;
+            let is_named = arguments.rig.is_some() || arguments.socket.is_some();
+            let (rig, socket) = (arguments.rig, arguments.socket);
+            let locate = move || match &rig {
+                Some(name) => Environment::of_process().for_rig(name),
+                None => socket_path::for_client(socket.as_deref()),
+            };
             let repaint = {
                 let ctx = ctx.clone();
                 move |wait| ctx.request_repaint_after(wait)
             };
             let files = Files::new(repaint.clone());
-            let named = socket.clone();
-            let locate = move || socket_path::for_client(named.as_deref());
+            let named = is_named.then(&locate);
             let mut app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
-            app.name_socket(socket);
+            app.name_socket(named);
             if let Some(window) = x11_window(creation)
                 && let Err(error) = x11_keys::watch(None, window, app.space_is_typed(), app.stopper())
             {

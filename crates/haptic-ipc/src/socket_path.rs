@@ -296,6 +296,17 @@ pub fn is_rig_name(name: &str) -> bool {
     !name.is_empty() && name.len() <= 64 && name.chars().all(plain)
 }
 
+/// Reads the name of a rig.
+///
+/// # Errors
+/// No rig can have this name.
+pub fn rig_name(given: &str) -> Result<String, String> {
+    if is_rig_name(given) {
+        return Ok(given.to_owned());
+    }
+    Err("the name of a rig has 1 to 64 letters, digits, `_`, `.` and `-`".to_owned())
+}
+
 /// The socket that a daemon makes: the one `given`, else the default.
 #[must_use]
 pub fn for_server(given: Option<&Path>) -> PathBuf {

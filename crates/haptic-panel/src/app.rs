@@ -226,6 +226,10 @@ impl App {
                     Err(why) => self.model.view.file_notice = Some(Notice::new(Err(why))),
                 }
             }
+            Intent::ConnectTo { path } => {
+                self.socket = Some(path.clone());
+                self.connection.send(Intent::ConnectTo { path });
+            }
             // It is on its way.
             Intent::StartFakeRig => {}
             Intent::Open { path } => self.files.open(path),

@@ -201,6 +201,11 @@ pub enum Intent {
     },
     /// Start a daemon with the fake rig, which ends with the window.
     StartFakeRig,
+    /// Connect to another rig, and look only there from now on.
+    ConnectTo {
+        /// Its socket.
+        path: PathBuf,
+    },
     /// Hear of every tick in batches.
     Stream {
         /// Time between two batches, ms.
@@ -345,6 +350,7 @@ impl Intent {
             Self::Export { .. }
             | Self::Choose { .. }
             | Self::StartFakeRig
+            | Self::ConnectTo { .. }
             | Self::Study(_)
             | Self::Record { .. }
             | Self::Marker { .. }

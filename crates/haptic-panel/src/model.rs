@@ -69,6 +69,7 @@ impl Model {
             Update::Status(Ok(_)) => tapes.update_clipping(daemon.force_limit_n()),
             // The mirror has them. An older daemon refuses some; the rest of the panel does without.
             Update::Connecting { .. }
+            | Update::Rigs(_)
             | Update::Subscribed(_)
             | Update::Scene(_)
             | Update::Library(_)

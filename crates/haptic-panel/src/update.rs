@@ -4,6 +4,7 @@ use crate::identify::{Found, Headings};
 use crate::intent::{DialogPurpose, Intent};
 use crate::record::{Listed, Loaded, RecordingNews, WhatIfTape};
 use crate::study::StudyNews;
+use haptic_ipc::socket_path::NamedSocket;
 use haptic_ipc::{
     AdviceReply, ChangeReply, DaemonMirror, Description, Event, Hello, LeaseReply, LogReply, MirrorChange,
     SceneDiffReply, SceneListReply, SceneReply, SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
@@ -35,6 +36,8 @@ pub enum Update {
         /// Why.
         reason: String,
     },
+    /// There is no connection, and these other rigs have sockets on this machine.
+    Rigs(Vec<NamedSocket>),
     /// What will be heard of, and what the samples are computed with.
     Subscribed(Box<SubscribeReply>),
     /// The parameter table.

@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     files: Vec<PathBuf>,
 
     /// Name of their rig [default: the device as each recording has it]
-    #[arg(long = "as", value_name = "NAME", value_parser = crate::command_line::rig_name)]
+    #[arg(long = "as", value_name = "NAME", value_parser = haptic_ipc::socket_path::rig_name)]
     rig: Option<String>,
 }
 

@@ -9,6 +9,7 @@ use crate::stop::{Guide, Stops};
 use crate::study::StudyLink;
 use crate::update::{Answer, StopNews, Update};
 use crate::update_sender::{PanelGone, UpdateSender};
+use haptic_ipc::socket_path::{Environment, NamedSocket};
 use haptic_ipc::{
     Client, ClientError, ErrorCode, Event, Receiver, Request, SceneShape, ServerLine, WireError, socket_path,
 };
@@ -62,6 +63,8 @@ pub(super) struct Listener {
     conversation: u64,
     is_connected: bool,
     following: Following,
+    /// The other rigs that the panel knows.
+    rigs: Vec<NamedSocket>,
 }
 
 impl Listener {
@@ -86,6 +89,7 @@ impl Listener {
             conversation: 0,
             is_connected: false,
             following: Following::default(),
+            rigs: Vec::new(),
         }
     }
 
@@ -100,7 +104,10 @@ impl Listener {
                 End::Lost(reason) => reason,
             };
             let was_connected = self.hang_up();
-            let lost = Update::Disconnected { path, reason };
+            let lost = Update::Disconnected {
+                path: path.clone(),
+                reason,
+            };
             if was_connected {
                 self.study.hear(&lost);
             }
@@ -111,9 +118,21 @@ impl Listener {
                 // Nothing new to draw, but it fails once the panel is closed.
                 self.updates.send_undrawn(lost)?;
             }
+            self.tell_of_rigs(&path)?;
             self.shared.pause(self.patience.retry);
-            path = locate();
+            path = self.shared.chosen().unwrap_or_else(locate);
         }
+    }
+
+    /// Tells which other rigs have sockets. It connects to none: that would start their daemons.
+    fn tell_of_rigs(&mut self, path: &Path) -> Result<(), PanelGone> {
+        let mut rigs = Environment::of_process().all(None);
+        rigs.retain(|rig| rig.path != path);
+        if rigs != self.rigs {
+            self.updates.send(Update::Rigs(rigs.clone()))?;
+            self.rigs = rigs;
+        }
+        Ok(())
     }
 
     /// Talks to the daemon at `path` until one of them goes.

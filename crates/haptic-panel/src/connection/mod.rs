@@ -33,6 +33,7 @@ use std::{io, thread};
 #[derive(Debug)]
 pub struct Connection {
     outgoing: Arc<Outgoing>,
+    shared: Arc<Shared>,
     recorder: Arc<Recorder>,
     study: Arc<StudyLink>,
     updates: mpsc::Receiver<Update>,
@@ -60,7 +61,7 @@ impl Outgoing {
 }
 
 impl Connection {
-    /// Connects to the socket that `locate` names. It is called before each attempt: the daemon may be
+    /// Connects to the socket that `locate` names, until [`Intent::ConnectTo`] names another. It is called before each attempt: the daemon may be
     /// started later and elsewhere. Other threads call `repaint` when there is news to draw, with the
     /// time until the frame is due.
     ///
@@ -98,12 +99,13 @@ impl Connection {
             .name("listen".to_owned())
             // It ends only when the panel is closed.
             .spawn(move || listener.run(&locate).unwrap_or(()))?;
-        let asker = Asker::new(shared, Arc::clone(stop.stops()));
+        let asker = Asker::new(Arc::clone(&shared), Arc::clone(stop.stops()));
         thread::Builder::new()
             .name("ask".to_owned())
             .spawn(move || asker.run(&to_do))?;
         Ok(Self {
             outgoing: Arc::new(Outgoing { stop, jobs }),
+            shared,
             recorder,
             study,
             updates,
@@ -127,6 +129,7 @@ impl Connection {
             }
             Intent::Marker { tick, text } => self.recorder.mark(tick, text),
             Intent::EndRecording => self.recorder.end(),
+            Intent::ConnectTo { path } => self.shared.choose(path),
             Intent::Study(command) => self.study.command(command),
             intent => {
                 let stops = self.outgoing.stop.stops().pressed();

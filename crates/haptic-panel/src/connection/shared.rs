@@ -2,6 +2,7 @@
 
 use crate::intent::Intent;
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -32,6 +33,8 @@ pub(super) struct Shared {
     /// A stop was pressed since the last attempt to connect: the next one is due at once.
     hurries: Mutex<bool>,
     hurry: Condvar,
+    /// The socket that the user has chosen.
+    chosen: Mutex<Option<PathBuf>>,
 }
 
 /// A request without an answer.
@@ -53,6 +56,17 @@ impl Shared {
     pub(super) fn asked(&self) -> MutexGuard<'_, HashMap<(u64, u64), Asked>> {
         // The map is consistent between any two statements, so a panic elsewhere leaves it usable.
         self.asked.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Connects to this socket from now on.
+    pub(super) fn choose(&self, path: PathBuf) {
+        *self.chosen.lock().unwrap_or_else(PoisonError::into_inner) = Some(path);
+        self.hurry_up();
+    }
+
+    /// The socket that the user has chosen.
+    pub(super) fn chosen(&self) -> Option<PathBuf> {
+        self.chosen.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Makes the next attempt to connect due.

@@ -13,6 +13,7 @@ use crate::update::{Answer, StopNews, Update};
 use crate::wording::significant;
 use advice::Advised;
 use haptic_core::{Scene, adviser};
+use haptic_ipc::socket_path::NamedSocket;
 use haptic_ipc::{DaemonMirror, ErrorCode, Event, MirrorChange, RigMirror, RigState, StateReply, WireError};
 use haptic_recording::{Metadata, recorded_by};
 use std::cell::OnceCell;
@@ -26,6 +27,8 @@ pub(crate) struct Daemon {
     pub(crate) link: Link,
     /// The options with which haptic-ctl finds it; `None` where it needs none.
     ctl_options: Option<String>,
+    /// The other rigs of this machine, as they were before the connection.
+    pub(crate) rigs: Vec<NamedSocket>,
     /// Whether there was a daemon since the window opened.
     pub(crate) was_connected: bool,
     /// Whether the daemon before had a link to its rig.
@@ -163,6 +166,7 @@ impl Daemon {
                     was_linked: self.has_link_line(),
                     link: Link::Connected { path: path.clone() },
                     stop: std::mem::take(&mut self.stop),
+                    rigs: std::mem::take(&mut self.rigs),
                     ..Self::default()
                 };
             }
@@ -174,6 +178,7 @@ impl Daemon {
                 self.stop.lose_connection();
             }
             Update::Scene(Ok(_)) => self.stick_slip = OnceCell::new(),
+            Update::Rigs(rigs) => self.rigs.clone_from(rigs),
             Update::NoSample(lasts) => self.no_sample_for = *lasts,
             Update::Unreadable { reason } => {
                 self.unreadable += 1;

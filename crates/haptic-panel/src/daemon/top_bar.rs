@@ -9,7 +9,7 @@ use crate::wording::{is_name_of, shortened};
 use egui::text::LayoutJob;
 use egui::{Align, Button, Color32, Frame, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2, vec2};
 use haptic_ipc::RigState;
-use haptic_ipc::socket_path::label;
+use haptic_ipc::socket_path::{NamedSocket, label};
 
 /// Size for the longest name of a state.
 const BADGE_SIZE: Vec2 = vec2(136.0, 36.0);
@@ -257,6 +257,7 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: b
             ui.add(Label::new(RichText::new(reason).color(color)).wrap());
             ui.label("The panel keeps trying and connects by itself.");
             ui.add_space(8.0);
+            offer_rigs(ui, &daemon.rigs, intents);
             let start = ui.add(Button::new(RichText::new("Start the fake rig").size(16.0)).min_size(vec2(0.0, 36.0)));
             let hint = "A simulated rig, until this window closes; the pointer is your hand on it";
             if start.on_hover_text(hint).clicked() {
@@ -264,4 +265,22 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, is_at_recording: b
             }
         }
     }
+}
+
+/// A button for each rig that the panel can connect to instead.
+fn offer_rigs(ui: &mut Ui, rigs: &[NamedSocket], intents: &mut Vec<Intent>) {
+    if rigs.is_empty() {
+        return;
+    }
+    ui.label("Other rigs of this machine:");
+    ui.horizontal_wrapped(|ui| {
+        for NamedSocket { path, .. } in rigs {
+            let button = Button::new(RichText::new(label(path)).size(16.0)).min_size(vec2(0.0, 36.0));
+            let hint = format!("Connect to {}", path.display());
+            if ui.add(button).on_hover_text(hint).clicked() {
+                intents.push(Intent::ConnectTo { path: path.clone() });
+            }
+        }
+    });
+    ui.add_space(8.0);
 }

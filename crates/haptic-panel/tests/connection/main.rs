@@ -12,6 +12,7 @@ use haptic_panel::connection::Patience;
 use haptic_panel::{Answer, Intent, RecordingNews, Update};
 use haptic_recording::{Ending, Format, Totals};
 use metadata::metadata;
+use std::os::unix::net::UnixListener;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -42,6 +43,18 @@ fn connection_waits_for_a_daemon_and_finds_the_next_one() {
         _ => None,
     });
     assert_eq!(heard, state);
+}
+
+#[test]
+fn panel_turns_to_the_rig_that_is_chosen() {
+    let bench = Bench::new();
+    bench.until_lost();
+    let other = bench.dir.path().join("other.sock");
+    let listener = UnixListener::bind(&other).expect("a socket");
+    bench.connection.send(Intent::ConnectTo { path: other.clone() });
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until(|update| matches!(update, Update::Connected { path, .. } if path == other).then_some(()));
 }
 
 #[test]

@@ -7,8 +7,10 @@ use crate::plots::feel;
 use crate::rig::status;
 use egui::vec2;
 use egui_kittest::kittest::Queryable;
+use haptic_ipc::socket_path::NamedSocket;
 use haptic_ipc::{ErrorCode, Request, RigState};
 use haptic_panel::{Intent, Page, Update};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// A panel whose rig has a hand to be moved, and has it held back by 3.5 N.
@@ -102,4 +104,24 @@ fn a_panel_without_a_daemon_starts_a_fake_rig() {
     press(&mut panel, "Start the fake rig");
     assert_eq!(asked(&mut panel), [Intent::StartFakeRig]);
     assert_eq!(Intent::StartFakeRig.request(), None, "no daemon is asked");
+}
+
+#[test]
+fn a_panel_without_a_daemon_offers_the_other_rigs() {
+    let mut panel = panel();
+    let lost = Update::Disconnected {
+        path: SOCKET.into(),
+        reason: "no such file".into(),
+    };
+    hear(&mut panel, lost);
+    assert!(panel.query_by_label("Other rigs of this machine:").is_none());
+    let path = PathBuf::from("/run/hapticd@left/control.sock");
+    let left = NamedSocket {
+        name: "left".into(),
+        path: path.clone(),
+    };
+    hear(&mut panel, Update::Rigs(vec![left]));
+    asked(&mut panel);
+    press(&mut panel, "Rig left");
+    assert_eq!(asked(&mut panel), [Intent::ConnectTo { path }]);
 }
