@@ -4,6 +4,8 @@
 use crate::control::LoopChannel;
 use crate::telemetry::timing::Counted;
 use crate::timers::every;
+use haptic_ipc::socket_path;
+use std::path::Path;
 use std::time::Duration;
 use tokio::time::Instant;
 
@@ -13,10 +15,13 @@ const CHECK_PERIOD: Duration = Duration::from_millis(500);
 /// Least time between two lines.
 const PAUSE: Duration = Duration::from_secs(10);
 
-/// Logs missed periods, for ever.
-pub(crate) async fn watch(channel: &LoopChannel) {
+/// Logs missed periods, for ever. A hint is for the rig of `socket`.
+pub(crate) async fn watch(channel: &LoopChannel, socket: &Path) {
     let mut checks = every(CHECK_PERIOD);
-    let mut log = LateLog::default();
+    let mut log = LateLog {
+        ctl_options: socket_path::options_to(socket).map_or_else(String::new, |options| format!("{options} ")),
+        ..LateLog::default()
+    };
     loop {
         let now = checks.tick().await;
         let counted = channel.feed().timing().counted();
@@ -28,6 +33,8 @@ pub(crate) async fn watch(channel: &LoopChannel) {
 
 #[derive(Debug, Default)]
 struct LateLog {
+    /// The options with which haptic-ctl finds the daemon, and a space; or nothing.
+    ctl_options: String,
     told: Counted,
     told_at: Option<Instant>,
 }
@@ -46,7 +53,8 @@ impl LateLog {
         );
         (self.told, self.told_at) = (counted, Some(now));
         Some(format!(
-            "late: {missed} missed periods and {overruns} overruns {since}; see `haptic-ctl timing`"
+            "late: {missed} missed periods and {overruns} overruns {since}; see `haptic-ctl {}timing`",
+            self.ctl_options
         ))
     }
 }
@@ -63,7 +71,10 @@ mod tests {
             missed_periods,
             overruns,
         };
-        let mut log = LateLog::default();
+        let mut log = LateLog {
+            ctl_options: "--rig left ".to_owned(),
+            ..LateLog::default()
+        };
         assert_eq!(log.line(after(0), counted(0, 0)), None);
         let first = log.line(after(1), counted(2, 1)).expect("said");
         assert!(
@@ -71,6 +82,7 @@ mod tests {
             "{first}"
         );
         assert_eq!(log.line(after(5), counted(7, 1)), None);
+        assert!(first.ends_with("see `haptic-ctl --rig left timing`"), "{first}");
         let second = log.line(after(11), counted(9, 4)).expect("said");
         assert!(
             second.starts_with("late: 7 missed periods and 3 overruns in 10 s"),

@@ -154,7 +154,7 @@ fn run(config: Config, demo: bool, ends_with_input: bool) -> Result<(), Failure>
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
             // The demo's status line shows the same.
-            () = late_log::watch(&rig.channel), if !demo => {}
+            () = late_log::watch(&rig.channel, server.path()), if !demo => {}
             () = stop_signals.wait() => {}
         }
         stop_signals.begun();
