@@ -104,7 +104,10 @@ fn all_option_lists_every_rig_without_waiting_for_dead_ones() {
     assert!(warned.contains("hung: no answer yet: if the motor pulls"), "{warned}");
 
     for (arguments, part) in [
-        (&["--all", "engage"][..], "--all goes with `status` and `stop` alone"),
+        (
+            &["--all", "engage"][..],
+            "--all goes with `status`, `stop` and `doctor` alone",
+        ),
         (&["--all", "--rig", "left", "status"], "--rig"),
     ] {
         is_refused(part, &ctl(rigs, arguments), 2, &[part]);

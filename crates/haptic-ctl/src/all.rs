@@ -1,9 +1,9 @@
-//! `--all status` and `--all stop`: every rig of this machine at once. None waits for another.
+//! `--all status`, `--all stop` and `--all doctor`: every rig of this machine at once. None waits for another.
 
 use crate::command_line::Command;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{hint, output, stop};
+use crate::{doctor, hint, output, stop};
 use haptic_ipc::socket_path::{Environment, NamedSocket, is_rig_name};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;
@@ -26,8 +26,11 @@ struct RigAnswer {
 
 /// Asks every rig, and that of a socket that is named besides; the exit code is that of the first that fails.
 pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> Result<(), Failure> {
+    if let Command::Doctor = command {
+        return doctor::run_all(rigs(named)?, json).await;
+    }
     let Some(request) = request(command) else {
-        let message = "--all goes with `status` and `stop` alone: everything else is meant for one rig, named by \
+        let message = "--all goes with `status`, `stop` and `doctor` alone: everything else is meant for one rig, named by \
                        --rig or --socket";
         return Err(Failure::Usage(message.to_owned()));
     };
@@ -53,12 +56,7 @@ pub(crate) async fn engaged(sockets: Vec<NamedSocket>) -> Vec<String> {
 
 /// Stops every rig, or asks for the status of each, and of that of a socket that is named besides.
 pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> Result<(), Failure> {
-    let sockets = Environment::of_process().all(named);
-    if sockets.is_empty() {
-        return Err(Failure::Usage(
-            "there is no socket of a rig on this machine; --socket names one more".to_owned(),
-        ));
-    }
+    let sockets = rigs(named)?;
     let ask = move |socket: NamedSocket| {
         tokio::spawn(async move {
             let answer = if is_stop {
@@ -92,6 +90,16 @@ pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> 
     }
     let failed = answers.iter().find_map(|answered| answered.answer.as_ref().err());
     failed.map_or(Ok(()), |failure| Err(Failure::Silent(failure.exit_code())))
+}
+
+/// Every rig, and that of a socket that is named besides.
+fn rigs(named: Option<&Path>) -> Result<Vec<NamedSocket>, Failure> {
+    let sockets = Environment::of_process().all(named);
+    if sockets.is_empty() {
+        let message = "there is no socket of a rig on this machine; --socket names one more";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    Ok(sockets)
 }
 
 /// What every rig is asked; nothing where the subcommand is meant for one.

@@ -24,7 +24,7 @@ pub(crate) struct Arguments {
     #[arg(long = "rig", value_name = "NAME", value_parser = rig_name, conflicts_with = "socket")]
     pub(crate) rig_name: Option<String>,
 
-    /// Every rig of this machine, and that of --socket; only for `status` and `stop`
+    /// Every rig of this machine, and that of --socket; only for `status`, `stop`, `doctor`
     #[arg(long, conflicts_with = "rig_name")]
     pub(crate) all: bool,
 

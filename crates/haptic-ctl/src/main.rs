@@ -165,7 +165,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let daemon = &mut connected?;
     match command {
-        Command::Status => status::run(daemon, json).await,
+        Command::Status => status::run(daemon, socket, json).await,
         Command::Top => top::run(daemon, socket).await,
         Command::Describe(_) => describe::active(daemon, json).await,
         Command::Get(get) => get::run(daemon, get, request, json).await,

@@ -3,14 +3,16 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{console, output};
-use haptic_ipc::{LinkStatus, Request, RigFrictionStatus, RigState, ScheduleStatus, Status};
+use haptic_ipc::{LinkStatus, Request, RigFrictionStatus, RigState, ScheduleStatus, Status, socket_path};
+use std::path::Path;
 
-pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
+pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>, json: bool) -> Result<(), Failure> {
     let status: Status = daemon.ask(Request::Status {}).await?;
     if json {
         return output::json(&status);
     }
-    let mut rows = rig_rows(&status);
+    let mut rows: Vec<_> = name_row(&socket_path::for_client(socket)).into_iter().collect();
+    rows.extend(rig_rows(&status));
     if let Some(link) = &status.device.link {
         rows.extend(link_rows(link));
     }
@@ -24,6 +26,12 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         .map(|(name, value)| vec![name.to_owned(), value])
         .collect();
     output::line(&output::table(&rows))
+}
+
+/// Which rig this is, if it has a name: nobody may have named it, where it is the only one in reach.
+fn name_row(socket: &Path) -> Option<(&'static str, String)> {
+    let name = socket_path::rig_at(socket).filter(|name| *name != "hapticd")?;
+    Some(("rig", name.to_owned()))
 }
 
 /// The force on the hand; in the plane its length and its parts.
@@ -241,4 +249,17 @@ fn link_rows(link: &LinkStatus) -> Vec<(&'static str, String)> {
         rows.push(("last error", format!("{}, {:.1} s ago", error.message, error.age_s)));
     }
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rig_with_a_name_is_named_first() {
+        let row = |socket: &str| name_row(Path::new(socket));
+        assert_eq!(row("/run/hapticd@left/control.sock"), Some(("rig", "left".to_owned())));
+        assert_eq!(row("/run/hapticd/control.sock"), None);
+        assert_eq!(row("/srv/x.sock"), None);
+    }
 }

@@ -152,7 +152,8 @@ fn only_one() -> Result<Option<PathBuf>, Failure> {
         [] => Ok(closed),
         [only] => Ok(Some(only.path.clone())),
         several => Err(Failure::Usage(format!(
-            "{} rigs are in reach: {}; name one with --rig NAME or --socket PATH",
+            "{} rigs are in reach: {}; name one with --rig NAME or --socket PATH; `status` and `doctor` also \
+             take --all",
             several.len(),
             several
                 .iter()

@@ -10,19 +10,49 @@ mod socket;
 use crate::console::{self, BAD, DOUBTFUL, GOOD};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{devices, output};
+use crate::{devices, hint, output};
 use check::{Check, Level};
-use haptic_ipc::{DevicesReply, Request, Status, socket_path};
+use haptic_ipc::socket_path::{self, NamedSocket, is_rig_name};
+use haptic_ipc::{DevicesReply, Request, Status};
+use serde_json::{Value, json};
 use std::path::Path;
 
 pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure> {
-    let path = socket_path::for_client(socket);
+    let checks = checks(&socket_path::for_client(socket)).await;
+    if json {
+        output::json(&as_json(&checks))?;
+    } else {
+        show(&checks, "")?;
+    }
+    outcome(&checks)
+}
+
+/// Checks every rig, one after the other, each under its name.
+pub(crate) async fn run_all(sockets: Vec<NamedSocket>, json: bool) -> Result<(), Failure> {
+    let (mut all, mut answers) = (Vec::new(), Vec::new());
+    for NamedSocket { name, path } in sockets {
+        let checks = checks(&path).await;
+        if json {
+            answers.push(json!({ "rig": name, "socket": path, "doctor": as_json(&checks) }));
+        } else {
+            output::line(&name)?;
+            show(&checks, &name)?;
+        }
+        all.extend(checks);
+    }
+    if json {
+        output::json(&answers)?;
+    }
+    outcome(&all)
+}
+
+async fn checks(path: &Path) -> Vec<Check> {
     let mut checks = Vec::new();
     let mut status = None;
-    match Daemon::connect(Some(&path)).await {
+    match Daemon::connect(Some(path)).await {
         Ok(mut daemon) => {
-            checks.push(socket::served(&path, daemon.hello().rights));
-            checks.push(permission::permission(&path, None));
+            checks.push(socket::served(path, daemon.hello().rights));
+            checks.push(permission::permission(path, None));
             checks.push(socket::version(&daemon.hello().server));
             let found_devices = daemon.ask::<DevicesReply>(Request::Devices { probe: None }).await;
             let timer = found_devices.as_ref().ok().and_then(rig::LatencyTimer::of_used);
@@ -40,39 +70,74 @@ pub(crate) async fn run(socket: Option<&Path>, json: bool) -> Result<(), Failure
             }
         }
         Err(failure) => {
-            checks.push(socket::unreachable(&path, &failure));
-            checks.push(permission::permission(&path, Some(&failure)));
+            checks.push(socket::unreachable(path, &failure));
+            checks.push(permission::permission(path, Some(&failure)));
             checks.extend(rig::devices(&devices::found_here()));
             checks.extend(machine::limits());
         }
     }
     checks.push(machine::governor());
     checks.push(machine::isolation(status.as_ref()));
-    show(&checks, json)
+    checks
 }
 
-fn show(checks: &[Check], json: bool) -> Result<(), Failure> {
-    let failed = checks.iter().filter(|check| check.level == Level::Fail).count();
-    if json {
-        output::json(&serde_json::json!({ "checks": checks, "failed": failed }))?;
-    } else {
-        for check in checks {
-            let (word, style) = match check.level {
-                Level::Ok => ("ok  ", GOOD),
-                Level::Skip => ("skip", DOUBTFUL),
-                Level::Warn => ("warn", DOUBTFUL),
-                Level::Fail => ("fail", BAD),
+/// Prints the checks, and their fixes as commands for a rig of this name, if one can have it.
+fn show(checks: &[Check], rig: &str) -> Result<(), Failure> {
+    for check in checks {
+        let (word, style) = match check.level {
+            Level::Ok => ("ok  ", GOOD),
+            Level::Skip => ("skip", DOUBTFUL),
+            Level::Warn => ("warn", DOUBTFUL),
+            Level::Fail => ("fail", BAD),
+        };
+        output::line(&format!(
+            "{}  {}: {}",
+            console::paint(word, style),
+            check.check,
+            check.found
+        ))?;
+        if let Some(fix) = &check.fix {
+            let fix = match is_rig_name(rig) {
+                true => hint::for_rig(fix, rig),
+                false => fix.clone(),
             };
-            output::line(&format!(
-                "{}  {}: {}",
-                console::paint(word, style),
-                check.check,
-                check.found
-            ))?;
-            if let Some(fix) = &check.fix {
-                output::line(&format!("      {fix}"))?;
-            }
+            output::line(&format!("      {fix}"))?;
         }
     }
-    if failed > 0 { Err(Failure::Silent(1)) } else { Ok(()) }
+    Ok(())
+}
+
+fn as_json(checks: &[Check]) -> Value {
+    json!({ "checks": checks, "failed": failed(checks) })
+}
+
+fn failed(checks: &[Check]) -> usize {
+    checks.iter().filter(|check| check.level == Level::Fail).count()
+}
+
+fn outcome(checks: &[Check]) -> Result<(), Failure> {
+    match failed(checks) {
+        0 => Ok(()),
+        _ => Err(Failure::Silent(1)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn doctor_of_all_rigs_fails_where_one_fails() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let sockets: Vec<NamedSocket> = ["left", "right"]
+            .map(|name| NamedSocket {
+                name: name.to_owned(),
+                path: folder.path().join(name),
+            })
+            .into();
+        for json in [false, true] {
+            let outcome = run_all(sockets.clone(), json).await;
+            assert!(matches!(outcome, Err(Failure::Silent(1))), "{outcome:?}");
+        }
+    }
 }
