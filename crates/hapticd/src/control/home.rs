@@ -25,7 +25,9 @@ pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateRepl
         )));
     }
     if !rig.facts.is_device_known() {
-        return Err(wrong("cannot take the home pose: no device is connected".to_owned()));
+        return Err(wrong(
+            "cannot take the home pose: no device is connected; see `haptic-ctl doctor`".to_owned(),
+        ));
     }
     exclusive_use::refuse_others(rig, "take the home pose")?;
     let _told = Told::now(homing);

@@ -32,7 +32,7 @@ pub(in crate::control) async fn begin(
     motor: Option<u32>,
 ) -> Result<CommissionReply, WireError> {
     let Some(device) = ConnectedDevice::find(&rig.facts) else {
-        let message = "cannot commission: no device is connected";
+        let message = "cannot commission: no device is connected; see `haptic-ctl doctor`";
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
     let refuse = |message: &str| Err(WireError::new(ErrorCode::NotApplicable, message).about("motor"));
@@ -195,7 +195,7 @@ pub(in crate::control) async fn store(
 /// None is connected or was commissioned, it has changed, or that cannot be kept.
 pub(in crate::control) async fn confirm(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
     let Some(device) = ConnectedDevice::find(&rig.facts) else {
-        let message = "cannot confirm the rig: no device is connected";
+        let message = "cannot confirm the rig: no device is connected; see `haptic-ctl doctor`";
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
     if rig.facts.link.is_some() {

@@ -36,7 +36,7 @@ pub(in crate::control) async fn begin(
     range_m: Option<f64>,
 ) -> Result<IdentificationReply, WireError> {
     let Some(device) = ConnectedDevice::find(&rig.facts) else {
-        let message = "cannot identify: no device is connected";
+        let message = "cannot identify: no device is connected; see `haptic-ctl doctor`";
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
     // An uncommissioned rig is refused now, and not when it is to move.

@@ -209,7 +209,10 @@ impl RigHandle {
             RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
             RigState::Faulted => return Err(self.refused_as_faulted(verb)),
-            RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
+            RigState::Disconnected => (
+                ErrorCode::WrongState,
+                "its device cannot be read; see `haptic-ctl doctor`",
+            ),
             _ if admission.connection != self.known.connection() => (
                 ErrorCode::WrongState,
                 "another device was connected in between; try again",
@@ -343,5 +346,23 @@ mod tests {
             after: RigState::Releasing,
         };
         assert_eq!((&*entry.op, entry.state), ("release", Some(change)));
+    }
+
+    #[tokio::test]
+    async fn refusal_of_a_disconnected_rig_names_the_next_step() {
+        let (rig, mut loop_side) = rig();
+        let outcome = Outcome {
+            tick: 2,
+            state: RigState::Disconnected,
+            refused: true,
+        };
+        loop_side.outbox.send(FromLoop::Done { serial: 1, outcome });
+        let asked = Asked::Because("a test");
+        let refused = rig.carry_out(Command::Engage, Admission::NONE, 0, asked).await;
+        let message = refused.err().expect("it is refused").message;
+        assert!(
+            message.ends_with("its device cannot be read; see `haptic-ctl doctor`"),
+            "{message}"
+        );
     }
 }

@@ -282,7 +282,10 @@ impl RigHandle {
         let (code, remedy) = match state {
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
             RigState::Faulted => return Err(self.refused_as_faulted("schedule a change")),
-            RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
+            RigState::Disconnected => (
+                ErrorCode::WrongState,
+                "its device cannot be read; see `haptic-ctl doctor`",
+            ),
             _ => {
                 let newest = self.channel.newest();
                 let now = newest.map_or(0, |record| record.tick);

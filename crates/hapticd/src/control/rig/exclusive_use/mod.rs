@@ -41,7 +41,11 @@ pub(in crate::control) async fn begin(
     let wrong = |message: &str| Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     match state {
         RigState::Idle => {}
-        RigState::Disconnected => return wrong(&format!("cannot {verb}: no device is connected")),
+        RigState::Disconnected => {
+            return wrong(&format!(
+                "cannot {verb}: no device is connected; see `haptic-ctl doctor`"
+            ));
+        }
         RigState::Stopped => {
             let message = format!("cannot {verb} while the rig is stopped: reset it first");
             return Err(WireError::new(ErrorCode::Stopped, message).about("state"));
@@ -51,7 +55,9 @@ pub(in crate::control) async fn begin(
     }
     let connected = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
     if connected != Some(expected.connection) {
-        return wrong(&format!("cannot {verb}: no device is connected"));
+        return wrong(&format!(
+            "cannot {verb}: no device is connected; see `haptic-ctl doctor`"
+        ));
     }
     let device = expected.clone();
     let timeout_ms = rig.leases.timeout_ms(by.session);
