@@ -359,7 +359,7 @@ mod tests {
         loop_side.outbox.send(FromLoop::Done { serial: 1, outcome });
         let asked = Asked::Because("a test");
         let refused = rig.carry_out(Command::Engage, Admission::NONE, 0, asked).await;
-        let message = refused.err().expect("it is refused").message;
+        let message = refused.expect_err("it is refused").message;
         assert!(
             message.ends_with("its device cannot be read; see `haptic-ctl doctor`"),
             "{message}"
