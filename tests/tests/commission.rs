@@ -216,7 +216,7 @@ fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
     let arguments = ["--hand", "free", "--ramp-ms", "20", "--state-dir", state];
     let daemon = Daemon::start_at(&directory.path().join("control.sock"), &arguments);
     let mut client = begun(&daemon);
-    for force_n in [PUSH_N, -PUSH_N] {
+    for force_n in [PUSH_N, -PUSH_N].into_iter().cycle().take(8) {
         let _: CommissionReply = client.request(pulse(force_n, 100.0)).expect("it is at rest");
         after_the_pulse(&mut client);
     }

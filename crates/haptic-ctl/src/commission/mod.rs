@@ -39,8 +39,12 @@ const DEFAULT_MAX_N: f64 = 2.0;
 /// Force of a pulse that surely moves the handle, as a multiple of the force that first moved it.
 const SURE_FACTOR: f64 = 1.5;
 
-/// Pulses in each direction for friction alone.
-const FRICTION_PULSES: usize = 2;
+/// Directions of the pulses for friction, which with the first that moved the handle show its direction: in no even
+/// order, as a hand may move evenly.
+const FRICTION_PULSES: [f64; 6] = [1.0, -1.0, -1.0, 1.0, -1.0, 1.0];
+
+/// Most pulses in either direction for friction: some may meet an end of the range.
+const MAX_FRICTION_PULSES: usize = 12;
 
 /// Share of the range at either end where a pulse shows no friction: the end may have taken up its energy.
 const END_SHARE: f64 = 0.05;
@@ -70,7 +74,7 @@ pub(crate) struct Arguments {
     #[arg(long, short)]
     yes: bool,
 
-    /// Only check by one push (1 N, 0.3 s) that this is the commissioned rig
+    /// Only check by a push each way (1 N, 0.3 s) that this is the rig
     #[arg(long, conflicts_with_all = ["max_force_n", "range"])]
     check: bool,
 
@@ -191,7 +195,9 @@ impl Work<'_> {
         let sure_force_n = [1.0, -1.0].map(|sign| self.sure_force_n(sign));
         self.agree(&format!(
             "2. Friction: {} pulses of {:.2} N and as many of -{:.2} N. Go on?",
-            FRICTION_PULSES, sure_force_n[0], sure_force_n[1]
+            FRICTION_PULSES.len() / 2,
+            sure_force_n[0],
+            sure_force_n[1]
         ))
         .await?;
         self.friction_pulses().await?;
@@ -244,23 +250,24 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// One push; another the other way where the handle is at its end.
+    /// Pushes until the handle has moved both ways; it may be at its end.
     async fn check(&mut self) -> Result<(), Failure> {
         let (rig, firmware) = (&self.findings.rig, &self.findings.firmware);
         let force_n = self.largest_n;
-        let question = format!("Check {rig} ({firmware}): one push of {force_n} N, with your hand off it. Go on?");
+        let question = format!("Check {rig} ({firmware}): pushes of {force_n} N, with your hand off it. Go on?");
         self.agree(&question).await?;
-        for sign in [1.0, -1.0] {
+        for sign in [1.0, -1.0, 1.0] {
             self.push(sign * force_n, Some(CHECK_MS)).await?;
             let status = self.status().await?;
-            if status.positive_confirmed || status.negative_confirmed {
+            if status.positive_confirmed && status.negative_confirmed {
                 self.daemon.ask::<StateReply>(Request::CommissionConfirm {}).await?;
                 return Ok(());
             }
         }
         Err(Failure::BadRig(format!(
-            "the handle did not move under {force_n} N: is the motor supplied, and is the handle free? If you see that it \
-             is the rig that was commissioned, `haptic-ctl engage --same-rig` takes your word for it"
+            "the handle did not move both ways from rest to rest under {force_n} N: is the motor supplied, and is the handle \
+             free? If you see that it is the rig that was commissioned, `haptic-ctl engage --same-rig` takes your word for \
+             it"
         )))
     }
 
@@ -416,9 +423,12 @@ impl Work<'_> {
     }
 
     async fn friction_pulses(&mut self) -> Result<(), Failure> {
-        for _ in 0..FRICTION_PULSES {
-            for sign in [1.0, -1.0] {
-                self.sure_pulse(sign).await?;
+        let mut moved = [0; 2];
+        for sign in FRICTION_PULSES.into_iter().cycle().take(2 * MAX_FRICTION_PULSES) {
+            let report = self.sure_pulse(sign).await?;
+            moved[usize::from(sign < 0.0)] += usize::from(report.moved_m * sign >= AT_THE_END_M);
+            if moved.iter().all(|times| *times >= FRICTION_PULSES.len() / 2) {
+                break;
             }
         }
         Ok(())

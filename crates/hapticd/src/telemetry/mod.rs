@@ -5,6 +5,7 @@ pub(crate) mod feed;
 pub(crate) mod link;
 pub(crate) mod motion;
 mod pulse_mass;
+pub(crate) mod rest;
 mod stop_times;
 pub(crate) mod subscribers;
 pub(crate) mod timing;

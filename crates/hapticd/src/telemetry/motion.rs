@@ -3,6 +3,7 @@
 use super::pulse_mass::{Seen, mass_within};
 use crate::rt::outbox::TickRecord;
 use crate::rt::space::FIRST_AXIS;
+use crate::telemetry::rest::{REST, Rest, Wait};
 use haptic_core::planar::Plane;
 use haptic_core::{MotionEnd, PulseShape};
 use haptic_ipc::{PulseEnd, PulseReport, SampleY};
@@ -12,7 +13,13 @@ use std::time::Duration;
 const REST_NS: u64 = 30_000_000;
 
 /// Time after which a handle that still moves is moved by something other than the pulse, ns.
-const MAX_NS: u64 = 2_500_000_000;
+const MAX_NS: u64 = 5_000_000_000;
+
+/// Time for which a way is taken as speed, ns; time after the force in which the handle may still gain speed, as a device
+/// acts late; and largest ratio of its speed from then on to that before: a handle that coasts gains none.
+const COAST_WINDOW_NS: u64 = 20_000_000;
+const LATE_NS: u64 = 30_000_000;
+const COAST: f64 = 1.25;
 
 /// Least travel from which friction is estimated, in counts and m: over less, the encoder's steps
 /// dominate.
@@ -40,6 +47,9 @@ pub(crate) struct Motion {
     greatest_m: f64,
     /// The greatest common divisor of all changes of position, in counts; 0 before the first.
     step_counts: u64,
+    /// Where the hand is, m, on a line too.
+    hand: Plane,
+    rest: Rest,
     pulse: Option<ObservedPulse>,
 }
 
@@ -58,6 +68,14 @@ struct ObservedPulse {
     now_ns: u64,
     position_m: f64,
     end: Option<MotionEnd>,
+    /// Least way that shows the direction, m, by the rest before the force; infinite without one.
+    least_way_m: f64,
+    /// Whether the handle has rested without force for as long as the pulse takes.
+    rests_for_long: bool,
+    /// The beginning of a window, ns and m, and the largest way in one while the handle is pushed, and later, m.
+    coast: Option<(u64, f64)>,
+    pushed_m: f64,
+    coasted_m: f64,
     largest_force_n: f64,
     /// Largest travel with the force while it flows, m.
     forward_m: f64,
@@ -79,12 +97,21 @@ impl Motion {
             least_m: f64::INFINITY,
             greatest_m: f64::NEG_INFINITY,
             step_counts: 0,
+            hand: Plane::new(0.0, 0.0),
+            rest: Rest::default(),
             pulse: None,
         }
     }
 
     /// Observes a tick, and what it has of a second axis: of both what is along the observed direction.
     pub(crate) fn take(&mut self, record: &TickRecord, y: Option<SampleY>) {
+        let (y_m, y_n) = y.map_or((0.0, 0.0), |y| (y.device_position_m, y.command_force_n));
+        let has_force = record.command_force != 0.0 || y_n != 0.0;
+        if let Some(pulse) = self.pulse.as_mut().filter(|_| has_force) {
+            pulse.begin_force(&self.rest, self.resolution_m);
+        }
+        self.hand = Plane::new(record.device_position, y_m);
+        self.rest.take(self.hand, record.began_ns, has_force);
         let Some(y) = y else { return self.take_along(record) };
         if let Some(pulse) = &mut self.pulse {
             pulse.see(Plane::new(record.device_position, y.device_position_m));
@@ -114,6 +141,8 @@ impl Motion {
             self.step_counts = greatest_common_divisor(self.step_counts, counts);
         }
         if let Some(pulse) = &mut self.pulse {
+            let range_m = self.rest.range_m(pulse.shape.duration_s());
+            pulse.rests_for_long = range_m.is_some_and(|range_m| range_m <= at_least(REST, self.resolution_m));
             pulse.take(record, last.as_ref(), moved_m);
         }
     }
@@ -156,6 +185,11 @@ impl Motion {
             now_ns: 0,
             position_m: 0.0,
             end: None,
+            least_way_m: f64::INFINITY,
+            rests_for_long: false,
+            coast: None,
+            pushed_m: 0.0,
+            coasted_m: 0.0,
             largest_force_n: 0.0,
             forward_m: 0.0,
             backward_m: 0.0,
@@ -165,6 +199,15 @@ impl Motion {
             has_gaps: false,
             ticks: Vec::new(),
         });
+    }
+
+    /// Whether the handle has rested before a pulse for as long as a wait asks.
+    ///
+    /// # Errors
+    /// It does not come to rest.
+    pub(crate) fn rests_for(&self, wait: &mut Wait) -> Result<bool, String> {
+        let most_m = at_least(REST, self.resolution_m);
+        wait.take(self.hand, &self.rest, most_m, self.least_way_m())
     }
 
     /// Whether the pulse has ended and the handle rests again.
@@ -178,16 +221,21 @@ impl Motion {
         self.pulse.as_ref()?.hand
     }
 
-    /// Ends the observation of a pulse, whose force acted this long at most after its command; returns its report.
-    pub(crate) fn end_pulse(&mut self, was_interrupted: bool, delay: Duration) -> Option<PulseReport> {
+    /// Ends the observation of a pulse, whose force acted this long at most after its command; returns its report, and
+    /// whether the pulse has moved the handle in its own direction, from a rest to a rest, and so that nothing else can
+    /// have moved it.
+    pub(crate) fn end_pulse(&mut self, was_interrupted: bool, delay: Duration) -> Option<(PulseReport, bool)> {
         let pulse = self.pulse.take()?;
-        Some(pulse.report(self.resolution_m, was_interrupted, delay))
-    }
-
-    /// Whether a pulse has moved the handle in its own direction, far enough to tell.
-    pub(crate) fn is_confirmed_by(&self, report: &PulseReport) -> bool {
-        matches!(report.end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
+        self.rest.begin_alone(self.hand);
+        let (least_way_m, rests_for_long) = (pulse.least_way_m, pulse.rests_for_long);
+        let coasts = pulse.coasted_m > COAST * pulse.pushed_m + at_least(REST, self.resolution_m);
+        let report = pulse.report(self.resolution_m, was_interrupted, delay);
+        let is_confirmed = matches!(report.end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
             && report.moved_m * report.force_n.signum() >= self.least_way_m()
+            && report.forward_m >= least_way_m
+            && rests_for_long
+            && !coasts;
+        Some((report, is_confirmed))
     }
 
     /// Least travel that shows the direction of a force, m.
@@ -217,6 +265,30 @@ impl ObservedPulse {
         }
     }
 
+    /// A force flows now, after a rest.
+    fn begin_force(&mut self, rest: &Rest, resolution_m: f64) {
+        if self.first_force_ns.is_none() {
+            let way_m = rest.least_way_m(self.shape.duration_s(), resolution_m);
+            self.least_way_m = way_m.unwrap_or(f64::INFINITY);
+        }
+    }
+
+    /// Takes in how far the handle goes in a short time, while it is pushed and while it coasts.
+    fn coast(&mut self, position_m: f64) {
+        let (from_ns, from_m) = *self.coast.get_or_insert((self.now_ns, position_m));
+        if self.now_ns - from_ns < COAST_WINDOW_NS {
+            return;
+        }
+        self.coast = Some((self.now_ns, position_m));
+        let coasts = self.first_force_ns.is_some() && from_ns > self.last_force_ns + LATE_NS;
+        let most_m = if coasts {
+            &mut self.coasted_m
+        } else {
+            &mut self.pushed_m
+        };
+        *most_m = most_m.max((position_m - from_m).abs());
+    }
+
     fn take(&mut self, record: &TickRecord, last: Option<&TickRecord>, moved_m: f64) {
         let now_ns = record.began_ns;
         let (from_m, _) = *self.from.get_or_insert((record.device_position, now_ns));
@@ -241,6 +313,7 @@ impl ObservedPulse {
             self.first_force_ns.get_or_insert(now_ns);
             self.last_force_ns = now_ns;
         }
+        self.coast(record.device_position);
         if record.command_force.abs() > self.largest_force_n.abs() {
             self.largest_force_n = record.command_force;
         }
@@ -254,7 +327,9 @@ impl ObservedPulse {
 
     fn is_over(&self) -> bool {
         let Some((_, from_ns)) = self.from else { return false };
-        self.end.is_some() && (self.rests() || self.now_ns - from_ns > MAX_NS)
+        // A pulse that has moved nothing shows nothing, and needs no rest.
+        let rests = self.rests() && (self.forward_m < self.least_way_m || self.rests_for_long);
+        self.end.is_some() && (rests || self.now_ns - from_ns > MAX_NS)
     }
 
     fn rests(&self) -> bool {
@@ -320,13 +395,13 @@ mod tests {
 
     /// A handle of 1 kg with 0.5 N of friction under a pulse, with the motor's sign; what was found
     /// and whether it was over in time.
-    fn pushed(sign: f64, gap: bool) -> (Motion, PulseReport) {
+    fn pushed(sign: f64, gap: bool) -> (Motion, PulseReport, bool) {
         let mut motion = Motion::new(1e-5);
         motion.begin_pulse(SHAPE, FIRST_AXIS);
         let (mut position, mut velocity): (f64, f64) = (0.0, 0.0);
         let mut over = None;
-        for tick in 0..2000_u64 {
-            let force_n = if (10..210).contains(&tick) { 2.0 } else { 0.0 };
+        for tick in 0..3000_u64 {
+            let force_n = if (510..710).contains(&tick) { 2.0 } else { 0.0 };
             let mut seen = record(tick);
             seen.device_position = (position / 1e-5).round() * 1e-5;
             seen.device_velocity = velocity;
@@ -336,8 +411,8 @@ mod tests {
             } else {
                 MotionEnd::Time
             };
-            seen.motion_end = (tick >= 210).then_some(end);
-            if !gap || tick != 100 {
+            seen.motion_end = (tick >= 710).then_some(end);
+            if !gap || tick != 600 {
                 motion.take(&seen, None);
             }
             if motion.pulse_is_over() {
@@ -353,19 +428,19 @@ mod tests {
                 position += velocity * 1e-5;
             }
         }
-        assert!(over.is_some_and(|tick| tick > 210), "{over:?}");
-        let report = motion.end_pulse(false, Duration::ZERO).expect("it was watched");
-        (motion, report)
+        assert!(over.is_some_and(|tick| tick > 710), "{over:?}");
+        let (report, is_confirmed) = motion.end_pulse(false, Duration::ZERO).expect("it was watched");
+        (motion, report, is_confirmed)
     }
 
     #[test]
     fn friction_is_the_work_by_the_way() {
-        let (motion, report) = pushed(1.0, false);
+        let (motion, report, is_confirmed) = pushed(1.0, false);
         let friction_n = report.friction_n.expect("it moved");
         assert!((friction_n - 0.5).abs() < 0.01, "{report:?}");
         let mass_kg = report.mass_kg.expect("it was fast");
         assert!((mass_kg - 1.0).abs() < 0.03, "{report:?}");
-        assert!(motion.is_confirmed_by(&report));
+        assert!(is_confirmed);
         assert_eq!(motion.step_m(), Some(1e-5));
         assert!((motion.range_m().1 - report.moved_m).abs() < 1e-12);
         assert!((report.duration_ms - 199.0).abs() < 1e-9);
@@ -373,12 +448,12 @@ mod tests {
 
     #[test]
     fn the_wrong_way_is_told_and_a_gap_tells_nothing() {
-        let (motion, report) = pushed(-1.0, false);
+        let (_, report, is_confirmed) = pushed(-1.0, false);
         assert_eq!((report.end, report.friction_n), (PulseEnd::WrongWay, None));
-        assert!(!motion.is_confirmed_by(&report));
-        let (motion, report) = pushed(1.0, true);
+        assert!(!is_confirmed);
+        let (_, report, is_confirmed) = pushed(1.0, true);
         assert_eq!((report.end, report.friction_n), (PulseEnd::Unrecorded, None));
-        assert!(!motion.is_confirmed_by(&report));
+        assert!(!is_confirmed);
     }
 
     #[test]

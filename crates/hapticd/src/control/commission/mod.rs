@@ -1,6 +1,8 @@
 //! `commission.*`: one client has the rig to itself and moves the handle by small pulses, to find
 //! the direction of its motor.
 
+#[cfg(test)]
+mod hand_tests;
 pub(in crate::control) mod motion;
 mod operations;
 mod pulse;

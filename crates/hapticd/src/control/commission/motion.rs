@@ -14,11 +14,13 @@ use std::rc::Rc;
 use std::time::Duration;
 
 /// A motion that a client asks for, and what is made of its records.
-pub(in crate::control) struct ClientMotion<O> {
+pub(in crate::control) struct ClientMotion<R, O> {
     pub(in crate::control) motion: OwnMotion,
     pub(in crate::control) purpose: Purpose,
     /// Time that it may take, until the handle rests again.
     pub(in crate::control) longest: Duration,
+    /// Whether it may begin, once the rig is engaged.
+    pub(in crate::control) is_ready: R,
     /// Begins to observe it, right before it begins; returns its direction on a rig of two axes.
     pub(in crate::control) observe: O,
     /// Whether it has ended and the handle rests again.
@@ -32,11 +34,15 @@ pub(in crate::control) struct ClientMotion<O> {
 ///
 /// # Errors
 /// The rig may not be moved, or another motion is under way.
-pub(in crate::control) async fn begin<O: FnOnce(&RigHandle) -> Result<Plane, WireError> + 'static>(
+pub(in crate::control) async fn begin<R, O>(
     rig: &Rc<RigHandle>,
     by: Requester<'_>,
-    asked: ClientMotion<O>,
-) -> Result<(), WireError> {
+    asked: ClientMotion<R, O>,
+) -> Result<(), WireError>
+where
+    R: FnMut(&Feed) -> Result<bool, String> + 'static,
+    O: FnOnce(&RigHandle) -> Result<Plane, WireError> + 'static,
+{
     let admission = admission::admit(rig, asked.purpose).await?;
     let stops = begin_motion(rig, by.session)?;
     let (rig, peer) = (Rc::clone(rig), by.peer.clone());
@@ -48,7 +54,7 @@ pub(in crate::control) async fn begin<O: FnOnce(&RigHandle) -> Result<Plane, Wir
             stops,
             by: &peer,
         };
-        let given = lend(&rig, exclusive, asked.observe, asked.is_over).await;
+        let given = lend(&rig, exclusive, asked.is_ready, asked.observe, asked.is_over).await;
         let mut exclusive_use = rig.exclusive_use().borrow_mut();
         let Some(current) = exclusive_use.as_mut() else { return };
         current.moving = false;

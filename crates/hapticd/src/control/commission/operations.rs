@@ -18,6 +18,9 @@ use std::rc::Rc;
 /// Default duration of a pulse, ms.
 const DEFAULT_PULSE_MS: f64 = 200.0;
 
+/// Fewest pulses in either direction that show the direction: a single one may meet a hand that pulls just then.
+pub(super) const MIN_CONFIRMED: u32 = 4;
+
 /// Smallest force of a pulse, N.
 const MIN_FORCE_N: f64 = 0.001;
 
@@ -84,8 +87,8 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
         ramp_ms: rig.facts.ramp.as_secs_f64() * 1e3,
         pulses: found.pulses,
         last: found.last.clone(),
-        positive_confirmed: found.positive_confirmed,
-        negative_confirmed: found.negative_confirmed,
+        positive_confirmed: found.confirmed[0] > 0,
+        negative_confirmed: found.confirmed[1] > 0,
         position_m: motion.map_or(0.0, Motion::position_m),
         least_m,
         greatest_m,
@@ -136,14 +139,15 @@ pub(in crate::control) async fn store(
 ) -> Result<CommissionReply, WireError> {
     let found = status(rig, by)?;
     let device = resting_device(rig)?;
-    for (direction, confirmed) in [
-        ("positive", found.positive_confirmed),
-        ("negative", found.negative_confirmed),
-    ] {
-        if !confirmed {
+    let confirmed = match rig.exclusive_use().borrow().as_ref().map(|current| &current.work) {
+        Some(Work::Commissioning(found)) => found.confirmed,
+        _ => [0; 2],
+    };
+    for (direction, times) in ["positive", "negative"].into_iter().zip(confirmed) {
+        if times < MIN_CONFIRMED {
             let message = format!(
-                "nothing to store: no {direction} pulse has moved the handle in the {direction} direction yet \
-                 (`commission.pulse`)"
+                "nothing to store: {times} {direction} pulses have moved the handle from rest to rest in the {direction} \
+                 direction, and at least {MIN_CONFIRMED} must (`commission.pulse`)"
             );
             return Err(WireError::new(ErrorCode::WrongState, message).about("force_N"));
         }

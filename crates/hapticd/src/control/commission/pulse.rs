@@ -7,13 +7,16 @@ use crate::control::peer::Requester;
 use crate::control::rig::both_motors::DrivenAlone;
 use crate::control::rig::exclusive_use::state::Work;
 use crate::rt::space::FIRST_AXIS;
+use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::Motion;
+use crate::telemetry::rest::Wait;
 use device_io::kinematics::{Kinematics, Reading};
 use haptic_core::own_motion::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
 use haptic_core::planar::Plane;
 use haptic_core::{OwnMotion, PulseShape};
 use haptic_ipc::{ErrorCode, PulseEnd, WireError};
 use std::f64::consts::TAU;
+use std::hash::{BuildHasher, RandomState};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -23,8 +26,8 @@ const EDGE: f64 = 0.25;
 /// How far the handle may move against the force: in encoder counts, and m. A count is noise.
 const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
 
-/// Time that a pulse may take, until the handle rests again.
-const LONGEST: Duration = Duration::from_secs(4);
+/// Time that a pulse may take, until the handle rests again; and, before, that the handle may take to rest.
+const LONGEST: Duration = Duration::from_secs(7);
 
 /// Longest delay with which the mass is told, s: within it the force of a pulse hardly changes.
 const MAX_DELAY_S: f64 = 5e-3;
@@ -52,10 +55,19 @@ pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseS
 pub(super) async fn begin(rig: &Rc<RigHandle>, by: Requester<'_>, shape: PulseShape) -> Result<(), WireError> {
     // Refused at once where there is none. The rig engages first, and meanwhile the hand may move on.
     direction(rig)?;
+    // From 0 to 1 by chance: the hash has a key of its own.
+    let chance = RandomState::new().hash_one(());
+    #[expect(clippy::cast_precision_loss, reason = "any share does")]
+    let mut wait = Wait::new(shape.duration_s(), chance as f64 / u64::MAX as f64);
     let asked = ClientMotion {
         motion: OwnMotion::pulse(shape, rig.facts.period_s())?,
         purpose: Purpose::Commissioning,
         longest: LONGEST,
+        is_ready: move |feed: &Feed| {
+            feed.motion
+                .as_ref()
+                .map_or(Ok(true), |motion| motion.rests_for(&mut wait))
+        },
         observe: move |rig: &RigHandle| {
             let along = direction(rig)?;
             if let Some(motion) = rig.feed().motion.as_mut() {
@@ -129,14 +141,11 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
     let motion = feed.motion.as_mut()?;
     let hand = motion.pushed_hand();
     let delay_s = rig.facts.steady_delay_s();
-    let mut report = motion.end_pulse(
-        was_interrupted,
-        Duration::from_secs_f64(delay_s.clamp(0.0, MAX_DELAY_S)),
-    )?;
+    let delay = Duration::from_secs_f64(delay_s.clamp(0.0, MAX_DELAY_S));
+    let (mut report, mut confirmed) = motion.end_pulse(was_interrupted, delay)?;
     if delay_s > MAX_DELAY_S {
         (report.mass_kg, report.mass_within_kg) = (None, None);
     }
-    let mut confirmed = motion.is_confirmed_by(&report);
     let is_wrong = report.end == PulseEnd::WrongWay;
     let mut is_swapped = false;
     if let (Some(motor), Some(kinematics)) = (found.motor, &rig.facts.kinematics) {
@@ -149,8 +158,7 @@ fn report(rig: &RigHandle, work: &mut Work, was_interrupted: bool) -> Option<&'s
         confirmed &= leads_m.is_some_and(|(own, _)| own >= least_m);
         found.alone = alone.filter(|_| confirmed).or(found.alone);
     }
-    found.positive_confirmed |= confirmed && report.force_n > 0.0;
-    found.negative_confirmed |= confirmed && report.force_n < 0.0;
+    found.confirmed[usize::from(report.force_n < 0.0)] += u32::from(confirmed);
     found.last = Some(report);
     if is_swapped {
         return Some(

@@ -11,6 +11,7 @@ use crate::control::rig::exclusive_use::state::{ExclusiveUse, Identification, Wo
 use crate::control::rig::exclusive_use::{self, largest_force_n, resting_device};
 use crate::rt::space::FIRST_AXIS;
 use crate::telemetry::excitation::ObservedExcitation;
+use crate::telemetry::feed::Feed;
 use crate::telemetry::motion::Motion;
 use haptic_core::rig_friction::RigFriction;
 use haptic_core::{BoundError, Excitation, OwnMotion};
@@ -129,6 +130,7 @@ pub(in crate::control) async fn excite(
         motion: OwnMotion::excitation(excitation, rig.facts.period_s())?,
         purpose: Purpose::Identification,
         longest: Duration::from_secs_f64(1.1 * excitation.duration_s()) + GRACE,
+        is_ready: |_: &Feed| Ok(true),
         observe: move |rig: &RigHandle| {
             let mut feed = rig.feed();
             let last = feed.newest().copied();

@@ -34,7 +34,7 @@ pub(in crate::control) fn rest(rig: &RigHandle) {
     rig.lend_loop(OwnMotion::REST, FIRST_AXIS);
 }
 
-/// Engages without a scene, has the motion rendered until it is over, releases, and restores the
+/// Engages without a scene, has the motion rendered from when `is_ready` until it is over, releases, and restores the
 /// scene. `observe` is called right before the motion begins, and says along which direction of two axes it goes.
 ///
 /// # Errors
@@ -42,11 +42,12 @@ pub(in crate::control) fn rest(rig: &RigHandle) {
 pub(in crate::control) async fn lend(
     rig: &RigHandle,
     exclusive: ExclusiveMotion<'_>,
+    is_ready: impl FnMut(&Feed) -> Result<bool, String>,
     observe: impl FnOnce(&RigHandle) -> Result<Plane, WireError>,
     is_over: impl Fn(&Feed) -> bool,
 ) -> Result<(), String> {
     let by = exclusive.by;
-    let given = give(rig, exclusive, observe, is_over).await;
+    let given = give(rig, exclusive, is_ready, observe, is_over).await;
     take_back(rig, by).await;
     given
 }
@@ -54,6 +55,7 @@ pub(in crate::control) async fn lend(
 async fn give(
     rig: &RigHandle,
     exclusive: ExclusiveMotion<'_>,
+    mut is_ready: impl FnMut(&Feed) -> Result<bool, String>,
     observe: impl FnOnce(&RigHandle) -> Result<Plane, WireError>,
     is_over: impl Fn(&Feed) -> bool,
 ) -> Result<(), String> {
@@ -66,17 +68,23 @@ async fn give(
     )
     .await
     .map_err(|error| error.message)?;
-    until(rig, rig.facts.ramp + RAMP_GRACE, |state| state == RigState::Engaged).await?;
+    until(rig, rig.facts.ramp + RAMP_GRACE, |state| Ok(state == RigState::Engaged)).await?;
+    until(rig, exclusive.longest, |_| is_ready(&rig.feed())).await?;
     let along = observe(rig).map_err(|error| error.message)?;
     rig.lend_loop(exclusive.motion, along);
-    until(rig, exclusive.longest, |_| is_over(&rig.feed())).await
+    until(rig, exclusive.longest, |_| Ok(is_over(&rig.feed()))).await
 }
 
 /// Waits for a condition while the exclusive use is active and the rig is engaging or engaged.
 ///
 /// # Errors
-/// The exclusive use or the engagement has ended, or the condition does not hold after `timeout`.
-async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) -> bool) -> Result<(), String> {
+/// The exclusive use or the engagement has ended, the condition says why it never holds, or it does not hold after
+/// `timeout`.
+async fn until(
+    rig: &RigHandle,
+    timeout: Duration,
+    mut condition: impl FnMut(RigState) -> Result<bool, String>,
+) -> Result<(), String> {
     let began = Instant::now();
     loop {
         let state = rig.channel.state();
@@ -90,7 +98,7 @@ async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) 
             return Err(why);
         }
         match state {
-            RigState::Engaging | RigState::Engaged if condition(state) => return Ok(()),
+            RigState::Engaging | RigState::Engaged if condition(state)? => return Ok(()),
             // Where it comes from, its end says: a fault that lets the force down, or somebody's wish.
             RigState::Engaging | RigState::Engaged | RigState::Releasing => {}
             RigState::Faulted => return Err(rig.faulted()),

@@ -37,8 +37,8 @@ pub(in crate::control) struct Commissioning {
     pub(in crate::control) alone: Option<DrivenAlone>,
     pub(in crate::control) pulses: u64,
     pub(in crate::control) last: Option<PulseReport>,
-    pub(in crate::control) positive_confirmed: bool,
-    pub(in crate::control) negative_confirmed: bool,
+    /// How many positive and how many negative pulses have moved the handle their way.
+    pub(in crate::control) confirmed: [u32; 2],
     pub(in crate::control) path: Option<String>,
     pub(in crate::control) coupling: Option<Coupling>,
 }
