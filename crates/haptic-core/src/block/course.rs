@@ -147,10 +147,7 @@ impl<B: PiecewiseBlock> Moving for B {
     /// With `elapsed_s` of zero or less the block stands still and only the force is new.
     fn advance(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
         tick(self, elapsed_s, (position, velocity), |block, load| {
-            if block.steady(elapsed_s, &load, sink) {
-                return Rendered::default();
-            }
-            in_pieces(block, elapsed_s, load, sink)
+            under(block, elapsed_s, load, sink)
         })
     }
 
@@ -198,6 +195,20 @@ impl<B: PiecewiseBlock> Moving for B {
     fn coupling_force(&self) -> f64 {
         self.coupled().coupling_force()
     }
+}
+
+/// A tick under a load.
+#[inline(always)]
+pub(super) fn under<B: PiecewiseBlock>(
+    block: &mut B,
+    elapsed_s: f64,
+    load: Load,
+    sink: &mut impl EventSink,
+) -> Rendered {
+    if block.steady(elapsed_s, &load, sink) {
+        return Rendered::default();
+    }
+    in_pieces(block, elapsed_s, load, sink)
 }
 
 /// The pieces of a tick. Apart from a steady tick, which then saves no registers for it.

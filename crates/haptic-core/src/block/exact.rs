@@ -24,8 +24,8 @@
 //! no energy and the block does not creep. Work per tick is bounded; what is left when the bound is
 //! reached is done in a few implicit steps.
 
-use super::body::{BlockState, Coupling, EventSink, Load};
-use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, work_budget};
+use super::body::{BlockState, Coupling, EventSink, Load, Rendered};
+use super::course::{CoupledBlock, Course, Outcome, PiecewiseBlock, under, work_budget};
 use super::expansion::Piece;
 use super::linear_slide::FallLevel;
 use super::oscillator::Motion;
@@ -62,6 +62,20 @@ impl<S: Slide, R: StaticLimit, const N: usize> ExactBlock<S, R, N> {
         };
         block.coupled.state.contact = block.at_rest();
         block
+    }
+
+    /// Moves the block on from the origin, with a velocity (m/s), for `elapsed_s` under what a coupling would do to it
+    /// if it stood still there: a force, N, and its slope, N/s.
+    pub(crate) fn advance_from_origin(
+        &mut self,
+        velocity: f64,
+        elapsed_s: f64,
+        (at_start, slope): (f64, f64),
+        sink: &mut impl EventSink,
+    ) -> (Rendered, BlockState) {
+        self.set_state(BlockState::new(0.0, velocity, 0.0, 0.0));
+        let rendered = under(self, elapsed_s, Load { at_start, slope }, sink);
+        (rendered, self.coupled.state)
     }
 
     /// The static limit now, N.

@@ -3,9 +3,10 @@
 use super::landing::reaches;
 use super::series::{Motion, Pull, Sliding};
 use super::vector::Plane;
-use crate::block::{BlockState, Contact, Coupling, EventSink, ExactBlock, LinearSlide, Moving, Rendered, Slides};
+use crate::block::{BlockState, Contact, Coupling, EventSink, ExactBlock, LinearSlide, Rendered, Slides};
 use crate::contact::ConstantLimit;
 use crate::directional::Direction;
+use crate::math::flush;
 use crate::snapshot::Archive;
 use crate::vector::Vector;
 
@@ -439,12 +440,9 @@ impl PlanarBlock {
     /// The rest of the tick of the block on a line through it. Its place is what it has moved from here.
     fn on_line(&mut self, along: Plane, course: &Course, sink: &mut impl EventSink) -> (Rendered, BlockState) {
         let (pull, remaining) = (course.pull(self.coupling.stiffness), course.remaining());
-        let begin = along.dot(pull.force) / self.coupling.stiffness;
-        let end = begin + along.dot(pull.slope) * remaining / self.coupling.stiffness;
+        let load = (flush(along.dot(pull.force)), flush(along.dot(pull.slope)));
         let velocity = along.dot(self.state.velocity);
-        self.line.set_state(BlockState::new(0.0, velocity, begin, 0.0));
-        let rendered = self.line.advance(remaining, end, 0.0, sink);
-        (rendered, self.line.state())
+        self.line.advance_from_origin(velocity, remaining, load, sink)
     }
 
     /// One backward-Euler step to the end of the tick (Moreau 1988): stable and dissipative whatever its length.
