@@ -13,6 +13,7 @@ use crate::renderer::{FARTHEST_RESEAT_M, Rendering};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
 use crate::snapshot::Archive;
+use crate::vector::Vector;
 use alloc::boxed::Box;
 use alloc::format;
 
@@ -249,9 +250,12 @@ impl Rendering<Plane> for PlanarRenderer {
             }
             (Surface::Spring(now), Surface::Spring(was)) => now.follow(was),
             (Surface::Spring(now), Surface::Block(was))
-                if state.contact != Contact::Stuck && was.block.at_rest() == Contact::Stuck && force != Plane::ZERO =>
+                if state.contact != Contact::Stuck
+                    && was.block.at_rest() == Contact::Stuck
+                    && state.velocity != Plane::ZERO =>
             {
-                now.slide(state.device_position, state.device_velocity, force);
+                // Friction is along the block's motion, which in an overshoot is against the coupling's force.
+                now.slide(state.device_position, state.device_velocity, state.velocity);
             }
             // What holds, holds what the hand felt.
             (Surface::Spring(now), _) => now.put(state.device_position, state.device_velocity, force),
@@ -311,10 +315,14 @@ impl HeldBlock {
     fn seat(&self, state: &mut PlanarState, force: Plane, farthest: f64) {
         let Coupling { stiffness, damping } = self.coupling;
         if stiffness > 0.0 {
-            let damped = (state.device_velocity - state.velocity) * damping;
-            let deflection = (force - damped) * (1.0 / stiffness);
-            let share = (farthest / deflection.length()).min(1.0);
-            state.put(state.device_position - deflection * share);
+            let sprung = force - (state.device_velocity - state.velocity) * damping;
+            // Not by a deflection that a soft coupling may put beyond the range of numbers.
+            let deflection = if sprung.length() > farthest * stiffness {
+                sprung.pointing(farthest)
+            } else {
+                sprung / stiffness
+            };
+            state.put(state.device_position - deflection);
         }
     }
 }

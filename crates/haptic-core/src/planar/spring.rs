@@ -80,11 +80,11 @@ impl DraggedSpring {
         self.stick(force);
     }
 
-    /// The hand is put at a place (m), with a velocity (m/s), in a slide that pulls as this force does.
-    pub(super) fn slide(&mut self, position: Plane, velocity: Plane, force: Plane) {
+    /// The hand is put at a place (m), with a velocity (m/s), in a slide that goes along a vector.
+    pub(super) fn slide(&mut self, position: Plane, velocity: Plane, along: Plane) {
         (self.position, self.velocity) = (position, velocity);
         self.state = State::Sliding {
-            away: force.pointing(1.0),
+            away: along.pointing(1.0),
         };
     }
 
@@ -138,7 +138,7 @@ impl DraggedSpring {
             } else if velocity != Plane::ZERO {
                 velocity.pointing(1.0)
             } else {
-                self.facing()
+                Plane::ZERO
             };
             let leg = Leg {
                 direction: Direction::Positive,
@@ -160,37 +160,32 @@ impl DraggedSpring {
                 let (to_turn, last) = motion.turn(|| Direction::Positive);
                 for leg in to_turn.into_iter().chain([last]) {
                     let along = along * leg.direction.sign();
-                    self.follow_piece(&Piece { along, leg });
+                    self.follow_piece(Piece { along, leg });
                 }
             } else {
-                self.follow_piece(&Piece { along, leg });
+                self.follow_piece(Piece { along, leg });
             }
         }
         (self.position, self.velocity) = (position, velocity);
     }
 
-    /// Where a slide goes on; anywhere while it is stuck, as nothing comes of no way.
-    fn facing(&self) -> Plane {
-        match self.state {
-            State::Sliding { away } => away,
-            State::Stuck { .. } => Plane::new(1.0, 0.0),
-        }
-    }
-
-    fn follow_piece(&mut self, piece: &Piece) {
-        if let State::Sliding { away } = self.state
-            && away.dot(piece.along) <= 0.0
-        {
-            // It turned back: the slide ended at rest, and what follows unloads the spring.
-            self.end_slide(away, 0.0);
+    fn follow_piece(&mut self, mut piece: Piece) {
+        if let State::Sliding { away } = self.state {
+            if piece.leg.distance == 0.0 {
+                // The positions say where it went, as a velocity is late: without a way a slide goes on.
+                piece.along = away;
+            } else if away.dot(piece.along) <= 0.0 {
+                // It turned back: the slide ended at rest, and what follows unloads the spring.
+                self.end_slide(away, 0.0);
+            }
         }
         let threshold = self.friction.velocity_threshold;
         let ends_slow = piece.leg.to_speed < threshold;
         let Some(distance) = piece.leg.passes(threshold).filter(|_| threshold > 0.0) else {
             return if ends_slow {
-                self.go_slowly(piece);
+                self.go_slowly(&piece);
             } else {
-                self.go(piece);
+                self.go(&piece);
             };
         };
         let (first, last) = piece.split(distance);
