@@ -94,10 +94,12 @@ pub enum StatsError {
         highest: f64,
     },
     /// Answers jump from chance to the ceiling between two levels.
-    #[error("answers jump from chance to the ceiling without a level in between, near {threshold:.4}")]
+    #[error("answers jump from about chance to the ceiling between the tested levels {below} and {above}")]
     Jump {
-        /// Where they jump, about.
-        threshold: f64,
+        /// The level below the threshold.
+        below: f64,
+        /// The level above it.
+        above: f64,
     },
 }
 
@@ -110,7 +112,7 @@ impl StatsError {
             Self::AllWrong { .. } => Some("check which answer counts as correct"),
             Self::AtLowestLevel { .. } => Some("test lower levels"),
             Self::AtHighestLevel { .. } => Some("test higher levels"),
-            Self::Jump { .. } => Some("test levels about there"),
+            Self::Jump { .. } => Some("test levels between them"),
             _ => None,
         }
     }

@@ -57,20 +57,24 @@ pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
     if found.width > 0.5 * WIDTHS[1] * (highest - lowest) {
         return Err(StatsError::NoRise);
     }
-    // Of answers that jump at a level, none were given on the one side of an outermost one.
-    let beside = if found.is_step(levels) { found.width } else { 0.0 };
-    if found.threshold <= lowest + beside {
+    // Of answers that jump at an outermost level, none were given on its one side: the share at it tells on which side
+    // the threshold is. Only what is above the highest level would tell lapses, which are then taken as none.
+    const SAME: f64 = 1e-4;
+    let (width, is_step) = (found.width, found.is_step(levels));
+    if found.probability(lowest) >= found.probability(found.threshold) - SAME {
         return Err(StatsError::AtLowestLevel { lowest });
     }
-    if found.threshold >= highest - beside {
+    let is_low = is_step && found.probability(highest) <= 0.5 * (GUESS + 1.0) + SAME;
+    if is_low || found.threshold >= highest {
         return Err(StatsError::AtHighestLevel { highest });
     }
-    if !tested
-        .clone()
-        .any(|level| (level - found.threshold).abs() < 0.5 * found.width)
-    {
+    let is_within = |level: f64, distance: f64| (level - found.threshold).abs() < distance;
+    let is_at_end = is_step && (is_within(lowest, width) || is_within(highest, width));
+    if is_at_end || !tested.clone().any(|level| is_within(level, 0.5 * width)) {
+        let (below, above): (Vec<f64>, Vec<f64>) = tested.partition(|level| *level <= found.threshold);
         return Err(StatsError::Jump {
-            threshold: found.threshold,
+            below: below.into_iter().fold(lowest, f64::max),
+            above: above.into_iter().fold(highest, f64::min),
         });
     }
     Ok(found)

@@ -108,8 +108,31 @@ fn what_has_no_threshold_is_refused_by_name() {
     ] {
         assert_eq!(refused(&correct), reason);
     }
-    assert!(refused(&[10, 10, 20, 20]).starts_with("answers jump"));
+    let jump = |below, above| {
+        format!(
+            "answers jump from about chance to the ceiling between the tested levels {below} and {above}; test levels between them"
+        )
+    };
+    assert_eq!(refused(&[10, 10, 20, 20]), jump(2, 3));
+    assert_eq!(refused(&[12, 20, 18, 20]), jump(1, 2));
+    assert_eq!(refused(&[10, 10, 18]), jump(2, 3));
     assert_eq!(refused(&[10, 25, 20]), "25 of 20 answers are correct at level 2");
+}
+
+/// Answers to levels in newtons, of so many at each.
+fn answered(trials: u32, correct: impl IntoIterator<Item = (f64, u32)>) -> Vec<Level> {
+    let of = |(level, correct)| Level { level, trials, correct };
+    correct.into_iter().map(of).collect()
+}
+
+#[test]
+fn sixty_percent_at_the_lowest_level_is_above_it() {
+    let levels = answered(15, [(0.15, 9), (0.3, 15), (0.5, 13), (0.75, 15), (1.0, 15), (1.5, 15)]);
+    let jump = StatsError::Jump {
+        below: 0.15,
+        above: 0.3,
+    };
+    assert_eq!(fit(&levels), Err(jump));
 }
 
 #[test]
@@ -249,5 +272,20 @@ proptest! {
         let found = fit(&answers_of(&truth, unit, seed)).expect("a fit");
         prop_assert!((found.threshold / unit - threshold).abs() < 0.05, "{:?} of {:?}", found, truth);
         prop_assert!((found.width / unit / width - 1.0).abs() < 0.25, "{:?} of {:?}", found, truth);
+    }
+
+    /// A threshold below the lowest level has at least 70 % there, one above the highest at most 75 %.
+    #[test]
+    fn a_threshold_inside_is_not_refused_as_outside(
+        lowest in 0..28_u32,
+        upper in proptest::collection::vec(36..=40_u32, 2..6),
+        lower in proptest::collection::vec(10..=20_u32, 2..6),
+        highest in 31..=40_u32,
+    ) {
+        let levels = |counts: Vec<u32>| answered(40, (1..).map(|place| 0.1 * f64::from(place)).zip(counts));
+        let above = fit(&levels([&[lowest], &*upper].concat()));
+        prop_assert!(!matches!(above, Err(StatsError::AtLowestLevel { .. })), "{:?}", above);
+        let below = fit(&levels([&*lower, &[highest]].concat()));
+        prop_assert!(!matches!(below, Err(StatsError::AtHighestLevel { .. })), "{:?}", below);
     }
 }
