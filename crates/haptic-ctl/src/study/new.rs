@@ -59,14 +59,40 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     say_unbalanced(&plan, &about)
 }
 
-/// Says where a Latin square is not balanced with so many subjects.
+/// Says where a Latin square is not balanced, with so many subjects or with orders that a table gave.
 pub(super) fn say_unbalanced(plan: &Plan, about: &StudyDescription) -> Result<(), Failure> {
-    let (things, count) = (plan.ordered_names().len(), about.subjects.len());
+    let square = (plan.order() == Order::LatinSquare).then(|| plan.ordered_names().len());
+    let given = about.orders.iter().filter(|order| !order.is_empty()).count();
+    let note = square.and_then(|things| unbalanced(things, about.subjects.len(), given));
+    note.map_or(Ok(()), |note| output::text(&note))
+}
+
+/// What unbalances a square of so many things, done by so many subjects, some of whom have an order of their own.
+/// Nothing does where all have one.
+fn unbalanced(things: usize, count: usize, given: usize) -> Option<String> {
     let rows = rows(things);
-    if plan.order() == Order::LatinSquare && about.orders.is_empty() && !count.is_multiple_of(rows) {
-        output::text(&format!(
-            "note: the Latin square of {things} is balanced with {rows} subjects, or a multiple of that; there are {count}"
-        ))?;
+    let why = match given {
+        _ if given == count => return None,
+        0 if count.is_multiple_of(rows) => return None,
+        0 => format!("there are {count}"),
+        _ => format!("the table gives {given} of {count} an order of their own, which breaks it"),
+    };
+    Some(format!(
+        "note: the Latin square of {things} is balanced with {rows} subjects, or a multiple of that; {why}"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unbalanced;
+
+    #[test]
+    fn a_note_says_what_unbalances_a_square() {
+        let said = |count, given| unbalanced(3, count, given).unwrap_or_default();
+        let square = "note: the Latin square of 3 is balanced with 6 subjects, or a multiple of that; ";
+        assert_eq!(said(4, 0), format!("{square}there are 4"));
+        let broken = "the table gives 1 of 6 an order of their own, which breaks it";
+        assert_eq!(said(6, 1), format!("{square}{broken}"));
+        assert_eq!((said(6, 0), said(12, 0), said(2, 2)), Default::default());
     }
-    Ok(())
 }

@@ -34,7 +34,10 @@ pub(crate) enum Operator {
     Simulated,
 }
 
+// The operator is needed; without one the refusal says how people do the study.
 #[derive(Debug, Args)]
+#[command(override_usage = "haptic-ctl study run [OPTIONS] --operator <WHO> --out <DIR> \
+    <--subjects <N>|--codes <CODE,...>|--subjects-file <FILE>> <PLAN>")]
 pub(crate) struct Arguments {
     /// Plan: fitts, perception, or a PLAN.toml (`study plan fitts` prints one)
     #[arg(value_name = "PLAN")]
@@ -55,7 +58,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Keep the rows alone, not every tick (100 kB a trial)
+    /// Keep the rows alone, not every tick (200 kB a second)
     #[arg(long)]
     no_recordings: bool,
 }
