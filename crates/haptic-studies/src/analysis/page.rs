@@ -125,18 +125,24 @@ fn sizes(counts: impl Iterator<Item = usize> + Clone, of: &str) -> String {
 /// Difference in time against that in errors.
 fn against_errors(differences: &[Difference], resistance: &str) -> Option<Chart> {
     let of = |one: &Difference| Some([one.errors, one.time_s]);
-    quadrant((differences, resistance), "errors", "Errors less baseline", of)
+    // So far that the axis counts by whole errors.
+    quadrant((differences, resistance, 2.5), "errors", "Errors less baseline", of)
 }
 
 /// Difference in time against that in the errors' mean size.
 fn against_size(differences: &[Difference], resistance: &str) -> Option<Chart> {
     let of = |one: &Difference| Some([1e3 * one.error_size_m?, one.time_s]);
-    quadrant((differences, resistance), "size", "Error size less baseline (mm)", of)
+    quadrant(
+        (differences, resistance, 1.0),
+        "size",
+        "Error size less baseline (mm)",
+        of,
+    )
 }
 
-/// A disc for each subject and condition. Left and below are better.
+/// A disc for each subject and condition. Left and below are better. The horizontal axis goes at least so far.
 fn quadrant(
-    (differences, resistance): (&[Difference], &str),
+    (differences, resistance, least): (&[Difference], &str, f64),
     what: &str,
     across: &str,
     of: impl Fn(&Difference) -> Option<[f64; 2]>,
@@ -150,8 +156,8 @@ fn quadrant(
             count: 1,
         })
         .collect();
-    let reach = |axis: usize| points.iter().map(|point| point.at[axis].abs()).fold(1.0, f64::max) * 1.1;
-    let (x, y) = (reach(0), reach(1));
+    let reach = |axis: usize, least| points.iter().map(|point| point.at[axis].abs()).fold(least, f64::max) * 1.1;
+    let (x, y) = (reach(0, least), reach(1, 1.0));
     let axes = vec![[-x, 0.0], [x, 0.0], [f64::NAN, f64::NAN], [0.0, -y], [0.0, y]];
     let mut chart = Chart::new(
         format!("{resistance}: time against {what}"),

@@ -79,6 +79,25 @@ fn bars_of_one_condition_stand_beside_one_another() {
 }
 
 #[test]
+fn errors_are_counted_by_whole_ones() {
+    let mut found = analysed(&study());
+    found
+        .differences
+        .iter_mut()
+        .for_each(|one| (one.errors, one.time_s) = (0.0, 30.0));
+    let files = fitts_files(&found, &[], &SubjectTable::default(), "A study");
+    let pictures = || files.iter().filter(|(name, _)| name.starts_with("quadrants-errors"));
+    assert!(pictures().count() > 0);
+    for (name, picture) in pictures() {
+        let picture = String::from_utf8_lossy(picture);
+        assert!(
+            picture.contains(">2<") && !picture.contains(".5<") && !picture.contains(".2<"),
+            "{name}: {picture}"
+        );
+    }
+}
+
+#[test]
 fn notes_of_a_latex_table_say_each_reason_once() {
     let found = twice(&[(0.1, 15), (0.3, 20), (1.2, 20)]);
     let files = perception_files(&found, &SubjectTable::default(), "Cases");
