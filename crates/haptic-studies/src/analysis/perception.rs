@@ -141,6 +141,7 @@ pub fn perception(
         notes.push("a model gave these answers: they say nothing about people".to_owned());
     }
     notes.extend(contradictions(trials));
+    notes.extend(cases.iter().filter_map(unlike_means));
     notes.extend(cases.iter().flat_map(at_bounds));
     Ok(PerceptionAnalysis {
         operator: first.operator,
@@ -170,6 +171,17 @@ fn contradictions(trials: &[PerceptionTrial]) -> Option<String> {
         first.subject,
         first.case
     ))
+}
+
+/// Says where the two means of a case are not of as many subjects.
+pub(super) fn unlike_means(case: &CaseAnalysis) -> Option<String> {
+    let (fitted, staircase) = (case.jnd_n?.count, case.staircase_n?.count);
+    (fitted != staircase).then(|| {
+        format!(
+            "case {:?}: the JND is the mean of {fitted} of the subjects, that of the staircases of {staircase}",
+            case.case
+        )
+    })
 }
 
 /// Says which functions run into a bound.

@@ -86,6 +86,18 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
 }
 
 #[test]
+fn a_note_says_where_two_means_are_of_other_subjects() {
+    let note = crate::analysis::perception::unlike_means;
+    let mut case = climbed(&[0.6, 0.8].repeat(8)).cases.remove(0);
+    case.jnd_n = case.staircase_n;
+    assert_eq!(note(&case), None);
+    let alone = case.jnd_n.as_mut().expect("a staircase");
+    alone.count = 1;
+    let said = "case B: the JND is the mean of 1 of the subjects, that of the staircases of 2";
+    assert_eq!(note(&case).as_deref(), Some(said));
+}
+
+#[test]
 fn reason_and_advice_are_two_fields_and_one_text() {
     for (correct, reason, advice, text) in [
         (
