@@ -101,7 +101,7 @@ impl<'a> Session<'a> {
     /// From a command to its force, s, at most; none of a rig in the daemon.
     pub(super) async fn longest_delay_s(&mut self) -> Result<f64, Failure> {
         let status: Status = self.daemon.ask(Request::Status {}).await?;
-        if status.link.is_none() {
+        if status.device.link.is_none() {
             return Ok(0.0);
         }
         let advice: AdviceReply = self.daemon.ask(Request::Advise {}).await?;
