@@ -10,6 +10,7 @@ use device_io::fake::{Hand, Motion as HandMotion, Plant, RigProperties};
 use haptic_core::OwnMotion;
 use haptic_core::planar::Plane;
 use haptic_ipc::{PulseEnd, SampleY};
+use std::time::Duration;
 use test_run::extent;
 
 const PERIOD_S: f64 = 1e-3;
@@ -106,7 +107,7 @@ impl Rig {
         while !self.motion.pulse_is_over() {
             self.tick(Some(&mut own));
         }
-        let (report, is_confirmed) = self.motion.end_pulse(false).expect("it was watched");
+        let (report, is_confirmed) = self.motion.end_pulse(false, Duration::ZERO).expect("it was watched");
         match report.end {
             PulseEnd::WrongWay => Err("it moved against the force".to_owned()),
             _ => Ok(is_confirmed),
