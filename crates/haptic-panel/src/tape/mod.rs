@@ -33,6 +33,9 @@ const MAX_LIVE_SAMPLES: usize = 240_000;
 /// column is off by less than one bucket.
 const BUCKETS_A_COLUMN: usize = 4;
 
+/// From this many times the usual time between two samples on, nobody knows what was between them: the loop stood still.
+const STANDSTILL: f64 = 10.0;
+
 /// From this many samples a column on, contact is given by column instead of by sample.
 const MANY_CONTACTS: usize = 16;
 
@@ -286,7 +289,7 @@ impl Tape {
     }
 
     /// One of `stride` samples, each with the one before it on the tape; or only those of them with force. `None` stands
-    /// between two of them where others are missing.
+    /// between two of them where others are missing, or the loop stood still.
     pub(crate) fn pairs_every(
         &self,
         stride: usize,
@@ -298,19 +301,35 @@ impl Tape {
         let pairs = pairs.filter(move |(_, sample)| !with_force || sample.state.is_live());
         // As many as are drawn in the place of two, or more.
         let gap = self.stride.saturating_mul(2 * stride as u64).max(1);
-        let mut next = u64::MAX;
+        #[expect(clippy::cast_precision_loss, reason = "some thousand samples")]
+        let standstill_s = self.standstill_s() * stride as f64;
+        let mut last: Option<&Sample> = None;
         pairs.flat_map(move |pair| {
-            let is_broken = pair.1.tick >= next;
-            next = pair.1.tick.saturating_add(gap);
+            let sample = pair.1;
+            let is_broken = last.replace(sample).is_some_and(|last| {
+                sample.tick.saturating_sub(last.tick) >= gap || sample.t_s - last.t_s > standstill_s
+            });
             is_broken.then_some(None).into_iter().chain([Some(pair)])
         })
     }
 
-    /// The time of the sample before a place, s, if samples are missing between them for longer than `shortest_s`.
+    /// The time of the sample before a place, s, if samples are missing between them, or the loop stood still, for longer
+    /// than `shortest_s`.
     fn gap_before(&self, place: usize, shortest_s: f64) -> Option<f64> {
         let (before, sample) = self.pair(place)?;
+        let between_s = sample.t_s - before.t_s;
         let is_missing = sample.tick.saturating_sub(before.tick) > self.stride;
-        (is_missing && sample.t_s - before.t_s > shortest_s).then_some(before.t_s)
+        (between_s > shortest_s && (is_missing || between_s > self.standstill_s())).then_some(before.t_s)
+    }
+
+    /// The time between two samples from which on the loop stood still, s; no number before the second tick.
+    fn standstill_s(&self) -> f64 {
+        let (Some(oldest), Some(newest)) = (self.get(self.start), self.last()) else {
+            return f64::NAN;
+        };
+        #[expect(clippy::cast_precision_loss, reason = "ticks of some days")]
+        let steps = newest.tick.saturating_sub(oldest.tick) as f64 / self.stride as f64;
+        STANDSTILL * (newest.t_s - oldest.t_s) / steps
     }
 
     /// Every sample, and one more at either end.
@@ -361,7 +380,7 @@ impl Tape {
 
     /// Lines of signals from one time to another, s on the daemon's clock, with columns of `column_s`.
     /// They reach beyond both ends by a sample or a bucket, so that they touch the edges of the plot, and are broken where
-    /// samples are missing.
+    /// samples are missing or the loop stood still.
     pub(crate) fn outlines(&self, signals: &[Signal], (from_s, to_s): (f64, f64), column_s: f64) -> Vec<Vec<[f64; 2]>> {
         let places = self.places_around(from_s, to_s);
         let level = level(samples_a_column(&places, (from_s, to_s), column_s));

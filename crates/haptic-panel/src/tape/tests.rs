@@ -226,6 +226,26 @@ fn lines_are_broken_where_samples_are_missing() {
     }
 }
 
+/// Each tick comes, but the loop stands still for 3 s before one of them.
+#[test]
+fn lines_are_broken_where_the_loop_stood_still() {
+    let tape = Tape::recorded((0..20_000u32).map(|tick| Sample {
+        tick: tick.into(),
+        ..at(f64::from(tick) * 1e-3 + if tick < 10_000 { 0.0 } else { 3.0 })
+    }));
+    let ends = ends_of(&tape);
+    // By samples, and by small buckets; a stall within a column breaks nothing.
+    for (columns, breaks) in [(50_000.0, 1), (1000.0, 1), (4.0, 0)] {
+        let column_s = ends.1 / columns;
+        let line = tape.outlines(&[Signal::COUPLING_FORCE], ends, column_s).remove(0);
+        assert_eq!(line.split(|[t_s, _]| t_s.is_nan()).count(), breaks + 1, "{columns} columns");
+        let is_known = |(_, slides): &(f64, Option<bool>)| slides.is_some();
+        assert_eq!(tape.contacts(ends, column_s).iter().all(is_known), breaks == 0);
+    }
+    let trail = |stride| tape.pairs_every(stride, false, ends).filter(Option::is_none).count();
+    assert_eq!([1, 10].map(trail), [1, 1]);
+}
+
 fn ends_of(tape: &Tape) -> (f64, f64) {
     (tape.oldest_s().unwrap_or(0.0), tape.newest_s().unwrap_or(0.0))
 }
