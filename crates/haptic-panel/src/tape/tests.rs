@@ -238,7 +238,11 @@ fn lines_are_broken_where_the_loop_stood_still() {
     for (columns, breaks) in [(50_000.0, 1), (1000.0, 1), (4.0, 0)] {
         let column_s = ends.1 / columns;
         let line = tape.outlines(&[Signal::COUPLING_FORCE], ends, column_s).remove(0);
-        assert_eq!(line.split(|[t_s, _]| t_s.is_nan()).count(), breaks + 1, "{columns} columns");
+        assert_eq!(
+            line.split(|[t_s, _]| t_s.is_nan()).count(),
+            breaks + 1,
+            "{columns} columns"
+        );
         let is_known = |(_, slides): &(f64, Option<bool>)| slides.is_some();
         assert_eq!(tape.contacts(ends, column_s).iter().all(is_known), breaks == 0);
     }
