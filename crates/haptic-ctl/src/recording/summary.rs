@@ -5,6 +5,9 @@ use haptic_recording::{Ending, Entry, Format, Mark, Metadata, RecordingError};
 use serde::Serialize;
 use std::path::Path;
 
+/// How well the time of a tick is known, s: better than it is printed.
+const KNOWN_TO_S: f64 = 2e-4;
+
 /// Rows whose ticks do not follow one another, and no mark says so.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Disorder {
@@ -30,6 +33,32 @@ impl Disorder {
     }
 }
 
+/// When each tick was, within [`KNOWN_TO_S`].
+#[derive(Debug, Default)]
+struct TickTimes {
+    /// Time between two ticks as the rate says, s.
+    tick_s: f64,
+    /// Ticks that did not come when the rate says, after the one before, and their times, s.
+    known: Vec<(u64, f64)>,
+}
+
+impl TickTimes {
+    /// Takes the next row.
+    fn take(&mut self, tick: u64, t_s: f64) {
+        if self.of(tick).is_none_or(|known_s| (known_s - t_s).abs() > KNOWN_TO_S) {
+            self.known.push((tick, t_s));
+        }
+    }
+
+    /// The time of a tick, s; `None` before the first.
+    fn of(&self, tick: u64) -> Option<f64> {
+        let (known, t_s) = self.known.iter().rev().find(|(known, _)| *known <= tick)?;
+        #[expect(clippy::cast_precision_loss, reason = "ticks of some days")]
+        let ticks = (tick - known) as f64;
+        Some(t_s + ticks * self.tick_s)
+    }
+}
+
 /// What a recording holds.
 #[derive(Debug)]
 pub(crate) struct Summary {
@@ -39,6 +68,7 @@ pub(crate) struct Summary {
     /// The first and the last tick, and their times, s.
     pub(crate) ticks: Option<[u64; 2]>,
     times_s: Option<[f64; 2]>,
+    tick_times: TickTimes,
     /// Rows with force, and the largest force, N.
     pub(crate) with_force: u64,
     pub(crate) peak_force_n: f64,
@@ -100,6 +130,10 @@ impl Summary {
             rows: 0,
             ticks: None,
             times_s: None,
+            tick_times: TickTimes {
+                tick_s: reader.metadata().loop_rate_hz.recip(),
+                known: Vec::new(),
+            },
             with_force: 0,
             peak_force_n: 0.0,
             lost: 0,
@@ -137,7 +171,7 @@ impl Summary {
                     let [first_tick, _] = summary.ticks.unwrap_or([row.tick; 2]);
                     summary.times_s = Some([first, row.t_s]);
                     summary.ticks = Some([first_tick, row.tick]);
-                    // A mark stands before the first row that it concerns.
+                    summary.tick_times.take(row.tick, row.t_s);
                     summary.time_events(&mut timed);
                 }
                 Entry::Mark(mark) => summary.mark(mark),
@@ -153,10 +187,19 @@ impl Summary {
         self.times_s.map_or(0.0, |[first, last]| last - first)
     }
 
+    /// A mark stands before the first row that it concerns, but a note behind: its moment was before its text.
     fn time_events(&mut self, timed: &mut usize) {
         let now_s = self.length_s();
+        let [first_s, _] = self.times_s.unwrap_or_default();
+        let newest = self.ticks.map_or(0, |[_, newest]| newest);
         for event in &mut self.events[*timed..] {
-            event.t_s = now_s;
+            let is_past = event.tick < newest && matches!(event.what, EventKind::Marker { .. });
+            event.t_s = if is_past {
+                let t_s = self.tick_times.of(event.tick).unwrap_or(first_s);
+                (t_s - first_s).clamp(0.0, now_s)
+            } else {
+                now_s
+            };
         }
         *timed = self.events.len();
     }
@@ -191,5 +234,52 @@ impl Summary {
             Mark::Journal { .. } | Mark::Snapshot { .. } | Mark::End { .. } => return,
         };
         self.events.push(Event { t_s: 0.0, tick, what });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::Scene;
+    use haptic_ipc::Sample;
+
+    /// A note is written when its text is entered: here at the end, after a stall of the loop.
+    #[test]
+    fn a_note_has_the_time_of_its_tick() {
+        let path = std::env::temp_dir().join(format!("haptic-ctl-note-{}.csv", std::process::id()));
+        let metadata = Metadata {
+            server: "hapticd test".into(),
+            device: "fake rig".into(),
+            axes: 1,
+            loop_rate_hz: 1000.0,
+            rate_hz: 1000.0,
+            recorded_by: None,
+            started_unix_s: 0.0,
+            revision: 1,
+            scene: Scene::paper(),
+            servo: None,
+            notes: None,
+            configuration: None,
+        };
+        let rows: Vec<_> = (500..1500u32)
+            .map(|tick| Sample {
+                tick: tick.into(),
+                t_s: f64::from(tick) * 1e-3 + if tick < 900 { 0.0 } else { 3.0 },
+                ..Sample::default()
+            })
+            .collect();
+        let mut writer = haptic_recording::create(&path, &metadata, true).expect("a file");
+        writer.rows(&rows, &[]).expect("written");
+        for tick in [100, 700, 1000] {
+            writer.mark(Mark::Marker {
+                tick,
+                text: "a note".into(),
+            });
+        }
+        writer.finish().expect("whole");
+        let summary = Summary::read(&path).expect("a recording");
+        std::fs::remove_file(&path).expect("removed");
+        let times = summary.events.iter().map(|event| format!("{:.3}", event.t_s));
+        assert_eq!(times.collect::<Vec<_>>(), ["0.000", "0.200", "3.500"]);
     }
 }
