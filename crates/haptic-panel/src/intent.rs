@@ -374,9 +374,9 @@ impl Intent {
     /// A refusal of it in the words of the panel, which has a button for an option of the command line, or none.
     pub(crate) fn refused(&self, mut refusal: WireError) -> WireError {
         let button = match self {
-            Self::Engage => "; the button *Anyway* does it all the same",
+            Self::Engage => "; the button Anyway does it all the same",
             Self::Set { .. } | Self::Load { .. } | Self::Try { .. } | Self::Undo | Self::Redo => {
-                "; the button *Change anyway*, below the parameters, does it all the same"
+                "; the button Change anyway, below the parameters, does it all the same"
             }
             _ => "",
         };

@@ -89,10 +89,10 @@ fn a_refusal_names_the_buttons_of_the_panel() {
     let (bench, _listener, mut daemon) = introduced();
     let scene = Box::new(Scene::paper());
     for (intent, end) in [
-        (Intent::Engage, "; the button *Anyway* does it all the same"),
+        (Intent::Engage, "; the button Anyway does it all the same"),
         (
             Intent::Undo,
-            "; the button *Change anyway*, below the parameters, does it all the same",
+            "; the button Change anyway, below the parameters, does it all the same",
         ),
         (Intent::Foresee { scene }, ""),
     ] {
