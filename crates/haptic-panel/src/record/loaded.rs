@@ -147,7 +147,10 @@ fn add_marks(tape: &mut Tape, first: &Scene, marks: &[Mark]) {
                 None => (*tick, MarkKind::State, state.to_string()),
             },
             Mark::Servo { tick, .. } => (*tick, MarkKind::Scene, "other settings of the servo".to_owned()),
-            Mark::Missed { tick, periods } => (*tick, MarkKind::Trouble, format!("{periods} periods missed")),
+            Mark::Missed { tick, periods } => {
+                let plural = if *periods == 1 { "" } else { "s" };
+                (*tick, MarkKind::Trouble, format!("{periods} period{plural} missed"))
+            }
             Mark::Link { tick, text } => (*tick, MarkKind::Trouble, text.clone()),
             Mark::Journal { .. }
             | Mark::Snapshot { .. }

@@ -58,8 +58,8 @@ impl WhatIfTape {
             return self.line_of_replay();
         };
         format!(
-            "What if {scene}: {:.2} N rms instead of {:.2} N, {:.2} N peak instead of {:.2} N, {} breakaways instead of {}. \
-             The hand moves as recorded: it does not react to the other force.",
+            "The hand does not react to the other force. What if {scene}: {:.2} N rms instead of {:.2} N, {:.2} N peak \
+             instead of {:.2} N, {} breakaways instead of {}",
             what_if.rms_force_n(),
             recorded.rms_force_n(),
             what_if.peak_force_n,
