@@ -32,8 +32,8 @@ fn every_subcommand_works_and_its_names_in_json_stay() {
         ("scene show", "law = ", "name block coupling friction"),
         ("scene diff lugre", "law: lugre -> karnopp", "differences"),
         ("scene save mine --replace", "mine is in", "name path"),
-        ("scene load mine", "-> mine", "revision applied changes advice"),
         ("log -n 1", "scene.save", "event seq time_unix_s by op revision"),
+        ("scene load mine", "-> mine", "revision applied changes advice"),
         ("devices", "", "devices"),
         ("doctor", "socket", "checks failed"),
         (
