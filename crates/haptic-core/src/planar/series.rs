@@ -415,12 +415,10 @@ fn keeps_speed(speed: &[f64; ROOM], degree: usize, until: f64) -> f64 {
             high = middle;
         }
     }
-    // A slide that has hardly set off is there far sooner: a piece of no time would be no progress.
-    while low == 0.0 && high > 0.0 {
-        high *= 0.5;
-        if change(high) <= bound {
-            low = high;
-        }
+    if low > 0.0 {
+        return low;
     }
-    low
+    // A slide that has hardly set off is there far sooner, and a piece of no time would be no progress. A convex change
+    // that begins at zero is below its chord.
+    high * (bound / change(high))
 }

@@ -3,6 +3,7 @@
 use crate::control::facts::Facts;
 use crate::rt::handoff::ANY_CONNECTION;
 use device_io::link::{LinkMonitor, LinkState, RigIdentity};
+use haptic_ipc::{ErrorCode, WireError};
 
 /// The connected device.
 #[derive(Clone, Debug)]
@@ -18,6 +19,12 @@ pub(crate) struct ConnectedDevice {
     pub(crate) connection: u64,
     /// 1 or 2.
     pub(crate) motors: usize,
+}
+
+/// Why something cannot be done without a device; `what` names it.
+pub(super) fn no_device(what: &str) -> WireError {
+    let message = format!("cannot {what}: no device is connected; see `haptic-ctl doctor`");
+    WireError::new(ErrorCode::WrongState, message).about("state")
 }
 
 impl ConnectedDevice {

@@ -1,6 +1,7 @@
 //! `home`: a person says that the hand of a rig of two axes is in its home pose.
 
 use crate::control::RigHandle;
+use crate::control::connected_device::no_device;
 use crate::control::exclusive_use;
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
@@ -25,9 +26,7 @@ pub(super) async fn home(rig: &RigHandle, by: Requester<'_>) -> Result<StateRepl
         )));
     }
     if !rig.facts.is_device_known() {
-        return Err(wrong(
-            "cannot take the home pose: no device is connected; see `haptic-ctl doctor`".to_owned(),
-        ));
+        return Err(no_device("take the home pose"));
     }
     exclusive_use::refuse_others(rig, "take the home pose")?;
     let _told = Told::now(homing);

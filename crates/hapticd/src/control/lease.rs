@@ -10,7 +10,7 @@ use crate::rt::clock::now_ns;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply, Peer};
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::mem::replace;
 use std::rc::Rc;
 use std::time::Duration;
@@ -21,11 +21,17 @@ use tokio::task::spawn_local;
 #[derive(Debug, Default)]
 pub(crate) struct Leases {
     held: RefCell<Vec<Lease>>,
-    /// How often the lease of each client has lapsed, of those whose has.
-    lapses: RefCell<BTreeMap<u64, u64>>,
-    /// The clients whose lease has lapsed, and that have not asked for another since.
-    lapsed: RefCell<BTreeSet<u64>>,
+    /// The lapses of each client whose lease has lapsed.
+    lapses: RefCell<BTreeMap<u64, Lapses>>,
     changed: Notify,
+}
+
+/// How often the lease of a client has lapsed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lapses {
+    count: u64,
+    /// The client has not asked for another lease since.
+    is_newest: bool,
 }
 
 /// The lease of one client.
@@ -60,7 +66,9 @@ impl Leases {
     fn replace(&self, session: u64, by: &Peer, timeout_ms: u32) {
         let mut held = self.held.borrow_mut();
         held.retain(|lease| lease.session != session);
-        self.lapsed.borrow_mut().remove(&session);
+        if let Some(lapses) = self.lapses.borrow_mut().get_mut(&session) {
+            lapses.is_newest = false;
+        }
         if timeout_ms != 0 {
             let timeout_ns = u64::from(timeout_ms) * 1_000_000;
             held.push(Lease {
@@ -84,27 +92,30 @@ impl Leases {
     fn take(&self, which: impl Fn(&Lease) -> bool) -> Vec<Lease> {
         let expired: Vec<Lease> = self.held.borrow_mut().extract_if(.., |lease| which(lease)).collect();
         for lease in &expired {
-            *self.lapses.borrow_mut().entry(lease.session).or_default() += 1;
-            self.lapsed.borrow_mut().insert(lease.session);
+            let mut lapses = self.lapses.borrow_mut();
+            let lapses = lapses.entry(lease.session).or_default();
+            (lapses.count, lapses.is_newest) = (lapses.count + 1, true);
         }
         expired
     }
 
     /// How often the lease of a client has lapsed.
     pub(super) fn lapses(&self, session: u64) -> u64 {
-        self.lapses.borrow().get(&session).copied().unwrap_or(0)
+        self.lapses.borrow().get(&session).map_or(0, |lapses| lapses.count)
     }
 
     /// Whether the lease of a client has lapsed, and it has not asked for another since: it may not know that its silence
     /// would let the rig go on.
     pub(super) fn has_lapsed(&self, session: u64) -> bool {
-        self.lapsed.borrow().contains(&session)
+        self.lapses
+            .borrow()
+            .get(&session)
+            .is_some_and(|lapses| lapses.is_newest)
     }
 
     /// A client is gone, and will send nothing more.
     pub(super) fn forget(&self, session: u64) {
         self.lapses.borrow_mut().remove(&session);
-        self.lapsed.borrow_mut().remove(&session);
     }
 }
 

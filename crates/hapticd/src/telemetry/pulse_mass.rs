@@ -10,8 +10,8 @@ const SPEED_WINDOW_NS: u64 = 10_000_000;
 
 /// Least way within that window, in counts, and least share of the motor's work that is in the motion then: below, the
 /// encoder or the friction says more than the mass.
-const LEAST_COUNTS: f64 = 20.0;
-const LEAST_SHARE: f64 = 0.3;
+const MIN_COUNTS: f64 = 20.0;
+const MIN_SHARE: f64 = 0.3;
 
 /// A tick of a pulse.
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +91,7 @@ fn with_delay(ticks: &[Seen], delay_ns: u64, resolution_m: f64) -> Option<(f64, 
     let motion_j = fastest.work_j - friction_j;
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a window")]
     let speed_mps = fastest_m / (fastest_ns as f64 * 1e-9);
-    let tells = fastest_m >= LEAST_COUNTS * resolution_m && fastest_m > 0.0 && motion_j >= LEAST_SHARE * fastest.work_j;
+    let tells = fastest_m >= MIN_COUNTS * resolution_m && fastest_m > 0.0 && motion_j >= MIN_SHARE * fastest.work_j;
     let kg = 2.0 * motion_j / (speed_mps * speed_mps);
     // Each of both ends of a way may be off by half a step.
     let of_speed = 2.0 * resolution_m / fastest_m;

@@ -17,7 +17,7 @@ const OF_REST: f64 = 6.0;
 pub(super) const OF_PULSE: f64 = 2.0;
 
 /// Longest pause before a pulse, as a multiple of the pulse's time.
-const MOST_OF_PAUSE: f64 = 2.0;
+const MAX_PAUSE: f64 = 2.0;
 
 /// Short time within which it does not matter when the handle was where, ns, and longest time that is looked back to.
 const BLOCK_NS: u64 = 10_000_000;
@@ -134,7 +134,7 @@ impl Wait {
     pub(crate) fn new(pulse_s: f64, chance: f64) -> Self {
         Self {
             rest_s: OF_PULSE * pulse_s,
-            pause_ns: MOST_OF_PAUSE * chance * pulse_s * 1e9,
+            pause_ns: MAX_PAUSE * chance * pulse_s * 1e9,
             seen: None,
         }
     }

@@ -2,7 +2,7 @@
 //! `commission.end`.
 
 use super::pulse as one_pulse;
-use crate::control::connected_device::ConnectedDevice;
+use crate::control::connected_device::{ConnectedDevice, no_device};
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::{Findings, Record};
@@ -34,10 +34,7 @@ pub(in crate::control) async fn begin(
     by: Requester<'_>,
     motor: Option<u32>,
 ) -> Result<CommissionReply, WireError> {
-    let Some(device) = ConnectedDevice::find(&rig.facts) else {
-        let message = "cannot commission: no device is connected; see `haptic-ctl doctor`";
-        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-    };
+    let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("commission"))?;
     let refuse = |message: &str| Err(WireError::new(ErrorCode::NotApplicable, message).about("motor"));
     let motor = match (motor, device.motors) {
         (None, 1) => None,
@@ -198,10 +195,7 @@ pub(in crate::control) async fn store(
 /// # Errors
 /// None is connected or was commissioned, it has changed, or that cannot be kept.
 pub(in crate::control) async fn confirm(rig: &RigHandle, by: Requester<'_>) -> Result<StateReply, WireError> {
-    let Some(device) = ConnectedDevice::find(&rig.facts) else {
-        let message = "cannot confirm the rig: no device is connected; see `haptic-ctl doctor`";
-        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-    };
+    let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("confirm the rig"))?;
     if rig.facts.link.is_some() {
         rig.records().confirm(&rig.facts.state_dir, &device, by.peer).await?;
     }

@@ -3,7 +3,7 @@
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
 use crate::control::commission::motion::{self, ClientMotion};
-use crate::control::connected_device::ConnectedDevice;
+use crate::control::connected_device::{ConnectedDevice, no_device};
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::commission_record::CommissionState;
@@ -36,10 +36,7 @@ pub(in crate::control) async fn begin(
     by: Requester<'_>,
     range_m: Option<f64>,
 ) -> Result<IdentificationReply, WireError> {
-    let Some(device) = ConnectedDevice::find(&rig.facts) else {
-        let message = "cannot identify: no device is connected; see `haptic-ctl doctor`";
-        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-    };
+    let device = ConnectedDevice::find(&rig.facts).ok_or_else(|| no_device("identify"))?;
     // An uncommissioned rig is refused now, and not when it is to move.
     admission::admit(rig, Purpose::Identification).await?;
     let known = rig.records().known(&rig.facts.state_dir, &device, false).await;

@@ -10,7 +10,7 @@ pub(in crate::control) mod motion;
 pub(in crate::control) mod state;
 
 use crate::control::RigHandle;
-use crate::control::connected_device::ConnectedDevice;
+use crate::control::connected_device::{ConnectedDevice, no_device};
 use crate::control::journal::Completion;
 use crate::control::peer::Requester;
 use crate::control::rig::exclusive_use::state::{ExclusiveUse, MAX_SHARE, Work};
@@ -41,11 +41,7 @@ pub(in crate::control) async fn begin(
     let wrong = |message: &str| Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     match state {
         RigState::Idle => {}
-        RigState::Disconnected => {
-            return wrong(&format!(
-                "cannot {verb}: no device is connected; see `haptic-ctl doctor`"
-            ));
-        }
+        RigState::Disconnected => return Err(no_device(verb)),
         RigState::Stopped => {
             let message = format!("cannot {verb} while the rig is stopped: reset it first");
             return Err(WireError::new(ErrorCode::Stopped, message).about("state"));
@@ -55,9 +51,7 @@ pub(in crate::control) async fn begin(
     }
     let connected = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
     if connected != Some(expected.connection) {
-        return wrong(&format!(
-            "cannot {verb}: no device is connected; see `haptic-ctl doctor`"
-        ));
+        return Err(no_device(verb));
     }
     let device = expected.clone();
     let timeout_ms = rig.leases.timeout_ms(by.session);
