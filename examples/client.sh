@@ -41,4 +41,4 @@ wait_for '.state == "engaged"'
 ask 3 set '{"params": {"mass": 1.5, "Fs": 5}}' # kg, N: all of it between two ticks, or nothing
 wait_for '.params.mass == 1.5'
 ask 4 stop # zero force in the next tick; only `reset` clears it
-jq -r '"the rig is \(.ok.state)"' <<<"$LINE"
+jq -r '"the rig is \(.ok.state), until `haptic-ctl reset`"' <<<"$LINE"

@@ -220,6 +220,7 @@ impl From<SceneError> for WireError {
             SceneError::OneAxisOnly { what, .. } => Self::new(ErrorCode::NotApplicable, message).about(what),
             SceneError::GivenTwice { param } => Self::new(ErrorCode::GivenTwice, message).about(param.to_string()),
             SceneError::NoCoupling => Self::new(ErrorCode::NoCoupling, message).about("stiffness"),
+            SceneError::NoPeriod { .. } => Self::new(ErrorCode::OutOfRange, message).about("period"),
             SceneError::TooFast { radians, limit, .. } => Self::new(ErrorCode::TooFastForRate, message)
                 .about("mass")
                 .within(radians, 0.0, limit, "rad"),

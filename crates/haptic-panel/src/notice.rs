@@ -2,7 +2,8 @@
 
 use crate::theme::Palette;
 use crate::wording::shortened;
-use egui::{Button, RichText, Ui};
+use egui::text::LayoutJob;
+use egui::{Align, Button, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, vec2};
 use std::time::{Duration, Instant};
 
 /// How long a success is shown.
@@ -35,7 +36,7 @@ pub(crate) fn expire(slot: &mut Option<Notice>, now: Instant) -> Option<Duration
     Some(left)
 }
 
-/// Shows it in a line.
+/// Shows it in the rest of a row.
 pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
     let Some(notice) = slot else {
         return;
@@ -46,19 +47,27 @@ pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
             false
         }
         Err(why) => {
-            let text = RichText::new(why).small().color(Palette::of(ui).error_text);
-            let row = ui.horizontal(|ui| {
-                let close = Button::new(RichText::new("Close").small()).small();
-                let is_closed = ui.add(close).accessible_name("close the message").clicked();
-                shortened(ui, text, why);
-                is_closed
-            });
-            row.inner
+            let close = Button::new(RichText::new("Close").small()).small();
+            let is_closed = ui.add(close).accessible_name("close the message").clicked();
+            show_failure(ui, why);
+            is_closed
         }
     };
     if is_closed {
         *slot = None;
     }
+}
+
+/// Shows a reason in two lines at most. They take no part in the layout: the row keeps its height.
+fn show_failure(ui: &mut Ui, why: &str) {
+    let place = ui.available_rect_before_wrap();
+    let (font, color) = (TextStyle::Small.resolve(ui.style()), Palette::of(ui).error_text);
+    let mut job = LayoutJob::simple(why.to_owned(), font, color, place.width());
+    job.wrap.max_rows = 2;
+    let lines = ui.painter().layout_job(job);
+    let place = Rect::from_center_size(place.center(), vec2(place.width(), lines.size().y));
+    let mut child = ui.new_child(UiBuilder::new().max_rect(place).layout(Layout::top_down(Align::Min)));
+    child.add(Label::new(lines)).on_hover_text(why);
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub struct Segment {
 #[must_use]
 pub fn segments(plan: &FittsPlan, seed: u64, subject: &Subject) -> Vec<Segment> {
     let random = |item| Random::new(seed, subject.number, Purpose::Order, item);
-    let order = places(plan.order, &plan.resistance_names(), subject, random(0));
+    let order = places(plan.order, &plan.resistance_names(), seed, subject);
     let mut rounds: Vec<&Resistance> = order.into_iter().map(|place| &plan.resistances[place]).collect();
     rounds.splice(
         0..0,

@@ -1,6 +1,6 @@
 //! In which order a subject does things: random, counterbalanced by a Latin square, or as a file says.
 
-use super::random::Random;
+use super::random::{Purpose, Random};
 use super::subject::Subject;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub enum Order {
 }
 
 /// The things, by their places in the plan, in the order in which a subject does them.
-pub(crate) fn places(order: Order, names: &[String], subject: &Subject, mut random: Random) -> Vec<usize> {
+pub(crate) fn places(order: Order, names: &[String], seed: u64, subject: &Subject) -> Vec<usize> {
     let mut places: Vec<usize> = (0..names.len()).collect();
     match order {
         _ if !subject.order.is_empty() => {
@@ -25,7 +25,7 @@ pub(crate) fn places(order: Order, names: &[String], subject: &Subject, mut rand
             places
         }
         Order::Random => {
-            random.shuffle(&mut places);
+            Random::new(seed, subject.number, Purpose::Order, 0).shuffle(&mut places);
             places
         }
         Order::LatinSquare => row(names.len(), subject.number.saturating_sub(1) as usize),
@@ -58,7 +58,6 @@ fn row(count: usize, number: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::random::Purpose;
     use super::*;
     use std::collections::BTreeMap;
 
@@ -92,12 +91,11 @@ mod tests {
     #[test]
     fn a_subjects_own_order_goes_before_the_plans() {
         let names = ["real", "viscous", "baseline"].map(str::to_owned);
-        let random = || Random::new(1, 1, Purpose::Order, 0);
         let mut subject = Subject::numbered(2);
-        assert_eq!(places(Order::LatinSquare, &names, &subject, random()), [1, 2, 0]);
+        assert_eq!(places(Order::LatinSquare, &names, 1, &subject), [1, 2, 0]);
         subject.order = ["viscous", "baseline", "real"].map(str::to_owned).to_vec();
         for order in [Order::LatinSquare, Order::Random] {
-            assert_eq!(places(order, &names, &subject, random()), [1, 2, 0]);
+            assert_eq!(places(order, &names, 1, &subject), [1, 2, 0]);
         }
     }
 }

@@ -115,8 +115,7 @@ impl PerceptionSession {
     /// One that nobody has begun. A tick takes `period_s`, s.
     #[must_use]
     pub fn new(plan: &PerceptionPlan, seed: u64, subject: &Subject, operator: Operator, period_s: f64) -> Self {
-        let random = Random::new(seed, subject.number, Purpose::Order, 0);
-        let order = places(plan.order, &plan.test_names(), subject, random);
+        let order = places(plan.order, &plan.test_names(), seed, subject);
         let levels = levels(plan, seed, subject, order[0]);
         Self {
             plan: plan.clone(),

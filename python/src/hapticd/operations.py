@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from operator import index
 from typing import Any, SupportsIndex
 
 from hapticd.answers import (
@@ -164,9 +165,13 @@ class Operations(ABC):
         `cancel`, and by the end of this connection.
 
         Raises:
-            InvalidValue: The tick is past, or too far ahead.
+            InvalidValue: The tick is not whole, is past, or too far ahead.
         """
-        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=int(tick), anyway=anyway)
+        try:
+            whole = index(tick)
+        except TypeError:
+            raise invalid("tick", f"tick = {tick!r} is not a whole number") from None
+        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=whole, anyway=anyway)
 
     def schedule(
         self,

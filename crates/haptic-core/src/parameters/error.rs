@@ -147,6 +147,12 @@ pub enum SceneError {
     /// Nothing holds the block to the device.
     #[error("stiffness = 0 N/m and damping = 0 N s/m: a block needs at least one of them above 0 to be held")]
     NoCoupling,
+    /// No time passes from tick to tick.
+    #[error("period = {period_s} s: a tick takes a finite time above 0 s")]
+    NoPeriod {
+        /// The period, s.
+        period_s: f64,
+    },
     /// The block would oscillate too fast for the rate at which it is rendered.
     #[error(
         "a block of {mass} kg on {stiffness} N/m turns {radians:.0} rad in one tick of {period_us:.1} us; the limit \

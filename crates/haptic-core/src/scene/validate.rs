@@ -54,10 +54,13 @@ impl Scene {
     /// Whether the scene can be rendered with ticks of `period_s` seconds.
     ///
     /// # Errors
-    /// [`SceneError::TooFast`] where the block oscillates more than [`MAX_PHASE_PER_TICK_RAD`] in a
-    /// tick, and [`SceneError::TooDamped`] where under a curved law, which is followed by series, as
-    /// many of its time constants `M/(B + b + sigma1)` lie in one.
+    /// [`SceneError::NoPeriod`] where that is not above 0, [`SceneError::TooFast`] where the block oscillates more than
+    /// [`MAX_PHASE_PER_TICK_RAD`] in a tick, and [`SceneError::TooDamped`] where under a curved law, which is followed
+    /// by series, as many of its time constants `M/(B + b + sigma1)` lie in one.
     pub fn validate_rate(&self, period_s: f64) -> Result<(), SceneError> {
+        if !(period_s.is_finite() && period_s > 0.0) {
+            return Err(SceneError::NoPeriod { period_s });
+        }
         let (Some(block), Some(held)) = (&self.block, &self.coupling) else {
             return Ok(());
         };

@@ -42,11 +42,14 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let subjects = arguments.subjects.table()?;
     let about = StudyDescription::people_of(&plan, &text, arguments.seed, &subjects);
     let study = Study::create_for(&arguments.out, &text, &about, &subjects).map_err(not_stored)?;
+    let orders = about.all_subjects().map(|subject| plan.order_of(about.seed, &subject));
+    let orders: Vec<Vec<String>> = orders.collect();
     if as_json {
         return output::json(&json!({
             "folder": study.folder(),
             "operator": about.operator,
             "subjects": about.subjects,
+            "orders": orders,
             "seed": about.seed,
         }));
     }
@@ -56,6 +59,9 @@ pub(super) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         about.subjects.join(", "),
         plan::panel(about.task, study.folder())
     ))?;
+    for (code, order) in about.subjects.iter().zip(&orders) {
+        output::text(&format!("{code}: {}", order.join(" | ")))?;
+    }
     say_unbalanced(&plan, &about)
 }
 

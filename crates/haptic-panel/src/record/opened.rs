@@ -97,7 +97,9 @@ fn choose_scene(ui: &mut Ui, active: Option<&Scene>) -> Option<Option<Box<Scene>
             |scene| format!("{} (active)", scene.name),
         );
         let item = ui.add_enabled(active.is_some(), Button::new(name));
-        let item = item.on_disabled_hover_text("It needs a daemon");
+        let item = item
+            .on_hover_text("Another scene of the library is active once you pick it on Tune")
+            .on_disabled_hover_text("It needs a daemon");
         if item.accessible_name("what if: active scene").clicked() {
             chosen = active.map(|scene| Some(Box::new(scene.clone())));
         }

@@ -4,7 +4,8 @@ mod check;
 mod fitts;
 mod perception;
 
-use super::order::Order;
+use super::order::{Order, places};
+use super::subject::Subject;
 pub use check::PlanError;
 pub use fitts::{Condition, Cursor, FittsPlan, MountedBlock, Resistance, RigMapping};
 pub use perception::{Constant, PerceptionPlan, Staircase, Test};
@@ -60,6 +61,14 @@ impl Plan {
             Self::Fitts(plan) => plan.resistance_names(),
             Self::Perception(plan) => plan.test_names(),
         }
+    }
+
+    /// The same in the order in which a subject does them; before it, the targeting task has its baseline.
+    #[must_use]
+    pub fn order_of(&self, seed: u64, subject: &Subject) -> Vec<String> {
+        let names = self.ordered_names();
+        let places = places(self.order(), &names, seed, subject);
+        places.into_iter().map(|place| names[place].clone()).collect()
     }
 
     /// Trials of a subject, without practice, or the most that there can be; none where a staircase has no such limit.
