@@ -27,7 +27,7 @@ pub struct Finding {
     pub check: String,
     /// Whether the scene keeps the bound.
     pub passes: bool,
-    /// The scene's value; absent where it is infinite.
+    /// Absent where it is infinite.
     pub value: Option<f64>,
     /// The bound on it.
     pub bound: Option<f64>,

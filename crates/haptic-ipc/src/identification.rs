@@ -62,7 +62,7 @@ pub struct IdentificationReply {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ExcitationReport {
-    /// How it ended.
+    /// What ended it.
     pub end: ExcitationEnd,
     /// Its duration, s.
     pub duration_s: f64,
@@ -86,11 +86,11 @@ pub struct ExcitationReport {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ExcitationEnd {
-    /// After its course.
+    /// Its time.
     Time,
-    /// At the largest displacement.
+    /// Its travel.
     Travel,
-    /// At the largest speed.
+    /// Its speed.
     Speed,
     /// The handle was held, or drawn away from the reference.
     Lag,

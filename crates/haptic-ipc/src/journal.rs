@@ -16,7 +16,7 @@ pub struct JournalEntry {
     /// The tick that carried it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// Its client; absent for an entry of the daemon.
+    /// Its client; absent for the daemon's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
     /// The operation, or the daemon's `fault`, `lease_lapsed`, `disconnected`, `connected`, `schedule_cancelled`,

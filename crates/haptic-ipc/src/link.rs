@@ -20,7 +20,7 @@ pub struct LinkStatus {
     pub round_trip_max_us: f64,
     /// Age of the newest sample when it was used, beyond the shortest transmission, us.
     pub age_us: f64,
-    /// Drift of the device's clock, parts in a million, positive if fast; absent until measured.
+    /// Drift of the device's clock, parts in a million, positive if fast.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_drift_ppm: Option<f64>,
     /// Buttons pressed, one bit each.
@@ -55,7 +55,7 @@ pub struct LinkedDevice {
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m; 0 likewise.
     pub resolution_m: f64,
-    /// Time without a command after which the motor is off, ms; absent if unknown.
+    /// Time without a command after which the motor is off, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ms: Option<u32>,
     /// The rig's serial number, else its address.

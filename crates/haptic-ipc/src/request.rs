@@ -129,7 +129,7 @@ operations! {
         /// The changes.
         params: Changes,
     } optional {
-        /// Undo it with the previous change, if by this client and of the same parameters.
+        /// Undo it with this client's previous change of the same parameters.
         merge: bool,
     } with options -> crate::ChangeReply;
     /// Load a whole scene.

@@ -196,7 +196,7 @@ pub struct ChangeReply {
     /// Differences from the previous scene.
     #[serde(default)]
     pub changes: Vec<Difference>,
-    /// Remarks on the changed scene and its broken bounds.
+    /// Remarks on the changed scene.
     pub advice: Vec<Advice>,
 }
 
