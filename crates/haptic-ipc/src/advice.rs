@@ -23,7 +23,7 @@ pub struct Advice {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
-    /// Name of the check.
+    /// The check.
     pub check: String,
     /// Whether the scene keeps the bound.
     pub passes: bool,

@@ -17,7 +17,7 @@ pub struct CommissionReply {
     pub by: Peer,
     /// The rig's serial number, else its address.
     pub rig: String,
-    /// Name and version of its firmware.
+    /// Its firmware.
     pub firmware: String,
     /// Motor of a rig of two axes, 1 or 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -33,7 +33,7 @@ pub struct CommissionReply {
     /// The rig's force limit, N.
     #[serde(rename = "rig_force_limit_N")]
     pub rig_force_limit_n: f64,
-    /// Resolution of the device, m.
+    /// The resolution, m.
     pub resolution_m: f64,
     /// Duration of engaging and releasing, ms.
     pub ramp_ms: f64,
@@ -44,7 +44,7 @@ pub struct CommissionReply {
     pub last: Option<PulseReport>,
     /// Whether a positive force moved the handle that way.
     pub positive_confirmed: bool,
-    /// Whether a negative force moved the handle that way.
+    /// Whether a negative one did.
     pub negative_confirmed: bool,
     /// Position of the handle, m; of two axes along the newest pulse.
     pub position_m: f64,
@@ -72,12 +72,12 @@ pub struct PulseReport {
     /// The requested force, N.
     #[serde(rename = "force_N")]
     pub force_n: f64,
-    /// Largest force commanded, N.
+    /// The largest force, N.
     #[serde(rename = "largest_force_N")]
     pub largest_force_n: f64,
     /// What ended the pulse.
     pub end: PulseEnd,
-    /// Duration of the force, ms.
+    /// Its duration, ms.
     pub duration_ms: f64,
     /// Displacement of the handle, m.
     pub moved_m: f64,
@@ -85,7 +85,7 @@ pub struct PulseReport {
     pub forward_m: f64,
     /// Largest displacement against the force, m.
     pub backward_m: f64,
-    /// Largest speed of the handle, m/s.
+    /// The largest speed, m/s.
     pub largest_speed_mps: f64,
     /// Friction of the rig, N, by the motor's work.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]

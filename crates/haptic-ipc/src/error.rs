@@ -127,7 +127,7 @@ pub struct WireError {
     /// The parameter or field concerned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub param: Option<String>,
-    /// The value refused.
+    /// The value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
     /// The smallest value accepted.
@@ -136,7 +136,7 @@ pub struct WireError {
     /// The largest value accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// The unit of value and limits.
+    /// The unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }

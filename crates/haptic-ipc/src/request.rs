@@ -292,7 +292,7 @@ operations! {
     IdentifyStatus "identify.status" {} -> crate::IdentificationReply;
     /// Store what was identified of the rig itself.
     IdentifyStore "identify.store" {
-        /// Mass, friction and cogging of the rig.
+        /// Its friction.
         friction: haptic_core::rig_friction::RigFriction,
     } -> crate::IdentificationReply;
     /// Give the rig back.

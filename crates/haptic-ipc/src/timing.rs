@@ -17,7 +17,7 @@ pub struct Timing {
     /// Stops since the daemon began, timed from the client's line.
     #[serde(default)]
     pub stops: StopTimes,
-    /// The link to the rig.
+    /// The link.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
