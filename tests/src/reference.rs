@@ -409,11 +409,7 @@ fn without_unit(about: &str, unit: &str) -> String {
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next();
-    first
-        .into_iter()
-        .flat_map(char::to_uppercase)
-        .chain(letters)
-        .collect()
+    first.into_iter().flat_map(char::to_uppercase).chain(letters).collect()
 }
 
 /// Whether a description has no word that the name and the type of its field lack.
