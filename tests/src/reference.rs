@@ -85,6 +85,9 @@ const REFUSED: &str = "Why a request was refused";
 /// Words that tell nothing of what is described.
 const WITHOUT_MEANING: [&str; 10] = ["a", "an", "the", "its", "of", "it", "they", "is", "are", "was"];
 
+/// Ranges that say how the daemon keeps a number, and nothing of its values.
+const RANGES_OF_A_BYTE: [&str; 2] = [" 0 to 255", " -128 to 127"];
+
 /// Most words of a description of a type that stands inside of another one, which does not repeat them.
 const MAX_INLINED_WORDS: usize = 15;
 
@@ -321,6 +324,11 @@ impl<'a> Types<'a> {
         let range = match (schema["minimum"].as_f64(), schema["maximum"].as_f64()) {
             (Some(min), Some(max)) => format!(" {min} to {max}"),
             _ => String::new(),
+        };
+        let range = if RANGES_OF_A_BYTE.contains(&range.as_str()) {
+            ""
+        } else {
+            range.as_str()
         };
         match kind {
             "integer" | "number" => format!("{kind}{range}"),
