@@ -1,7 +1,5 @@
-//! The part of docs/control.md that lists every operation, event and type, drawn from the protocol's schema, with
-//! examples from the transcripts, which are held again with the real daemon.
+//! The part of docs/control.md that lists every operation, event and type, drawn from the protocol's schema.
 
-use crate::transcript::{Said, Transcript};
 use haptic_core::parameters::TABLE;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -12,14 +10,10 @@ pub const MARKS: [&str; 2] = [
     "<!-- End of what is drawn. -->",
 ];
 
-/// Longest line of an example, letters.
-const MAX_LINE: usize = 200;
-
 /// Draws it.
-pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
+pub fn draw(schema: &Value) -> String {
     let definitions = &schema["$defs"];
     let types = Types::of(definitions);
-    let examples = examples(transcripts);
     let mut page = String::from("### Operations\n");
     page.push_str(&format!(
         "\n#### {CHANGE}\n\nThe fields of every change:\n\n{}",
@@ -36,11 +30,6 @@ pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
         match types.inlined(answer) {
             Some(fields) => page.push_str(&format!("Answer:\n\n{}", types.body(fields, 0, &NOTHING))),
             None => page.push_str(&format!("Answer: {}.\n", types.name(answer))),
-        }
-        // Without fields, and with an answer of a shared type, it would repeat another one's example.
-        let is_plain = asked.is_empty() && types.inlined(answer).is_none();
-        if let Some((asked, answered)) = examples.get(op).filter(|_| !is_plain) {
-            page.push_str(&format!("\n```text\nC {}\nS {}\n```\n", cut(asked), cut(answered)));
         }
     }
     page.push_str("\n### Events\n");
@@ -92,6 +81,12 @@ const CHANGE: &str = "Options of a change";
 
 /// The heading above the codes of errors.
 const REFUSED: &str = "Why a request was refused";
+
+/// Words that tell nothing of what is described.
+const WITHOUT_MEANING: [&str; 10] = ["a", "an", "the", "its", "of", "it", "they", "is", "are", "was"];
+
+/// Ranges that say how the daemon keeps a number, and nothing of its values.
+const RANGES_OF_A_BYTE: [&str; 2] = [" 0 to 255", " -128 to 127"];
 
 /// Most words of a description of a type that stands inside of another one, which does not repeat them.
 const MAX_INLINED_WORDS: usize = 15;
@@ -188,11 +183,12 @@ impl<'a> Types<'a> {
         let indent = "  ".repeat(depth);
         let mut drawn = String::new();
         for choice in choices {
+            let name = self.name(choice);
             let about = match summary(choice) {
-                "" => String::new(),
+                about if repeats(about, &name) => String::new(),
                 about => format!(": {about}"),
             };
-            drawn.push_str(&format!("{indent}- {}{about}\n", self.name(choice)));
+            drawn.push_str(&format!("{indent}- {name}{about}\n"));
             if let Some(inner) = self.inlined(choice) {
                 drawn.push_str(&self.body(inner, depth + 1, definition));
             }
@@ -275,6 +271,11 @@ impl<'a> Types<'a> {
             kind => format!(" ({kind})"),
         };
         let about = unit.map_or_else(|| about.to_owned(), |unit| without_unit(about, unit));
+        // The type says that it is true or false.
+        let about = match about.strip_prefix("Whether ") {
+            Some(fact) if kind == " (boolean)" => capitalised(fact),
+            _ => about,
+        };
         let about = match repeats(&about, &format!("{name} {kind}")) {
             true => String::new(),
             false => format!(": {about}"),
@@ -323,6 +324,11 @@ impl<'a> Types<'a> {
         let range = match (schema["minimum"].as_f64(), schema["maximum"].as_f64()) {
             (Some(min), Some(max)) => format!(" {min} to {max}"),
             _ => String::new(),
+        };
+        let range = if RANGES_OF_A_BYTE.contains(&range.as_str()) {
+            ""
+        } else {
+            range.as_str()
         };
         match kind {
             "integer" | "number" => format!("{kind}{range}"),
@@ -408,6 +414,12 @@ fn without_unit(about: &str, unit: &str) -> String {
     }
 }
 
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next();
+    first.into_iter().flat_map(char::to_uppercase).chain(letters).collect()
+}
+
 /// Whether a description has no word that the name and the type of its field lack.
 fn repeats(about: &str, field: &str) -> bool {
     let field = field.to_lowercase();
@@ -416,43 +428,13 @@ fn repeats(about: &str, field: &str) -> bool {
         .filter(|word| !word.is_empty());
     words.all(|word| {
         let word = word.to_lowercase();
-        ["a", "an", "the", "its", "of"].contains(&word.as_str()) || field.contains(&word)
+        WITHOUT_MEANING.contains(&word.as_str()) || field.contains(&word)
     })
-}
-
-/// For each operation the first request of a transcript that was answered `ok`, and its answer.
-fn examples(transcripts: &[Transcript]) -> BTreeMap<String, (String, String)> {
-    let mut found = BTreeMap::new();
-    for transcript in transcripts {
-        for (connection, said, _) in &transcript.lines {
-            let Said::Client(asked) = said else { continue };
-            let Ok(request) = serde_json::from_str::<Value>(asked) else {
-                continue;
-            };
-            let answer = transcript.lines.iter().find_map(|(by, said, _)| match said {
-                Said::Server(line) if by == connection && line["id"] == request["id"] && line.get("ok").is_some() => {
-                    Some(line.to_string())
-                }
-                _ => None,
-            });
-            if let (Some(op), Some(answer)) = (request["op"].as_str(), answer) {
-                found.entry(op.to_owned()).or_insert((asked.clone(), answer));
-            }
-        }
-    }
-    found
 }
 
 /// What leads to a heading.
 fn anchor(heading: &str) -> String {
     heading.to_lowercase().replace(' ', "-")
-}
-
-fn cut(line: &str) -> String {
-    match line.char_indices().nth(MAX_LINE) {
-        Some((end, _)) => format!("{}...", &line[..end]),
-        None => line.to_owned(),
-    }
 }
 
 /// The first paragraph of a description.
@@ -475,6 +457,7 @@ mod tests {
     #[test]
     fn only_what_name_and_type_lack_is_described() {
         assert!(repeats("State of the rig.", "state [RigState](#rigstate)"));
+        assert!(repeats("It was a dry run.", "dry_run (boolean)"));
         assert!(!repeats("State of the daemon.", "state [RigState](#rigstate)"));
     }
 }

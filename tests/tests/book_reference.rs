@@ -106,6 +106,15 @@ fn own_help(subcommand: &str, help: &str, seen: &mut HashMap<String, String>) ->
 
 const COMMON: &str = "Options of every subcommand:";
 
+/// What every program has.
+const HELP_AND_VERSION: &str = "  -h, --help
+          Print help (see a summary with '-h')
+
+  -V, --version
+          Print version
+
+";
+
 /// What begins so has a page of its own: the parameters, and the how-to pages, whose commands a test runs.
 const ELSEWHERE: [&str; 2] = ["Parameters, by name or symbol", "Example"];
 
@@ -133,7 +142,9 @@ fn every_subcommand_of_haptic_ctl() {
     let whole = help("haptic-ctl", &[]);
     // The codes have a page of their own.
     let (head, _) = whole.split_once("\nExit codes:").expect("the codes");
-    let mut page = format!("```text\n{}\n```\n", without_list(head).trim_end());
+    assert!(head.contains(HELP_AND_VERSION), "{head}");
+    let head = without_list(head).replace(HELP_AND_VERSION, "");
+    let mut page = format!("```text\n{}\n```\n", head.trim_end());
     let mut waiting: Vec<Vec<String>> = subcommands(&whole).into_iter().rev().map(|name| vec![name]).collect();
     let mut seen = HashMap::new();
     while let Some(words) = waiting.pop() {

@@ -68,7 +68,7 @@ const MIN_DEAD_MPS: f64 = 1e-3;
 pub struct Compensation {
     /// Share of the friction, at most 0.8 ([`MAX_SHARE`]).
     pub share: f64,
-    /// What was identified of the rig.
+    /// The friction.
     pub friction: RigFriction,
 }
 

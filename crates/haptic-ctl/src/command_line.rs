@@ -143,7 +143,7 @@ pub(crate) enum Command {
     Compare(compare::Arguments),
     /// Simulate a lab's record of a surface
     ///
-    /// Strokes at 0.5 to 3 Hz and slow ramps, with a force sensor's noise and an encoder's steps.
+    /// Strokes at 0.5 to 3 Hz and slow ramps.
     Surface(surface::Arguments),
     /// Run and analyse studies: targeting and perception
     #[command(subcommand)]

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub(crate) const HELP: &str = "\
 Both files are recordings, or tables (CSV, Parquet) with the columns t_s, position_m and force_N: the force on the \
 moving mass, positive along the position. A recording gives the block's motion and the coupling's force while the rig \
-was engaged. Exits with 1 if they have no motion in common.
+was engaged.
 
 Example:
   haptic-ctl compare real.csv rig.mcap --plot both.svg";

@@ -41,11 +41,8 @@ impl EngageArguments {
 
 /// The help of `reload`.
 pub(crate) const RELOAD_HELP: &str = "\
-Only limits take effect: a higher force limit along the ramp of engaging (`ramp-ms`), a lower one at once, while a \
-larger force falls within that time, at most 200 ms. A wrong value in the file changes nothing. Options that need a \
-restart, and files of the library that hold no scene, are named.
-
-The active scene does not change.
+Only limits take effect, and none if the file has a wrong value. Options that need a restart, and files of the \
+library that hold no scene, are named.
 
 A SIGHUP to a daemon without a terminal does the same, as does `systemctl reload hapticd`.";
 

@@ -20,8 +20,7 @@ use std::time::{Duration, Instant};
 
 /// The end of the help.
 pub(crate) const HELP: &str = "\
-Exits with 1 if an output differs or none was compared. A recording holds a snapshot of the servo before its first \
-row, after every gap and every ten seconds.
+A recording holds a snapshot of the servo before its first row, after every gap and every ten seconds.
 
 With --scene, --set or --scheme the hand moves as recorded, and does not react to the other force.
 

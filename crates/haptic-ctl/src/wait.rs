@@ -26,7 +26,6 @@ pub(crate) fn help() -> String {
         "Fields: {}; and the parameters of the scene by name or symbol. Numbers may have units \
          (device_position_m>1cm). A contact is a \
          number or one of {}. Quote a word with spaces.\n\n\
-         Exits with 5 on a timeout, and with 6 if a stop or fault prevents the awaited state or force.\n\n\
          Example:\n  haptic-ctl wait --until 'state=engaged and device_position_m>1cm' --timeout 5s",
         condition::fields(),
         condition::words("contact").join(", ")

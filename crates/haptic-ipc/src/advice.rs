@@ -23,11 +23,11 @@ pub struct Advice {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
-    /// Name of the check.
+    /// The check.
     pub check: String,
     /// Whether the scene keeps the bound.
     pub passes: bool,
-    /// The scene's value; absent where it is infinite.
+    /// Absent where it is infinite.
     pub value: Option<f64>,
     /// The bound on it.
     pub bound: Option<f64>,

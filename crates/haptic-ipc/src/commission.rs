@@ -17,7 +17,7 @@ pub struct CommissionReply {
     pub by: Peer,
     /// The rig's serial number, else its address.
     pub rig: String,
-    /// Name and version of its firmware.
+    /// Its firmware.
     pub firmware: String,
     /// Motor of a rig of two axes, 1 or 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -33,7 +33,7 @@ pub struct CommissionReply {
     /// The rig's force limit, N.
     #[serde(rename = "rig_force_limit_N")]
     pub rig_force_limit_n: f64,
-    /// Resolution of the device, m.
+    /// The resolution, m.
     pub resolution_m: f64,
     /// Duration of engaging and releasing, ms.
     pub ramp_ms: f64,
@@ -44,17 +44,17 @@ pub struct CommissionReply {
     pub last: Option<PulseReport>,
     /// Whether a positive force moved the handle that way.
     pub positive_confirmed: bool,
-    /// Whether a negative force moved the handle that way.
+    /// Whether a negative one did.
     pub negative_confirmed: bool,
     /// Position of the handle, m; of two axes along the newest pulse.
     pub position_m: f64,
     /// Smallest position so far, m; absent on two axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_m: Option<f64>,
-    /// Largest position so far, m; absent on two axes.
+    /// Largest, m, likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub greatest_m: Option<f64>,
-    /// Smallest step of the position so far, m; absent on two axes.
+    /// Smallest step of the position, m, likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_m: Option<f64>,
     /// File of the findings, after `commission.store`.
@@ -72,12 +72,12 @@ pub struct PulseReport {
     /// The requested force, N.
     #[serde(rename = "force_N")]
     pub force_n: f64,
-    /// Largest force commanded, N.
+    /// The largest force, N.
     #[serde(rename = "largest_force_N")]
     pub largest_force_n: f64,
-    /// How the pulse ended.
+    /// What ended the pulse.
     pub end: PulseEnd,
-    /// Duration of the force, ms.
+    /// Its duration, ms.
     pub duration_ms: f64,
     /// Displacement of the handle, m.
     pub moved_m: f64,
@@ -85,18 +85,18 @@ pub struct PulseReport {
     pub forward_m: f64,
     /// Largest displacement against the force, m.
     pub backward_m: f64,
-    /// Largest speed of the handle, m/s.
+    /// The largest speed, m/s.
     pub largest_speed_mps: f64,
-    /// Friction of the rig, N, by the motor's work; absent if the handle hardly moved.
+    /// Friction of the rig, N, by the motor's work.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
     /// Displacement of each of two motors, m or rad, in the hand's first 5 mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motors_moved: Option<[f64; 2]>,
-    /// Moved mass, kg, by the motor's work; absent where encoder, friction or a link of 5 ms hide it.
+    /// Moved mass, kg, likewise; absent where encoder, friction or a link of 5 ms hide it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// By how much the mass may differ from that, kg, by the encoder's steps and the delay of the link.
+    /// How far that may be off, kg, by the encoder's steps and the link's delay.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_within_kg: Option<f64>,
 }
@@ -106,11 +106,11 @@ pub struct PulseReport {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PulseEnd {
-    /// After its duration.
+    /// Its time.
     Time,
-    /// At the largest displacement.
+    /// Its travel.
     Travel,
-    /// At the largest speed.
+    /// Its speed.
     Speed,
     /// The handle moved against the force.
     WrongWay,

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Description {
-    /// The scene's friction law.
+    /// Its law.
     #[serde(default)]
     pub law: String,
     /// Names of all laws.
@@ -39,7 +39,7 @@ impl Description {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ParameterDescription {
-    /// Name on the wire.
+    /// The name.
     pub name: String,
     /// Symbol in the paper.
     pub symbol: String,

@@ -14,17 +14,17 @@ pub const ANYWAY: &str = "; `--anyway` (`\"anyway\":true`) does it all the same"
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ErrorCode {
-    /// The line is not JSON; nor are NaN and infinity.
+    /// Not JSON; nor are NaN and infinity.
     BadJson,
-    /// The line has more than 65536 bytes (`max`).
+    /// More than 65536 bytes (`max`).
     LineTooLong,
-    /// A field is missing or of the wrong type.
+    /// A field is missing, or has the wrong type.
     BadRequest,
-    /// The operation does not exist.
+    /// The `op` is unknown.
     UnknownOp,
-    /// The operation has no such field.
+    /// The field is unknown.
     UnknownField,
-    /// No parameter has this name or symbol.
+    /// The parameter is unknown.
     UnknownParameter,
     /// The parameter has one value for both directions.
     NotDirectional,
@@ -32,51 +32,51 @@ pub enum ErrorCode {
     OutOfRange,
     /// The scene's file has an infinite number or NaN.
     NotFinite,
-    /// A field is given twice, or a parameter by name and by symbol.
+    /// A field, or a parameter by name and by symbol.
     GivenTwice,
     /// Stiffness and damping are both 0.
     NoCoupling,
     /// The scene's law lacks this parameter, or there is no block.
     NotApplicable,
-    /// The law does not allow this combination of values.
+    /// This combination of values.
     LawForbids,
     /// Block and coupling need each other.
     BlockAndCoupling,
-    /// The block would oscillate or settle too fast for the loop's rate.
+    /// The block would oscillate or settle too fast.
     TooFastForRate,
     /// A person has stopped the rig: check that it is safe, then `reset`.
     Stopped,
     /// A check has taken the force away: fix the cause that `status` names, then `reset`.
     Faulted,
-    /// The rig's state does not allow the operation.
+    /// The rig's state forbids it.
     WrongState,
     /// The scene has changed since `if_revision`: `get`, and try again.
     Conflict,
     /// Scheduled changes wait for their ticks.
     Scheduled,
-    /// No schedule has this name, or all of it is rendered.
+    /// None has this name, or all of it is rendered.
     NoSuchSchedule,
-    /// There is no change to undo.
+    /// Nothing to undo.
     NothingToUndo,
-    /// No change was undone, or the scene was changed since.
+    /// Nothing was undone, or the scene has changed since.
     NothingToRedo,
-    /// The library has no scene of this name, or the revision is not kept.
+    /// The library lacks the name, or the revision is not kept.
     NoSuchScene,
-    /// The library has a scene of this name; `replace` replaces a saved one.
+    /// `replace` replaces a saved one.
     SceneExists,
     /// A name has at most 64 letters, digits, `-`, `_`, `.` and spaces, the first a letter or digit.
     BadName,
-    /// A scene's file cannot be read or written, is irregular or too large, or its disk does not answer.
+    /// It cannot be read or written, is irregular or too large, or its disk does not answer within 2 s.
     SceneFile,
     /// The record of the rig cannot be written.
     StateFile,
-    /// The configuration file cannot be read, or has a wrong value.
+    /// It cannot be read, or has a wrong value.
     ConfigFile,
     /// The daemon serves neither your user nor your groups.
     NotPermitted,
     /// The watchers' socket only reads and stops.
     ReadOnly,
-    /// All places for clients are taken: you may only `stop`.
+    /// All places are taken: you may only `stop`.
     TooManyClients,
     /// The rig is stopped, but no device is connected: if its motor pulls, cut its power.
     NoDevice,
@@ -127,7 +127,7 @@ pub struct WireError {
     /// The parameter or field concerned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub param: Option<String>,
-    /// The value refused.
+    /// The value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
     /// The smallest value accepted.
@@ -136,7 +136,7 @@ pub struct WireError {
     /// The largest value accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// The unit of value and limits.
+    /// The unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
 }

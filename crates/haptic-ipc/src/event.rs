@@ -92,7 +92,7 @@ pub struct StateEvent {
     pub revision: u64,
     /// Name of the active scene.
     pub scene: String,
-    /// Its friction law.
+    /// Its law.
     #[serde(default)]
     pub law: String,
     /// Its parameters, or those that they ramp to.
@@ -237,13 +237,13 @@ impl schemars::JsonSchema for SamplesEvent {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SubscribeReply {
-    /// The topics subscribed to.
+    /// The topics.
     pub topics: Vec<Topic>,
     /// Samples a second: as asked, or the nearest divisor of the loop's rate.
     pub rate_hz: f64,
     /// Least time between sample events, ms.
     pub batch_ms: u32,
-    /// Columns of a row.
+    /// The columns.
     pub columns: Vec<String>,
     /// The servo's settings behind the rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -17,7 +17,7 @@ pub struct IdentificationReply {
     pub by: Peer,
     /// The rig's serial number, else its address.
     pub rig: String,
-    /// Name and version of its firmware.
+    /// Its firmware.
     pub firmware: String,
     /// Whether an excitation is under way.
     pub moving: bool,
@@ -29,7 +29,7 @@ pub struct IdentificationReply {
     pub force_limit_n: f64,
     /// Travel of the handle between its ends, m.
     pub range_m: f64,
-    /// Middle of its range, m: its place at the beginning.
+    /// Its place at the beginning, m.
     pub middle_m: f64,
     /// Largest travel of an excitation from there, m.
     pub travel_limit_m: f64,
@@ -39,11 +39,11 @@ pub struct IdentificationReply {
     /// What `identify.store` has stored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<RigFriction>,
-    /// Resolution of the device, m.
+    /// The resolution, m.
     pub resolution_m: f64,
-    /// Duration of engaging and releasing, ms.
+    /// The ramp, ms.
     pub ramp_ms: f64,
-    /// Position of the handle, m.
+    /// The position, m.
     pub position_m: f64,
     /// Ended excitations.
     pub excitations: u64,
@@ -62,7 +62,7 @@ pub struct IdentificationReply {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ExcitationReport {
-    /// How it ended.
+    /// What ended it.
     pub end: ExcitationEnd,
     /// Its duration, s.
     pub duration_s: f64,
@@ -74,9 +74,9 @@ pub struct ExcitationReport {
     pub least_m: f64,
     /// Largest position, m.
     pub greatest_m: f64,
-    /// Largest speed of the handle, m/s.
+    /// The largest speed, m/s.
     pub largest_speed_mps: f64,
-    /// Largest force commanded, N.
+    /// The largest force, N.
     #[serde(rename = "largest_force_N")]
     pub largest_force_n: f64,
 }
@@ -86,11 +86,11 @@ pub struct ExcitationReport {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ExcitationEnd {
-    /// After its course.
+    /// Its time.
     Time,
-    /// At the largest displacement.
+    /// Its travel.
     Travel,
-    /// At the largest speed.
+    /// Its speed.
     Speed,
     /// The handle was held, or drawn away from the reference.
     Lag,

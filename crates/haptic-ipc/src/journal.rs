@@ -16,7 +16,7 @@ pub struct JournalEntry {
     /// The tick that carried it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// Its client; absent for an entry of the daemon.
+    /// Its client; absent for the daemon's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
     /// The operation, or the daemon's `fault`, `lease_lapsed`, `disconnected`, `connected`, `schedule_cancelled`,
@@ -30,10 +30,10 @@ pub struct JournalEntry {
     /// Code of a `fault`, or of a `stop` by the rig's own button.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<String>,
-    /// Changes of the scene.
+    /// The changes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<Difference>,
-    /// Duration of the scene's ramp, ms.
+    /// Its ramp, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ms: Option<f64>,
     /// The requested tick of a scheduled change.
@@ -156,7 +156,7 @@ impl fmt::Display for Peer {
 pub struct LogReply {
     /// The entries, oldest first.
     pub entries: Vec<JournalEntry>,
-    /// The oldest entry that is kept.
+    /// The oldest kept.
     pub oldest_kept: u64,
 }
 

@@ -20,7 +20,7 @@ pub struct LinkStatus {
     pub round_trip_max_us: f64,
     /// Age of the newest sample when it was used, beyond the shortest transmission, us.
     pub age_us: f64,
-    /// Drift of the device's clock, parts in a million, positive if fast; absent until measured.
+    /// Drift of the device's clock, parts in a million, positive if fast.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_drift_ppm: Option<f64>,
     /// Buttons pressed, one bit each.
@@ -51,11 +51,11 @@ pub struct LinkedDevice {
     /// Largest force of its motor, N; 0 of a probed device with rotary motors.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
-    /// Samples a second, Hz.
+    /// The sample rate, Hz.
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m; 0 likewise.
     pub resolution_m: f64,
-    /// Time without a command after which the motor is off, ms; absent if unknown.
+    /// Time without a command after which the motor is off, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ms: Option<u32>,
     /// The rig's serial number, else its address.
@@ -67,7 +67,7 @@ pub struct LinkedDevice {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkCounts {
-    /// Samples taken.
+    /// The samples.
     pub samples: u64,
     /// Samples that never came, or after a newer one.
     pub lost: u64,
@@ -86,9 +86,9 @@ pub struct LinkCounts {
     pub not_sent: u64,
     /// Commands cut to the device's own force limit.
     pub clipped: u64,
-    /// Connections made.
+    /// The connections.
     pub connections: u64,
-    /// Errors that the device reported.
+    /// The device's errors.
     pub device_errors: u64,
 }
 
@@ -119,7 +119,7 @@ pub struct FoundDevice {
     /// Its two motors, if probed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motors: Option<ProbedMotors>,
-    /// Its own friction, if probed and identified.
+    /// If probed and identified.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFriction>,
 }

@@ -34,7 +34,7 @@ const fn first_version() -> u32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneArrival {
-    /// The scene, as in its file.
+    /// The scene.
     pub scene: Scene,
     /// Its ramp.
     #[serde(default, skip_serializing_if = "Option::is_none")]

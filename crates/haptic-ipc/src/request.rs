@@ -129,7 +129,7 @@ operations! {
         /// The changes.
         params: Changes,
     } optional {
-        /// Undo it with the previous change, if by this client and of the same parameters.
+        /// Undo it with this client's previous change of the same parameters.
         merge: bool,
     } with options -> crate::ChangeReply;
     /// Load a whole scene.
@@ -292,7 +292,7 @@ operations! {
     IdentifyStatus "identify.status" {} -> crate::IdentificationReply;
     /// Store what was identified of the rig itself.
     IdentifyStore "identify.store" {
-        /// Mass, friction and cogging of the rig.
+        /// Its friction.
         friction: haptic_core::rig_friction::RigFriction,
     } -> crate::IdentificationReply;
     /// Give the rig back.

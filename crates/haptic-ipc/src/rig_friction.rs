@@ -18,7 +18,7 @@ pub struct RigFrictionStatus {
     pub damping_ns_per_m: f64,
     /// Its source.
     pub damping_from: LossSource,
-    /// What was identified of the rig.
+    /// The identified friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identified: Option<RigFriction>,
     /// Why that is not used.

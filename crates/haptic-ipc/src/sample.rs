@@ -143,7 +143,7 @@ macro_rules! sample_columns {
             wake_latency_ns "wake_latency_ns": u64,
             /// Duration of the tick, ns, with the device's read and write.
             tick_ns "tick_ns": u64,
-            /// Duration of the device's read and write, ns; 0 for a rig in the daemon.
+            /// Duration of the device's read and write, ns; 0 within the daemon.
             device_round_trip_ns "device_round_trip_ns": u64,
             /// Time since the previous tick, ns: with the next columns the servo's input.
             elapsed_ns "elapsed_ns": u64 = 0,

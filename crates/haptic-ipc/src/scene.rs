@@ -157,7 +157,7 @@ pub struct SceneReply {
     pub revision: u64,
     /// Its parameters, by name.
     pub params: BTreeMap<String, Directional>,
-    /// The scene, as in its file.
+    /// The scene.
     pub scene: Scene,
 }
 
@@ -196,7 +196,7 @@ pub struct ChangeReply {
     /// Differences from the previous scene.
     #[serde(default)]
     pub changes: Vec<Difference>,
-    /// Remarks on the changed scene and its broken bounds.
+    /// Remarks on the changed scene.
     pub advice: Vec<Advice>,
 }
 
@@ -211,7 +211,7 @@ const fn assumed() -> bool {
 pub struct Difference {
     /// A parameter, `name`, `law` or `reseat`.
     pub param: String,
-    /// Unit of a parameter.
+    /// The unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Absent if the scene did not have it.
@@ -300,7 +300,7 @@ pub struct ListedScene {
     pub name: String,
     /// Its title.
     pub title: String,
-    /// Its friction law.
+    /// Its law.
     pub law: String,
     /// Its file; absent for a built-in scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]

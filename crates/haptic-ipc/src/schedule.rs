@@ -93,7 +93,7 @@ pub struct ScheduleReply {
     /// Whether it was a dry run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub dry_run: bool,
-    /// Remarks on the scenes and their broken bounds, each once.
+    /// Remarks on the scenes, each once.
     pub advice: Vec<Advice>,
 }
 

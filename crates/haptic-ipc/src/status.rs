@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Status {
-    /// Name and version of the server.
+    /// The server.
     pub server: String,
     /// State of the rig.
     pub state: RigState,
@@ -62,7 +62,7 @@ pub struct Status {
     /// Changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
-    /// Connected clients.
+    /// The clients.
     pub clients: usize,
     /// Clients with a lease.
     #[serde(default)]
@@ -101,7 +101,7 @@ pub struct LibraryScene {
 pub struct DeviceStatus {
     /// Its description.
     pub description: String,
-    /// Axes, 1 or 2.
+    /// 1 or 2.
     #[serde(default = "one_axis", skip_serializing_if = "is_one_axis")]
     pub axes: u8,
     /// How two motors move the hand.
@@ -137,7 +137,7 @@ pub struct DeviceStatus {
     /// Its own friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig_friction: Option<RigFrictionStatus>,
-    /// The link to it.
+    /// The link.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
@@ -230,7 +230,7 @@ pub struct Problem {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateReply {
-    /// State of the rig after that tick.
+    /// The state.
     pub state: RigState,
     /// The tick that carried it out.
     pub tick: u64,

@@ -17,7 +17,7 @@ pub struct Timing {
     /// Stops since the daemon began, timed from the client's line.
     #[serde(default)]
     pub stops: StopTimes,
-    /// The link to the rig.
+    /// The link.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
@@ -38,7 +38,7 @@ pub struct TimingWindow {
     pub wake_latency_ns: Percentiles,
     /// Duration of a tick, with the device's read and write.
     pub tick_ns: Percentiles,
-    /// Duration of the device's read and write; 0 for a rig in the daemon.
+    /// Duration of the device's read and write; 0 within the daemon.
     pub device_round_trip_ns: Percentiles,
     /// Time from one tick to the next.
     pub period_ns: Percentiles,

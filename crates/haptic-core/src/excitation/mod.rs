@@ -58,12 +58,12 @@ pub struct Excitation {
     /// Stiffness of the spring between reference and handle, N/m.
     #[cfg_attr(feature = "serde", serde(rename = "stiffness_N_per_m"))]
     pub stiffness_n_per_m: f64,
-    /// Damping between reference and handle, N s/m.
+    /// Its damping, N s/m.
     #[cfg_attr(feature = "serde", serde(rename = "damping_Ns_per_m"))]
     pub damping_ns_per_m: f64,
     /// Largest distance of the handle from its first place, m.
     pub travel_limit_m: f64,
-    /// Largest speed of the handle, m/s.
+    /// The speed limit, m/s.
     pub speed_limit_mps: f64,
     /// Largest distance of the handle from the reference, m.
     pub lag_limit_m: f64,

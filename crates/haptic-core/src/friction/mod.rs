@@ -96,19 +96,19 @@ macro_rules! laws {
 }
 
 laws! {
-    /// Stiction, kinetic and viscous friction with a true stuck state.
+    /// Truly stuck, or sliding.
     Karnopp in karnopp,
-    /// A hysteretic spring that yields from the start.
+    /// A spring that yields from the start.
     Dahl in dahl,
-    /// A position-based bristle that does not drift with noise.
+    /// A bristle that does not drift with noise.
     HaywardArmstrong in hayward_armstrong,
-    /// A bristle that holds up to its length and then slides.
+    /// A bristle that holds, then slides.
     ResetIntegrator in reset_integrator,
     /// A bristle with Stribeck's curve.
     Lugre in lugre,
-    /// A bristle with Stribeck's curve that is elastic at first.
+    /// The same, elastic at first.
     ElastoPlastic in elasto_plastic,
-    /// A stuck spring that slides without kinetic friction.
+    /// A spring that slides with drag alone.
     SalcudeanVlaar in salcudean_vlaar,
     /// Drag alone.
     Viscous in viscous,

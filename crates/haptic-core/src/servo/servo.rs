@@ -235,7 +235,7 @@ pub struct Settings {
     pub period_s: f64,
     /// Duration of engaging and releasing, s (> 0).
     pub ramp_s: f64,
-    /// Limits of force and motion.
+    /// The limits.
     pub limits: Limits,
     /// Losses of the rig itself.
     pub losses: RigLosses,

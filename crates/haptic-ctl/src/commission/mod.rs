@@ -18,9 +18,8 @@ use std::time::{Duration, Instant};
 pub(crate) const HELP: &str = "\
 Keep a hand on the motor's power switch.
 
-The rig must be idle. Pulses move it; their force ends after 300 ms or 20 mm, or above 0.3 m/s, and the handle coasts \
-on. A stop, the end of this program, or a handle that moves against the force (motor or encoder wired the other way) \
-ends the commissioning.
+The rig must be idle. The force of a pulse ends after 300 ms or 20 mm, or above 0.3 m/s, and the handle coasts on. A \
+stop, the end of this program, or a handle that moves against the force ends the commissioning.
 
 The findings are kept by the rig's serial number. A rig without one needs `commission --check` or `engage --same-rig` \
 at each connection; a rig with other firmware, force limit, sample rate, watchdog or buttons, once. With another \

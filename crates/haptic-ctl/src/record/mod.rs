@@ -30,16 +30,13 @@ use upsets::Upsets;
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The file's ending is its format: .mcap for robotics tools, .csv for any program, .parquet for the smallest file. A \
-recording on standard output ends with its reader.
+The file's ending is its format: .mcap for robotics tools, .csv for any program, .parquet for the smallest file.
 
 Examples:
   haptic-ctl record rig.mcap --for 10s --notes 'steel on Teflon'
   haptic-ctl record - --for 10s | python3 analyse.py
 
-On a terminal, m and 1 to 9 set a marker, and q ends the recording. No key stops the rig: use `haptic-ctl stop`.
-
-After a full disk, a lost daemon (exit code 3) or a kill, the file reads as far as written.";
+On a terminal, m and 1 to 9 set a marker, and q ends the recording. No key stops the rig: use `haptic-ctl stop`.";
 
 /// Largest notes, bytes. They stand in one line of a CSV.
 const MAX_NOTES: u64 = 1 << 16;

@@ -12,9 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// For the help text.
 pub(super) const HELP: &str = "\
-Each recording becomes a file rig=NAME/date=YYYY-MM-DD/HHMMSS-FILE.parquet of the set, by its beginning (UTC). Rig and \
-date are columns only for programs that know this layout (DuckDB, Spark, pandas, Hive). If one of the files exists, \
-none is written.
+Each recording becomes a file rig=NAME/date=YYYY-MM-DD/HHMMSS-FILE.parquet of the set, by its beginning (UTC). If one \
+of the files exists, none is written.
 
 Example:
   haptic-ctl recording collect set --as left monday.mcap tuesday.mcap";

@@ -15,8 +15,8 @@ use std::time::Duration;
 
 /// For the help text.
 pub(super) const HELP: &str = "\
-Times are from the recording's first row; the row at the end is left out. Where the recording allows it, the part \
-begins with a snapshot of the servo, so `haptic-ctl replay` can recompute it.
+Times are from the recording's first row; the row at the end is left out. Where it can, the part begins with a \
+snapshot of the servo, for `haptic-ctl replay`.
 
 Example:
   haptic-ctl recording cut rig.mcap slide.csv --from-marker 1 --to 5s";

@@ -13,8 +13,7 @@ use serde_json::json;
 use std::path::PathBuf;
 
 pub(super) const HELP: &str = "\
-Continue in the panel: `haptic-gui --page task --study DIR`, or `--page perception` for surfaces. Keep the list that \
-ties codes to people elsewhere.
+Continue in the panel: `haptic-gui --page task --study DIR`, or `--page perception` for surfaces.
 
 Example:
   haptic-ctl study new perception --codes P1,P2,P3 --seed 7 --out study";

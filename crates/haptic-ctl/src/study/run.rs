@@ -19,10 +19,8 @@ use std::time::{Duration, Instant};
 use tokio::signal::unix::{SignalKind, signal};
 
 pub(super) const HELP: &str = "\
-An interrupt ends the study after the trials under way (exit code 130). `haptic-ctl study resume DIR` continues it, \
-also after a crash.
-
-Data of a simulated operator (operator = simulated in each row) say nothing about people.
+An interrupt ends the study after the trials under way. `haptic-ctl study resume DIR` continues it, also after a \
+crash.
 
 Example:
   haptic-ctl study run perception --operator simulated --subjects 2 --out study";

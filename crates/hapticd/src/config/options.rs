@@ -64,9 +64,9 @@ pub(crate) struct Options {
 
     /// Rig: `fake`, or an address as `haptic-ctl devices` lists them
     ///
-    /// `fake` is simulated. `serial:/dev/ttyACM0` speaks the link protocol on a serial line, at 1000000 baud unless
-    /// `?baud=N` follows, `hid:VID:PID[:SERIAL]` on USB HID. `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1` is
-    /// an ODrive (docs/how-to/firmware.md), not tested on a real board.
+    /// `serial:/dev/ttyACM0` speaks the link protocol on a serial line, at 1000000 baud unless `?baud=N` follows,
+    /// `hid:VID:PID[:SERIAL]` on USB HID. `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1` is an ODrive
+    /// (docs/how-to/firmware.md), not tested on a real board.
     #[arg(long, value_name = "DEVICE")]
     pub(super) device: Option<Named<Address>>,
 
@@ -229,9 +229,8 @@ pub(crate) struct Options {
     /// Hand on the fake rig: sine, arm, free or mouse; of two axes circle or eight [default: sine, or
     /// circle]
     ///
-    /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `free` lets it go,
-    /// `mouse` pulls it through the arm to the pointer in haptic-gui. `circle` and `eight` draw through the arm.
-    /// For a motion from a file see `fake-rig --help`.
+    /// `sine` moves the handle to and fro, `arm` pulls it likewise through a spring and damper, `mouse` pulls it
+    /// through the arm to the pointer in haptic-gui. `circle` and `eight` draw through the arm.
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
     pub(super) hand: Option<Named<HandName>>,
 
