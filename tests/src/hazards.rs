@@ -16,8 +16,8 @@ pub const FIELDS: [&str; 6] = [
     "Cause",
     "Detection",
     "Reaction",
-    "Zero force after",
-    "Residual risk",
+    "Off after",
+    "Remains",
 ];
 
 /// Letters that ids begin with: hazards seen by trying, further ones, planted faults, and what no

@@ -48,8 +48,8 @@ const SECTION: &str = "\
 - **Cause:** a lie
 - **Detection:** a look
 - **Reaction:** zero force
-- **Zero force after:** 1 ms
-- **Residual risk:** none that is known
+- **Off after:** 1 ms
+- **Remains:** none that is known
 ";
 
 const PROOFS: &str = "\
@@ -147,8 +147,8 @@ fn a_row_without_a_test_a_field_or_a_section_is_found() {
     one(&found(SECTION, &with("  none: because"), &rest), "wants a reason");
     let reason = with("  none: the driver is a part of its own, which no program sees");
     assert_eq!(found(SECTION, &reason, &rest), [""; 0]);
-    let without_risk = SECTION.replace("- **Residual risk:** none that is known\n", "");
-    one(&found(&without_risk, PROOFS, SOURCE), "it has no Residual risk");
+    let without_risk = SECTION.replace("- **Remains:** none that is known\n", "");
+    one(&found(&without_risk, PROOFS, SOURCE), "it has no Remains");
     let without_cause = SECTION.replace("- **Cause:** a lie\n", "");
     let told = found(&without_cause, PROOFS, SOURCE);
     assert!(told.iter().any(|told| told.contains("where Cause is")), "{told:?}");
