@@ -72,7 +72,7 @@ def test_refusal_has_field_value_limits_and_unit(rig: hapticd.Rig) -> None:
     assert rig.get() == before
 
 
-# hazard: F22
+# hazard: F4
 def test_stop_waits_for_nothing(rig: hapticd.Rig) -> None:
     rig.engage()
     rig.wait_for("engaged")
@@ -86,7 +86,7 @@ def test_stop_waits_for_nothing(rig: hapticd.Rig) -> None:
     assert rig.reset().state == "idle"
 
 
-# hazard: F22
+# hazard: F4
 def test_the_end_of_the_block_releases_the_rig(daemon: hapticd.Fake) -> None:
     with daemon.connect(lease=None) as watcher, watcher.events(["state"]) as events:
         with daemon.connect() as rig:
@@ -103,7 +103,7 @@ def test_the_end_of_the_block_releases_the_rig(daemon: hapticd.Fake) -> None:
         events.wait_for("idle", 10)
 
 
-# hazard: F22
+# hazard: F4
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_program_that_dies_or_hangs_loses_the_rig(daemon: hapticd.Fake, end: signal.Signals) -> None:
     program = (
@@ -134,7 +134,7 @@ def test_a_busy_interpreter_keeps_its_lease(daemon: hapticd.Fake) -> None:
         assert rig.status().state in ("engaging", "engaged")
 
 
-# hazard: F22
+# hazard: F4
 def test_a_lease_that_has_lapsed_is_told(daemon: hapticd.Fake) -> None:
     with daemon.connect(lease="100ms") as rig:
         lease = rig._lease

@@ -1,24 +1,17 @@
 //! The hazard log as data: the rows of docs/safety.md, their proofs in tests/hazards.txt, the tests in the sources, and
 //! whether they agree.
 //!
-//! A row is a heading of the third level that begins with its id, `### H3: ...`, followed by one item for each of
+//! A row is a heading of the third level with its id and the hazard, `### H3: ...`, followed by one item for each of
 //! [`FIELDS`], `- **Cause:** ...`. Its proofs are the indented lines below its id, each `path: name`, or `none: ` and
 //! why software cannot prove it. A planted fault has no row in the page: its text stands behind its id. Tests are
 //! marked in the sources by a comment directly above their attributes, `// hazard: H3, P14`, or in Python above their
-//! decorators, `# hazard: F22`.
+//! decorators, `# hazard: F4`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What every section of the log says, in this order.
-pub const FIELDS: [&str; 6] = [
-    "Hazard",
-    "Cause",
-    "Detection",
-    "Reaction",
-    "Zero force after",
-    "Residual risk",
-];
+pub const FIELDS: [&str; 5] = ["Cause", "Detection", "Reaction", "Off after", "Remains"];
 
 /// Letters that ids begin with: hazards seen by trying, further ones, planted faults, and what no
 /// software can do.
@@ -140,8 +133,12 @@ fn sections(log: &str) -> Vec<Row> {
         if line.starts_with('#') {
             close(&mut rows, &mut missing);
             let title = line.trim_start_matches('#').trim_start();
-            if let Some((id, _)) = title.split_once(':').filter(|(id, _)| is_id(id)) {
-                rows.push(row(id));
+            if let Some((id, hazard)) = title.split_once(':').filter(|(id, _)| is_id(id)) {
+                let mut row = row(id);
+                if hazard.trim().is_empty() {
+                    row.faults.push(format!("{id}: its heading names no hazard"));
+                }
+                rows.push(row);
                 missing = FIELDS.to_vec();
             }
         } else if let Some((label, text)) = line.strip_prefix("- **").and_then(|item| item.split_once(":** ")) {

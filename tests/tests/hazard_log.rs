@@ -43,13 +43,12 @@ fn log_lists_every_seen_hazard_and_planted_fault() {
 }
 
 const SECTION: &str = "\
-### H1: it kicks
-- **Hazard:** the hand is kicked
+### H1: the hand is kicked
 - **Cause:** a lie
 - **Detection:** a look
 - **Reaction:** zero force
-- **Zero force after:** 1 ms
-- **Residual risk:** none that is known
+- **Off after:** 1 ms
+- **Remains:** none that is known
 ";
 
 const PROOFS: &str = "\
@@ -147,8 +146,10 @@ fn a_row_without_a_test_a_field_or_a_section_is_found() {
     one(&found(SECTION, &with("  none: because"), &rest), "wants a reason");
     let reason = with("  none: the driver is a part of its own, which no program sees");
     assert_eq!(found(SECTION, &reason, &rest), [""; 0]);
-    let without_risk = SECTION.replace("- **Residual risk:** none that is known\n", "");
-    one(&found(&without_risk, PROOFS, SOURCE), "it has no Residual risk");
+    let without_risk = SECTION.replace("- **Remains:** none that is known\n", "");
+    one(&found(&without_risk, PROOFS, SOURCE), "it has no Remains");
+    let nameless = SECTION.replace("### H1: the hand is kicked", "### H1:");
+    one(&found(&nameless, PROOFS, SOURCE), "its heading names no hazard");
     let without_cause = SECTION.replace("- **Cause:** a lie\n", "");
     let told = found(&without_cause, PROOFS, SOURCE);
     assert!(told.iter().any(|told| told.contains("where Cause is")), "{told:?}");
