@@ -235,8 +235,17 @@ mod tests {
         assert!(error.to_string().contains("raise mass"), "{error}");
         assert!(fast.validate_rate(1e-4).is_ok());
         // Also a scene without a block, which nothing makes too fast.
-        let on_device = Scene { block: None, coupling: None, ..Scene::paper() };
-        for (scene, period_s) in [(&fast, 0.0), (&on_device, f64::NAN), (&on_device, -1e-3), (&fast, f64::INFINITY)] {
+        let on_device = Scene {
+            block: None,
+            coupling: None,
+            ..Scene::paper()
+        };
+        for (scene, period_s) in [
+            (&fast, 0.0),
+            (&on_device, f64::NAN),
+            (&on_device, -1e-3),
+            (&fast, f64::INFINITY),
+        ] {
             let error = Renderer::new(scene, Scheme::Exact, period_s).expect_err("no time from tick to tick");
             assert!(matches!(error, SceneError::NoPeriod { .. }), "{error}");
         }
