@@ -207,7 +207,9 @@ fn write(path: &Path, picture: &Picture) {
 #[test]
 fn the_window_looks_as_it_did_in_both_themes() {
     let directory = tempfile::tempdir().expect("a directory");
-    let socket = directory.path().join("s");
+    // The window names its rig.
+    let socket = directory.path().join("hapticd@left/control.sock");
+    fs::create_dir(socket.parent().expect("a folder")).expect("it can be made");
     always_the_same(UnixListener::bind(&socket).expect("a socket"));
     for theme in ["dark", "light"] {
         let Some(screen) = Screen::open() else {

@@ -184,6 +184,7 @@ mod tests {
     use super::*;
     #[cfg(feature = "serde")]
     use crate::directional::Directional;
+    use crate::{Renderer, Scheme};
     use alloc::string::ToString;
 
     fn key(text: &str) -> ParameterKey {
