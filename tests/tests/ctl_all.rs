@@ -251,8 +251,14 @@ fn with_several_rigs_in_reach_every_other_command_asks_for_one() {
     );
     let [own, left] = daemons;
     drop(own);
-    // Its socket is left behind, and the other one is the only one in reach.
-    assert_eq!(ctl(rigs, &["status"]).status.code(), Some(0));
+    // Its socket is left behind: the other one is in reach alone, and may not be the one that is meant.
+    is_refused(
+        "status",
+        &ctl(rigs, &["status"]),
+        2,
+        &["left is in reach", "hapticd does not answer", "--rig NAME"],
+    );
+    assert_eq!(ctl(rigs, &["--rig", "left", "status"]).status.code(), Some(0));
     drop(left);
     assert_eq!(ctl(rigs, &["status"]).status.code(), Some(3));
 }

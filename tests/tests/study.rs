@@ -245,10 +245,12 @@ fn human_study_is_made_by_one_command_and_reported_as_human() {
     let resumed = offline(&["study", "resume", plain(&people)]);
     assert!(stderr(&resumed).contains("subject P1"), "{}", stderr(&resumed));
     fs::remove_dir_all(people.join("data")).expect("removed");
+    fs::write(people.join("trials.parquet"), "rows of one who has withdrawn").expect("written");
     let resumed = offline(&["study", "resume", plain(&people)]);
     let said = text(&resumed.stdout);
     assert!(
         said.contains("subject P1: 0 of ") && said.contains("people do this study"),
         "{said}"
     );
+    assert!(!people.join("trials.parquet").exists(), "nothing of a subject is kept");
 }

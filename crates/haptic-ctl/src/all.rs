@@ -4,7 +4,7 @@ use crate::command_line::Command;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{doctor, hint, output, stop};
-use haptic_ipc::socket_path::{Environment, NamedSocket, is_rig_name};
+use haptic_ipc::socket_path::{self, Environment, NamedSocket, is_rig_name};
 use haptic_ipc::{Request, StateReply, Status};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -27,7 +27,7 @@ struct RigAnswer {
 /// Asks every rig, and that of a socket that is named besides; the exit code is that of the first that fails.
 pub(crate) async fn run(command: &Command, named: Option<&Path>, json: bool) -> Result<(), Failure> {
     if let Command::Doctor = command {
-        return doctor::run_all(rigs(named)?, json).await;
+        return doctor::run_all(rigs(false, named)?, json).await;
     }
     let Some(request) = request(command) else {
         let message = "--all goes with `status`, `stop` and `doctor` alone: everything else is meant for one rig, named by \
@@ -56,7 +56,7 @@ pub(crate) async fn engaged(sockets: Vec<NamedSocket>) -> Vec<String> {
 
 /// Stops every rig, or asks for the status of each, and of that of a socket that is named besides.
 pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> Result<(), Failure> {
-    let sockets = rigs(named)?;
+    let sockets = rigs(is_stop, named)?;
     let ask = move |socket: NamedSocket| {
         tokio::spawn(async move {
             let answer = if is_stop {
@@ -92,9 +92,14 @@ pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> 
     failed.map_or(Ok(()), |failure| Err(Failure::Silent(failure.exit_code())))
 }
 
-/// Every rig, and that of a socket that is named besides.
-fn rigs(named: Option<&Path>) -> Result<Vec<NamedSocket>, Failure> {
-    let sockets = Environment::of_process().all(named);
+/// Every rig, and that of a socket that is named besides. Where none is to be stopped, also those that are configured and
+/// do not run.
+fn rigs(is_stop: bool, named: Option<&Path>) -> Result<Vec<NamedSocket>, Failure> {
+    let mut sockets = Environment::of_process().all(named);
+    // One that does not run pulls nobody.
+    let mut silent = if is_stop { Vec::new() } else { socket_path::configured() };
+    silent.retain(|rig| sockets.iter().all(|socket| socket.path != rig.path));
+    sockets.append(&mut silent);
     if sockets.is_empty() {
         let message = "there is no socket of a rig on this machine; --socket names one more";
         return Err(Failure::Usage(message.to_owned()));

@@ -139,21 +139,33 @@ pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<S
 
 /// The only rig in reach.
 fn only_one() -> Result<Option<PathBuf>, Failure> {
-    let (mut in_reach, mut closed) = (Vec::new(), None);
+    let (mut in_reach, mut silent, mut closed) = (Vec::new(), socket_path::configured(), None);
     for socket in Environment::of_process().all(None) {
+        silent.retain(|rig| rig.path != socket.path);
         match UnixStream::connect(&socket.path) {
             Ok(_) => in_reach.push(socket),
             Err(error) if error.kind() == ErrorKind::PermissionDenied => closed = closed.or(Some(socket.path)),
-            Err(_) => {}
+            Err(_) => silent.push(socket),
         }
     }
-    match &in_reach[..] {
-        // Who connects tells why.
-        [] => Ok(closed),
-        [only] => Ok(Some(only.path.clone())),
+    Ok(the_one(&in_reach, &silent)?.or(closed))
+}
+
+/// The only one of those in reach; nothing where none is, and who connects tells why. A rig with a name is not taken for
+/// one that does not answer.
+fn the_one(in_reach: &[NamedSocket], silent: &[NamedSocket]) -> Result<Option<PathBuf>, Failure> {
+    match in_reach {
+        [] => Ok(None),
+        [only] => match silent {
+            [other, ..] if only.rig().is_some() => Err(Failure::Usage(format!(
+                "{} is in reach, and {} does not answer: name the one you mean with --rig NAME or --socket PATH",
+                only.name, other.name
+            ))),
+            _ => Ok(Some(only.path.clone())),
+        },
         several => Err(Failure::Usage(format!(
-            "{} rigs are in reach: {}; name one with --rig NAME or --socket PATH; `status` and `doctor` also \
-             take --all",
+            "{} rigs are in reach: {}; name one with --rig NAME or --socket PATH; `status`, `stop` and `doctor` \
+             also take --all",
             several.len(),
             several
                 .iter()
@@ -161,5 +173,38 @@ fn only_one() -> Result<Option<PathBuf>, Failure> {
                 .collect::<Vec<_>>()
                 .join(", ")
         ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // hazard: H26
+    #[test]
+    fn a_named_rig_is_not_taken_for_one_that_does_not_answer() {
+        let rig = |name: &str| NamedSocket {
+            name: name.to_owned(),
+            path: Path::new("/run").join(name).join("control.sock"),
+        };
+        let (unnamed, left, right) = (rig("hapticd"), rig("hapticd@left"), rig("hapticd@right"));
+        let found = |in_reach: &[&NamedSocket], silent: &[&NamedSocket]| {
+            let [in_reach, silent] =
+                [in_reach, silent].map(|rigs| rigs.iter().map(|rig| (*rig).clone()).collect::<Vec<_>>());
+            the_one(&in_reach, &silent).map_err(|failure| failure.to_string())
+        };
+        let refused = found(&[&right], &[&left]).expect_err("which is meant?");
+        assert!(
+            refused.contains("left does not answer") && refused.contains("--rig"),
+            "{refused}"
+        );
+        assert!(found(&[&left, &right], &[]).is_err());
+        assert_eq!(found(&[&right], &[]), Ok(Some(right.path.clone())));
+        assert_eq!(
+            found(&[&unnamed], &[&left]),
+            Ok(Some(unnamed.path.clone())),
+            "it goes without a name"
+        );
+        assert_eq!(found(&[], &[&left]), Ok(None));
     }
 }

@@ -176,12 +176,15 @@ pub fn rig_at(socket: &Path) -> Option<&str> {
     rig_of(socket.parent()?).filter(|_| socket.ends_with(SOCKET))
 }
 
+/// The name of the rig whose service has this socket, if it has one.
+fn name_of(socket: &Path) -> Option<&str> {
+    rig_at(socket).filter(|name| *name != SERVICE)
+}
+
 /// What a person calls the rig of a socket: `Rig left`, or the path where the rig has no name.
 #[must_use]
 pub fn label(socket: &Path) -> String {
-    rig_at(socket)
-        .filter(|name| *name != SERVICE)
-        .map_or_else(|| socket.display().to_string(), |name| format!("Rig {name}"))
+    name_of(socket).map_or_else(|| socket.display().to_string(), |name| format!("Rig {name}"))
 }
 
 /// The socket of a rig, and what the rig is called.
@@ -194,6 +197,12 @@ pub struct NamedSocket {
 }
 
 impl NamedSocket {
+    /// The name of its rig, if that has one.
+    #[must_use]
+    pub fn rig(&self) -> Option<&str> {
+        name_of(&self.path)
+    }
+
     /// That of a service, by its directory.
     fn of_service(directory: &Path) -> Option<Self> {
         let name = rig_of(directory)?;
@@ -203,6 +212,27 @@ impl NamedSocket {
             path,
         })
     }
+}
+
+/// The rigs with a name that services of this machine are configured for, whether they run or not.
+#[must_use]
+pub fn configured() -> Vec<NamedSocket> {
+    configured_in(Path::new(CONFIGURATIONS))
+}
+
+fn configured_in(configurations: &Path) -> Vec<NamedSocket> {
+    let files = std::fs::read_dir(configurations).into_iter().flatten();
+    let rig = |file: PathBuf| {
+        let unit = file.file_name()?.to_str()?.strip_suffix(".toml")?;
+        let name = unit.strip_prefix(SERVICE)?.strip_prefix('@')?;
+        is_rig_name(name).then(|| NamedSocket {
+            name: name.to_owned(),
+            path: Path::new(SERVICES).join(unit).join(SOCKET),
+        })
+    };
+    let mut rigs: Vec<NamedSocket> = files.filter_map(|entry| rig(entry.ok()?.path())).collect();
+    rigs.sort_by(|one, other| one.name.cmp(&other.name));
+    rigs
 }
 
 /// Whether a socket exists, or may exist in a directory that this user may not enter.
@@ -436,6 +466,26 @@ mod tests {
         ] {
             assert_eq!(label(Path::new(socket)), said);
         }
+    }
+
+    // hazard: H26
+    #[test]
+    fn a_rig_that_is_configured_is_known_though_it_does_not_run() {
+        let directory = tempfile::tempdir().expect("a directory");
+        for file in [
+            "hapticd.toml",
+            "hapticd@right.toml",
+            "hapticd@left.toml",
+            "hapticd@a b.toml",
+            "hapticd@c.bak",
+        ] {
+            std::fs::write(directory.path().join(file), "").expect("written");
+        }
+        let rigs = configured_in(directory.path());
+        let found: Vec<(&str, &Path)> = rigs.iter().map(|rig| (&*rig.name, &*rig.path)).collect();
+        let [left, right] = ["/run/hapticd@left/control.sock", "/run/hapticd@right/control.sock"].map(Path::new);
+        assert_eq!(found, [("left", left), ("right", right)]);
+        assert!(configured_in(Path::new("/nonexistent")).is_empty());
     }
 
     // hazard: H29

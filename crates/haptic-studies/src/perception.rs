@@ -197,11 +197,13 @@ impl PerceptionSession {
     /// Trials done, practice included, and the most that there can be; none where a staircase has no such limit.
     #[must_use]
     pub fn progress(&self) -> (usize, Option<usize>) {
-        let done = self.done + self.practice_done;
-        (
-            done as usize,
-            self.plan.trials().map(|most| most + self.plan.practice_trials as usize),
-        )
+        let done = (self.done + self.practice_done) as usize;
+        // A staircase may have stopped early.
+        let most = match self.upcoming() {
+            None => Some(done),
+            Some(_) => self.plan.trials().map(|most| most + self.plan.practice_trials as usize),
+        };
+        (done, most)
     }
 
     /// Rows of practice that are done, and rows of trials.

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::{devices, hint, output};
 use check::{Check, Level};
 use haptic_ipc::socket_path::{self, NamedSocket, is_rig_name};
-use haptic_ipc::{DevicesReply, Request, Status};
+use haptic_ipc::{DevicesReply, Request, RigState, Status};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -46,6 +46,10 @@ pub(crate) async fn run_all(sockets: Vec<NamedSocket>, json: bool) -> Result<(),
     outcome(&all)
 }
 
+fn has_rig(status: Option<&Status>) -> bool {
+    status.is_some_and(|status| status.state != RigState::Disconnected)
+}
+
 async fn checks(path: &Path) -> Vec<Check> {
     let mut checks = Vec::new();
     let mut status = None;
@@ -65,14 +69,14 @@ async fn checks(path: &Path) -> Vec<Check> {
                 Err(failure) => checks.push(Check::fail("daemon", failure.to_string(), socket::fix(&failure))),
             }
             match found_devices {
-                Ok(found) => checks.extend(rig::devices(&found)),
+                Ok(found) => checks.extend(rig::devices(&found, has_rig(status.as_ref()))),
                 Err(failure) => checks.push(Check::warn("devices", failure.to_string(), "see `haptic-ctl devices`")),
             }
         }
         Err(failure) => {
             checks.push(socket::unreachable(path, &failure));
             checks.push(permission::permission(path, Some(&failure)));
-            checks.extend(rig::devices(&devices::found_here()));
+            checks.extend(rig::devices(&devices::found_here(), false));
             checks.extend(machine::limits());
         }
     }
@@ -83,6 +87,10 @@ async fn checks(path: &Path) -> Vec<Check> {
 
 /// Prints the checks, and their fixes as commands for a rig of this name, if one can have it.
 fn show(checks: &[Check], rig: &str) -> Result<(), Failure> {
+    let addressed = |text: &str| match is_rig_name(rig) {
+        true => hint::for_rig(text, rig),
+        false => text.to_owned(),
+    };
     for check in checks {
         let (word, style) = match check.level {
             Level::Ok => ("ok  ", GOOD),
@@ -94,14 +102,10 @@ fn show(checks: &[Check], rig: &str) -> Result<(), Failure> {
             "{}  {}: {}",
             console::paint(word, style),
             check.check,
-            check.found
+            addressed(&check.found)
         ))?;
         if let Some(fix) = &check.fix {
-            let fix = match is_rig_name(rig) {
-                true => hint::for_rig(fix, rig),
-                false => fix.clone(),
-            };
-            output::line(&format!("      {fix}"))?;
+            output::line(&format!("      {}", addressed(fix)))?;
         }
     }
     Ok(())

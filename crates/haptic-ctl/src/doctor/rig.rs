@@ -149,7 +149,8 @@ pub(super) fn thread(status: &Status) -> Vec<Check> {
         .collect()
 }
 
-pub(super) fn devices(found: &DevicesReply) -> Vec<Check> {
+/// The nodes of devices; those that are not the rig's may fail where it has one.
+pub(super) fn devices(found: &DevicesReply, has_rig: bool) -> Vec<Check> {
     if found.devices.is_empty() {
         return vec![Check::ok("devices", "no serial line and no HID device is plugged in")];
     }
@@ -164,7 +165,8 @@ pub(super) fn devices(found: &DevicesReply) -> Vec<Check> {
             };
             let found = format!("{}, {}: {state}", device.address, device.description);
             match &device.problem {
-                Some(problem) => Check::warn("device", found, problem.remedy.clone()),
+                Some(problem) if !has_rig => Check::warn("device", found, problem.remedy.clone()),
+                Some(_) => Check::skip("device", format!("{found}; it is not this rig's")),
                 None => Check::ok("device", found),
             }
         })

@@ -233,10 +233,15 @@ fn psychometric(case: &CaseAnalysis) -> Chart {
     }
     let refused = case.pooled.refused.iter();
     chart.notes.extend(refused.map(|why| format!("Not fitted: {why}")));
-    // A wide interval of the threshold is cut where nothing was tested.
     let extent = ends.map(|(first, last)| (first.level, last.level, last.level - first.level));
     let extent = extent.filter(|(.., extent)| *extent > 0.0);
-    chart.across.range = extent.map(|(first, last, extent)| (first - MARGIN * extent, last + MARGIN * extent));
+    let interval = case.pooled.intervals.as_ref().map(|found| found.threshold_interval);
+    chart.across.range = extent.map(|(first, last, extent)| {
+        // The end of an interval is seen; one that is wider than the levels is cut.
+        let [low, high] = interval.unwrap_or([first, last]);
+        let (low, high) = (low.clamp(0.0, first.max(0.0)), high.clamp(last, last + extent));
+        (low - MARGIN * extent, high + MARGIN * extent)
+    });
     let lowest = shares.iter().filter_map(|one| one.bar).map(|[low, _]| low);
     chart.up.range = Some((lowest.fold(0.4, f64::min) - 0.02, 1.02));
     chart

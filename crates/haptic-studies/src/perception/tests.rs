@@ -170,7 +170,7 @@ proptest! {
         session.resume(practice, trials).expect("its own rows");
         prop_assert_eq!(session.progress().0, done);
         match (session.upcoming(), whole.get(done)) {
-            (None, None) => {}
+            (None, None) => prop_assert_eq!(session.progress().1, Some(done), "nothing is left"),
             (Some(upcoming), Some(row)) => {
                 prop_assert_eq!((upcoming.case, upcoming.trial), (row.case, row.trial));
                 prop_assert_eq!(upcoming.level_n, row.level_n);

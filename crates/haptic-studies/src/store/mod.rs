@@ -200,7 +200,11 @@ impl Study {
         let path = self.folder.join(ALL_TRIALS);
         let trials = trials::<T>(&self.folder)?;
         if trials.is_empty() {
-            return Ok(None);
+            // Nothing of a subject who has withdrawn is kept.
+            return match fs::remove_file(&path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(at(&path)(error)),
+                _ => Ok(None),
+            };
         }
         replace(&path, &self.folder.join(STUDY), |file| parquet::write(&trials, file))?;
         Ok(Some(path))

@@ -56,14 +56,17 @@ impl Drop for WithdrawOnDrop<'_> {
             Asked::By(peer) => (Some(peer.clone()), None),
             Asked::Because(why) | Asked::ByLapse(why) => (None, Some(why.to_owned())),
         };
+        // The loop has seen the lapse first, in an earlier tick, which the event of the state has.
+        let is_late = matches!(self.asked, Asked::ByLapse(_)) && self.before == outcome.state;
+        let change = StateChange {
+            before: self.before,
+            after: outcome.state,
+        };
         let entry = JournalEntry {
-            tick: Some(outcome.tick),
+            tick: (!is_late).then_some(outcome.tick),
             by,
             message,
-            state: Some(StateChange {
-                before: self.before,
-                after: outcome.state,
-            }),
+            state: (!is_late).then_some(change),
             ..JournalEntry::of(self.command.name())
         };
         self.rig.enter(Completion::Done, entry);

@@ -49,8 +49,12 @@ const MAX_DELAY_S: f64 = 0.5;
 /// and the mass of a hand, which calms too, is left out.
 const ARM: (f64, f64) = (500.0, 4.0);
 
-/// Half the stroke of a hand that moves, m, and its turns a second, Hz: up to 38 mm/s.
+/// Least half stroke of a hand that moves, m, and its turns a second, Hz: up to 38 mm/s.
 const SLOW_MOTION: (f64, f64) = (6e-3, 1.0);
+
+/// How much farther a hand moves than to where the block breaks away: a loop that holds still with a block at rest may
+/// swing while it slides.
+const BEYOND_BREAKAWAY: f64 = 1.5;
 
 /// What a trial needs to know of a rig and of the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +94,17 @@ impl TrialRig {
             })
     }
 
-    fn in_process(&self, hand: TrialHand, side: f64) -> FakeRig {
+    /// Half the stroke of a hand that moves, m: a block that a force within the rig's limit breaks away, N, does so.
+    fn stroke_m(&self, static_force_n: f64) -> f64 {
+        if static_force_n >= self.force_limit_n {
+            return SLOW_MOTION.0;
+        }
+        SLOW_MOTION
+            .0
+            .max(BEYOND_BREAKAWAY * (static_force_n + self.friction_n.greatest()) / ARM.0)
+    }
+
+    fn in_process(&self, hand: TrialHand, side: f64, static_force_n: f64) -> FakeRig {
         let properties = RigProperties {
             mass_kg: self.mass_kg,
             friction_n: self.friction_n.positive,
@@ -111,7 +125,7 @@ impl TrialRig {
         let hand = match hand {
             TrialHand::Absent => Hand::Free,
             TrialHand::Holding => arm(0.0, 0.0),
-            TrialHand::Moving => arm(side * SLOW_MOTION.0, SLOW_MOTION.1),
+            TrialHand::Moving => arm(side * self.stroke_m(static_force_n), SLOW_MOTION.1),
         };
         FakeRig::new(properties, hand)
     }
@@ -249,7 +263,13 @@ impl Rest {
 
 /// The course of a trial with a hand, as it is (`side` 1) or mirrored (-1). Where only the verdict is wanted (`brief`),
 /// it ends as soon as that is known.
-pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, side: f64, brief: bool) -> Trial {
+pub(super) fn course(
+    (renderer, static_force_n): (Renderer, f64),
+    rig: &TrialRig,
+    hand: TrialHand,
+    side: f64,
+    brief: bool,
+) -> Trial {
     let period_s = rig.settings.period_s;
     #[expect(
         clippy::cast_possible_truncation,
@@ -273,7 +293,7 @@ pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, side: 
     };
     let tap_n = side * (rig.mass_kg * TAP_MPS / tap_s + friction_n);
 
-    let (mut servo, mut device) = (rig.servo(renderer), rig.in_process(hand, side));
+    let (mut servo, mut device) = (rig.servo(renderer), rig.in_process(hand, side, static_force_n));
     let mut line = Line::new(rig.delay_s, period_s);
     let mut count = Count::new(rig.force_limit_n, ticks_in(RESTS_AFTER_S));
     let mut rest = Rest::new(

@@ -15,7 +15,7 @@ pub(super) use gentler::{FACTOR, Gentler, gentler, stiffest_coupling};
 
 use course::course;
 use haptic_core::servo::Fault;
-use haptic_core::{Directional, Renderer, Scene, SceneError};
+use haptic_core::{Directional, Parameter, Renderer, Scene, SceneError};
 use std::cmp::Ordering;
 use std::fmt;
 
@@ -104,13 +104,19 @@ impl fmt::Display for Trial {
 /// known.
 fn trials(scene: &Scene, rig: &TrialRig, brief: bool) -> Result<impl Iterator<Item = Trial>, SceneError> {
     let renderer = Renderer::new(scene, rig.scheme, rig.settings.period_s)?;
+    let forces = [Parameter::StaticForce, Parameter::DynamicForce].map(|force| scene.value(force));
+    let static_force_n = forces
+        .into_iter()
+        .flatten()
+        .map(Directional::greatest)
+        .fold(0.0, f64::max);
     let is_symmetric = |parameter| scene.value(parameter).is_none_or(Directional::is_symmetric);
     let is_one_sided = !rig.is_symmetric() || !scene.parameters().into_iter().all(is_symmetric);
     let sides = if is_one_sided { &[1.0, -1.0][..] } else { &[1.0] };
     let each = TrialHand::ALL
         .into_iter()
         .flat_map(move |hand| sides.iter().map(move |&side| (hand, side)));
-    Ok(each.map(move |(hand, side)| course(renderer.clone(), rig, hand, side, brief)))
+    Ok(each.map(move |(hand, side)| course((renderer.clone(), static_force_n), rig, hand, side, brief)))
 }
 
 /// The worst of all trials of a scene.

@@ -287,3 +287,38 @@ fn a_grip_of_a_rig_of_unknown_mass_holds_for_every_mass() {
         }
     }
 }
+
+// hazard: H30
+#[test]
+fn a_block_that_swings_only_while_it_slides_would_chatter() {
+    let fake = TrialRig {
+        damping_ns_per_m: 12.0,
+        ..rig(1.4, 0.8, 20.0)
+    };
+    let key = |name: &str| name.parse().expect("a parameter");
+    for static_n in [4.0, 7.0, 15.0] {
+        let gripped = |stiffness| {
+            coupled(stiffness, 10.0)
+                .with(&[(key("Fs"), static_n)])
+                .expect("a valid scene")
+        };
+        let trial = worst(&gripped(150e3), &fake);
+        assert!(
+            trial.hand == TrialHand::Moving && !trial.is_calm(),
+            "{static_n} N: {trial}"
+        );
+        let changes = gentler(&gripped(150e3), &fake).expect("there is one");
+        let twice: Vec<_> = changes.iter().map(|(key, value)| (*key, FACTOR * value)).collect();
+        let trial = worst(&gripped(150e3).with(&twice).expect("a valid scene"), &fake);
+        assert!(trial.is_calm(), "{twice:?}: {trial}");
+    }
+    // Held or nudged, this one is calm; torn loose, it swings with all of the motor's force.
+    let trial = worst(
+        &coupled(97e3, 10.0).with(&[(key("Fs"), 7.0)]).expect("a valid scene"),
+        &fake,
+    );
+    assert!(!trial.is_calm(), "{trial}");
+    let light = Scene::light_block().with(&[(key("K"), 300e3)]);
+    let trial = worst(&light.expect("a valid scene"), &fake);
+    assert!(!trial.is_calm(), "{trial}");
+}
