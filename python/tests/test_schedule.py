@@ -62,6 +62,8 @@ def test_a_schedule_is_all_or_nothing_and_is_cancelled(rig: hapticd.Rig) -> None
     assert rig.status().scheduled is None
     with pytest.raises(hapticd.Refused):
         rig.at(1, mass=2)
+    with pytest.raises(hapticd.InvalidValue, match="not a whole number"):
+        rig.at(tick + 0.5, mass=2)  # type: ignore[arg-type]
     rig.schedule([good], name="later")
     scheduled = rig.status().scheduled
     assert scheduled is not None and scheduled["names"] == ["later"]

@@ -1,9 +1,8 @@
 //! The outcome of an action, shown for a few seconds.
 
 use crate::theme::Palette;
-use crate::wording::shortened;
-use egui::text::LayoutJob;
-use egui::{Align, Button, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, vec2};
+use crate::wording::{in_two_lines, shortened};
+use egui::{Align, Button, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, vec2};
 use std::time::{Duration, Instant};
 
 /// How long a success is shown.
@@ -58,16 +57,15 @@ pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
     }
 }
 
-/// Shows a reason in two lines at most. They take no part in the layout: the row keeps its height.
+/// Shows a reason. Its lines take no part in the layout: the row keeps its height.
 fn show_failure(ui: &mut Ui, why: &str) {
     let place = ui.available_rect_before_wrap();
-    let (font, color) = (TextStyle::Small.resolve(ui.style()), Palette::of(ui).error_text);
-    let mut job = LayoutJob::simple(why.to_owned(), font, color, place.width());
-    job.wrap.max_rows = 2;
-    let lines = ui.painter().layout_job(job);
-    let place = Rect::from_center_size(place.center(), vec2(place.width(), lines.size().y));
-    let mut child = ui.new_child(UiBuilder::new().max_rect(place).layout(Layout::top_down(Align::Min)));
-    child.add(Label::new(lines)).on_hover_text(why);
+    let height = 2.0 * ui.text_style_height(&TextStyle::Small);
+    let place = Rect::from_center_size(place.center(), vec2(place.width(), height));
+    let layout = Layout::left_to_right(Align::Center);
+    let mut child = ui.new_child(UiBuilder::new().max_rect(place).layout(layout));
+    let color = Palette::of(ui).error_text;
+    in_two_lines(&mut child, why, color);
 }
 
 #[cfg(test)]

@@ -1,12 +1,22 @@
 //! Names of parameters and checks in words, numbers, and a line of text.
 
-use egui::{Label, RichText, Ui};
+use egui::text::LayoutJob;
+use egui::{Color32, Label, RichText, TextStyle, Ui};
 
 /// A line that is shortened where it does not fit, with the whole text as its one hint.
 pub(crate) fn shortened(ui: &mut Ui, line: impl Into<RichText>, whole: &str) {
     // The label's own hint would be a second one.
     let label = Label::new(line.into()).truncate().show_tooltip_when_elided(false);
     ui.add(label).on_hover_text(whole);
+}
+
+/// Small text of at most two lines, with the whole text as its hint.
+pub(crate) fn in_two_lines(ui: &mut Ui, text: &str, color: Color32) {
+    let font = TextStyle::Small.resolve(ui.style());
+    let mut job = LayoutJob::simple(text.to_owned(), font, color, ui.available_width());
+    job.wrap.max_rows = 2;
+    let lines = ui.painter().layout_job(job);
+    ui.add(Label::new(lines)).on_hover_text(text);
 }
 
 /// A name with spaces: `static_force` becomes `static force`.

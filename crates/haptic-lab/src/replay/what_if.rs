@@ -16,7 +16,7 @@ pub struct Tally {
     square_sum: f64,
     /// Largest force on the hand, N: in the plane its length.
     pub peak_force_n: f64,
-    /// Changes from stuck to sliding.
+    /// Changes to sliding after at least 20 ms stuck: a bristle lets go and holds many times in a slow slide.
     pub breakaways: u64,
     /// Changes from sliding to stuck.
     pub stops: u64,
@@ -24,8 +24,13 @@ pub struct Tally {
     pub stuck_s: f64,
     /// Work that the hand did against the force, J.
     pub energy_j: f64,
+    /// How long it has been stuck, s.
+    rest_s: f64,
     last: Option<LastTick>,
 }
+
+/// Least time stuck before a breakaway, s.
+const REST_S: f64 = 0.02;
 
 /// What the tally remembers of the tick before.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +53,7 @@ impl Tally {
     fn take(&mut self, row: &Row) {
         let sample = &row.sample;
         if !sample.state.is_live() {
-            self.last = None;
+            (self.last, self.rest_s) = (None, 0.0);
             return;
         }
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a tick")]
@@ -57,11 +62,13 @@ impl Tally {
         self.ticks += 1;
         self.square_sum += force_n.dot(force_n);
         self.peak_force_n = self.peak_force_n.max(force_n.length());
+        let rest_s = std::mem::take(&mut self.rest_s);
         if sample.contact == 0 {
             self.stuck_s += elapsed_s;
+            self.rest_s = rest_s + elapsed_s;
         }
         if let Some(last) = self.last {
-            self.breakaways += u64::from(last.contact == 0 && sample.contact != 0);
+            self.breakaways += u64::from(rest_s >= REST_S && sample.contact != 0);
             self.stops += u64::from(last.contact != 0 && sample.contact == 0);
             // The force was held from one tick to the next.
             self.energy_j -= last.force_n.dot(position_m - last.position_m);

@@ -5,7 +5,7 @@ use super::{advice_lines, journal, library, parameter_row, tools};
 use crate::daemon::Daemon;
 use crate::intent::Intent;
 use crate::theme::Palette;
-use crate::wording::{sentence_case, shortened};
+use crate::wording::{in_two_lines, sentence_case};
 use egui::style::{ScrollAnimation, ScrollStyle};
 use egui::{Align, Button, Id, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
 
@@ -153,13 +153,13 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon, tuning: &Tuning, intents: &mut Vec
         .trial
         .is_active()
         .then_some(("Trying: goes back by itself", palette.caution_text));
-    // The line keeps its height without a text, so that the list above does not move.
+    // It keeps its height without a text, so that the list above does not move.
     let (text, color) = trial.or(active).or(report).unwrap_or(("", palette.caution_text));
-    let height = ui.text_style_height(&TextStyle::Small);
+    let height = 2.0 * ui.text_style_height(&TextStyle::Small);
     ui.allocate_ui_with_layout(vec2(ui.available_width(), height), Layout::top_down(Align::Min), |ui| {
         ui.set_min_height(height);
         if !text.is_empty() {
-            shortened(ui, RichText::new(text).small().color(color), text);
+            in_two_lines(ui, text, color);
         }
     });
 }

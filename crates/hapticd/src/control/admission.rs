@@ -256,7 +256,7 @@ fn not_the_commissioned_rig(device: &ConnectedDevice, known: CommissionState) ->
         CommissionState::Commissioned { doubt: Some(why), .. } => Some(blocker(
             ErrorCode::MaybeAnotherRig,
             format!("{rig} may be another than the one that was commissioned: {why}"),
-            "run `haptic-ctl commission --check`, which gives its handle one push of at most 1 N; or, if you see that it \
+            "run `haptic-ctl commission --check`, which pushes its handle each way by at most 1 N; or, if you see that it \
              is the same rig, `haptic-ctl engage --same-rig`",
         )),
         CommissionState::Not(why) => Some(blocker(

@@ -31,15 +31,26 @@ pub(in crate::control) fn gentler(scene: &Scene, rig: &TrialRig) -> Option<Gentl
     } else {
         [&[Stiffness], &[Stiffness, Damping]]
     };
-    attempts.into_iter().find_map(|of| {
+    let found = |of: &[Parameter], is_stable: fn(&Scene, &TrialRig) -> bool| {
         let at = |share: f64| scaled(scene, of, share);
         let passes = |changes: &Gentler, factor: f64| {
             let changes: Gentler = changes.iter().map(|(key, value)| (*key, factor * value)).collect();
-            scene.with(&changes).is_ok_and(|scene| is_calm(&scene, rig))
+            let scene = scene.with(&changes);
+            scene.is_ok_and(|scene| is_stable(&scene, rig) && is_calm(&scene, rig))
         };
         let most = stiffest((SOFTEST_SHARE, 1.0), |share| passes(&at(share), 1.0))?;
         with_room(most, at, passes)
-    })
+    };
+    // One that the adviser finds stable too, if there is one.
+    let mut stable = attempts.into_iter().filter_map(|of| found(of, is_stable));
+    let any = || attempts.into_iter().find_map(|of| found(of, |_, _| true));
+    stable.next().or_else(any)
+}
+
+/// Whether a block's grip is stable against a stuck block, as the adviser has it.
+fn is_stable(scene: &Scene, rig: &TrialRig) -> bool {
+    let grip = scene.coupling.filter(|_| !scene.is_on_device());
+    grip.is_none_or(|grip| grip.stiffness <= stable_stiffness(grip.damping, rig))
 }
 
 /// Damping of the grips that are tried for a rig, N s/m.
