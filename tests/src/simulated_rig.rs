@@ -58,14 +58,25 @@ fn are_there<'a>(needs: impl IntoIterator<Item = (&'a str, &'a str, bool)>) -> b
     true
 }
 
+/// Times that a firmware's test is run again where it says that its computer stood still.
+const TRIES_AGAIN: usize = 2;
+
 /// Runs one of the firmware's tests in Python.
 pub fn firmware_test(script: &str, arguments: &[&str]) {
-    let status = Command::new("python3")
-        .arg(firmware_folder().join("tests").join(script))
-        .args(arguments)
-        .status()
-        .expect("python3 starts");
-    assert!(status.success(), "{script} {arguments:?}");
+    for tries_left in (0..=TRIES_AGAIN).rev() {
+        let output = Command::new("python3")
+            .arg(firmware_folder().join("tests").join(script))
+            .args(arguments)
+            .output()
+            .expect("python3 starts");
+        let said = [output.stdout, output.stderr].map(|said| String::from_utf8_lossy(&said).into_owned());
+        println!("{}{}", said[0], said[1]);
+        if output.status.success() {
+            return;
+        }
+        let is_excused = said.iter().any(|said| said.contains("this computer stood still"));
+        assert!(tries_left > 0 && is_excused, "{script} {arguments:?}");
+    }
 }
 
 /// Whether a device is as the protocol wants it, by the checker for writers of firmware, and what that says; nothing,

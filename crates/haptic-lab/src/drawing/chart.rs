@@ -7,6 +7,8 @@ pub enum Form {
     Line,
     /// The same, dashed.
     Dashed,
+    /// The same, thin and faint: a moment.
+    Mark,
     /// A dot for each point.
     Dots,
     /// A disc for each point, whose area grows with the number of observations, and its bar.
@@ -54,6 +56,12 @@ impl Trace {
     #[must_use]
     pub fn dashed(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
         Self::new(name, points, Form::Dashed)
+    }
+
+    /// Thin, faint lines.
+    #[must_use]
+    pub fn mark(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
+        Self::new(name, points, Form::Mark)
     }
 
     /// Dots.

@@ -44,6 +44,8 @@ const LIGHT_DISCS: &str = "\
 .chart .disc.t4{fill:#1b1b1b}";
 const DARK_DISCS: &str = "@media (prefers-color-scheme:dark){.chart .disc.t0{fill:#56b4e9}.chart .disc.t1{fill:#e69f00}\
 .chart .disc.t4{fill:#e6e6e6}}";
+/// Style of moments.
+const MARKS: &str = ".chart .mark{fill:none;stroke-width:.8;stroke-opacity:.5}";
 /// Colours above.
 const COLOURS: usize = 5;
 
@@ -54,9 +56,12 @@ pub(super) fn style(charts: &[Chart], on_dark_too: bool) -> String {
         !chart.notes.is_empty() || traces.any(|trace| trace.form == Form::Discs)
     };
     let has_discs = charts.iter().any(has_discs);
+    let mut traces = charts.iter().flat_map(|chart| &chart.traces);
+    let has_marks = traces.any(|trace| trace.form == Form::Mark);
     [
         (LIGHT, true),
         (LIGHT_DISCS, has_discs),
+        (MARKS, has_marks),
         (DARK, on_dark_too),
         (DARK_DISCS, on_dark_too && has_discs),
     ]
@@ -222,7 +227,7 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
                 x + 14.0
             ),
             Form::Dots => format!("<path class=\"{class}\" d=\"M{x} {middle:.1}m8 0h0m6 0h0m6 0h0\"/>"),
-            Form::Line | Form::Dashed => format!("<path class=\"{class}\" d=\"M{x} {middle:.1}h26\"/>"),
+            Form::Line | Form::Dashed | Form::Mark => format!("<path class=\"{class}\" d=\"M{x} {middle:.1}h26\"/>"),
         };
         let name = escaped(&trace.name);
         add(
@@ -264,7 +269,7 @@ pub(super) fn draw(image: &mut String, chart: &Chart, width: f64, top: f64) {
                 continue;
             }
             Form::Dots => dots(&points),
-            Form::Line | Form::Dashed => lines(&points),
+            Form::Line | Form::Dashed | Form::Mark => lines(&points),
         };
         add(
             image,
@@ -333,6 +338,7 @@ fn class(trace: &Trace, index: usize) -> String {
     let form = match trace.form {
         Form::Line => "line",
         Form::Dashed => "dashed",
+        Form::Mark => "mark",
         Form::Dots => "dots",
         Form::Discs => "disc",
     };

@@ -9,7 +9,7 @@ use crate::plots::{self, force_velocity, plane, spectrum_plot};
 use crate::theme::Palette;
 use crate::view::PlotGroup;
 use egui::Color32;
-use haptic_lab::drawing::{self, Axis, PLOT_WIDTH_PX, Trace};
+use haptic_lab::drawing::{self, Axis, Form, PLOT_WIDTH_PX, Trace};
 
 /// Columns over which the samples of a plot over time are drawn.
 const COLUMNS: f64 = 1600.0;
@@ -147,11 +147,11 @@ fn figure(title: String, chart: &Chart, contacts: &[Run], height_px: f64) -> dra
         }
     }
     for overlay in &chart.overlays {
-        let (name, points, is_dashed, ink) = match overlay {
+        let (name, points, form, ink) = match overlay {
             Overlay::Level { value, label, ink, .. } => (
-                label,
+                &**label,
                 [chart.across.0, chart.across.1].map(|at| [at, *value]),
-                true,
+                Form::Dashed,
                 ink,
             ),
             Overlay::Mark {
@@ -160,14 +160,19 @@ fn figure(title: String, chart: &Chart, contacts: &[Run], height_px: f64) -> dra
                 is_dashed,
                 ink,
             } => (
-                label,
+                // What happened to the rig has no label of its own.
+                if label.is_empty() && ink.opacity < 1.0 {
+                    "faults, changes, missed periods"
+                } else {
+                    &**label
+                },
                 [chart.up.0, chart.up.1].map(|value| [*at, value]),
-                *is_dashed,
+                if *is_dashed { Form::Dashed } else { Form::Mark },
                 ink,
             ),
             Overlay::Curve(_) | Overlay::Dots { .. } => continue,
         };
-        add_line(&mut traces, name, &points, is_dashed, ink);
+        add_line(&mut traces, name, &points, form, ink);
     }
     traces.extend(chart.under().chain(&chart.curves).map(line));
     for overlay in &chart.overlays {
@@ -189,20 +194,20 @@ fn figure(title: String, chart: &Chart, contacts: &[Run], height_px: f64) -> dra
     }
 }
 
-/// Adds a straight line. Lines of one name that follow one another are one trace.
-fn add_line(traces: &mut Vec<Trace>, name: &str, points: &[[f64; 2]], is_dashed: bool, ink: &Ink) {
-    if let Some(last) = traces.last_mut().filter(|last| last.name == name) {
-        last.points.push([f64::NAN; 2]);
-        last.points.extend(points);
+/// Adds a straight line. Lines of one name and look are one trace.
+fn add_line(traces: &mut Vec<Trace>, name: &str, points: &[[f64; 2]], form: Form, ink: &Ink) {
+    let colour = Some(colour(ink.color));
+    let alike = |trace: &&mut Trace| trace.name == name && trace.form == form && trace.colour == colour;
+    if let Some(trace) = traces.iter_mut().find(alike) {
+        trace.points.push([f64::NAN; 2]);
+        trace.points.extend(points);
         return;
     }
-    let points = points.to_vec();
-    let trace = if is_dashed {
-        Trace::dashed(name, points)
-    } else {
-        Trace::line(name, points)
+    let trace = match form {
+        Form::Mark => Trace::mark(name, points.to_vec()),
+        _ => Trace::dashed(name, points.to_vec()),
     };
-    traces.push(trace.in_colour(colour(ink.color)));
+    traces.push(Trace { colour, ..trace });
 }
 
 /// A curve; a faint one, as that of a reference, is dashed, too.

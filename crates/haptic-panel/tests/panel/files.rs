@@ -436,7 +436,9 @@ fn what_if_of_the_edited_scene_is_drawn_over_the_recording() {
     let path = recorded(folder.path());
     let mut panel = looking_at(&path, &stickier());
     let svg = |panel: &Panel| haptic_panel::export::svg(&panel.state().model);
-    assert!(svg(&panel).contains(">here &amp; now</text>"), "the marker");
+    for marker in [">here &amp; now</text>", "class=\"mark "] {
+        assert!(svg(&panel).contains(marker), "{marker}");
+    }
     assert!(!svg(&panel).contains("What if"));
     let plot = panel.get_by_label("Force plot").rect();
     press(&mut panel, "What if...");

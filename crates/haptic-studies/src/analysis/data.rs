@@ -285,6 +285,9 @@ fn thresholds_by_case(analysis: &PerceptionAnalysis) -> Table {
             ("jnd_N", |one| cell(one.jnd_n.map(|mean| mean.value))),
             ("jnd_low_N", |one| low(one.jnd_n.and_then(|mean| mean.interval))),
             ("jnd_high_N", |one| high(one.jnd_n.and_then(|mean| mean.interval))),
+            ("subjects_by_staircase", |one| {
+                one.staircase_n.map_or(0, |mean| mean.count).to_string()
+            }),
             ("staircase_N", |one| cell(one.staircase_n.map(|mean| mean.value))),
             ("staircase_low_N", |one| {
                 low(one.staircase_n.and_then(|mean| mean.interval))
@@ -350,6 +353,7 @@ fn thresholds(analysis: &PerceptionAnalysis) -> Table {
         ("staircase_reversals", |(_, one)| {
             cell(one.staircase.map(|found| found.reversals))
         }),
+        ("staircase_refused", |(_, one)| cell(one.staircase_refused.as_ref())),
     ];
     table(subjects, columns)
 }

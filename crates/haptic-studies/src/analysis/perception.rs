@@ -37,6 +37,9 @@ pub struct SubjectThreshold {
     /// The mean of the reversals, N, where the levels are a staircase's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub staircase: Option<StaircaseEstimate>,
+    /// Why there is none, where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub staircase_refused: Option<Reason>,
 }
 
 impl SubjectThreshold {
@@ -240,7 +243,10 @@ fn analysed(
             let own: Vec<&PerceptionTrial> = of_subject(trials);
             match mean_of_reversals(&own, range) {
                 Ok(estimate) => found.staircase = Some(estimate),
-                Err(why) => refuse("staircase", &of, why),
+                Err(why) => {
+                    refuse("staircase", &of, why.clone());
+                    found.staircase_refused = Some(why);
+                }
             }
         }
         found
@@ -340,5 +346,6 @@ fn threshold(subject: Option<&str>, subjects: &[Vec<&PerceptionTrial>], seed: u6
         fit,
         refused,
         staircase: None,
+        staircase_refused: None,
     }
 }

@@ -319,6 +319,9 @@ pub(super) fn dashes(analysis: &PerceptionAnalysis, table: &str) -> Vec<String> 
         };
         for one in own {
             let cells = format!("{name}, {}", one.subject.as_ref().unwrap_or(&of));
+            if let Some(why) = &one.staircase_refused {
+                add(&why.reason, cells.clone());
+            }
             if let Some(why) = &one.refused {
                 add(&why.reason, cells);
             } else if one.intervals.is_none() {

@@ -78,6 +78,15 @@ fn a_staircase_at_an_end_of_its_range_has_no_threshold() {
             reasons.clone().count() == 2 && reasons.clone().all(|one| one.why.to_string() == why),
             "{found:?}"
         );
+        let said = |one: &crate::analysis::perception::SubjectThreshold| {
+            one.staircase_refused.as_ref().map(ToString::to_string)
+        };
+        assert!(
+            found.cases[0]
+                .subjects
+                .iter()
+                .all(|one| said(one).as_deref() == Some(why))
+        );
     }
     // Once is no end, and subjects who are alike say nothing of others.
     let once = climbed(&[[0.6, 0.8].repeat(5), vec![0.5, 0.8, 0.6, 0.8]].concat());
