@@ -97,9 +97,9 @@ pub(crate) async fn ask_all(is_stop: bool, named: Option<&Path>, json: bool) -> 
 fn rigs(is_stop: bool, named: Option<&Path>) -> Result<Vec<NamedSocket>, Failure> {
     let mut sockets = Environment::of_process().all(named);
     // One that does not run pulls nobody.
-    let mut silent = if is_stop { Vec::new() } else { socket_path::configured() };
-    silent.retain(|rig| sockets.iter().all(|socket| socket.path != rig.path));
-    sockets.append(&mut silent);
+    if !is_stop {
+        sockets.append(&mut socket_path::configured_besides(&sockets));
+    }
     if sockets.is_empty() {
         let message = "there is no socket of a rig on this machine; --socket names one more";
         return Err(Failure::Usage(message.to_owned()));

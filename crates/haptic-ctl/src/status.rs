@@ -30,8 +30,7 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>, json: bool) 
 
 /// Which rig this is, if it has a name: nobody may have named it, where it is the only one in reach.
 fn name_row(socket: &Path) -> Option<(&'static str, String)> {
-    let name = socket_path::rig_at(socket).filter(|name| *name != "hapticd")?;
-    Some(("rig", name.to_owned()))
+    Some(("rig", socket_path::name_of(socket)?.to_owned()))
 }
 
 /// The force on the hand; in the plane its length and its parts.

@@ -139,9 +139,9 @@ pub(crate) async fn ask(socket: Option<&Path>, prefix: Option<&str>) -> Result<S
 
 /// The only rig in reach.
 fn only_one() -> Result<Option<PathBuf>, Failure> {
-    let (mut in_reach, mut silent, mut closed) = (Vec::new(), socket_path::configured(), None);
-    for socket in Environment::of_process().all(None) {
-        silent.retain(|rig| rig.path != socket.path);
+    let found = Environment::of_process().all(None);
+    let (mut in_reach, mut silent, mut closed) = (Vec::new(), socket_path::configured_besides(&found), None);
+    for socket in found {
         match UnixStream::connect(&socket.path) {
             Ok(_) => in_reach.push(socket),
             Err(error) if error.kind() == ErrorKind::PermissionDenied => closed = closed.or(Some(socket.path)),
@@ -157,7 +157,7 @@ fn the_one(in_reach: &[NamedSocket], silent: &[NamedSocket]) -> Result<Option<Pa
     match in_reach {
         [] => Ok(None),
         [only] => match silent {
-            [other, ..] if only.rig().is_some() => Err(Failure::Usage(format!(
+            [other, ..] if socket_path::name_of(&only.path).is_some() => Err(Failure::Usage(format!(
                 "{} is in reach, and {} does not answer: name the one you mean with --rig NAME or --socket PATH",
                 only.name, other.name
             ))),

@@ -177,7 +177,8 @@ pub fn rig_at(socket: &Path) -> Option<&str> {
 }
 
 /// The name of the rig whose service has this socket, if it has one.
-fn name_of(socket: &Path) -> Option<&str> {
+#[must_use]
+pub fn name_of(socket: &Path) -> Option<&str> {
     rig_at(socket).filter(|name| *name != SERVICE)
 }
 
@@ -197,12 +198,6 @@ pub struct NamedSocket {
 }
 
 impl NamedSocket {
-    /// The name of its rig, if that has one.
-    #[must_use]
-    pub fn rig(&self) -> Option<&str> {
-        name_of(&self.path)
-    }
-
     /// That of a service, by its directory.
     fn of_service(directory: &Path) -> Option<Self> {
         let name = rig_of(directory)?;
@@ -214,10 +209,12 @@ impl NamedSocket {
     }
 }
 
-/// The rigs with a name that services of this machine are configured for, whether they run or not.
+/// The rigs with a name that services of this machine are configured for, besides those that are found.
 #[must_use]
-pub fn configured() -> Vec<NamedSocket> {
-    configured_in(Path::new(CONFIGURATIONS))
+pub fn configured_besides(found: &[NamedSocket]) -> Vec<NamedSocket> {
+    let mut rigs = configured_in(Path::new(CONFIGURATIONS));
+    rigs.retain(|rig| found.iter().all(|socket| socket.path != rig.path));
+    rigs
 }
 
 fn configured_in(configurations: &Path) -> Vec<NamedSocket> {

@@ -165,7 +165,7 @@ pub(super) fn devices(found: &DevicesReply, has_rig: bool) -> Vec<Check> {
             };
             let found = format!("{}, {}: {state}", device.address, device.description);
             match &device.problem {
-                Some(problem) if !has_rig => Check::warn("device", found, problem.remedy.clone()),
+                Some(problem) if device.in_use || !has_rig => Check::warn("device", found, problem.remedy.clone()),
                 Some(_) => Check::skip("device", format!("{found}; it is not this rig's")),
                 None => Check::ok("device", found),
             }
@@ -177,6 +177,7 @@ pub(super) fn devices(found: &DevicesReply, has_rig: bool) -> Vec<Check> {
 mod tests {
     use super::*;
     use crate::doctor::check::Level;
+    use haptic_ipc::FoundDevice;
 
     #[test]
     fn one_lost_or_late_sample_in_a_thousand_is_a_warning() {
@@ -190,6 +191,23 @@ mod tests {
         assert_eq!(link(counts(0, 0), RigState::Idle).level, Level::Warn);
         assert_eq!(link(counts(100_000, 99), RigState::Idle).level, Level::Ok);
         assert_eq!(link(counts(100_000, 101), RigState::Idle).level, Level::Warn);
+    }
+
+    #[test]
+    fn a_port_that_is_not_the_rigs_may_fail() {
+        let level = |in_use, has_rig| {
+            let port = FoundDevice {
+                in_use,
+                problem: Some(Problem {
+                    what: "Permission denied".to_owned(),
+                    remedy: "join the group".to_owned(),
+                }),
+                ..FoundDevice::default()
+            };
+            devices(&DevicesReply { devices: vec![port] }, has_rig)[0].level
+        };
+        assert_eq!(level(false, true), Level::Skip);
+        assert_eq!((level(false, false), level(true, true)), (Level::Warn, Level::Warn));
     }
 
     #[test]

@@ -58,12 +58,6 @@ impl Trace {
         Self::new(name, points, Form::Dashed)
     }
 
-    /// Thin, faint lines.
-    #[must_use]
-    pub fn mark(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
-        Self::new(name, points, Form::Mark)
-    }
-
     /// Dots.
     #[must_use]
     pub fn dots(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
@@ -81,7 +75,9 @@ impl Trace {
         }
     }
 
-    fn new(name: impl Into<String>, points: Vec<[f64; 2]>, form: Form) -> Self {
+    /// Points in a form, in the colour of their place among the traces.
+    #[must_use]
+    pub fn new(name: impl Into<String>, points: Vec<[f64; 2]>, form: Form) -> Self {
         let name = name.into();
         Self {
             name,

@@ -222,3 +222,25 @@ impl WhatIf {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_ipc::RigState;
+
+    #[test]
+    fn a_breakaway_follows_a_rest() {
+        let breakaways = |rest_ticks: usize| {
+            let mut tally = Tally::default();
+            let contacts = std::iter::repeat_n(0, rest_ticks).chain([1]);
+            for contact in contacts.cycle().take(10 * (rest_ticks + 1)) {
+                let mut row = Row::default();
+                (row.sample.state, row.sample.elapsed_ns, row.sample.contact) = (RigState::Engaged, 1_000_000, contact);
+                tally.take(&row);
+            }
+            (tally.breakaways, tally.stops)
+        };
+        assert_eq!(breakaways(30), (10, 9));
+        assert_eq!(breakaways(5), (0, 9), "a bristle lets go and holds");
+    }
+}

@@ -203,10 +203,7 @@ fn add_line(traces: &mut Vec<Trace>, name: &str, points: &[[f64; 2]], form: Form
         trace.points.extend(points);
         return;
     }
-    let trace = match form {
-        Form::Mark => Trace::mark(name, points.to_vec()),
-        _ => Trace::dashed(name, points.to_vec()),
-    };
+    let trace = Trace::new(name, points.to_vec(), form);
     traces.push(Trace { colour, ..trace });
 }
 

@@ -95,7 +95,7 @@ impl TrialRig {
     }
 
     /// Half the stroke of a hand that moves, m: a block that a force within the rig's limit breaks away, N, does so.
-    fn stroke_m(&self, static_force_n: f64) -> f64 {
+    pub(super) fn stroke_m(&self, static_force_n: f64) -> f64 {
         if static_force_n >= self.force_limit_n {
             return SLOW_MOTION.0;
         }
@@ -104,7 +104,7 @@ impl TrialRig {
             .max(BEYOND_BREAKAWAY * (static_force_n + self.friction_n.greatest()) / ARM.0)
     }
 
-    fn in_process(&self, hand: TrialHand, side: f64, static_force_n: f64) -> FakeRig {
+    fn in_process(&self, hand: TrialHand, stroke_m: f64) -> FakeRig {
         let properties = RigProperties {
             mass_kg: self.mass_kg,
             friction_n: self.friction_n.positive,
@@ -125,7 +125,7 @@ impl TrialRig {
         let hand = match hand {
             TrialHand::Absent => Hand::Free,
             TrialHand::Holding => arm(0.0, 0.0),
-            TrialHand::Moving => arm(side * self.stroke_m(static_force_n), SLOW_MOTION.1),
+            TrialHand::Moving => arm(stroke_m, SLOW_MOTION.1),
         };
         FakeRig::new(properties, hand)
     }
@@ -261,15 +261,10 @@ impl Rest {
     }
 }
 
-/// The course of a trial with a hand, as it is (`side` 1) or mirrored (-1). Where only the verdict is wanted (`brief`),
-/// it ends as soon as that is known.
-pub(super) fn course(
-    (renderer, static_force_n): (Renderer, f64),
-    rig: &TrialRig,
-    hand: TrialHand,
-    side: f64,
-    brief: bool,
-) -> Trial {
+/// The course of a trial with a hand, to and fro by `stroke_m` if it moves; mirrored where that is negative. Where only
+/// the verdict is wanted (`brief`), it ends as soon as that is known.
+pub(super) fn course(renderer: Renderer, rig: &TrialRig, hand: TrialHand, stroke_m: f64, brief: bool) -> Trial {
+    let side = stroke_m.signum();
     let period_s = rig.settings.period_s;
     #[expect(
         clippy::cast_possible_truncation,
@@ -293,7 +288,7 @@ pub(super) fn course(
     };
     let tap_n = side * (rig.mass_kg * TAP_MPS / tap_s + friction_n);
 
-    let (mut servo, mut device) = (rig.servo(renderer), rig.in_process(hand, side, static_force_n));
+    let (mut servo, mut device) = (rig.servo(renderer), rig.in_process(hand, stroke_m));
     let mut line = Line::new(rig.delay_s, period_s);
     let mut count = Count::new(rig.force_limit_n, ticks_in(RESTS_AFTER_S));
     let mut rest = Rest::new(

@@ -49,8 +49,9 @@ pub(in crate::control) fn gentler(scene: &Scene, rig: &TrialRig) -> Option<Gentl
 
 /// Whether a block's grip is stable against a stuck block, as the adviser has it.
 fn is_stable(scene: &Scene, rig: &TrialRig) -> bool {
-    let grip = scene.coupling.filter(|_| !scene.is_on_device());
-    grip.is_none_or(|grip| grip.stiffness <= stable_stiffness(grip.damping, rig))
+    scene
+        .coupling
+        .is_none_or(|grip| grip.stiffness <= stable_stiffness(grip.damping, rig))
 }
 
 /// Damping of the grips that are tried for a rig, N s/m.

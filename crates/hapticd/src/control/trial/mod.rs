@@ -105,18 +105,15 @@ impl fmt::Display for Trial {
 fn trials(scene: &Scene, rig: &TrialRig, brief: bool) -> Result<impl Iterator<Item = Trial>, SceneError> {
     let renderer = Renderer::new(scene, rig.scheme, rig.settings.period_s)?;
     let forces = [Parameter::StaticForce, Parameter::DynamicForce].map(|force| scene.value(force));
-    let static_force_n = forces
-        .into_iter()
-        .flatten()
-        .map(Directional::greatest)
-        .fold(0.0, f64::max);
+    let forces = forces.into_iter().flatten().map(Directional::greatest);
+    let stroke_m = rig.stroke_m(forces.fold(0.0, f64::max));
     let is_symmetric = |parameter| scene.value(parameter).is_none_or(Directional::is_symmetric);
     let is_one_sided = !rig.is_symmetric() || !scene.parameters().into_iter().all(is_symmetric);
     let sides = if is_one_sided { &[1.0, -1.0][..] } else { &[1.0] };
     let each = TrialHand::ALL
         .into_iter()
         .flat_map(move |hand| sides.iter().map(move |&side| (hand, side)));
-    Ok(each.map(move |(hand, side)| course((renderer.clone(), static_force_n), rig, hand, side, brief)))
+    Ok(each.map(move |(hand, side)| course(renderer.clone(), rig, hand, side * stroke_m, brief)))
 }
 
 /// The worst of all trials of a scene.
