@@ -6,6 +6,9 @@ use alloc::vec;
 /// Longest word that is compared, bytes: the time grows with the word, and any client may send one.
 const LONGEST: usize = 64;
 
+/// Shortest part of a name that stands for it, bytes: `on` and `with` do not.
+const SHORTEST_PART: usize = 5;
+
 /// Words that people use for something which has another name here.
 const SYNONYMS: &[(&str, &[&str])] = &[
     ("mass", &["weight", "inertia", "heaviness"]),
@@ -39,7 +42,8 @@ const SYNONYMS: &[(&str, &[&str])] = &[
 ];
 
 /// The known word that `wrong` was most likely meant to be: one that it is a synonym of, one that begins with it,
-/// or one in which at most a third of the letters differ. Case does not matter.
+/// or one in which at most a third of the letters differ; where there is none, the only one of which a part between
+/// hyphens is so. Case does not matter.
 #[must_use]
 pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     if wrong.len() > LONGEST {
@@ -55,13 +59,29 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
         .iter()
         .find(|name| wrong.len() > 2 && name.to_lowercase().starts_with(&wrong));
     begun.copied().or_else(|| {
-        known
-            .iter()
-            .map(|name| (distance(wrong.as_bytes(), name.to_lowercase().as_bytes()), *name))
-            .min_by_key(|(distance, _)| *distance)
-            .filter(|(distance, name)| *distance <= name.len() / 3)
-            .map(|(_, name)| name)
+        let near = known.iter().filter_map(|name| Some((near(&wrong, name)?, *name)));
+        let whole = near.min_by_key(|(distance, _)| *distance).map(|(_, name)| name);
+        whole.or_else(|| by_a_part(&wrong, known))
     })
+}
+
+/// The only name of which a part between hyphens begins with a word, or is near it. What is said not to be is not meant.
+fn by_a_part<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
+    let is_meant = |part: &str| {
+        let is_long = part.len() >= SHORTEST_PART && wrong.len() >= SHORTEST_PART;
+        is_long && (part.to_lowercase().starts_with(wrong) || near(wrong, part).is_some())
+    };
+    let mut meant = known
+        .iter()
+        .filter(|name| name.contains('-') && name.split('-').any(is_meant));
+    let only = meant.next().filter(|_| meant.next().is_none())?;
+    (!only.split('-').any(|part| part == "no")).then_some(*only)
+}
+
+/// By how many letters a word differs from a known one, if it is at most a third of them.
+fn near(wrong: &str, known: &str) -> Option<usize> {
+    let distance = distance(wrong.as_bytes(), known.to_lowercase().as_bytes());
+    (distance <= known.len() / 3).then_some(distance)
 }
 
 /// The part of a message between an unknown word and the list of known ones: `, did you mean ...?` or a semicolon.
@@ -119,6 +139,19 @@ mod tests {
         assert_eq!(nearest("ulger", &known), None, "two mistakes in five letters");
         assert_eq!(nearest("ice", &known), None);
         assert_eq!(nearest("", &known), None);
+        let scenes = ["no-friction", "aluminium-on-teflon", "felt"];
+        assert_eq!(
+            nearest("telfon", &scenes),
+            Some("aluminium-on-teflon"),
+            "a part of a name"
+        );
+        assert_eq!(nearest("fel", &scenes), Some("felt"), "the whole name first");
+        assert_eq!(nearest("frictoin", &scenes), None, "what is said not to be");
+        assert_eq!(
+            nearest("friction", &["simulated-friction", "measured-friction"]),
+            None,
+            "two have it"
+        );
         let parameters = ["mass", "static_force", "Fs", "Fd"];
         assert_eq!(nearest("msas", &parameters), Some("mass"));
         assert_eq!(nearest("Weight", &parameters), Some("mass"));

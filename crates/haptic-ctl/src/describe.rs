@@ -25,7 +25,7 @@ pub(crate) async fn active(daemon: &mut Daemon, json: bool) -> Result<(), Failur
 
 /// Describes a scene that is named, or a law with its default values.
 pub(crate) async fn named(socket: Option<&Path>, text: &str, json: bool) -> Result<(), Failure> {
-    let scene = match (offline::find(socket, text).await, Scene::paper().with_law(text)) {
+    let scene = match (offline::find_on_rig(socket, text).await, Scene::paper().with_law(text)) {
         (Err(_), Some(Ok(of_law))) => of_law,
         (found, _) => found?,
     };

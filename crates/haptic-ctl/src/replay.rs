@@ -22,7 +22,8 @@ use std::time::{Duration, Instant};
 pub(crate) const HELP: &str = "\
 A recording holds a snapshot of the servo before its first row, after every gap and every ten seconds.
 
-With --scene, --set or --scheme the hand moves as recorded, and does not react to the other force.
+With --scene, --set or --scheme the hand moves as recorded, and does not react to the other force. A built-in \
+scene, or a file, with coupling = \"rig\" has the coupling of the recording's first scene.
 
 Examples:
   haptic-ctl replay rig.mcap
@@ -78,7 +79,7 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
         return compare(arguments, as_json);
     }
     let scene = match &arguments.scene {
-        Some(text) => Some(offline::find(socket, text).await?),
+        Some(text) => Some(offline::find_file(socket, text).await?),
         None => None,
     };
     let alternative = Alternative {

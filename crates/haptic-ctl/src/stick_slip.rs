@@ -18,7 +18,7 @@ pub(crate) async fn run(
     as_json: bool,
 ) -> Result<(), Failure> {
     let scene = match &arguments.scene {
-        Some(scene) => offline::find(socket, scene).await?,
+        Some(scene) => offline::find_on_rig(socket, scene).await?,
         None => {
             let reply: SceneReply = Daemon::connect(socket).await?.ask(Request::get()).await?;
             reply.scene

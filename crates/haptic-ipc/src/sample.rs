@@ -2,6 +2,7 @@
 
 use crate::sample_y::Row;
 use crate::status::RigState;
+use haptic_core::servo::InputWord;
 use serde::de::{DeserializeOwned, Error, SeqAccess};
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Serialize};
@@ -153,7 +154,7 @@ macro_rules! sample_columns {
             device_time_ns "device_time_ns": u64 = 0,
             /// Position as the device reported it, m.
             sample_position_m "sample_position_m": f64 = 0.0,
-            /// The other inputs, bit by bit ([`InputWord`](haptic_core::servo::InputWord)).
+            /// The other inputs, bit by bit ([`InputWord`]).
             input_flags "input_flags": u32 = 0,
             /// Detail of an error that the device reported.
             error_detail "error_detail": u32 = 0,
@@ -162,6 +163,17 @@ macro_rules! sample_columns {
 }
 
 sample_columns!(sample);
+
+impl Sample {
+    /// The servo's inputs that are not measured numbers.
+    #[must_use]
+    pub const fn input_word(&self) -> InputWord {
+        InputWord {
+            flags: self.input_flags,
+            detail: self.error_detail,
+        }
+    }
+}
 
 #[cfg(test)]
 mod tests {

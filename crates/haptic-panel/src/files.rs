@@ -10,7 +10,7 @@ use crate::record::{self, Listed, Loaded, WhatIfTape};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use egui::{ColorImage, Rect};
-use haptic_core::Scene;
+use haptic_core::scene::SceneFile;
 use haptic_lab::identify::record_file;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write as _};
@@ -110,7 +110,7 @@ impl Files {
 
     /// Renders another scene, or those of the recording, along the motion of a recording's file, in place of the
     /// rendering before.
-    pub fn what_if(&mut self, number: u64, path: PathBuf, scene: Option<Scene>) {
+    pub fn what_if(&mut self, number: u64, path: PathBuf, scene: Option<SceneFile>) {
         self.cancel_what_if();
         let is_over = Arc::new(AtomicBool::new(false));
         self.what_if_is_over = Arc::clone(&is_over);

@@ -3,6 +3,7 @@
 use crate::identify::Question;
 use crate::record::Listed;
 use crate::study::StudyCommand;
+use haptic_core::scene::SceneFile;
 use haptic_core::{Direction, Scene};
 use haptic_ipc::{ANYWAY, ChangeOptions, Request, SceneRef, Topic, WireError};
 use haptic_recording::Metadata;
@@ -150,7 +151,16 @@ pub enum Intent {
         /// The recording's file.
         path: PathBuf,
         /// Another scene, or those of the recording.
-        scene: Option<Box<Scene>>,
+        scene: Option<Box<SceneFile>>,
+    },
+    /// Ask the daemon for a scene of its library, to render it so.
+    WhatIfSaved {
+        /// Number of this question, which its answer has too.
+        number: u64,
+        /// The recording's file.
+        path: PathBuf,
+        /// Name of the scene.
+        name: String,
     },
     /// Give the rendering up.
     CancelWhatIf,
@@ -311,6 +321,9 @@ impl Intent {
                 from: scene.clone(),
                 to: Some(SceneRef::Revision(*revision)),
             },
+            Self::WhatIfSaved { name, .. } => Request::Get {
+                scene: Some(SceneRef::Name(name.clone())),
+            },
             Self::Foresee { scene } => Request::SceneLoad {
                 scene: SceneRef::from(Scene::clone(scene)),
                 options: ChangeOptions {
@@ -410,6 +423,7 @@ impl fmt::Display for Intent {
             Self::TakeBack { .. } => f.write_str("take the try back"),
             Self::Save { name, .. } => write!(f, "save {name}"),
             Self::Compare { what, revision, .. } => write!(f, "compare revision {revision} with {what}"),
+            Self::WhatIfSaved { name, .. } => write!(f, "what if {name}"),
             Self::Foresee { scene } => write!(f, "foresee {}", scene.name),
             Self::Lease { timeout_ms } => write!(f, "lease for {timeout_ms} ms"),
             Self::Try { scene } => write!(f, "try {}", scene.name),

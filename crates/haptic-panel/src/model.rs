@@ -13,6 +13,7 @@ use crate::update::{Answer, Update};
 use crate::view::{Reading, View};
 use egui::Rect;
 use haptic_core::Scene;
+use haptic_core::scene::SceneFile;
 use haptic_ipc::{Event, WireError};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -184,6 +185,7 @@ impl Model {
     pub fn due(&mut self, now: Instant) -> (Vec<Intent>, Option<Duration>) {
         let View { tuning, fitting, .. } = &mut self.view;
         let (mut intents, wait) = tuning.due(now, self.daemon.mirror.scene.revision);
+        intents.extend(self.tapes.due());
         let active = self.daemon.mirror.scene.whole.as_ref();
         intents.extend(fitting.due(self.daemon.is_connected(), tuning.trial.is_active(), active));
         tuning.note_sent(&intents);
@@ -255,6 +257,20 @@ impl Model {
         }
         if matches!(intent, Intent::TrialScene { .. }) {
             // The study says why it was refused.
+            return;
+        }
+        if let Intent::WhatIfSaved { number, path, name } = intent {
+            let scene = match result {
+                Ok(Answer::Scene(reply)) => Ok(SceneFile {
+                    name: name.clone(),
+                    ..reply.scene.into()
+                }),
+                Ok(_) => return,
+                Err(refused) => Err(refused.message),
+            };
+            if let Some(why) = self.tapes.take_scene(*number, path, scene) {
+                self.view.file_notice = Some(Notice::new(Err(why)));
+            }
             return;
         }
         let View { tuning, fitting, .. } = &mut self.view;

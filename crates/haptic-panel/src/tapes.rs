@@ -1,13 +1,15 @@
 //! The tapes: samples of the live rig, an opened recording, and the progress of the recording that is
 //! being written.
 
+use crate::intent::Intent;
 use crate::record::{Loaded, Opened, RecordingNews, WhatIfTape, amount};
 use crate::tape::Tape;
 use crate::tape::mark::{MarkKind, TapeMark};
 use crate::tape::plane::Component;
+use haptic_core::scene::SceneFile;
 use haptic_ipc::{JournalEntry, Sample, SamplesEvent};
 use haptic_recording::Totals;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Length of the past over which the share of time at the force limit is computed, s.
 pub(crate) const CLIPPING_OVER_S: f64 = 10.0;
@@ -27,6 +29,8 @@ pub(crate) struct Tapes {
     what_if: WhatIf,
     /// Number of the newest question of what would have been felt.
     questions: u64,
+    /// The rendering of a scene that the daemon has given.
+    due: Option<Intent>,
     /// The recording that is being written.
     recording: Option<RecordingProgress>,
     /// Share of the last seconds in which the force was clipped by its limit.
@@ -53,6 +57,8 @@ pub(crate) enum WhatIf {
     /// Nobody has asked.
     #[default]
     None,
+    /// The daemon is asked for the scene.
+    Fetching,
     /// It is being rendered.
     Asked,
     /// It is shown.
@@ -91,6 +97,9 @@ impl Tapes {
         self.is_over = true;
         self.next_marks.clear();
         self.clipping = None;
+        if let WhatIf::Fetching = self.what_if {
+            self.end_what_if();
+        }
     }
 
     /// The samples of the live rig.
@@ -137,6 +146,41 @@ impl Tapes {
         self.questions
     }
 
+    /// The same, with a scene for which the daemon is asked.
+    pub(crate) fn fetch_what_if(&mut self) -> u64 {
+        let number = self.ask_what_if();
+        self.what_if = WhatIf::Fetching;
+        number
+    }
+
+    /// Takes the daemon's answer: the scene is due to be rendered along a recording's file, unless the question is
+    /// an older one. Returns why not, where it was refused.
+    pub(crate) fn take_scene(&mut self, number: u64, path: &Path, result: Result<SceneFile, String>) -> Option<String> {
+        if number != self.questions || !matches!(self.what_if, WhatIf::Fetching) {
+            return None;
+        }
+        match result {
+            Ok(scene) => {
+                self.what_if = WhatIf::Asked;
+                self.due = Some(Intent::WhatIf {
+                    number,
+                    path: path.to_owned(),
+                    scene: Some(Box::new(scene)),
+                });
+                None
+            }
+            Err(why) => {
+                self.what_if = WhatIf::None;
+                Some(why)
+            }
+        }
+    }
+
+    /// What to send.
+    pub(crate) fn due(&mut self) -> Option<Intent> {
+        self.due.take()
+    }
+
     /// Takes the answer to the newest question. Returns what to show the user if there is none.
     pub(crate) fn take_what_if(&mut self, number: u64, result: Result<Box<WhatIfTape>, String>) -> Option<String> {
         if number != self.questions || !matches!(self.what_if, WhatIf::Asked) {
@@ -156,6 +200,7 @@ impl Tapes {
     /// Shows the recording alone, and expects no answer any more.
     pub(crate) fn end_what_if(&mut self) {
         self.questions += 1;
+        self.due = None;
         free(Some(std::mem::take(&mut self.what_if)));
     }
 

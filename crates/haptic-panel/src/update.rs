@@ -191,6 +191,8 @@ pub enum Answer {
     Saved(SceneSaveReply),
     /// To [`Intent::Compare`].
     Differs(SceneDiffReply),
+    /// To [`Intent::WhatIfSaved`].
+    Scene(Box<SceneReply>),
 }
 
 /// The progress of a stop.

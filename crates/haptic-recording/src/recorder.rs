@@ -22,7 +22,6 @@ pub struct Recorder {
     /// Changes that no row has come up to, by their ticks.
     pending: VecDeque<Mark>,
     state_marks: StateMarks,
-    last_tick: Option<u64>,
 }
 
 /// Creates a recording; the ending of its name says its format.
@@ -48,7 +47,6 @@ impl Recorder {
             gaps: Gaps::new(metadata),
             pending: VecDeque::new(),
             state_marks: StateMarks::after(metadata.revision),
-            last_tick: None,
         }
     }
 
@@ -102,12 +100,6 @@ impl Recorder {
         self.writer.mark(&Mark::LostChanges { changes })
     }
 
-    /// The newest row's tick, once there is one.
-    #[must_use]
-    pub const fn last_tick(&self) -> Option<u64> {
-        self.last_tick
-    }
-
     /// Passes on what is in memory, for when no events come.
     ///
     /// # Errors
@@ -132,12 +124,6 @@ impl Recorder {
     pub fn break_off(mut self) -> io::Result<Totals> {
         self.pending()?;
         self.writer.break_off()
-    }
-
-    /// Time of the first row, s, once there is one.
-    #[must_use]
-    pub const fn first_s(&self) -> Option<f64> {
-        self.writer.first_s()
     }
 
     /// How much it holds by now.
@@ -193,7 +179,6 @@ impl Recorder {
                 self.writer.mark(&Mark::Missed { tick, periods })?;
             }
         }
-        self.last_tick = rows.samples.last().map(|row| row.tick).or(self.last_tick);
         self.writer.put_rows(unwritten)
     }
 

@@ -233,12 +233,6 @@ impl Writer {
         }
     }
 
-    /// Time of the first row, s, once there is one.
-    #[must_use]
-    pub const fn first_s(&self) -> Option<f64> {
-        self.first_s
-    }
-
     fn put_mark(&mut self, mark: &Mark) -> io::Result<()> {
         match &mut self.sink {
             Sink::Csv(csv) => csv.mark(mark),

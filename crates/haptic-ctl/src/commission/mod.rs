@@ -202,8 +202,11 @@ impl Work<'_> {
         self.friction_pulses().await?;
         match range {
             Range::Pulses => {
-                self.agree("3. Range: pulses as before, to one end and then to the other. Go on?")
-                    .await?;
+                self.agree(&format!(
+                    "3. Range: such pulses to one end and then to the other, up to {MAX_PULSES_TO_AN_END} each way. Go \
+                     on?"
+                ))
+                .await?;
                 self.range_by_pulses().await?;
             }
             Range::ByHand => self.range_by_hand().await?,

@@ -1,6 +1,5 @@
 //! Every tick of an identification, as a record of force and motion.
 
-use haptic_core::servo::InputWord;
 use haptic_ipc::{Sample, SamplesEvent};
 use haptic_lab::identify::Record;
 
@@ -61,11 +60,8 @@ fn record(rows: &[Sample], resolution_m: f64) -> Record {
     };
     let mut last: Option<&Sample> = None;
     for row in rows {
-        let word = InputWord {
-            flags: row.input_flags,
-            detail: row.error_detail,
-        };
-        let is_sample = word
+        let is_sample = row
+            .input_word()
             .sample(row.device_sequence, row.device_time_ns, row.sample_position_m)
             .is_ok();
         // A sample that a tick has repeated is one sample.

@@ -2,7 +2,6 @@
 
 use crate::output;
 use haptic_core::sample::DeviceError;
-use haptic_core::servo::InputWord;
 use haptic_ipc::{Event, LinkedDevice, Sample};
 use haptic_recording::Mark;
 
@@ -35,11 +34,7 @@ impl LinkWatch {
     }
 
     fn row(&mut self, row: &Sample) -> Option<Mark> {
-        let word = InputWord {
-            flags: row.input_flags,
-            detail: row.error_detail,
-        };
-        let error = word.sample(0, 0, 0.0).err();
+        let error = row.input_word().sample(0, 0, 0.0).err();
         if error == self.error {
             return None;
         }
@@ -67,7 +62,7 @@ impl LinkWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_core::servo::{Events, Inputs};
+    use haptic_core::servo::{Events, InputWord, Inputs};
     use haptic_ipc::{LinkStatus, SamplesEvent, Timing};
 
     fn rows(errors: &[Option<DeviceError>]) -> Event {

@@ -12,8 +12,25 @@ use std::path::Path;
 
 /// Finds a scene: built in, from a file, or of the daemon.
 pub(crate) async fn find(socket: Option<&Path>, text: &str) -> Result<Scene, Failure> {
+    find_file(socket, text).await.map(|scene| scene.on(None))
+}
+
+/// Finds a scene as it is on the daemon's rig; without a daemon as [`find`] does.
+pub(crate) async fn find_on_rig(socket: Option<&Path>, text: &str) -> Result<Scene, Failure> {
+    let scene = Some(reference::read(text)?);
+    let mut daemon = match Daemon::connect(socket).await {
+        Ok(daemon) => daemon,
+        Err(Failure::Client(ClientError::NoDaemon { .. })) => return find(socket, text).await,
+        Err(failure) => return Err(failure),
+    };
+    let reply: SceneReply = reference::ask(&mut daemon, Request::Get { scene }).await?;
+    Ok(reply.scene)
+}
+
+/// The same as it is written: its coupling may be the rig's. The daemon gives a scene on its own rig.
+pub(crate) async fn find_file(socket: Option<&Path>, text: &str) -> Result<SceneFile, Failure> {
     let scene = match reference::read(text)? {
-        SceneRef::Scene(scene) => return Ok(scene.on(None)),
+        SceneRef::Scene(scene) => return Ok(*scene),
         scene => scene,
     };
     if let SceneRef::Name(name) = &scene {
@@ -22,8 +39,7 @@ pub(crate) async fn find(socket: Option<&Path>, text: &str) -> Result<Scene, Fai
         }
         if let Some(built_in) = built_in(name) {
             let file = toml::from_str::<SceneFile>(built_in);
-            let file = file.map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
-            return Ok(file.on(None));
+            return file.map_err(|error| Failure::Usage(format!("{name}: {error}")));
         }
     }
     let mut daemon = match Daemon::connect(socket).await {
@@ -32,7 +48,7 @@ pub(crate) async fn find(socket: Option<&Path>, text: &str) -> Result<Scene, Fai
         Err(failure) => return Err(failure),
     };
     let reply: SceneReply = reference::ask(&mut daemon, Request::Get { scene: Some(scene) }).await?;
-    Ok(reply.scene)
+    Ok(reply.scene.into())
 }
 
 fn built_in(name: &str) -> Option<&'static str> {

@@ -2,7 +2,7 @@
 
 use super::columns::{Value, first_column, is_same};
 use super::error::{ReplayError, SkipReason};
-use super::stepper::{StepResult, Stepping, stepper, word};
+use super::stepper::{StepResult, Stepping, stepper};
 use crate::row::Row;
 use haptic_core::planar::Plane;
 use haptic_ipc::Sample;
@@ -146,7 +146,7 @@ impl Comparison {
     }
 
     fn arrive(&mut self, row: &Sample) {
-        if word(row).new_scene() {
+        if row.input_word().new_scene() {
             self.arrived = Some((row.tick, row.revision));
         }
     }

@@ -1,6 +1,7 @@
 //! The scenes of a recording, compiled as the daemon compiled them.
 
 use super::error::ReplayError;
+use haptic_core::scene::{Coupling, SceneFile};
 use haptic_core::servo::CompiledScene;
 use haptic_core::{ParameterKey, Rendering, Scene, SceneError, Scheme, Vector};
 use haptic_ipc::{SceneArrival, ServoSetup};
@@ -11,8 +12,9 @@ use std::sync::Arc;
 /// What is rendered instead of what was. The default changes nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Alternative {
-    /// Another scene, in place of every one of the recording.
-    pub scene: Option<Scene>,
+    /// Another scene, in place of every one of the recording. Where the rig gives its coupling, it has that of the
+    /// recording's first scene, and [`Coupling::CALM`] where that has none.
+    pub scene: Option<SceneFile>,
     /// Other values of parameters, in every scene.
     pub changes: Vec<(ParameterKey, f64)>,
     /// Another scheme.
@@ -20,8 +22,11 @@ pub struct Alternative {
 }
 
 impl Alternative {
-    fn of(&self, scene: &Scene) -> Result<Scene, SceneError> {
-        self.scene.as_ref().unwrap_or(scene).with(&self.changes)
+    fn of(&self, scene: &Scene, of_rig: Option<Coupling>) -> Result<Scene, SceneError> {
+        match &self.scene {
+            Some(file) => file.clone().on(of_rig).with(&self.changes),
+            None => scene.with(&self.changes),
+        }
     }
 }
 
@@ -43,6 +48,8 @@ pub(super) struct Scenes {
     recorded_scheme: Scheme,
     period_s: f64,
     alternative: Option<Alternative>,
+    /// The coupling that the rig gives, as far as the recording shows it.
+    of_rig: Option<Coupling>,
 }
 
 impl Scenes {
@@ -60,6 +67,7 @@ impl Scenes {
             recorded_scheme: setup.scheme,
             period_s: setup.settings.period_s,
             alternative,
+            of_rig: metadata.scene.coupling,
         }
     }
 
@@ -131,7 +139,7 @@ impl Scenes {
 
     fn changed(&self, scene: &Scene) -> Result<Scene, SceneError> {
         match &self.alternative {
-            Some(alternative) => alternative.of(scene),
+            Some(alternative) => alternative.of(scene, self.of_rig),
             None => Ok(scene.clone()),
         }
     }

@@ -8,7 +8,7 @@ use crate::row::{Row, with_outputs};
 use haptic_core::Vector;
 use haptic_core::planar::Plane;
 use haptic_core::sample::Motor;
-use haptic_core::servo::{CompiledScene, InputWord, Inputs, Servo, VERSION};
+use haptic_core::servo::{CompiledScene, Inputs, Servo, VERSION};
 use haptic_core::velocity::Method;
 use haptic_ipc::{Sample, ServoSetup, ServoSnapshot, SnapshotScene};
 use haptic_recording::{Mark, Metadata};
@@ -169,7 +169,7 @@ impl<V: Vector> Stepping for Stepper<V> {
         } else {
             DOUBT_NS
         };
-        if word(&row.sample).is_motion() {
+        if row.sample.input_word().is_motion() {
             self.wait(SkipReason::UnknownScene);
             return Ok(StepResult::Unknown(SkipReason::UnknownScene));
         }
@@ -325,7 +325,7 @@ impl<V: Vector> Stepper<V> {
     }
 
     fn inputs(&self, row: &Row) -> Inputs<V> {
-        let (word, sample) = (word(&row.sample), &row.sample);
+        let (word, sample) = (row.sample.input_word(), &row.sample);
         Inputs {
             elapsed_ns: sample.elapsed_ns,
             sample: word.sample(sample.device_sequence, sample.device_time_ns, row.sample_position()),
@@ -338,7 +338,7 @@ impl<V: Vector> Stepper<V> {
 
     /// The row as the servo computes it; `None` where the scene is not known.
     fn step(&mut self, row: &Row, inputs: &Inputs<V>) -> Result<Option<Row>, ReplayError> {
-        let word = word(&row.sample);
+        let word = row.sample.input_word();
         let scene = if word.new_scene() {
             match self.scenes.incoming(row.sample.revision)? {
                 IncomingScene::Compiled(scene) => Some(scene),
@@ -357,13 +357,5 @@ impl<V: Vector> Stepper<V> {
             servo.disconnect();
         }
         Ok(Some(with_outputs(row.sample, row.sample_position(), servo, &outputs)))
-    }
-}
-
-/// The inputs of a row that are not measured numbers.
-pub(super) fn word(row: &Sample) -> InputWord {
-    InputWord {
-        flags: row.input_flags,
-        detail: row.error_detail,
     }
 }

@@ -1,6 +1,5 @@
 //! A servo that begins after a row without a snapshot of the recorded one.
 
-use super::stepper::word;
 use crate::row::Row;
 use haptic_core::Vector;
 use haptic_core::sample::DeviceError;
@@ -38,7 +37,7 @@ pub(super) fn after_row<V: Vector>(
         }
         RigState::Disconnected | RigState::Idle => drop(servo.step(&quiet, None)),
     }
-    if word(&row.sample).write_failed() || state == RigState::Disconnected {
+    if row.sample.input_word().write_failed() || state == RigState::Disconnected {
         servo.disconnect();
     }
     servo

@@ -281,6 +281,7 @@ impl Listener {
                     Intent::Lease { .. } => read(result, &intent).map(Answer::Leased),
                     Intent::Save { .. } => read(result, &intent).map(Answer::Saved),
                     Intent::Compare { .. } => read(result, &intent).map(Answer::Differs),
+                    Intent::WhatIfSaved { .. } => read(result, &intent).map(|reply| Answer::Scene(Box::new(reply))),
                     _ => read(result, &intent).map(Answer::State),
                 };
                 Ok(Some(Update::Answered { intent, result: answer }))

@@ -6,15 +6,17 @@ use crate::model::Model;
 use crate::tapes::{Tapes, WhatIf};
 use crate::theme::Palette;
 use crate::wording::shortened;
-use egui::containers::menu::MenuButton;
-use egui::{Button, Color32, RichText, Ui, Vec2, vec2};
-use haptic_core::Scene;
+use egui::containers::menu::{MenuButton, MenuConfig};
+use egui::{Button, Color32, PopupCloseBehavior, RichText, ScrollArea, Ui, Vec2, vec2};
 use haptic_core::scene::SceneFile;
-use haptic_ipc::BUILT_IN_SCENES;
+use haptic_ipc::{BUILT_IN_SCENES, DaemonMirror};
 use haptic_recording::Ending;
 
 /// Size of the button of a what-if, for any name.
 const WHAT_IF_SIZE: Vec2 = vec2(76.0, 0.0);
+
+/// Largest height of the list of scenes, points.
+const SCENES_HEIGHT: f32 = 320.0;
 
 /// Shows its buttons and its lines.
 pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
@@ -24,7 +26,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         let close = ui.button("Close recording");
         let is_closed = close.on_hover_text("Shows the rig again").clicked();
-        show_what_if(ui, daemon.mirror.scene.whole.as_ref(), tapes, intents);
+        show_what_if(ui, &daemon.mirror, tapes, intents);
         shortened(ui, RichText::new(&text).small().color(color), &text);
         if is_closed {
             intents.push(Intent::CancelWhatIf);
@@ -34,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     // Its line is there before it, so that the plots stay where they are.
     let text = match tapes.what_if() {
         WhatIf::Shown(what_if) => what_if.line(),
-        WhatIf::Asked => "Rendering...".to_owned(),
+        WhatIf::Fetching | WhatIf::Asked => "Rendering...".to_owned(),
         WhatIf::None => " ".to_owned(),
     };
     let line = RichText::new(&text).small().color(Palette::of(ui).law);
@@ -64,18 +66,32 @@ fn line(ui: &Ui, opened: &Opened) -> (String, Color32) {
 }
 
 /// The recording computed again, or what another scene would have felt like along it.
-fn show_what_if(ui: &mut Ui, active: Option<&Scene>, tapes: &mut Tapes, intents: &mut Vec<Intent>) {
+fn show_what_if(ui: &mut Ui, daemon: &DaemonMirror, tapes: &mut Tapes, intents: &mut Vec<Intent>) {
     let (text, name, hint) = match tapes.what_if() {
         WhatIf::None => {
-            let chosen = choose_scene(ui, active);
+            let chosen = choose_scene(ui, daemon);
             let path = tapes.opened().map(|opened| opened.path.clone());
-            if let (Some(path), Some(scene)) = (path, chosen) {
-                let number = tapes.ask_what_if();
-                intents.push(Intent::WhatIf { number, path, scene });
-            }
+            let Some((path, chosen)) = path.zip(chosen) else { return };
+            intents.push(match chosen {
+                Chosen::Saved(name) => Intent::WhatIfSaved {
+                    number: tapes.fetch_what_if(),
+                    path,
+                    name,
+                },
+                Chosen::OwnScenes => Intent::WhatIf {
+                    number: tapes.ask_what_if(),
+                    path,
+                    scene: None,
+                },
+                Chosen::Scene(scene) => Intent::WhatIf {
+                    number: tapes.ask_what_if(),
+                    path,
+                    scene: Some(scene),
+                },
+            });
             return;
         }
-        WhatIf::Asked => ("Cancel", "Cancel what-if", "Gives the rendering up"),
+        WhatIf::Fetching | WhatIf::Asked => ("Cancel", "Cancel what-if", "Gives the rendering up"),
         WhatIf::Shown(_) => ("Hide", "Hide what-if", "Shows the recording alone"),
     };
     let button = ui.add(Button::new(text).min_size(WHAT_IF_SIZE));
@@ -85,37 +101,57 @@ fn show_what_if(ui: &mut Ui, active: Option<&Scene>, tapes: &mut Tapes, intents:
     }
 }
 
-/// The menu of the scenes to render: the active one, those of the recording, and those that every library has.
-#[expect(clippy::option_option, reason = "nothing chosen, or the recording's own scenes")]
-fn choose_scene(ui: &mut Ui, active: Option<&Scene>) -> Option<Option<Box<Scene>>> {
+/// What to render along a recording.
+enum Chosen {
+    /// Its own scenes.
+    OwnScenes,
+    Scene(Box<SceneFile>),
+    /// A scene of the daemon's library.
+    Saved(String),
+}
+
+/// The menu of the scenes to render: the active one, those of the recording, and those of the library.
+fn choose_scene(ui: &mut Ui, daemon: &DaemonMirror) -> Option<Chosen> {
+    let active = daemon.scene.whole.as_ref();
     let mut chosen = None;
-    let menu = MenuButton::from_button(Button::new("What if...").min_size(WHAT_IF_SIZE));
-    let (button, _) = menu.ui(ui, |ui| {
+    let button = Button::new("What if...").min_size(WHAT_IF_SIZE);
+    // A click on its scroll bar does not close it.
+    let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let (button, _) = MenuButton::from_button(button).config(stays).ui(ui, |ui| {
         ui.label(RichText::new("The force along this motion with").small());
         let name = active.map_or_else(
             || "the active scene".to_owned(),
             |scene| format!("{} (active)", scene.name),
         );
         let item = ui.add_enabled(active.is_some(), Button::new(name));
-        let item = item
-            .on_hover_text("Another scene of the library is active once you pick it on Tune")
-            .on_disabled_hover_text("It needs a daemon");
+        let item = item.on_disabled_hover_text("It needs a daemon");
         if item.accessible_name("what if: active scene").clicked() {
-            chosen = active.map(|scene| Some(Box::new(scene.clone())));
+            chosen = active.map(|scene| Chosen::Scene(Box::new(scene.clone().into())));
         }
         let item = ui.button("the recording's own scenes");
         let item = item.on_hover_text("A replay: the force is computed again from what was measured");
         if item.accessible_name("what if: own scenes").clicked() {
-            chosen = Some(None);
+            chosen = Some(Chosen::OwnScenes);
         }
         ui.separator();
-        for (name, text) in BUILT_IN_SCENES {
-            let item = ui.button(*name).accessible_name(format!("what if: {name}"));
-            if item.clicked() {
-                let file = toml::from_str::<SceneFile>(text).ok();
-                chosen = file.map(|file| Some(Box::new(file.on(None))));
+        let is_chosen = |ui: &mut Ui, name: &str| {
+            let item = ui.button(name).accessible_name(format!("what if: {name}"));
+            item.clicked()
+        };
+        ScrollArea::vertical().max_height(SCENES_HEIGHT).show(ui, |ui| {
+            for (name, text) in BUILT_IN_SCENES {
+                if is_chosen(ui, name) {
+                    chosen = toml::from_str(text).ok().map(|scene| Chosen::Scene(Box::new(scene)));
+                }
             }
-        }
+            // Those that are built in have no file.
+            let saved = daemon.library.iter().filter(|listed| listed.path.is_some());
+            for listed in saved.filter(|listed| listed.problem.is_none()) {
+                if is_chosen(ui, &listed.name) {
+                    chosen = Some(Chosen::Saved(listed.name.clone()));
+                }
+            }
+        });
         if chosen.is_some() {
             ui.close();
         }

@@ -1,7 +1,7 @@
 //! What would have been felt along a recording's motion.
 
 use crate::tape::Tape;
-use haptic_core::Scene;
+use haptic_core::scene::SceneFile;
 use haptic_lab::replay::{Alternative, Summary, WhatIf};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,7 +23,7 @@ impl WhatIfTape {
     ///
     /// # Errors
     /// Why it cannot be read or rendered, with the name of the file.
-    pub fn render(path: &Path, scene: Option<Scene>, is_over: &AtomicBool) -> Result<Self, String> {
+    pub fn render(path: &Path, scene: Option<SceneFile>, is_over: &AtomicBool) -> Result<Self, String> {
         let failed = |error: &dyn std::fmt::Display| format!("what if along {}: {error}", path.display());
         let mut reader = haptic_recording::open_any(path).map_err(|error| failed(&error))?;
         let name = scene.as_ref().map(|scene| scene.name.clone());

@@ -1,8 +1,10 @@
 //! Exports and recordings: what is asked for, and what is said of them.
 
 use crate::bench::{
-    Hands as _, Panel, asked, at_page, connected, hear, is_enabled, panel, press, type_into, value_of, wait,
+    Hands as _, Panel, answer, asked, at_page, connected, hear, is_enabled, lose_the_daemon, panel, press, refuse,
+    type_into, value_of, wait,
 };
+use crate::library::listed;
 use crate::metadata::metadata;
 use crate::plots::{csv_times, feel, felt, rows};
 use crate::rig::status;
@@ -10,9 +12,10 @@ use crate::scene::active_scene;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
-use haptic_ipc::{Event, RigState, Sample, SampleY, SamplesEvent};
+use haptic_ipc::{ErrorCode, Event, ListedScene, RigState, Sample, SampleY, SamplesEvent, SceneListReply, SceneReply};
 use haptic_panel::{
-    About, DialogPurpose, Files, Format, Intent, Length, Listed, Loaded, Page, RecordingNews, Update, WhatIfTape,
+    About, Answer, DialogPurpose, Files, Format, Intent, Length, Listed, Loaded, Page, RecordingNews, Update,
+    WhatIfTape,
 };
 use haptic_recording::{Ending, Mark, Metadata, Place, Totals};
 use std::path::PathBuf;
@@ -447,9 +450,9 @@ fn what_if_of_the_edited_scene_is_drawn_over_the_recording() {
     let [Intent::WhatIf { number, path, scene }] = &asked_for[..] else {
         panic!("{asked_for:?}")
     };
-    assert_eq!(scene.as_deref(), Some(&stickier()));
+    assert_eq!(scene.as_deref(), Some(&stickier().into()));
     panel.get_by_label("Cancel what-if");
-    let result = WhatIfTape::render(path, Some(stickier()), &AtomicBool::new(false)).map(Box::new);
+    let result = WhatIfTape::render(path, Some(stickier().into()), &AtomicBool::new(false)).map(Box::new);
     let number = *number;
     // The answer to another question is not shown.
     let other = Update::WhatIf {
@@ -531,6 +534,61 @@ fn recording_is_replayed_without_a_daemon() {
 }
 
 #[test]
+fn what_if_of_a_saved_scene_asks_the_daemon_for_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = recorded(folder.path());
+    let mut panel = looking_at(&recording, &stickier());
+    let saved = ListedScene {
+        path: Some("/elsewhere/ours.toml".into()),
+        ..listed("ours")
+    };
+    let scenes = vec![listed("high-stiction"), saved];
+    hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
+    let ask = |panel: &mut Panel| {
+        press(panel, "What if...");
+        press(panel, "what if: ours");
+        let asked_for = asked(panel).pop().expect("the scene");
+        assert!(
+            matches!(&asked_for, Intent::WhatIfSaved { name, .. } if name == "ours"),
+            "{asked_for:?}"
+        );
+        panel.get_by_label("Cancel what-if");
+        asked_for
+    };
+    let intent = ask(&mut panel);
+    refuse(&mut panel, intent, ErrorCode::NoSuchScene, "there is no scene `ours`");
+    panel.get_by_label_contains("there is no scene `ours`");
+    let intent = ask(&mut panel);
+    let reply = SceneReply {
+        revision: 7,
+        scene: stickier(),
+        params: std::collections::BTreeMap::default(),
+    };
+    answer(&mut panel, intent, Answer::Scene(Box::new(reply)));
+    let due = asked(&mut panel);
+    let [
+        Intent::WhatIf {
+            path,
+            scene: Some(scene),
+            ..
+        },
+    ] = &due[..]
+    else {
+        panic!("{due:?}")
+    };
+    let ours = Scene {
+        name: "ours".into(),
+        ..stickier()
+    };
+    assert_eq!((path, &**scene), (&recording, &ours.into()));
+    press(&mut panel, "Cancel what-if");
+    asked(&mut panel);
+    ask(&mut panel);
+    lose_the_daemon(&mut panel);
+    panel.get_by_label("What if...");
+}
+
+#[test]
 fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
@@ -546,7 +604,7 @@ fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
     let number = ask(&mut panel);
     press(&mut panel, "Cancel what-if");
     assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
-    let given_up = WhatIfTape::render(&path, Some(stickier()), &AtomicBool::new(true));
+    let given_up = WhatIfTape::render(&path, Some(stickier().into()), &AtomicBool::new(true));
     let why = given_up.expect_err("it is given up");
     let late = Update::WhatIf {
         number,
@@ -558,7 +616,7 @@ fn cancelled_what_if_shows_nothing_and_failed_one_its_reason() {
     let number = ask(&mut panel);
     let result = WhatIfTape::render(
         &folder.path().join("gone.csv"),
-        Some(stickier()),
+        Some(stickier().into()),
         &AtomicBool::new(false),
     );
     let result = result.map(Box::new);
@@ -578,7 +636,7 @@ fn a_rendering_is_done_by_a_thread_of_its_own() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path());
     let mut files = Files::new(|_| {});
-    files.what_if(7, path, Some(stickier()));
+    files.what_if(7, path, Some(stickier().into()));
     let began = Instant::now();
     let result = loop {
         let answer = files.updates().find_map(|update| match update {

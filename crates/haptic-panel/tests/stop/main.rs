@@ -112,7 +112,7 @@ fn hour_long_recording_does_not_delay_a_stop() {
     desk.ask(Intent::WhatIf {
         number: 1,
         path: recording.path().to_path_buf(),
-        scene: Some(Box::new(Scene::paper())),
+        scene: Some(Box::new(Scene::paper().into())),
     });
     stops(&mut desk, "rendering another scene along one", 3);
     assert!(desk.files_busy() > 0, "it is still at work");

@@ -4,7 +4,6 @@
 //! A screen learns of ticks in batches, so that a click may be reported before its tick or after it.
 
 use haptic_core::Scene;
-use haptic_core::servo::InputWord;
 use haptic_ipc::{Sample, ServoSetup};
 use haptic_motion::median::median;
 use haptic_recording::Mark;
@@ -115,11 +114,9 @@ impl RecentTicks {
 
 /// The buttons that are pressed in a tick, a bit each.
 pub(super) fn buttons(row: &Sample) -> u8 {
-    let word = InputWord {
-        flags: row.input_flags,
-        detail: row.error_detail,
-    };
-    let sample = word.sample(row.device_sequence, row.device_time_ns, row.sample_position_m);
+    let sample = row
+        .input_word()
+        .sample(row.device_sequence, row.device_time_ns, row.sample_position_m);
     sample.map_or(0, |sample| sample.buttons)
 }
 

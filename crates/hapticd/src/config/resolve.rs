@@ -153,7 +153,7 @@ mod tests {
             ),
             (
                 "late-policy = \"fault\"\n",
-                "line 1: late-policy = \"fault\": there is no policy",
+                "line 1: late-policy = \"fault\": there is no policy `fault`, did you mean `fault:N`?",
             ),
             ("force-limit-n = 5\n", "name the rig"),
         ] {

@@ -32,7 +32,7 @@ impl std::str::FromStr for LatePolicy {
             _ => Err(format!(
                 "there is no policy `{text}`{} there are warn, and fault:N with N missed periods in a second, from 1 to \
                  {MAX_IN_A_SECOND}",
-                meant_or_semicolon(text, &["warn", "fault:"])
+                meant_or_semicolon(text, if text.contains(':') { &[] } else { &["warn", "fault:N"] })
             )),
         }
     }

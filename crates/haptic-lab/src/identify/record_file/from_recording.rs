@@ -2,17 +2,8 @@
 
 use super::{Loaded, MovingMass, RecordFileError, Source};
 use crate::identify::options::Record;
-use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
 use haptic_recording::{Mark, Recording, RecordingError};
-
-fn is_excited(row: &Sample) -> bool {
-    InputWord {
-        flags: row.input_flags,
-        ..InputWord::default()
-    }
-    .is_motion()
-}
 
 /// Reads a file.
 pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
@@ -83,7 +74,7 @@ fn rows(recording: &Recording, moving: MovingMass) -> (Vec<&Sample>, bool) {
     let of = |is: fn(&Sample) -> bool| -> Vec<&Sample> { recording.rows.iter().filter(|row| is(row)).collect() };
     let engaged = of(|row| row.state == RigState::Engaged);
     // What the rig's motor did by itself, where it was moved to be identified.
-    let excited = of(is_excited);
+    let excited = of(|row| row.input_word().is_motion());
     let is_block = match moving {
         MovingMass::Block => true,
         MovingMass::Device => false,

@@ -32,7 +32,7 @@ proptest! {
             }
         }
         compared(&session.entries);
-        let alternative = Alternative { scene: Some(drag()), ..Alternative::default() };
+        let alternative = Alternative { scene: Some(drag().into()), ..Alternative::default() };
         let (_, summary) = what_if_rows(&session.entries, alternative);
         prop_assert!(summary.ticks == 302);
     }

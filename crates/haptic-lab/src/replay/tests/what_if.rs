@@ -4,6 +4,7 @@ use super::session::{drag, eventful, metadata, metadata_with};
 use crate::replay::{Alternative, Summary, Tally, WhatIf, WhatIfRow};
 use crate::row::Row;
 use haptic_core::planar::Plane;
+use haptic_core::scene::{Coupling, FileCoupling, SceneFile};
 use haptic_core::{Scene, Vector};
 use haptic_ipc::RigState;
 use haptic_recording::Entry;
@@ -35,7 +36,7 @@ fn felt_the_same_and_otherwise<V: Vector>(is_felt: fn(&Tally) -> bool) {
     let (rows, other) = what_if_rows(
         &session.entries,
         Alternative {
-            scene: Some(drag()),
+            scene: Some(drag().into()),
             ..Alternative::default()
         },
     );
@@ -64,6 +65,35 @@ fn felt_the_same_and_otherwise<V: Vector>(is_felt: fn(&Tally) -> bool) {
 }
 
 #[test]
+fn a_scene_that_leaves_its_grip_to_the_rig_has_the_recordings() {
+    let session = eventful::<f64>();
+    let mut metadata = metadata_with(&session.entries);
+    let of_rig = Coupling {
+        stiffness: 3000.0,
+        damping: 5.0,
+    };
+    metadata.scene.coupling = Some(of_rig);
+    let summary_of = |coupling: FileCoupling| {
+        let scene = SceneFile {
+            coupling: Some(coupling),
+            ..Scene::paper().into()
+        };
+        let alternative = Alternative {
+            scene: Some(scene),
+            ..Alternative::default()
+        };
+        let mut what_if = WhatIf::new(&metadata, alternative).expect("it can be rendered");
+        for entry in &session.entries {
+            what_if.entry(entry).expect("it is rendered");
+        }
+        what_if.summary()
+    };
+    let of_recording = summary_of(FileCoupling::Rig);
+    assert_eq!(of_recording, summary_of(FileCoupling::Own(of_rig)));
+    assert_ne!(of_recording, summary_of(FileCoupling::Own(Coupling::CALM)));
+}
+
+#[test]
 fn what_if_in_the_plane_refuses_what_a_plane_has_not() {
     let session = eventful::<Plane>();
     let scheme = Alternative {
@@ -72,7 +102,7 @@ fn what_if_in_the_plane_refuses_what_a_plane_has_not() {
     };
     let dahl = Scene::paper().with_law("dahl").expect("a law");
     let law = Alternative {
-        scene: Some(dahl.expect("a scene")),
+        scene: Some(dahl.expect("a scene").into()),
         ..Alternative::default()
     };
     for (alternative, what) in [(scheme, "the scheme `literal`"), (law, "the law `dahl`")] {
